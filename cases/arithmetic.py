@@ -1,0 +1,55 @@
+"""Evaluating the equations of a case in another arithmetic, by rebinding the globals of their functions."""
+
+from __future__ import annotations
+
+import math
+import types
+from collections.abc import Callable
+from typing import Any
+
+FUNCTIONS = (
+    "sin", "cos", "tan", "asin", "acos", "atan", "atan2",
+    "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "sqrt", "exp", "log", "hypot",
+)  # fmt: skip
+"""What equations may use of `math`."""
+
+
+def rebind(function: Callable[..., Any], arithmetic: dict[str, Any]) -> Callable[..., Any]:
+    """The same function with `arithmetic` ({"sin": ...}) in place of `math`, its helpers and closures included."""
+    return _rebound(function, arithmetic, {})
+
+
+def _rebound(function: Any, arithmetic: dict[str, Any], done: dict[Any, Any]) -> Any:
+    if function in done:
+        return done[function]
+    namespace: dict[str, Any] = {"__builtins__": __builtins__}
+    cells = tuple(types.CellType() for _ in function.__closure__ or ())
+    copy = types.FunctionType(function.__code__, namespace, function.__name__, function.__defaults__, cells)
+    done[function] = copy
+    for name in _names(function.__code__):
+        if name in function.__globals__:
+            namespace[name] = _value(name, function.__globals__[name], arithmetic, done)
+    for name, cell, source in zip(function.__code__.co_freevars, cells, function.__closure__ or (), strict=True):
+        cell.cell_contents = _value(name, source.cell_contents, arithmetic, done)
+    return copy
+
+
+def _names(code: types.CodeType) -> set[str]:
+    names = set(code.co_names)
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            names |= _names(constant)
+    return names
+
+
+def _value(name: str, value: Any, arithmetic: dict[str, Any], done: dict[Any, Any]) -> Any:
+    if name in FUNCTIONS and value is getattr(math, name):
+        if name not in arithmetic:
+            raise ValueError(f"{name} has no counterpart in this arithmetic, which has {', '.join(sorted(arithmetic))}")
+        return arithmetic[name]
+    return _rebound(value, arithmetic, done) if isinstance(value, types.FunctionType) else value
+
+
+def mpmath_arithmetic(mp: Any) -> dict[str, Any]:
+    """The functions of an mpmath context under the names of `math`."""
+    return {name: getattr(mp, name) for name in FUNCTIONS}

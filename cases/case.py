@@ -1,0 +1,263 @@
+"""A case: one initial value problem whose exact motion is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnomon.cases import accuracy, sampling
+from gnomon.cases.forms import FirstOrder, Form, Hybrid, SecondOrder, first_order
+from gnomon.cases.formulation import Formulation
+from gnomon.cases.metric import Metric
+from gnomon.cases.numbers import Coordinate, Domain, Parameter, given, nearest
+from gnomon.cases.scene import SceneForm
+from gnomon.reference.motion import Motion
+from gnomon.reference.precision import Number
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A named hard setting: the numbers that differ from the default, and one line that says what it stresses."""
+
+    name: str
+    stresses: str
+    parameters: Mapping[str, Number] = field(default_factory=dict)
+    initial_state: Sequence[Number] | None = None
+    span: Number | None = None
+
+
+@dataclass(frozen=True)
+class Event:
+    """One event of a hybrid motion: time, name of the transition (or `limit`), state before and after."""
+
+    time: Any
+    name: str
+    before: tuple[Any, ...]
+    after: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Invariant:
+    """A quantity with a law. `function(t, state, parameters)` -> (value,), plain like equations.
+
+    `law` is "constant" (for all t) or "decays" (never grows).
+    """
+
+    function: Callable[[Any, tuple[Any, ...], tuple[Any, ...]], tuple[Any, ...]]
+    law: str = "constant"
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One rung of a ladder of models, crudest first.
+
+    `case` is the model; `project(states)` maps its states (n, dim) to those of the ladder's case; `effect` says what
+    this rung adds to the one before.
+    """
+
+    case: Case
+    project: Callable[[Floats], Floats]
+    effect: str
+
+
+class Case:
+    """One initial value problem with exact numbers. A subclass is a case by name; an instance has its numbers.
+
+    A subclass states the class attributes below, `motion()` and `forms`; everything else follows from them.
+    Inferred models (the book names the scene without equations) say so in `conventions`.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    section: ClassVar[str]
+    conventions: ClassVar[str] = ""
+    state: ClassVar[tuple[Coordinate, ...]]
+    parameter_list: ClassVar[tuple[Parameter, ...]]
+    default_state: ClassVar[tuple[Number, ...]]
+    default_span: ClassVar[Number]
+    domain: ClassVar[Domain]
+    variants: ClassVar[tuple[Variant, ...]] = ()
+    invariants: ClassVar[Mapping[str, Invariant]] = {}
+    natural_sizes: ClassVar[Mapping[str, float]] = {}
+    """The size by which a group that stays zero is divided; 1 SI unit where none is stated."""
+    autonomous: ClassVar[bool] = True
+
+    def __init__(
+        self,
+        variant: str | None = None,
+        initial_state: Sequence[Number] | None = None,
+        span: Number | None = None,
+        **parameters: Number,
+    ) -> None:
+        setting = self._variant(variant)
+        values: dict[str, Number] = {p.name: p.default for p in self.parameter_list}
+        for name in parameters:
+            if name not in values:
+                raise ValueError(f"{self.name} has no parameter {name!r}; {nearest(name, values)}")
+        values |= dict(setting.parameters) | parameters
+        start = initial_state if initial_state is not None else setting.initial_state
+        start = self.default_state if start is None else start
+        names = [coordinate.name for coordinate in self.state]
+        if len(start) != len(names):
+            raise ValueError(f"{self.name}: the initial state has {len(start)} numbers, not {len(names)} ({', '.join(names)})")
+        self.variant = variant
+        self.parameters = {name: given(value, f"{self.name}: {name}") for name, value in values.items()}
+        self.initial_state = tuple(
+            given(value, f"{self.name}: {name}(0)") for name, value in zip(names, start, strict=True)
+        )
+        self.domain.check(self.name, self.numbers)
+        wanted = span if span is not None else setting.span
+        self.span = given(wanted if wanted is not None else self.natural_span(), f"{self.name}: span")
+        if self.span <= 0:
+            raise ValueError(f"{self.name}: span = {self.span} is not positive; give a duration in seconds")
+
+    @classmethod
+    def _variant(cls, name: str | None) -> Variant:
+        if name is None:
+            return Variant("default", "")
+        for variant in cls.variants:
+            if variant.name == name:
+                return variant
+        raise ValueError(f"{cls.name} has no variant {name!r}; {nearest(name, [v.name for v in cls.variants])}")
+
+    # What a subclass states -------------------------------------------------------------------------------------
+
+    def motion(self) -> Motion:
+        """The exact motion of these numbers."""
+        raise NotImplementedError
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        """The forms of the dynamics, the most structured first. A first-order form is added where one follows."""
+        raise NotImplementedError
+
+    def scales(self) -> dict[str, float]:
+        """The maximum norm of each group over the span (angles: at most pi), by which the metric divides.
+
+        Found on a grid here; a case whose peaks are sharper than the grid states them in closed form.
+        """
+        return accuracy.grid_scales(self)
+
+    @property
+    def time_scale(self) -> float:
+        """The characteristic time, in seconds: a period over 2 pi, a decay time; the fastest one that matters."""
+        raise NotImplementedError
+
+    def natural_span(self) -> Number:
+        """The span where neither caller nor variant gives one."""
+        return self.default_span
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """Derived quantities by name: period, stop time, ..."""
+        return {}
+
+    def events(self, digits: int = 15) -> tuple[Event, ...]:
+        """The events of a hybrid motion within the span, in order."""
+        return ()
+
+    @property
+    def formulations(self) -> tuple[Formulation, ...]:
+        """Other ways to write the same case."""
+        return ()
+
+    @property
+    def scene(self) -> SceneForm | None:
+        """What a physics engine is given; None where bodies, joints, forces and contacts cannot express the case."""
+        return None
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """Models from the crudest to this one, itself excluded."""
+        return ()
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
+        """Time reversal: the state and parameters whose motion retraces this one; None where there is none."""
+        return None
+
+    # What follows -----------------------------------------------------------------------------------------------
+
+    @property
+    def numbers(self) -> dict[str, Fraction]:
+        """Parameters and initial state by name."""
+        names = [coordinate.name for coordinate in self.state]
+        return self.parameters | dict(zip(names, self.initial_state, strict=True))
+
+    @property
+    def id(self) -> str:
+        return f"{self.name}/{self.variant}" if self.variant else self.name
+
+    def rounded(self) -> Case:
+        """The same case with every number rounded to binary64; its exact motion is that of the rounded numbers."""
+        copy = type(self)(
+            initial_state=[float(value) for value in self.initial_state],
+            span=float(self.span),
+            **{name: float(value) for name, value in self.parameters.items()},
+        )
+        copy.variant = self.variant
+        return copy
+
+    def with_numbers(self, initial_state: Sequence[Number], parameters: Mapping[str, Number]) -> Case:
+        """The same case and span with other numbers."""
+        copy = type(self)(initial_state=initial_state, span=self.span, **parameters)
+        copy.variant = self.variant
+        return copy
+
+    @cached_property
+    def _motion(self) -> Motion:
+        return self.motion()
+
+    def exact(self, t: Number, digits: int = 15) -> tuple[Any, ...]:
+        """The exact state at time t to `digits` significant digits; at an event, the state after it."""
+        return self._motion.state(t, digits)
+
+    def all_forms(self) -> tuple[Form, ...]:
+        """`forms`, with the first-order form that they imply."""
+        if any(isinstance(form, FirstOrder) for form in self.forms):
+            return self.forms
+        implied = next((f for f in map(first_order, self.forms) if f is not None), None)
+        return self.forms if implied is None else (*self.forms, implied)
+
+    def parameter_values(self) -> tuple[Fraction, ...]:
+        """The parameters in the order in which equations take them."""
+        return tuple(self.parameters[p.name] for p in self.parameter_list)
+
+    @cached_property
+    def times(self) -> Floats:
+        """The 64 sample times (s): equally spaced, exact in binary, clear of events."""
+        return sampling.sample_times(self)
+
+    def sample(self, times: Floats) -> Floats:
+        """Exact states at `times` as the nearest doubles, shape (len(times), len(state))."""
+        return sampling.sample(self, np.asarray(times, dtype=np.float64))
+
+    @cached_property
+    def metric(self) -> Metric:
+        """The distance between two states."""
+        return Metric.of(self)
+
+    def floor(self, times: Floats) -> Floats:
+        """Half an ulp of the exact state, in the metric, at each time: no binary64 answer can be closer."""
+        return accuracy.floor(self, np.asarray(times, dtype=np.float64))
+
+    def conditioning(self, times: Floats) -> Floats:
+        """Typical effect, in the metric, of half an ulp in initial state, parameters and time; cached on disk."""
+        return accuracy.conditioning(self, np.asarray(times, dtype=np.float64))
+
+    @property
+    def hybrid(self) -> Hybrid | None:
+        return next((form for form in self.forms if isinstance(form, Hybrid)), None)
+
+    @property
+    def second_order(self) -> SecondOrder | None:
+        return next((form for form in self.forms if isinstance(form, SecondOrder)), None)
+
+    def __repr__(self) -> str:
+        return f"<{self.id}: {', '.join(f'{k}={float(v):g}' for k, v in self.numbers.items())}, span {float(self.span):g} s>"

@@ -1,0 +1,109 @@
+"""The distance between two states of a case: groups of like coordinates, gauged, each on its own scale."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnomon.cases.forms import Hybrid, Transition
+
+if TYPE_CHECKING:
+    from gnomon.cases.case import Case
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Coordinates that share a norm. `scale` is the maximum of the exact motion's norm over the span."""
+
+    name: str
+    indices: tuple[int, ...]
+    scale: float
+    wrapped: bool
+
+    def difference(self, states: Floats, exact: Floats) -> Floats:
+        """Gauged differences, shape (..., len(indices)): angles modulo a turn."""
+        index = list(self.indices)
+        raw = states[..., index] - exact[..., index]
+        return np.asarray(np.remainder(raw + math.pi, 2 * math.pi) - math.pi if self.wrapped else raw)
+
+
+@dataclass(frozen=True)
+class Metric:
+    """The largest of the groups' scaled distances.
+
+    In a hybrid case the state just before a transition and its image just after are one point: a state may be carried
+    onto the guard and through the reset, at the price of the way to the guard.
+    """
+
+    groups: tuple[Group, ...]
+    jumps: tuple[Callable[[Floats], Floats | None], ...] = ()
+
+    @classmethod
+    def of(cls, case: Case) -> Metric:
+        scales = case.scales()
+        groups = []
+        for name in dict.fromkeys(coordinate.group for coordinate in case.state):
+            members = tuple(i for i, c in enumerate(case.state) if c.group == name)
+            groups.append(Group(name, members, scales[name], case.state[members[0]].kind == "angle"))
+        hybrid = case.hybrid
+        jumps = [] if hybrid is None else [_jump(case, hybrid, t) for t in hybrid.transitions if t.onto]
+        return cls(tuple(groups), tuple(jumps))
+
+    def by_group(self, states: Floats, exact: Floats) -> dict[str, Floats]:
+        """Scaled distance of each group, shape of the leading axes; hybrid identification not applied."""
+        return {g.name: np.linalg.norm(g.difference(states, exact), axis=-1) / g.scale for g in self.groups}
+
+    def distance(self, states: Floats, exact: Floats) -> Floats:
+        """Distance of states (n, dim) from exact states (n, dim), shape (n,); nan where a state is not finite."""
+        plain = self._plain(states, exact)
+        if not self.jumps:
+            return plain
+        return np.array([self._through_jumps(d, a, b) for d, a, b in zip(plain, states, exact, strict=True)])
+
+    def turns(self, states: Floats, exact: Floats) -> int:
+        """The largest number of whole turns that any angle is off, reported apart from the distance."""
+        angles = [i for g in self.groups if g.wrapped for i in g.indices]
+        if not angles:
+            return 0
+        off = np.abs(states[..., angles] - exact[..., angles])
+        return int(np.max(np.round(off[np.isfinite(off)] / (2 * math.pi)), initial=0.0))
+
+    def _plain(self, states: Floats, exact: Floats) -> Floats:
+        return np.asarray(np.max(np.stack(list(self.by_group(states, exact).values())), axis=0))
+
+    def _through_jumps(self, best: float, a: Floats, b: Floats) -> float:
+        if not np.all(np.isfinite(a)):
+            return best
+        for jump in self.jumps:
+            for here, there in ((a, b), (b, a)):
+                landed = jump(here)
+                if landed is not None:
+                    before, after = landed
+                    best = min(best, float(self._plain(here, before) + self._plain(after, there)))
+        return best
+
+
+def _jump(case: Case, hybrid: Hybrid, transition: Transition) -> Callable[[Floats], Floats | None]:
+    """state -> (state on the guard, its image), or None where the state is not on its way to the guard."""
+    parameters = tuple(float(value) for value in case.parameter_values())
+    mode = hybrid.mode(transition.mode)
+    step = 1e-6 * case.time_scale
+
+    def jump(state: Floats) -> Floats | None:
+        here = tuple(map(float, state))
+        rates = mode.equations(0.0, here, parameters + mode.constants)
+        ahead = tuple(x + step * rate for x, rate in zip(here, rates, strict=True))
+        rise = transition.guard(0.0, ahead, parameters)[0] - transition.guard(0.0, here, parameters)[0]
+        if rise * transition.direction <= 0 or transition.onto is None:
+            return None
+        on_guard = transition.onto(0.0, here, parameters)
+        return np.array([on_guard, transition.reset(0.0, on_guard, parameters)])
+
+    return jump

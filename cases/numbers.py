@@ -1,0 +1,135 @@
+"""The numbers of a case: what each one is, which values it may take, which joint rules bind them."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from gnomon.reference.precision import Number, exact
+
+KINDS = (
+    "length",
+    "velocity",
+    "angle",
+    "angular velocity",
+    "attitude",
+    "dimensionless",
+    "rate",
+)
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One component of a state. Coordinates of one `group` share a norm and a scale; by default a kind is a group."""
+
+    name: str
+    unit: str
+    kind: str
+    group: str = ""
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise ValueError(f"coordinate {self.name}: kind {self.kind!r} is none of {', '.join(KINDS)}")
+        if not self.group:
+            object.__setattr__(self, "group", self.kind)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter with its unit, its default and what it means."""
+
+    name: str
+    unit: str
+    default: Number
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class Range:
+    """Allowed interval of one number, and the narrower one that random tests and searches draw from."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    low_open: bool = False
+    high_open: bool = False
+    typical: tuple[float, float] = (-10.0, 10.0)
+
+    def admits(self, value: Fraction) -> bool:
+        above = value > self.low if self.low_open else value >= self.low
+        below = value < self.high if self.high_open else value <= self.high
+        return above and below
+
+    def __str__(self) -> str:
+        left, right = "(" if self.low_open or self.low == -math.inf else "[", ")" if self.high_open or self.high == math.inf else "]"
+        return f"{left}{self.low:g}, {self.high:g}{right}"
+
+
+def positive(low: float = 0.1, high: float = 10.0) -> Range:
+    """A number above zero, drawn from [low, high]."""
+    return Range(low=0.0, low_open=True, typical=(low, high))
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A joint rule: `holds(numbers)` over parameters and initial state by name, and the sentence that states it."""
+
+    statement: str
+    holds: Callable[[Mapping[str, Fraction]], bool]
+
+
+@dataclass(frozen=True)
+class Domain:
+    """Which numbers a case admits: a Range for each name of parameters and states, and joint rules."""
+
+    ranges: Mapping[str, Range]
+    rules: tuple[Rule, ...] = ()
+
+    def check(self, case: str, numbers: Mapping[str, Fraction]) -> None:
+        """Raise ValueError naming the first number that is out of its range, or the rule that is broken."""
+        for name, value in numbers.items():
+            allowed = self.ranges.get(name, Range())
+            if not allowed.admits(value):
+                raise ValueError(f"{case}: {name} = {show(value)} is outside {allowed}")
+        for rule in self.rules:
+            if not rule.holds(numbers):
+                listed = ", ".join(f"{name} = {show(value)}" for name, value in numbers.items())
+                raise ValueError(f"{case}: {rule.statement} does not hold for {listed}")
+
+    def admits(self, numbers: Mapping[str, Fraction]) -> bool:
+        return all(self.ranges.get(name, Range()).admits(value) for name, value in numbers.items()) and all(
+            rule.holds(numbers) for rule in self.rules
+        )
+
+    def draw(self, names: Iterable[str], unit: Callable[[], float]) -> dict[str, float]:
+        """Admissible numbers from `unit()`, a source of floats in [0, 1); at most 1000 attempts at the joint rules."""
+        names = tuple(names)
+        for _ in range(1000):
+            numbers = {}
+            for name in names:
+                low, high = self.ranges.get(name, Range()).typical
+                numbers[name] = low + (high - low) * unit()
+            if self.admits({name: Fraction(value) for name, value in numbers.items()}):
+                return numbers
+        raise ValueError(f"no admissible numbers for {', '.join(names)} in 1000 attempts; narrow the typical ranges")
+
+
+def show(value: Fraction) -> str:
+    """A number as a person would write it: exact where that is short, else 17 digits."""
+    if value.denominator == 1 and abs(value.numerator) < 10**15:
+        return str(value.numerator)
+    return f"{float(value):.17g}"
+
+
+def given(value: Number, name: str) -> Fraction:
+    """An exact number from what a caller gave for `name`."""
+    return exact(value, name)
+
+
+def nearest(name: str, valid: Iterable[str]) -> str:
+    """The hint for an unknown name: the nearest valid ones, or all of them where none is near."""
+    valid = sorted(valid)
+    close = difflib.get_close_matches(name, valid, n=3, cutoff=0.5)
+    return f"did you mean {' or '.join(close)}?" if close else f"valid names: {', '.join(valid)}"

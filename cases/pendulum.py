@@ -1,0 +1,20 @@
+"""The simple pendulum."""
+
+from __future__ import annotations
+
+from math import cos, sin
+from gnomon.cases.forms import Values, Separable
+from typing import Any
+
+
+def acceleration(t: Any, q: Values, parameters: Values) -> Values:
+    """theta'' = -(g/L) sin(theta)."""
+    (theta,) = q
+    g, length = parameters
+    return (-(g / length) * sin(theta),)
+
+
+def potential(t: Any, q: Values, parameters: Values) -> Values:
+    (theta,) = q
+    g, length = parameters
+    return (-(g / length) * cos(theta),)

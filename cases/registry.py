@@ -1,0 +1,64 @@
+"""Cases by name. Modules are imported on first use, so that listing names is instant."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from importlib.metadata import entry_points
+
+from gnomon.cases.case import Case
+from gnomon.cases.numbers import nearest
+from gnomon.reference.precision import Number
+
+_MODULES = {
+    "pendulum_simple": "pendulum:PendulumSimple",
+}
+
+
+def names() -> tuple[str, ...]:
+    """The names of all moving cases, entry points of the group `gnomon.cases` included."""
+    return (*_MODULES, *(point.name for point in entry_points(group="gnomon.cases")))
+
+
+def case_class(name: str) -> type[Case]:
+    """The class of a case by its name, or by `package.module:Class`.
+
+    Raises ValueError for an unknown name, with the nearest valid ones.
+    """
+    if name in _MODULES:
+        return load(f"gnomon.cases.{_MODULES[name]}")
+    for point in entry_points(group="gnomon.cases"):
+        if point.name == name:
+            return _checked(point.load(), name)
+    if ":" in name:
+        return load(name)
+    raise ValueError(f"no case is named {name!r}; {nearest(name, names())}")
+
+
+def load(path: str) -> type[Case]:
+    """A case class from `package.module:Class`."""
+    module, _, attribute = path.partition(":")
+    try:
+        return _checked(getattr(importlib.import_module(module), attribute), path)
+    except (ImportError, AttributeError) as error:
+        raise ValueError(f"{path}: {error}; give package.module:Class of a subclass of gnomon.cases.Case") from None
+
+
+def _checked(found: object, path: str) -> type[Case]:
+    if not (isinstance(found, type) and issubclass(found, Case)):
+        raise ValueError(f"{path} is no subclass of gnomon.cases.Case")
+    return found
+
+
+def get(
+    name: str,
+    variant: str | None = None,
+    initial_state: Sequence[Number] | None = None,
+    span: Number | None = None,
+    **parameters: Number,
+) -> Case:
+    """A case with exact numbers (SI units). A variant's numbers are overridden by those given.
+
+    Raises ValueError for an unknown name, variant or parameter and for numbers outside the domain.
+    """
+    return case_class(name)(variant, initial_state, span, **parameters)

@@ -1,0 +1,54 @@
+"""When a case is sampled, and its exact states there as doubles."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnomon.reference.precision import nearest_double
+
+if TYPE_CHECKING:
+    from gnomon.cases.case import Case
+
+Floats = NDArray[np.float64]
+SAMPLES = 64
+INTERVAL_BITS = 20
+
+
+def sample_times(case: Case) -> Floats:
+    """64 equally spaced times up to the span: multiples of an interval of 20 significant bits, so exact in binary.
+
+    In a hybrid case the interval is lowered by units of its 20th bit until every sample keeps 1e-3 of the time between
+    the neighbouring events away from each of them.
+    """
+    mantissa, exponent = _interval(case.span / SAMPLES)
+    events = [Fraction(float(event.time)) for event in case.events(20)]
+    while events and not _clear(Fraction(mantissa) * Fraction(2) ** exponent, events):
+        mantissa -= 1
+    return np.arange(1, SAMPLES + 1) * math.ldexp(mantissa, exponent)
+
+
+def _interval(length: Fraction) -> tuple[int, int]:
+    """The length as mantissa * 2**exponent with a mantissa of 20 bits, rounded to nearest."""
+    exponent = math.frexp(float(length))[1] - INTERVAL_BITS
+    return round(length / Fraction(2) ** exponent), exponent
+
+
+def _clear(interval: Fraction, events: list[Fraction]) -> bool:
+    edges = [Fraction(0), *events]
+    for i, event in enumerate(events, start=1):
+        after = edges[i + 1] - event if i + 1 < len(edges) else event - edges[i - 1]
+        gap = min(event - edges[i - 1], after) / 1000
+        k = min(max(round(event / interval), 1), SAMPLES)
+        if abs(k * interval - event) < gap:
+            return False
+    return True
+
+
+def sample(case: Case, times: Floats) -> Floats:
+    """Exact states at `times`, shape (len(times), len(case.state)), each value the nearest double."""
+    return np.array([[nearest_double(x) for x in case.exact(float(t), 36)] for t in times])

@@ -1,0 +1,100 @@
+"""What a physics engine is given: bodies, joints, forces and contacts, and nothing that the scene does not need."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Vector = tuple[float, float, float]
+IDENTITY = (0.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body. `inertia`: principal moments about its centre of mass, its axes the body axes.
+
+    `radius` (sphere) or `half_extents` (box) is given only where the body touches something. `quaternion` is (x, y, z, w),
+    body -> space; velocities are in space.
+    """
+
+    name: str
+    mass: float
+    inertia: Vector
+    position: Vector = (0.0, 0.0, 0.0)
+    quaternion: tuple[float, float, float, float] = IDENTITY
+    velocity: Vector = (0.0, 0.0, 0.0)
+    angular_velocity: Vector = (0.0, 0.0, 0.0)
+    radius: float | None = None
+    half_extents: Vector | None = None
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """A revolute joint between the world and `body`, through `anchor` along `axis`, both in space at angle zero.
+
+    The body's centre of mass stands at `arm` from the anchor at angle zero; `angle` and `rate` are its start.
+    """
+
+    name: str
+    body: str
+    anchor: Vector
+    axis: Vector
+    arm: Vector
+    angle: float
+    rate: float
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Body against a fixed plane through the origin with unit `normal`: coefficient of restitution and of friction."""
+
+    body: str
+    normal: Vector
+    restitution: float = 0.0
+    friction: float = 0.0
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force on the centre of mass of `body`: `law(t, position, velocity)` -> force (N), in space, and its token."""
+
+    body: str
+    token: str
+    law: Callable[[float, Vector, Vector], Vector]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything the scene needs. `needs` are the tokens that an adapter must support."""
+
+    gravity: Vector
+    bodies: tuple[Body, ...]
+    hinges: tuple[Hinge, ...] = ()
+    contacts: tuple[Contact, ...] = ()
+    forces: tuple[Force, ...] = ()
+    needs: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What an engine reports at one sample: hinges (angle, rate); bodies (position, quaternion, velocity, angular velocity)."""
+
+    hinges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    bodies: Mapping[str, tuple[Vector, tuple[float, float, float, float], Vector, Vector]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SceneForm:
+    """`build(state, parameters)` -> the Scene that starts in that state; `observe(readings, parameters)` -> the state.
+
+    `conservative` scenes admit the staggered start. `needs` are the tokens, known before anything is built.
+    """
+
+    build: Callable[[tuple[float, ...], tuple[float, ...]], Scene]
+    observe: Callable[[Readings, tuple[float, ...]], tuple[float, ...]]
+    needs: frozenset[str]
+    conservative: bool = True

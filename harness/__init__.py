@@ -1,0 +1,1 @@
+"""Runs cases through integrators, times, judges, stores and reports."""

@@ -1,0 +1,1 @@
+"""Third-party libraries, one library a file."""

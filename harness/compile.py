@@ -1,0 +1,178 @@
+"""Compiling a case's equations: one generated module a function, in the user's cache folder, cached by numba.
+
+The name of a module is a hash of every source in it, because numba's cache does not see edits in other files. Every
+compiled function has the one signature `void(t, y, parameters, out)`, so integrators compiled once take any case by
+function pointer.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import inspect
+import math
+import os
+import sys
+import tempfile
+import textwrap
+import types
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import platformdirs
+from numpy.typing import NDArray
+
+from gnomon.cases import forms
+from gnomon.cases.arithmetic import FUNCTIONS, _names
+
+Floats = NDArray[np.float64]
+OPTIONS = 'error_model="numpy", fastmath={"contract"}, cache=True'
+SIGNATURE = "void(float64, float64[::1], float64[::1], float64[::1])"
+
+
+class Kernel:
+    """A compiled function of a problem and its callers.
+
+    `pointer`: the numba dispatcher with signature void(t, y, p, out), to be handed to compiled integrators.
+    `array`: compiled (t, y, p) -> new array. `address`: of a C function void(double t, double *y, double *p, double *out).
+    """
+
+    def __init__(self, module: types.ModuleType) -> None:
+        self.pointer: Any = module.kernel
+        self.array: Any = module.array
+        self.module = module
+
+    @property
+    def address(self) -> int:
+        return int(self.module.c_kernel.address)
+
+
+def cache_folder() -> Path:
+    """Where generated modules live; NUMBA_CACHE_DIR is honoured."""
+    root = os.environ.get("NUMBA_CACHE_DIR")
+    folder = Path(root) if root else Path(platformdirs.user_cache_dir("gnomon"))
+    folder = folder / "kernels"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def kernel(form: Any, parameters: int, dimension: int, counted: bool = False) -> Kernel:
+    """The first-order right-hand side of a form (FirstOrder, SecondOrder or RigidBody), compiled.
+
+    With `counted`, the parameter array has one more element, to which each call adds 1.
+    """
+    if isinstance(form, forms.FirstOrder):
+        return function_kernel(form.equations, dimension, parameters, dimension, counted)
+    if isinstance(form, forms.SecondOrder):
+        half = dimension // 2
+        call = f"acceleration(t, ({_items('y', half)}), p)"
+        return _kernel({"acceleration": form.acceleration}, call, half, dimension, parameters, counted)
+    if isinstance(form, forms.RigidBody):
+        functions = {"inertia": form.inertia, "torque": form.torque, "euler": forms.euler_equations}
+        call = "euler(y, inertia(p), torque(t, y, p))"
+        return _kernel(functions, call, 0, dimension, parameters, counted)
+    raise ValueError(f"{type(form).__name__} has no right-hand side to compile")
+
+
+def acceleration_kernel(form: forms.SecondOrder, parameters: int, dimension: int, counted: bool = False) -> Kernel:
+    """The acceleration of a second-order form: void(t, q, p, a) with q and a of length dimension/2."""
+    half = dimension // 2
+    return function_kernel(form.acceleration, half, parameters, half, counted)
+
+
+def function_kernel(
+    function: Callable[..., Any], states: int, parameters: int, outputs: int, counted: bool = False
+) -> Kernel:
+    """Any plain function (t, state, parameters) -> tuple of `outputs` values, compiled."""
+    return _kernel({"function": function}, "function(t, y, p)", 0, states, parameters, counted, outputs)
+
+
+def _kernel(
+    functions: dict[str, Callable[..., Any]],
+    call: str,
+    lead: int,
+    states: int,
+    parameters: int,
+    counted: bool,
+    outputs: int | None = None,
+) -> Kernel:
+    """`out` gets the second half of y (`lead` values, for q' = v) and then the values of `call`."""
+    outputs = states if outputs is None else outputs
+    # The call is written with y and p as tuples, unpacked from the arrays.
+    lines = [f"y = ({_items('y_', states)})", f"p = ({_items('p_', parameters)})", f"r = {call}"]
+    lines += [f"out[{i}] = y[{lead + i}]" for i in range(lead)]
+    lines += [f"out[{lead + i}] = r[{i}]" for i in range(outputs - lead)]
+    if counted:
+        lines.append(f"p_[{parameters}] += 1.0")
+    body = textwrap.indent("\n".join(lines), "    ")
+    source = (
+        f"{gather(functions)}\n\n"
+        f'@njit("{SIGNATURE}", {OPTIONS})\ndef kernel(t, y_, p_, out):\n{body}\n\n'
+        f'@njit("float64[::1](float64, float64[::1], float64[::1])", {OPTIONS})\n'
+        f"def array(t, y_, p_):\n    out = np.empty({outputs})\n    kernel(t, y_, p_, out)\n    return out\n\n"
+        f"POINTER = types.CPointer(types.float64)\n"
+        f"@cfunc(types.void(types.float64, POINTER, POINTER, POINTER), cache=True)\n"
+        f"def c_kernel(t, y_, p_, out):\n"
+        f"    kernel(t, carray(y_, {states}), carray(p_, {parameters + counted}), carray(out, {outputs}))\n"
+    )
+    return Kernel(load_module(source))
+
+
+def _items(name: str, count: int) -> str:
+    return "".join(f"{name}[{i}], " for i in range(count))
+
+
+def gather(functions: dict[str, Callable[..., Any]]) -> str:
+    """Source text that defines `functions` under the given names, compiled by numba, with all that they call."""
+    seen: dict[str, Callable[..., Any]] = {}
+    parts: list[str] = ["import numpy as np", "from numba import carray, cfunc, njit, types"]
+    for alias, function in functions.items():
+        _gather(function, seen, parts)
+        if function.__name__ != alias:
+            parts.append(f"{alias} = {function.__name__}")
+    return "\n".join(parts)
+
+
+def _gather(function: Callable[..., Any], seen: dict[str, Callable[..., Any]], parts: list[str]) -> None:
+    name = function.__name__
+    if name in seen:
+        if seen[name] is not function:
+            raise ValueError(f"two different functions are called {name}; rename one so that both can be compiled")
+        return
+    if name == "<lambda>" or function.__closure__:
+        raise ValueError(f"{function.__qualname__} is a lambda or a closure; write it as a function of a module")
+    seen[name] = function
+    for used in sorted(_names(function.__code__)):
+        value = function.__globals__.get(used)
+        if isinstance(value, types.FunctionType):
+            _gather(value, seen, parts)
+        elif used in FUNCTIONS and value is getattr(math, used):
+            parts.append(f"from math import {used}")
+        elif isinstance(value, int | float):
+            parts.append(f"{used} = {value!r}")
+        elif value is not None:
+            raise ValueError(f"{name} uses {used} = {value!r}; equations may use numbers, plain functions and math")
+    source = inspect.cleandoc("\n" + inspect.getsource(function))
+    parts.append(f"@njit({OPTIONS})\n{source}\n")
+
+
+@cache
+def load_module(source: str) -> types.ModuleType:
+    """Write `source` under a name that is its hash and import it; the file of another process is taken as it is."""
+    source = "from __future__ import annotations\n" + source
+    name = "gnomon_" + hashlib.sha256(source.encode()).hexdigest()[:24]
+    path = cache_folder() / f"{name}.py"
+    if not path.exists() or path.read_text() != source:
+        descriptor, temporary = tempfile.mkstemp(dir=path.parent)
+        with os.fdopen(descriptor, "w") as file:
+            file.write(source)
+        os.replace(temporary, path)
+    specification = importlib.util.spec_from_file_location(name, path)
+    assert specification is not None and specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    sys.modules[name] = module
+    specification.loader.exec_module(module)
+    return module

@@ -1,0 +1,1 @@
+"""In-house integrators, one family a file."""

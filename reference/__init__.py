@@ -1,0 +1,1 @@
+"""Exact motions at any precision."""

@@ -1,0 +1,45 @@
+"""The base of every exact motion: exact numbers in, guard digits inside, one rounding out."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any
+
+from gnomon.reference.precision import Number, exact, publish, working
+
+
+class Motion(ABC):
+    """An exact solution of an initial value problem that starts at t = 0.
+
+    A subclass is a frozen dataclass whose fields are Fractions. It states
+
+    1. `_state(mp, t)`: the state at the Fraction t, computed in the mpmath context `mp` at the precision that the
+       context has, every input converted inside with `mp.mpf(fraction)`;
+    2. `_guard(t)`: how many digits that formula loses at t, from the cancellation it has.
+    """
+
+    def state(self, t: Number, digits: int = 15) -> tuple[Any, ...]:
+        """State at time t, correct to `digits` significant digits relative to the size of the motion."""
+        time = exact(t, "t")
+        with working(digits + self._guard(time)) as mp:
+            return publish(self._state(mp, time), digits)
+
+    @abstractmethod
+    def _state(self, mp: Any, t: Fraction) -> Sequence[Any]: ...
+
+    def _guard(self, t: Fraction) -> float:
+        return 10
+
+    def _quantity(self, digits: int, formula: Callable[[Any], Any], guard: float = 10) -> Any:
+        """A derived number: `formula(mp)` with guard digits, rounded once."""
+        with working(digits + guard) as mp:
+            return publish([formula(mp)], digits)[0]
+
+
+def decades(value: Fraction) -> float:
+    """log10 of a nonnegative number, 0 below 1: the digits that its size can cost."""
+    if value <= 1:
+        return 0.0
+    return (value.numerator.bit_length() - value.denominator.bit_length() + 1) * 0.30103
