@@ -66,7 +66,9 @@ def _neighbours(case: Case) -> list[Case]:
         for moved in (value + half, value - half):
             changed = [*numbers[:index], moved, *numbers[index + 1 :]]
             try:
-                neighbour = case.with_numbers(changed[:states], dict(zip(names, changed[states:], strict=True)))
+                neighbour = case.with_numbers(
+                    changed[:states], dict(zip(names, changed[states:], strict=True))
+                )
             except ValueError:
                 continue  # outside the domain: the other side is inside
             if value != 0:
@@ -78,7 +80,10 @@ def _neighbours(case: Case) -> list[Case]:
 def _distances(case: Case, states: list[tuple[object, ...]], nominal: list[tuple[object, ...]]) -> Floats:
     """Distances between states that differ far below an ulp: differences first, in high precision."""
     rows = np.array(
-        [[nearest_double(x - y) for x, y in zip(a, b, strict=True)] for a, b in zip(states, nominal, strict=True)]  # type: ignore[operator]
+        [
+            [nearest_double(x - y) for x, y in zip(a, b, strict=True)]
+            for a, b in zip(states, nominal, strict=True)
+        ]  # type: ignore[operator]
     )
     zero = np.zeros_like(rows)
     return np.max(list(case.metric.by_group(rows, zero).values()), axis=0)

@@ -107,7 +107,9 @@ class Case:
         start = self.default_state if start is None else start
         names = [coordinate.name for coordinate in self.state]
         if len(start) != len(names):
-            raise ValueError(f"{self.name}: the initial state has {len(start)} numbers, not {len(names)} ({', '.join(names)})")
+            raise ValueError(
+                f"{self.name}: the initial state has {len(start)} numbers, not {len(names)} ({', '.join(names)})"
+            )
         self.variant = variant
         self.parameters = {name: given(value, f"{self.name}: {name}") for name, value in values.items()}
         self.initial_state = tuple(
@@ -126,7 +128,9 @@ class Case:
         for variant in cls.variants:
             if variant.name == name:
                 return variant
-        raise ValueError(f"{cls.name} has no variant {name!r}; {nearest(name, [v.name for v in cls.variants])}")
+        raise ValueError(
+            f"{cls.name} has no variant {name!r}; {nearest(name, [v.name for v in cls.variants])}"
+        )
 
     # What a subclass states -------------------------------------------------------------------------------------
 

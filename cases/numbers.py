@@ -63,7 +63,10 @@ class Range:
         return above and below
 
     def __str__(self) -> str:
-        left, right = "(" if self.low_open or self.low == -math.inf else "[", ")" if self.high_open or self.high == math.inf else "]"
+        left, right = (
+            "(" if self.low_open or self.low == -math.inf else "[",
+            ")" if self.high_open or self.high == math.inf else "]",
+        )
         return f"{left}{self.low:g}, {self.high:g}{right}"
 
 
@@ -113,7 +116,9 @@ class Domain:
                 numbers[name] = low + (high - low) * unit()
             if self.admits({name: Fraction(value) for name, value in numbers.items()}):
                 return numbers
-        raise ValueError(f"no admissible numbers for {', '.join(names)} in 1000 attempts; narrow the typical ranges")
+        raise ValueError(
+            f"no admissible numbers for {', '.join(names)} in 1000 attempts; narrow the typical ranges"
+        )
 
 
 def show(value: Fraction) -> str:

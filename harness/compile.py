@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from gnomon.cases import forms
 from gnomon.cases.arithmetic import FUNCTIONS, _names
+from gnomon.harness.integrator import Problem
 
 Floats = NDArray[np.float64]
 OPTIONS = 'error_model="numpy", fastmath={"contract"}, cache=True'
@@ -59,6 +60,16 @@ def cache_folder() -> Path:
     return folder
 
 
+def right_hand_side(problem: Problem) -> Kernel:
+    """The compiled first-order right-hand side of a problem, counting where the problem asks for it."""
+    return kernel(problem.form, len(problem.parameters), problem.dimension, problem.counted)
+
+
+def acceleration(problem: Problem) -> Kernel:
+    """The compiled acceleration of a second-order problem, counting where the problem asks for it."""
+    return acceleration_kernel(problem.form, len(problem.parameters), problem.dimension, problem.counted)
+
+
 def kernel(form: Any, parameters: int, dimension: int, counted: bool = False) -> Kernel:
     """The first-order right-hand side of a form (FirstOrder, SecondOrder or RigidBody), compiled.
 
@@ -77,7 +88,7 @@ def kernel(form: Any, parameters: int, dimension: int, counted: bool = False) ->
     raise ValueError(f"{type(form).__name__} has no right-hand side to compile")
 
 
-def acceleration_kernel(form: forms.SecondOrder, parameters: int, dimension: int, counted: bool = False) -> Kernel:
+def acceleration_kernel(form: Any, parameters: int, dimension: int, counted: bool = False) -> Kernel:
     """The acceleration of a second-order form: void(t, q, p, a) with q and a of length dimension/2."""
     half = dimension // 2
     return function_kernel(form.acceleration, half, parameters, half, counted)
@@ -140,10 +151,14 @@ def _gather(function: Callable[..., Any], seen: dict[str, Callable[..., Any]], p
     name = function.__name__
     if name in seen:
         if seen[name] is not function:
-            raise ValueError(f"two different functions are called {name}; rename one so that both can be compiled")
+            raise ValueError(
+                f"two different functions are called {name}; rename one so that both can be compiled"
+            )
         return
     if name == "<lambda>" or function.__closure__:
-        raise ValueError(f"{function.__qualname__} is a lambda or a closure; write it as a function of a module")
+        raise ValueError(
+            f"{function.__qualname__} is a lambda or a closure; write it as a function of a module"
+        )
     seen[name] = function
     for used in sorted(_names(function.__code__)):
         value = function.__globals__.get(used)
@@ -154,7 +169,9 @@ def _gather(function: Callable[..., Any], seen: dict[str, Callable[..., Any]], p
         elif isinstance(value, int | float):
             parts.append(f"{used} = {value!r}")
         elif value is not None:
-            raise ValueError(f"{name} uses {used} = {value!r}; equations may use numbers, plain functions and math")
+            raise ValueError(
+                f"{name} uses {used} = {value!r}; equations may use numbers, plain functions and math"
+            )
     source = inspect.cleandoc("\n" + inspect.getsource(function))
     parts.append(f"@njit({OPTIONS})\n{source}\n")
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -57,12 +58,20 @@ class Problem:
     time_scale: float
     counted: bool = False
     """True in the untimed run that counts right-hand sides: `gnomon.harness.compile` then hands out counting twins."""
-    counter: Floats = field(default_factory=lambda: np.zeros(1))
-    """Where counting right-hand sides add 1."""
+
+    @property
+    def uniform(self) -> bool:
+        """True where the times are exact multiples of `interval` (always, unless the formulation has a clock)."""
+        return bool(np.array_equal(self.times, np.arange(1, len(self.times) + 1) * self.times[0]))
 
     @property
     def interval(self) -> float:
         return float(self.times[0])
+
+    @cached_property
+    def buffer(self) -> Floats:
+        """The parameters and one more element, which counting kernels raise by 1 a call; hand this to kernels."""
+        return np.append(self.parameters, 0.0)
 
 
 @dataclass
