@@ -7,9 +7,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
-
 from gnomon.reference.precision import nearest_double
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from gnomon.cases.case import Case
@@ -36,9 +35,7 @@ def floor(case: Case, times: Floats) -> Floats:
     """Half an ulp of each component of the exact state, in the metric, shape (len(times),)."""
     states = case.sample(times)
     half = np.spacing(np.abs(states)) / 2
-    return np.max(
-        [np.linalg.norm(half[:, list(g.indices)], axis=1) / g.scale for g in case.metric.groups], axis=0
-    )
+    return np.max([np.linalg.norm(half[:, list(g.indices)], axis=1) / g.scale for g in case.metric.groups], axis=0)
 
 
 def conditioning(case: Case, times: Floats) -> Floats:
@@ -66,9 +63,7 @@ def _neighbours(case: Case) -> list[Case]:
         for moved in (value + half, value - half):
             changed = [*numbers[:index], moved, *numbers[index + 1 :]]
             try:
-                neighbour = case.with_numbers(
-                    changed[:states], dict(zip(names, changed[states:], strict=True))
-                )
+                neighbour = case.with_numbers(changed[:states], dict(zip(names, changed[states:], strict=True)))
             except ValueError:
                 continue  # outside the domain: the other side is inside
             if value != 0:
@@ -80,10 +75,7 @@ def _neighbours(case: Case) -> list[Case]:
 def _distances(case: Case, states: list[tuple[object, ...]], nominal: list[tuple[object, ...]]) -> Floats:
     """Distances between states that differ far below an ulp: differences first, in high precision."""
     rows = np.array(
-        [
-            [nearest_double(x - y) for x, y in zip(a, b, strict=True)]
-            for a, b in zip(states, nominal, strict=True)
-        ]  # type: ignore[operator]
+        [[nearest_double(x - y) for x, y in zip(a, b, strict=True)] for a, b in zip(states, nominal, strict=True)]  # type: ignore[operator]
     )
     zero = np.zeros_like(rows)
     return np.max(list(case.metric.by_group(rows, zero).values()), axis=0)

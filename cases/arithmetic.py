@@ -29,9 +29,7 @@ def _rebound(function: Any, arithmetic: dict[str, Any], done: dict[Any, Any]) ->
     for name in _names(function.__code__):
         if name in function.__globals__:
             namespace[name] = _value(name, function.__globals__[name], arithmetic, done)
-    for name, cell, source in zip(
-        function.__code__.co_freevars, cells, function.__closure__ or (), strict=True
-    ):
+    for name, cell, source in zip(function.__code__.co_freevars, cells, function.__closure__ or (), strict=True):
         cell.cell_contents = _value(name, source.cell_contents, arithmetic, done)
     return copy
 
@@ -47,9 +45,7 @@ def _names(code: types.CodeType) -> set[str]:
 def _value(name: str, value: Any, arithmetic: dict[str, Any], done: dict[Any, Any]) -> Any:
     if name in FUNCTIONS and value is getattr(math, name):
         if name not in arithmetic:
-            raise ValueError(
-                f"{name} has no counterpart in this arithmetic, which has {', '.join(sorted(arithmetic))}"
-            )
+            raise ValueError(f"{name} has no counterpart in this arithmetic, which has {', '.join(sorted(arithmetic))}")
         return arithmetic[name]
     return _rebound(value, arithmetic, done) if isinstance(value, types.FunctionType) else value
 

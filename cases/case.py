@@ -9,8 +9,6 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
-
 from gnomon.cases import accuracy, sampling
 from gnomon.cases.forms import FirstOrder, Form, Hybrid, SecondOrder, first_order
 from gnomon.cases.formulation import Formulation
@@ -19,6 +17,7 @@ from gnomon.cases.numbers import Coordinate, Domain, Parameter, given, nearest
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.motion import Motion
 from gnomon.reference.precision import Number
+from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
@@ -128,9 +127,7 @@ class Case:
         for variant in cls.variants:
             if variant.name == name:
                 return variant
-        raise ValueError(
-            f"{cls.name} has no variant {name!r}; {nearest(name, [v.name for v in cls.variants])}"
-        )
+        raise ValueError(f"{cls.name} has no variant {name!r}; {nearest(name, [v.name for v in cls.variants])}")
 
     # What a subclass states -------------------------------------------------------------------------------------
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-
 from gnomon.cases.forms import Form
+from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 

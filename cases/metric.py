@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
-
 from gnomon.cases.forms import Hybrid, Transition
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from gnomon.cases.case import Case

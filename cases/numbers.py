@@ -116,9 +116,7 @@ class Domain:
                 numbers[name] = low + (high - low) * unit()
             if self.admits({name: Fraction(value) for name, value in numbers.items()}):
                 return numbers
-        raise ValueError(
-            f"no admissible numbers for {', '.join(names)} in 1000 attempts; narrow the typical ranges"
-        )
+        raise ValueError(f"no admissible numbers for {', '.join(names)} in 1000 attempts; narrow the typical ranges")
 
 
 def show(value: Fraction) -> str:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from math import cos, sin
-from gnomon.cases.forms import Values, Separable
 from typing import Any
+
+from gnomon.cases.forms import Values
 
 
 def acceleration(t: Any, q: Values, parameters: Values) -> Values:

@@ -41,9 +41,7 @@ def load(path: str) -> type[Case]:
     try:
         return _checked(getattr(importlib.import_module(module), attribute), path)
     except (ImportError, AttributeError) as error:
-        raise ValueError(
-            f"{path}: {error}; give package.module:Class of a subclass of gnomon.cases.Case"
-        ) from None
+        raise ValueError(f"{path}: {error}; give package.module:Class of a subclass of gnomon.cases.Case") from None
 
 
 def _checked(found: object, path: str) -> type[Case]:

@@ -7,9 +7,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
-
 from gnomon.reference.precision import nearest_double
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from gnomon.cases.case import Case

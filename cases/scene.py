@@ -84,9 +84,7 @@ class Readings:
     """What an engine reports at one sample: hinges (angle, rate); bodies (position, quaternion, velocity, angular velocity)."""
 
     hinges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    bodies: Mapping[str, tuple[Vector, tuple[float, float, float, float], Vector, Vector]] = field(
-        default_factory=dict
-    )
+    bodies: Mapping[str, tuple[Vector, tuple[float, float, float, float], Vector, Vector]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -23,11 +23,10 @@ from typing import Any
 
 import numpy as np
 import platformdirs
-from numpy.typing import NDArray
-
 from gnomon.cases import forms
 from gnomon.cases.arithmetic import FUNCTIONS, _names
 from gnomon.harness.integrator import Problem
+from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 OPTIONS = 'error_model="numpy", fastmath={"contract"}, cache=True'
@@ -151,14 +150,10 @@ def _gather(function: Callable[..., Any], seen: dict[str, Callable[..., Any]], p
     name = function.__name__
     if name in seen:
         if seen[name] is not function:
-            raise ValueError(
-                f"two different functions are called {name}; rename one so that both can be compiled"
-            )
+            raise ValueError(f"two different functions are called {name}; rename one so that both can be compiled")
         return
     if name == "<lambda>" or function.__closure__:
-        raise ValueError(
-            f"{function.__qualname__} is a lambda or a closure; write it as a function of a module"
-        )
+        raise ValueError(f"{function.__qualname__} is a lambda or a closure; write it as a function of a module")
     seen[name] = function
     for used in sorted(_names(function.__code__)):
         value = function.__globals__.get(used)
@@ -169,9 +164,7 @@ def _gather(function: Callable[..., Any], seen: dict[str, Callable[..., Any]], p
         elif isinstance(value, int | float):
             parts.append(f"{used} = {value!r}")
         elif value is not None:
-            raise ValueError(
-                f"{name} uses {used} = {value!r}; equations may use numbers, plain functions and math"
-            )
+            raise ValueError(f"{name} uses {used} = {value!r}; equations may use numbers, plain functions and math")
     source = inspect.cleandoc("\n" + inspect.getsource(function))
     parts.append(f"@njit({OPTIONS})\n{source}\n")
 

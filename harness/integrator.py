@@ -9,10 +9,9 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
-
 from gnomon.cases.forms import Form
 from gnomon.cases.scene import SceneForm
+from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
