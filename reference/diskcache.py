@@ -1,0 +1,103 @@
+"""Dear results kept on disk: arrays and JSON under a key, sound or absent."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import tempfile
+import warnings
+import zipfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import platformdirs
+from numpy.typing import NDArray
+
+_DIGEST = 32
+_NOTES = "notes"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What is kept: named arrays, and notes that JSON can express."""
+
+    arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    notes: Any = None
+
+
+def folder() -> Path:
+    """Where entries live, in the user's cache folder (XDG_CACHE_HOME is honoured on Linux)."""
+    return Path(platformdirs.user_cache_dir("gnomon")) / "results"
+
+
+def cached(key: str, build: Callable[[], Entry]) -> Entry:
+    """The entry under `key`, built and kept where there is none or where its file is damaged.
+
+    `key` names everything that the result depends on; the version of gnomon is added to it. A folder that cannot be
+    written costs the keeping, not the result.
+    """
+    found = load(key)
+    if found is not None:
+        return found
+    entry = build()
+    try:
+        store(key, entry)
+    except OSError as error:
+        warnings.warn(f"{folder()} cannot be written ({error}); results are computed anew each time", stacklevel=2)
+    return entry
+
+
+def load(key: str) -> Entry | None:
+    """The entry under `key`, None where there is none or where its checksum is wrong."""
+    try:
+        content = _path(key).read_bytes()
+    except OSError:
+        return None
+    digest, payload = content[:_DIGEST], content[_DIGEST:]
+    if _digest(key, payload) != digest:
+        return None
+    try:
+        with np.load(io.BytesIO(payload), allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        notes = json.loads(arrays.pop(_NOTES).tobytes())
+    except (ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None  # written by another format of this file under the same version
+    return Entry(arrays, notes)
+
+
+def store(key: str, entry: Entry) -> None:
+    """Keep an entry; readers see the old file or the whole new one."""
+    if _NOTES in entry.arrays:
+        raise ValueError(f"an array may not be called {_NOTES!r}")
+    notes = np.frombuffer(json.dumps(entry.notes).encode(), dtype=np.uint8)
+    buffer = io.BytesIO()
+    np.savez(buffer, **{_NOTES: notes, **entry.arrays})
+    payload = buffer.getvalue()
+    path = _path(key)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    descriptor, temporary = tempfile.mkstemp(dir=path.parent)
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(_digest(key, payload) + payload)
+        os.replace(temporary, path)
+    except BaseException:
+        os.unlink(temporary)
+        raise
+
+
+def _path(key: str) -> Path:
+    return folder() / (hashlib.sha256(_full(key).encode()).hexdigest()[:40] + ".bin")
+
+
+def _digest(key: str, payload: bytes) -> bytes:
+    return hashlib.sha256(_full(key).encode() + b"\0" + payload).digest()
+
+
+def _full(key: str) -> str:
+    return f"gnomon {version('gnomon')}\n{key}"
