@@ -12,6 +12,7 @@ from gnomon.reference.precision import Number
 
 _MODULES = {
     "pendulum_simple": "pendulum:PendulumSimple",
+    "projectile_parabola": "projectile:ProjectileParabola",
 }
 
 

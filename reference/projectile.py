@@ -1,0 +1,73 @@
+"""The projectile in uniform gravity: r = r0 + v0 t + g t^2 / 2 (Beatty, Dynamics, 6.4.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from gnomon.reference.motion import Motion
+from gnomon.reference.precision import Number, exact
+
+
+@dataclass(frozen=True)
+class Projectile(Motion):
+    """A mass point thrown from (x, y) with velocity (vx, vy), y upward, gravity g downward (m, m/s, m/s^2).
+
+    The motion is a polynomial with rational coefficients, so it is evaluated without any rounding but the last.
+    """
+
+    g: Fraction
+    x: Fraction
+    y: Fraction
+    vx: Fraction
+    vy: Fraction
+
+    def _state(self, mp: Any, t: Fraction) -> list[Any]:
+        return [mp.mpf(value) for value in self.rational(t)]
+
+    def rational(self, t: Number) -> tuple[Fraction, Fraction, Fraction, Fraction]:
+        """The state at time t as exact fractions."""
+        t = exact(t, "t")
+        return self.x + self.vx * t, self.y + self.vy * t - self.g * t**2 / 2, self.vx, self.vy - self.g * t
+
+    def apex(self, digits: int = 15) -> tuple[Any, Any]:
+        """Time (s; negative where the throw points down) and height (m) of the highest point; g > 0."""
+        self._need_gravity("apex")
+        return (
+            self._quantity(digits, lambda mp: mp.mpf(self.vy / self.g)),
+            self._quantity(digits, lambda mp: mp.mpf(self.y + self.vy**2 / (2 * self.g))),
+        )
+
+    def landing(self, digits: int = 15) -> tuple[Any, Any] | None:
+        """Time (s) and x (m) of the fall through y = 0, or None where the parabola stays below; g > 0."""
+        self._need_gravity("landing")
+        square = self.vy**2 + 2 * self.g * self.y
+        if square < 0:
+            return None
+
+        def time(mp: Any) -> Any:
+            root = mp.sqrt(mp.mpf(square))
+            if self.vy >= 0:
+                return (mp.mpf(self.vy) + root) / mp.mpf(self.g)
+            # vy + root cancels for a throw downward from a low height.
+            return mp.mpf(2 * self.y) / (root - mp.mpf(self.vy))
+
+        return (
+            self._quantity(digits, time, guard=20),
+            self._quantity(digits, lambda mp: mp.mpf(self.x) + mp.mpf(self.vx) * time(mp), guard=20),
+        )
+
+    def envelope(self, x: Number, digits: int = 15) -> Any:
+        """Height (m) above x that no throw with this speed from this point passes: v^2/2g - g d^2/2v^2, d = x - x0."""
+        self._need_gravity("envelope")
+        square = self.vx**2 + self.vy**2
+        if square == 0:
+            raise ValueError("the envelope needs a speed; vx = vy = 0")
+        distance = exact(x, "x") - self.x
+        height = self.y + square / (2 * self.g) - self.g * distance**2 / (2 * square)
+        return self._quantity(digits, lambda mp: mp.mpf(height))
+
+    def _need_gravity(self, what: str) -> None:
+        if self.g == 0:
+            raise ValueError(f"without gravity the motion has no {what}; give g > 0")
