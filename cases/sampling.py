@@ -22,8 +22,11 @@ def sample_times(case: Case) -> Floats:
     """64 equally spaced times up to the span: multiples of an interval of 20 significant bits, so exact in binary.
 
     In a hybrid case the interval is lowered by units of its 20th bit until every sample keeps 1e-3 of the time between
-    the neighbouring events away from each of them.
+    the neighbouring events away from each of them. The variants `engines` are sampled at the multiples of 0.01 s
+    nearest to k span/64 instead, because engines want decimal steps.
     """
+    if case.variant is not None and case.variant.startswith("engines"):
+        return np.array([float(Fraction(round(k * case.span / SAMPLES * 100), 100)) for k in range(1, SAMPLES + 1)])
     mantissa, exponent = _interval(case.span / SAMPLES)
     events = [Fraction(float(event.time)) for event in case.events(20)]
     while events and not _clear(Fraction(mantissa) * Fraction(2) ** exponent, events):
