@@ -19,10 +19,14 @@ Equations = Callable[[Any, Values, Values], Values]
 
 @dataclass(frozen=True)
 class FirstOrder:
-    """y' = equations(t, y, parameters); `jacobian` (optional) gives df/dy row by row, flattened."""
+    """y' = equations(t, y, parameters); `jacobian` (optional) gives df/dy row by row, flattened.
+
+    `source` is the stronger form that these equations were derived from, where they were: it is what gets compiled.
+    """
 
     equations: Equations
     jacobian: Equations | None = None
+    source: SecondOrder | RigidBody | None = None
 
 
 @dataclass(frozen=True)
@@ -122,14 +126,14 @@ def first_order(form: Form) -> FirstOrder | None:
             half = len(state) // 2
             return (*state[half:], *acceleration(t, state[:half], parameters))
 
-        return FirstOrder(from_second_order)
+        return FirstOrder(from_second_order, source=form)
     if isinstance(form, RigidBody):
         inertia, torque = form.inertia, form.torque
 
         def from_rigid_body(t: Any, state: Values, parameters: Values) -> Values:
             return euler_equations(state, inertia(parameters), torque(t, state, parameters))
 
-        return FirstOrder(from_rigid_body)
+        return FirstOrder(from_rigid_body, source=form)
     return None
 
 

@@ -74,6 +74,8 @@ def kernel(form: Any, parameters: int, dimension: int, counted: bool = False) ->
 
     With `counted`, the parameter array has one more element, to which each call adds 1.
     """
+    if isinstance(form, forms.FirstOrder) and form.source is not None:
+        form = form.source
     if isinstance(form, forms.FirstOrder):
         return function_kernel(form.equations, dimension, parameters, dimension, counted)
     if isinstance(form, forms.SecondOrder):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -65,7 +66,12 @@ class Problem:
 
     @property
     def interval(self) -> float:
-        return float(self.times[0])
+        """The sampling interval; with a clock, the whole over the number of samples, to 20 bits."""
+        if self.uniform:
+            return float(self.times[0])
+        mean = float(self.times[-1]) / len(self.times)
+        unit = math.ldexp(1.0, math.frexp(mean)[1] - 20)
+        return math.floor(mean / unit) * unit
 
     @cached_property
     def buffer(self) -> Floats:
