@@ -1,0 +1,308 @@
+"""The results of a run: one SQLite file, append-only, that another process may read while the run writes it."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import zlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+SCHEMA_VERSION = 1
+APPLICATION_ID = 0x676E6F6D  # "gnom": tells our files from any other SQLite file
+
+TRIAL_COLUMNS = {
+    "trial_key": "TEXT PRIMARY KEY",
+    "series": "TEXT NOT NULL",
+    "section": "TEXT",
+    "title": "TEXT",
+    '"case"': "TEXT NOT NULL",
+    "variant": "TEXT NOT NULL",
+    "stresses": "TEXT",
+    "formulation": "TEXT NOT NULL",
+    "form": "TEXT",
+    "library": "TEXT NOT NULL",
+    "integrator": "TEXT NOT NULL",
+    "policy": "TEXT NOT NULL",
+    "integrator_id": "TEXT NOT NULL",
+    "order_declared": "INTEGER",
+    "sampling": "TEXT",
+    "conserves": "TEXT",
+    "setting_kind": "TEXT NOT NULL",
+    "setting": "REAL",
+    "dimension": "INTEGER",
+    "span": "REAL",
+    "time_scale": "REAL",
+    "numbers": "TEXT",
+    "floor": "REAL",
+    "conditioning": "REAL",
+    "machine": "TEXT NOT NULL",
+}
+"""What a trial is. `numbers` is the JSON of every exact number by name, as fractions; `floor` and `conditioning` are
+the maxima over the samples."""
+
+MEASUREMENT_COLUMNS = {
+    "measurement": "INTEGER PRIMARY KEY",
+    "trial_key": "TEXT NOT NULL REFERENCES trials",
+    "run": "INTEGER NOT NULL REFERENCES runs",
+    "launch": "INTEGER NOT NULL",
+    "recorded": "TEXT NOT NULL",
+    "status": "TEXT NOT NULL",
+    "reason": "TEXT",
+    "error_max": "REAL",
+    "error_end": "REAL",
+    "error_rms": "REAL",
+    "error_phase": "REAL",
+    "error_shape": "REAL",
+    "error_over_tolerance": "REAL",
+    "turns": "INTEGER",
+    "invariant_drift": "TEXT",
+    "events_missing": "INTEGER",
+    "events_extra": "INTEGER",
+    "events_time_error": "REAL",
+    "rhs_calls": "INTEGER",
+    "steps": "INTEGER",
+    "repeats": "INTEGER",
+    "seconds_median": "REAL",
+    "seconds_low": "REAL",
+    "seconds_high": "REAL",
+    "prepare_seconds": "REAL",
+    "reset_seconds": "REAL",
+    "limit_seconds": "REAL",
+    "output": "TEXT",
+}
+"""What became of one launch of a trial. `invariant_drift` is JSON by name of the invariant; `output` is what the
+worker's libraries printed. `seconds_low` and `seconds_high` are the fastest and the slowest call."""
+
+_SCHEMA = f"""
+CREATE TABLE runs (run INTEGER PRIMARY KEY, started TEXT NOT NULL, ended TEXT, suite TEXT NOT NULL, command TEXT);
+CREATE TABLE environment (run INTEGER NOT NULL REFERENCES runs, name TEXT NOT NULL, value TEXT,
+    PRIMARY KEY (run, name));
+CREATE TABLE trials ({", ".join(f"{name} {kind}" for name, kind in TRIAL_COLUMNS.items())});
+CREATE TABLE planned (run INTEGER NOT NULL REFERENCES runs, series TEXT NOT NULL,
+    trial_key TEXT NOT NULL REFERENCES trials, PRIMARY KEY (run, trial_key));
+CREATE TABLE measurements ({", ".join(f"{name} {kind}" for name, kind in MEASUREMENT_COLUMNS.items())});
+CREATE INDEX measured ON measurements (trial_key, launch);
+CREATE TABLE settings_changed (measurement INTEGER NOT NULL REFERENCES measurements, name TEXT NOT NULL, value TEXT,
+    PRIMARY KEY (measurement, name));
+CREATE TABLE sampled_states (measurement INTEGER PRIMARY KEY REFERENCES measurements, dimension INTEGER NOT NULL,
+    states BLOB NOT NULL);
+PRAGMA application_id = {APPLICATION_ID};
+PRAGMA user_version = {SCHEMA_VERSION};
+"""
+
+_CURRENT = """
+SELECT t.*, m.*, r.suite,
+    (SELECT json_group_object(name, value) FROM settings_changed s WHERE s.measurement = m.measurement)
+        AS settings_changed
+FROM measurements m JOIN trials t USING (trial_key) JOIN runs r USING (run)
+WHERE {condition} ORDER BY t.rowid, m.launch, m.measurement
+"""
+_NOT_SUPERSEDED = """
+EXISTS (SELECT 1 FROM planned p WHERE p.trial_key = m.trial_key
+        AND p.run = (SELECT max(q.run) FROM planned q WHERE q.series = t.series))
+AND m.measurement = (SELECT max(n.measurement) FROM measurements n
+                     WHERE n.trial_key = m.trial_key AND n.launch = m.launch)
+"""
+
+
+class Store:
+    """An open results file. Every write is one transaction, so kill -9 loses at most the trial under way."""
+
+    def __init__(self, path: Path) -> None:
+        """Open or create; raises ValueError for a file that is not ours or is of a newer schema."""
+        self.path = path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        fresh = not path.exists() or path.stat().st_size == 0
+        if not fresh:
+            _check(path)
+        self._connection = sqlite3.connect(path, timeout=30)
+        self._connection.execute("PRAGMA journal_mode = WAL")
+        self._connection.execute("PRAGMA synchronous = NORMAL")
+        if fresh:
+            self._connection.executescript(f"BEGIN; {_SCHEMA} COMMIT;")
+
+    def begin_run(self, suite: str, command: str, environment: Mapping[str, Any]) -> int:
+        """A new row of `runs` with its environment; returns its number."""
+        with self._connection as db:
+            cursor = db.execute("INSERT INTO runs (started, suite, command) VALUES (?, ?, ?)", (_now(), suite, command))
+            run = int(cursor.lastrowid or 0)
+            rows = [(run, name, None if value is None else str(value)) for name, value in environment.items()]
+            db.executemany("INSERT INTO environment VALUES (?, ?, ?)", rows)
+        return run
+
+    def end_run(self, run: int) -> None:
+        with self._connection as db:
+            db.execute("UPDATE runs SET ended = ? WHERE run = ?", (_now(), run))
+
+    def plan(self, run: int, trials: Iterable[Mapping[str, Any]]) -> None:
+        """Record the trials of a run, rows with the TRIAL_COLUMNS; trials that are known stay as they are."""
+        with self._connection as db:
+            for trial in trials:
+                _insert(db, "trials", trial, "OR IGNORE")
+                row = (run, trial["series"], trial["trial_key"])
+                db.execute("INSERT OR IGNORE INTO planned VALUES (?, ?, ?)", row)
+
+    def done(self, limit_seconds: float) -> set[tuple[str, int]]:
+        """(trial_key, launch) of what need not run again: a higher limit reopens what an earlier one cut short."""
+        rows = self._connection.execute(
+            "SELECT trial_key, launch FROM measurements"
+            " WHERE status NOT IN ('timeout', 'skipped') OR limit_seconds >= ?",
+            (limit_seconds,),
+        )
+        return {(key, launch) for key, launch in rows}
+
+    def seconds(self, trial_key: str) -> float | None:
+        """The median time of the last measurement of a trial: what predictions of a resumed sweep start from."""
+        row = self._connection.execute(
+            "SELECT seconds_median FROM measurements WHERE trial_key = ? ORDER BY measurement DESC LIMIT 1",
+            (trial_key,),
+        ).fetchone()
+        return None if row is None else row[0]
+
+    def add(
+        self,
+        run: int,
+        measurement: Mapping[str, Any],
+        settings: Mapping[str, Any] | None = None,
+        states: Floats | None = None,
+    ) -> None:
+        """Append one measurement, the engine settings that were changed, and the sampled states (64, dim)."""
+        with self._connection as db:
+            row = {"run": run, "recorded": _now(), **measurement}
+            number = _insert(db, "measurements", row)
+            changed = [(number, name, str(value)) for name, value in (settings or {}).items()]
+            db.executemany("INSERT INTO settings_changed VALUES (?, ?, ?)", changed)
+            if states is not None:
+                blob = zlib.compress(np.ascontiguousarray(states, dtype="<f8").tobytes(), 1)
+                db.execute("INSERT INTO sampled_states VALUES (?, ?, ?)", (number, states.shape[1], blob))
+
+    def close(self) -> None:
+        self._connection.close()
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def load(path: str | Path, superseded: bool = False) -> Any:
+    """A pandas DataFrame with one row a measurement, the columns of a trial beside those of its measurement.
+
+    What a later run in the same file replaced (edited source, other settings) is left out unless `superseded`.
+    `path` is a results file or a folder that holds `results.sqlite`. Raises ValueError where it is neither.
+    """
+    import pandas
+
+    condition = "1" if superseded else _NOT_SUPERSEDED
+    with _reading(path) as db:
+        frame = pandas.read_sql_query(_CURRENT.format(condition=condition), db)
+    frame = frame.loc[:, ~frame.columns.duplicated()]  # trial_key comes from both tables
+    frame["work"] = frame["rhs_calls"].fillna(frame["steps"])
+    return frame
+
+
+def states(path: str | Path, measurements: Sequence[int] | None = None) -> dict[int, Floats]:
+    """Sampled states (64, dim) by measurement number, in the coordinates of the case; all where None are named."""
+    with _reading(path) as db:
+        rows = db.execute("SELECT measurement, dimension, states FROM sampled_states")
+        wanted = None if measurements is None else set(map(int, measurements))
+        return {
+            number: np.frombuffer(zlib.decompress(blob), dtype="<f8").reshape(-1, dimension)
+            for number, dimension, blob in rows
+            if wanted is None or number in wanted
+        }
+
+
+def runs(path: str | Path) -> list[dict[str, Any]]:
+    """Every run in the file, oldest first: run, started, ended, suite, command and `environment`, a dict."""
+    with _reading(path) as db:
+        db.row_factory = sqlite3.Row
+        found = [dict(row) for row in db.execute("SELECT * FROM runs ORDER BY run")]
+        for run in found:
+            rows = db.execute("SELECT name, value FROM environment WHERE run = ?", (run["run"],))
+            run["environment"] = {name: value for name, value in rows}
+    return found
+
+
+def export(path: str | Path, target: Path, form: str) -> None:
+    """Write what `load` gives as csv, json (a list of rows) or parquet."""
+    writers = {"csv": "to_csv", "json": "to_json", "parquet": "to_parquet"}
+    if form not in writers:
+        raise ValueError(f"format {form!r} is none of {', '.join(writers)}")
+    frame = load(path)
+    if form == "json":
+        rows = frame.astype(object).where(frame.notna(), None).to_dict("records")  # to_json drops digits
+        target.write_text(json.dumps(rows, indent=1))
+    else:
+        getattr(frame, writers[form])(target, index=False)
+
+
+def results_file(path: str | Path) -> Path:
+    """The results file itself, or the `results.sqlite` in a folder; ValueError where there is none."""
+    path = Path(path)
+    found = path / "results.sqlite" if path.is_dir() else path
+    if not found.is_file():
+        raise ValueError(f"{path}: no results here; give a results.sqlite that `gnomon run` wrote, or its folder")
+    _check(found)
+    return found
+
+
+@contextmanager
+def _reading(path: str | Path) -> Iterator[sqlite3.Connection]:
+    connection = sqlite3.connect(f"file:{results_file(path).resolve()}?mode=ro", uri=True, timeout=30)
+    try:
+        yield connection
+    finally:
+        connection.close()
+
+
+def _check(path: Path) -> None:
+    """Raise ValueError unless the file is a results file of this schema or an older one that is still read."""
+    try:
+        connection = sqlite3.connect(f"file:{path.resolve()}?mode=ro", uri=True)
+        try:
+            (application,) = connection.execute("PRAGMA application_id").fetchone()
+            (version,) = connection.execute("PRAGMA user_version").fetchone()
+        finally:
+            connection.close()
+    except sqlite3.DatabaseError as error:
+        raise ValueError(f"{path}: not a readable results file of gnomon ({error})") from None
+    if application != APPLICATION_ID:
+        raise ValueError(
+            f"{path}: an SQLite file, but not one of gnomon's; give a results.sqlite that `gnomon run` wrote"
+        )
+    if version != SCHEMA_VERSION:
+        raise ValueError(
+            f"{path}: written with schema {version}, this gnomon reads schema {SCHEMA_VERSION};"
+            f" {'upgrade gnomon' if version > SCHEMA_VERSION else 'run it again'}"
+        )
+
+
+def _insert(db: sqlite3.Connection, table: str, row: Mapping[str, Any], conflict: str = "") -> int:
+    names = ", ".join(f'"{name}"' for name in row)
+    marks = ", ".join("?" * len(row))
+    cursor = db.execute(f"INSERT {conflict} INTO {table} ({names}) VALUES ({marks})", [_plain(v) for v in row.values()])
+    return int(cursor.lastrowid or 0)
+
+
+def _plain(value: Any) -> Any:
+    """A value as SQLite takes it: containers as JSON, numpy numbers as Python's, nan as null."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and np.isnan(value):
+        return None
+    return json.dumps(value) if isinstance(value, dict | list | tuple) else value
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
