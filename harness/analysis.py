@@ -1,0 +1,201 @@
+"""What a run says: time at equal error, trust, and where each integrator breaks. Reads the store's rows, runs nothing."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
+SERIES = ["case", "variant", "formulation", "library", "integrator_id"]
+CLAIM = 1.2
+"""Ratios of times below this are not claimed as a difference: launches of one program differ by 10 to 13 %."""
+
+STATUSES = (
+    "ok",
+    "inaccurate",
+    "diverged",
+    "refused",
+    "timeout",
+    "crashed",
+    "skipped",
+    "unsupported",
+    "not_installed",
+)
+NEVER_RAN = ("unsupported", "not_installed")
+
+
+def tidy(rows: pd.DataFrame) -> pd.DataFrame:
+    """The store's rows with empty strings for missing names, and numbers where numbers are meant."""
+    frame = rows.copy()
+    for column in ("variant", "formulation", "policy", "reason", "sampling", "setting_kind", "settings_changed"):
+        frame[column] = frame[column].astype(object).where(frame[column].notna(), "").astype(str)
+    frame["variant"] = frame["variant"].replace("default", "")
+    for column in (
+        *("setting", "error_max", "error_end", "error_rms", "floor", "conditioning", "order_declared"),
+        *("rhs_calls", "steps", "seconds_median", "seconds_low", "seconds_high", "prepare_seconds"),
+    ):
+        frame[column] = pd.to_numeric(frame[column], errors="coerce").astype(float)
+    return frame
+
+
+def settings(frame: pd.DataFrame) -> pd.DataFrame:
+    """One row a setting of a series, loosest first: launches reduced to the median and range of their median times."""
+    grouped = frame.sort_values("launch").groupby([*SERIES, "setting"], dropna=False, sort=False)
+    reduced = grouped.first().assign(
+        error_max=grouped["error_max"].max(),
+        seconds=grouped["seconds_median"].median(),
+        seconds_low=grouped["seconds_median"].min(),
+        seconds_high=grouped["seconds_median"].max(),
+        launches=grouped["seconds_median"].count(),
+    )
+    return reduced.reset_index().sort_values([*SERIES, "setting"], ascending=[True] * len(SERIES) + [False])
+
+
+def credited(errors: Sequence[float] | Floats) -> Floats:
+    """The error that each setting of a sweep, loosest first, is credited with; inf for settings that are left out.
+
+    A loose setting may be right by luck, where its error changes sign. So a setting is credited with the largest error
+    of all settings at least as tight: what the method still holds when the knob is turned further. Beyond the best
+    setting round-off makes errors grow again, and nobody needs those settings: the sweep ends at the tightest setting
+    within 3 times of the second smallest error (of the second, so that one lucky setting cannot cut the sweep).
+    """
+    values = np.asarray(errors, dtype=float)
+    if len(values) == 0:
+        return values
+    second = np.sort(values)[min(1, len(values) - 1)]
+    last = int(np.flatnonzero(values <= 3 * second)[-1])
+    kept = np.maximum.accumulate(values[: last + 1][::-1])[::-1]
+    return np.concatenate([kept, np.full(len(values) - last - 1, math.inf)])
+
+
+def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:
+    """Time at which a sweep, loosest setting first, reaches an error; and whether its loosest setting already does.
+
+    Linear in the logarithms between the two neighbouring settings of the sweep; nan where no setting reaches it.
+    """
+    held = credited(errors)
+    reached = np.flatnonzero(held <= target)
+    if len(reached) == 0:
+        return math.nan, False
+    i = int(reached[0])
+    if i == 0:
+        return float(seconds[0]), True
+    upper, lower = np.log(held[i - 1]), np.log(max(held[i], np.finfo(float).tiny))
+    share = (upper - math.log(target)) / (upper - lower)
+    return float(np.exp(np.log(seconds[i - 1]) + share * np.log(seconds[i] / seconds[i - 1]))), False
+
+
+def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.DataFrame:
+    """Time at equal error: one row a series and target, with the ratio to the fastest of the same case and formulation.
+
+    `seconds` is the median over launches, `low` and `high` their range; `at_loosest` says that the sweep begins below
+    the target, so that the time is an upper bound; `tied` marks the fastest and all that are within 1.2 times of it.
+    """
+    rows = []
+    usable = frame[np.isfinite(frame["error_max"]) & (frame["seconds_median"] > 0)]
+    usable = usable[usable["status"].isin(["ok", "inaccurate"])]
+    for key, series in usable.groupby(SERIES, dropna=False):
+        launches = [launch.sort_values("setting", ascending=False) for _, launch in series.groupby("launch")]
+        full = max(map(len, launches))
+        launches = [launch for launch in launches if len(launch) == full]  # a launch cut short says nothing of its end
+        for target in targets:
+            found = [time_at(part["error_max"].to_numpy(), part["seconds_median"].to_numpy(), target) for part in launches]
+            times = np.array([seconds for seconds, _ in found if math.isfinite(seconds)])
+            if len(times):
+                bound = any(loosest for _, loosest in found)
+                middle = float(np.median(times))
+                rows.append((*key, target, middle, times.min(), times.max(), len(times), bound))
+    columns = [*SERIES, "target", "seconds", "low", "high", "launches", "at_loosest"]
+    table = pd.DataFrame(rows, columns=columns)
+    fastest = table.groupby(["case", "variant", "formulation", "target"])["seconds"].transform("min")
+    return table.assign(ratio=table["seconds"] / fastest, tied=table["seconds"] < CLAIM * fastest)
+
+
+def trust(reduced: pd.DataFrame) -> pd.DataFrame:
+    """How far each series can be trusted: best error beside the attainable one, and achieved error over tolerance.
+
+    The attainable error is the conditioning (or the floor where that is larger). Achieved error over tolerance counts
+    the settings above the attainable error: below it a tolerance asks for the impossible.
+    """
+    rows = []
+    for key, series in reduced[~reduced["status"].isin(NEVER_RAN)].groupby(SERIES, dropna=False):
+        good = series[series["status"] == "ok"]
+        record: dict[str, Any] = dict(zip(SERIES, key, strict=True))
+        record |= {"settings": len(series), "ok": len(good), "sampling": series["sampling"].iloc[0]}
+        record |= dict.fromkeys(("best", "at", "attainable", "over_tolerance", "worst_over_tolerance", "turns"), math.nan)
+        if len(good):
+            best = good.loc[good["error_max"].idxmin()]
+            record |= {"best": best["error_max"], "at": best["setting"], "turns": good["turns"].max()}
+            record["attainable"] = float(np.nanmax([best["conditioning"], best["floor"], 0.0]))
+        asked = good[(good["setting_kind"] == "tolerance") & (good["setting"] > record["attainable"])]
+        if len(asked):
+            over = asked["error_max"] / asked["setting"]
+            record |= {"over_tolerance": float(over.median()), "worst_over_tolerance": float(over.max())}
+        rows.append(record)
+    return pd.DataFrame(rows)
+
+
+def status_matrix(reduced: pd.DataFrame) -> pd.DataFrame:
+    """One row a series: its statuses over the sweep, the first failure with its reason, and the best error.
+
+    `verdict` is "ok" (every setting that ran), "partly" (some), or the most frequent status where no setting is ok. A
+    sweep that we ended before the time limit (`skipped`) was not broken by the integrator, and does not count as such.
+    """
+    rows = []
+    for key, series in reduced.groupby(SERIES, dropna=False):
+        counts = series["status"].value_counts().to_dict()
+        good = series[series["status"] == "ok"]
+        broken = series[~series["status"].isin(["ok", "skipped"])]
+        shown = broken if len(broken) else series[series["status"] != "ok"]
+        verdict = "ok" if len(good) and not len(broken) else "partly" if len(good) else max(counts, key=counts.__getitem__)
+        record: dict[str, Any] = dict(zip(SERIES, key, strict=True))
+        record |= {"verdict": verdict, "ok": len(good), "settings": len(series), "counts": counts}
+        record["best"] = float(good["error_max"].min()) if len(good) else math.nan
+        record["failure"] = str(shown["status"].iloc[0]) if len(shown) else ""
+        record["reason"] = str(shown["reason"].iloc[0]) if len(shown) else ""
+        rows.append(record)
+    return pd.DataFrame(rows)
+
+
+def failures(reduced: pd.DataFrame) -> pd.DataFrame:
+    """Every setting that is not ok, grouped by status, integrator and reason, with the scenes where it happened."""
+    bad = reduced[reduced["status"] != "ok"]
+    where = bad["case"] + np.where(bad["variant"] != "", "/" + bad["variant"], "")
+    grouped = bad.assign(where=where).groupby(["status", "integrator_id", "reason"], sort=False)["where"]
+    table = grouped.agg(trials="count", where=lambda names: list(dict.fromkeys(names))).reset_index()
+    rank = {name: place for place, name in enumerate(STATUSES)}
+    return table.sort_values(
+        ["status", "integrator_id"], key=lambda column: column.map(rank) if column.name == "status" else column
+    )
+
+
+def changed_settings(frame: pd.DataFrame) -> pd.DataFrame:
+    """Engine settings that differ from the engine's default: one row an integrator, setting and value, with its scenes."""
+    rows = []
+    for columns in frame.drop_duplicates([*SERIES, "settings_changed"]).itertuples():
+        for name, value in json.loads(columns.settings_changed or "{}").items():
+            rows.append((columns.library, columns.integrator_id, name, str(value), columns.case))
+    table = pd.DataFrame(rows, columns=["library", "integrator_id", "setting", "value", "case"])
+    grouped = table.groupby(["library", "integrator_id", "setting", "value"], sort=False)["case"]
+    return grouped.agg(lambda names: list(dict.fromkeys(names))).reset_index()
+
+
+def policies(reduced: pd.DataFrame) -> pd.DataFrame:
+    """Engines' error at equal step under each policy: "as shipped" beside "configured" and "staggered".
+
+    One row a scene, engine, policy and step that at least two policies ran, `error` nan where the trial failed.
+    """
+    engines = reduced[(reduced["policy"] != "") & reduced["setting"].notna()]
+    table = engines[["case", "variant", "library", "integrator", "policy", "setting", "status", "error_max"]].rename(
+        columns={"error_max": "error"}
+    )
+    several = table.groupby(["case", "variant", "library", "integrator", "setting"])["policy"].transform("nunique") > 1
+    return table[several]
