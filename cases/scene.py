@@ -5,27 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
-IDENTITY = (0.0, 0.0, 0.0, 1.0)
+Quaternion = tuple[float, float, float, float]
+IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body. `inertia`: principal moments about its centre of mass, its axes the body axes.
+    """A rigid body. `inertia`: principal moments about its centre of mass, its axes the body axes; zeros: a point mass.
 
-    `radius` (sphere) or `half_extents` (box) is given only where the body touches something. `quaternion` is (x, y, z, w),
-    body -> space; velocities are in space.
+    `radius` (sphere) or `half_extents` (box) is given only where the body touches something. `quaternion` is
+    (x, y, z, w), body -> space; velocities are in space.
     """
 
     name: str
     mass: float
     inertia: Vector
     position: Vector = (0.0, 0.0, 0.0)
-    quaternion: tuple[float, float, float, float] = IDENTITY
+    quaternion: Quaternion = IDENTITY
     velocity: Vector = (0.0, 0.0, 0.0)
     angular_velocity: Vector = (0.0, 0.0, 0.0)
     radius: float | None = None
@@ -45,6 +42,18 @@ class Hinge:
     axis: Vector
     arm: Vector
     angle: float
+    rate: float
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A prismatic joint between the world and `body`, whose centre of mass stands at `anchor` + `position` * `axis`."""
+
+    name: str
+    body: str
+    anchor: Vector
+    axis: Vector
+    position: float
     rate: float
 
 
@@ -69,29 +78,35 @@ class Force:
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything the scene needs. `needs` are the tokens that an adapter must support."""
+    """Everything the scene needs, and where it starts."""
 
     gravity: Vector
     bodies: tuple[Body, ...]
     hinges: tuple[Hinge, ...] = ()
+    sliders: tuple[Slider, ...] = ()
     contacts: tuple[Contact, ...] = ()
     forces: tuple[Force, ...] = ()
-    needs: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
 class Readings:
-    """What an engine reports at one sample: hinges (angle, rate); bodies (position, quaternion, velocity, angular velocity)."""
+    """What an engine reports at one sample, by name.
 
-    hinges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    bodies: Mapping[str, tuple[Vector, tuple[float, float, float, float], Vector, Vector]] = field(default_factory=dict)
+    `joints`: (coordinate, rate) of each hinge and slider. `bodies`, those that no joint holds: (position, quaternion,
+    velocity, angular velocity), as in Body.
+    """
+
+    joints: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    bodies: Mapping[str, tuple[Vector, Quaternion, Vector, Vector]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class SceneForm:
     """`build(state, parameters)` -> the Scene that starts in that state; `observe(readings, parameters)` -> the state.
 
-    `conservative` scenes admit the staggered start. `needs` are the tokens, known before anything is built.
+    Only where the scene starts may depend on the state: what it consists of is read from build(zeros, parameters).
+    `needs` are the tokens that an engine must support, known before anything is built. `conservative` scenes admit the
+    staggered start: their accelerations depend on position alone and nothing jumps.
     """
 
     build: Callable[[tuple[float, ...], tuple[float, ...]], Scene]

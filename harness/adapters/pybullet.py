@@ -1,0 +1,189 @@
+"""PyBullet: Bullet's rigid bodies, driven by scenes. The engine kicks, then drifts: symplectic Euler.
+
+Positions and rates are read through the functions that return doubles (`getLinkState` gives float32 velocities).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from importlib.metadata import version
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.forms import Form
+from gnomon.cases.scene import Body, Hinge, Readings, Scene, SceneForm, Slider, Vector
+from gnomon.harness.adapters.pybullet_world import World
+from gnomon.harness.integrator import Floats, Integrator, Problem, Refused, Solution, Steps
+
+
+class PyBullet(Integrator):
+    """PyBullet with every setting chosen so that it models the scene and nothing else. Order 1. Coumans, pybullet.org.
+
+    Bodies are reduced-coordinate multibodies (Featherstone), except where something bounces: a multibody gains energy
+    at impacts, so those scenes are in maximal coordinates.
+    """
+
+    name, library, order = "stepSimulation", "pybullet", 1
+    policy = "configured"
+    accepts, sampling, counts_rhs = (SceneForm,), "grid", False
+    sweep = Steps(coarsest=0.5, halvings=10)
+    tokens: ClassVar[frozenset[str]] = frozenset(
+        {"hinge", "slider", "rigid_impact", "coulomb_isotropic", "gyroscopic", "position_force", "velocity_force"}
+    )
+    configured: ClassVar[bool] = True
+    staggered: ClassVar[bool] = False
+    maximal: ClassVar[frozenset[str]] = frozenset({"rigid_impact"})
+    """The tokens whose scenes are in maximal coordinates."""
+
+    def unsupported(self, form: Form | SceneForm) -> str | None:
+        if not isinstance(form, SceneForm):
+            return "no scene"
+        missing = sorted(form.needs - self.tokens)
+        if missing:
+            return f"lacks {', '.join(missing)}"
+        if self.staggered and not form.conservative:
+            return "a staggered start needs accelerations that depend on position alone"
+        return None
+
+    def prepare(self, problem: Problem, setting: float) -> Run:
+        return Run(self, problem, setting)
+
+    def versions(self) -> Mapping[str, Any]:
+        return {"pybullet": version("pybullet")}
+
+
+class PyBulletStaggered(PyBullet):
+    """PyBullet with velocities understood half a step before positions: leapfrog, order 2.
+
+    It starts from v0 - dt/2 a(q0) and reads v + dt/2 a(q), both from the change of the velocity over one step.
+    """
+
+    order, policy, staggered = 2, "staggered", True
+
+
+class PyBulletMaximal(PyBullet):
+    """PyBullet in maximal coordinates where `configured` has reduced ones and the motion differs. Order 1.
+
+    Gyroscopic torque is then implicit, and a hinge is a point-to-point constraint.
+    """
+
+    policy = "configured, maximal coordinates"
+    tokens = maximal = frozenset({"gyroscopic", "hinge"})
+
+    def unsupported(self, form: Form | SceneForm) -> str | None:
+        reason = super().unsupported(form)
+        if reason is None and isinstance(form, SceneForm) and not form.needs & self.maximal:
+            return "a free point mass moves the same in either coordinates"
+        return reason
+
+
+class PyBulletAsShipped(PyBullet):
+    """PyBullet as it comes: what the scene declares is set, all else is left at the engine's default."""
+
+    policy, configured = "as shipped", False
+    maximal = frozenset()
+
+
+INTEGRATORS = (PyBullet, PyBulletStaggered, PyBulletMaximal, PyBulletAsShipped)
+
+
+class Run:
+    """`solve` over one world: from each initial state to the states at the sample times."""
+
+    def __init__(self, policy: PyBullet, problem: Problem, dt: float) -> None:
+        import pybullet
+
+        if not isinstance(problem.form, SceneForm):
+            raise Refused("PyBullet takes scenes only")
+        self.form, self.staggered = problem.form, policy.staggered
+        self.counts = step_counts(problem.times, dt)
+        self.parameters = tuple(map(float, problem.parameters))
+        self.nothing_moved = self.form.build((0.0,) * problem.dimension, self.parameters)
+        maximal = bool(self.form.needs & policy.maximal)
+        self.world = World(pybullet, self.form, dt, policy.configured, maximal)
+        self.settings: Mapping[str, Any] = self.world.settings
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to a world in which no step was taken: contacts keep memories that no function clears."""
+        self.world.build(self.nothing_moved)
+        self.fresh = True
+
+    def close(self) -> None:
+        self.world.close()
+
+    def __call__(self, initial_states: Floats) -> Solution:
+        states = np.full((len(initial_states), len(self.counts), initial_states.shape[1]), np.nan)
+        stopped = None
+        for rows, start in zip(states, initial_states, strict=True):
+            try:
+                self._follow(self.form.build(tuple(map(float, start)), self.parameters), rows)
+            except ArithmeticError as error:  # a force law where it is singular
+                stopped = f"{type(error).__name__}: {error}"
+        return Solution(states, steps=len(states) * self.counts[-1], stopped=stopped)
+
+    def _start(self, scene: Scene) -> None:
+        if not self.fresh:
+            self.reset()
+        self.fresh = False
+        self.world.place(scene)
+
+    def _follow(self, scene: Scene, rows: Floats) -> None:
+        world = self.world
+        self._start(scene)
+        if self.staggered:
+            start = world.read()
+            world.advance(1)
+            self._start(backed_up(scene, start, world.read()))
+        for row, count in zip(rows, self.counts, strict=True):
+            world.advance(count - world.steps)
+            readings = world.read()
+            if self.staggered:
+                world.advance(1)
+                readings = with_mean_rates(readings, world.read())
+            row[:] = self.form.observe(readings, self.parameters)
+
+
+def step_counts(times: Floats, dt: float) -> list[int]:
+    """Steps from the start to each time; raises Refused where a time is no multiple of the step."""
+    counts = np.rint(times / dt)
+    # 1e-6 of a step: far above the rounding of times and step, far below any error of order 1.
+    if np.any(np.abs(counts * dt - times) > 1e-6 * dt) or np.any(np.diff(counts, prepend=0.0) < 1):
+        raise Refused(f"the sample times are no multiples of the step {dt:g} s")
+    return [int(count) for count in counts]
+
+
+def backed_up(scene: Scene, start: Readings, after: Readings) -> Scene:
+    """The scene with its rates half a step earlier: v0 - (v1 - v0)/2, where v1 - v0 = dt a(q0)."""
+
+    def rate(joint: Hinge | Slider) -> float:
+        return joint.rate - (after.joints[joint.name][1] - start.joints[joint.name][1]) / 2
+
+    def earlier(body: Body) -> Body:
+        if body.name not in start.bodies:
+            return body
+        v0, v1 = start.bodies[body.name][2], after.bodies[body.name][2]
+        x, y, z = (v - (b - a) / 2 for v, a, b in zip(body.velocity, v0, v1, strict=True))
+        return replace(body, velocity=(x, y, z))
+
+    return replace(
+        scene,
+        bodies=tuple(earlier(body) for body in scene.bodies),
+        hinges=tuple(replace(hinge, rate=rate(hinge)) for hinge in scene.hinges),
+        sliders=tuple(replace(slider, rate=rate(slider)) for slider in scene.sliders),
+    )
+
+
+def with_mean_rates(now: Readings, after: Readings) -> Readings:
+    """Positions of now, and the rates of now: the mean of those half a step before and half a step after."""
+    joints = {name: (q, (rate + after.joints[name][1]) / 2) for name, (q, rate) in now.joints.items()}
+    bodies = {
+        name: (position, attitude, _mean(v, after.bodies[name][2]), _mean(w, after.bodies[name][3]))
+        for name, (position, attitude, v, w) in now.bodies.items()
+    }
+    return Readings(joints, bodies)
+
+
+def _mean(a: Vector, b: Vector) -> Vector:
+    return (a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2

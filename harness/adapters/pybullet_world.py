@@ -1,0 +1,274 @@
+"""A PyBullet world that holds one scene: only the bodies, joints, forces and contacts that the scene declares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from math import atan2, cos, sin
+from typing import Any
+
+from gnomon.cases.scene import (
+    IDENTITY,
+    Body,
+    Contact,
+    Force,
+    Hinge,
+    Quaternion,
+    Readings,
+    Scene,
+    SceneForm,
+    Slider,
+    Vector,
+)
+
+ORIGIN: Vector = (0.0, 0.0, 0.0)
+BREAKING_THRESHOLD = 0.02
+"""The engine's default, set in every world because it is global to the process and would leak from the last one."""
+
+UNDAMPED = {"linearDamping": 0.0, "angularDamping": 0.0}
+"""The defaults are 0.04, by a law that no scene states."""
+UNLIMITED = {"maxJointVelocity": 1e9}
+"""All velocities of a multibody, those of its base too, are clamped at 100 by default."""
+IMPACT = {"restitutionVelocityThreshold": 0.0, "contactERP": 0.0, "contactSlop": 0.0}
+IMPACT_BODY = {"contactProcessingThreshold": 0.0}
+"""By default contacts are solved before they close, and restitution is lost as the step shrinks."""
+FRICTION = {"enableConeFriction": 1, "contactSlop": 0.0, "solverResidualThreshold": 0.0, "numSolverIterations": 200}
+"""Without the cone friction is not isotropic; with the default residual and 50 iterations a block at rest creeps."""
+
+
+class World:
+    """One world of the engine: `build` creates what a scene holds, `place` sets its start, then `advance` and `read`.
+
+    `configured`: what the engine adds to the scene is switched off; otherwise it keeps its defaults. `maximal`: six
+    coordinates a body and constraints, instead of joint coordinates. `settings`: all that was set to other than the
+    engine's default, apart from the step and what the scene declares.
+    """
+
+    def __init__(self, pybullet: Any, form: SceneForm, dt: float, configured: bool, maximal: bool) -> None:
+        self.api, self.needs, self.dt = pybullet, form.needs, dt
+        self.configured, self.maximal = configured, maximal
+        self.settings: dict[str, Any] = {"useMaximalCoordinates": 1} if maximal else {}
+        self.steps = 0
+        self.client = int(pybullet.connect(pybullet.DIRECT))
+        self._step, self._pose, self._twist, self._joint_state = map(
+            self._bound,
+            ("stepSimulation", "getBasePositionAndOrientation", "getBaseVelocity", "getJointState"),
+        )
+
+    def close(self) -> None:
+        """Disconnect: worlds left open slow every later connect."""
+        if self.client >= 0:
+            self.api.disconnect(physicsClientId=self.client)
+            self.client = -1
+
+    # Content ----------------------------------------------------------------------------------------------------
+
+    def build(self, scene: Scene) -> None:
+        """Empty the world and create what `scene` consists of."""
+        self.steps = 0
+        self.bodies: dict[str, int] = {}
+        self.hinged: dict[str, tuple[int, Hinge, Vector]] = {}
+        self.jointed: dict[str, int] = {}
+        self._call("resetSimulation")
+        self._call(
+            "setPhysicsEngineParameter",
+            fixedTimeStep=self.dt,
+            numSubSteps=0,
+            contactBreakingThreshold=BREAKING_THRESHOLD,
+        )
+        if "rigid_impact" in self.needs:
+            self._extra("setPhysicsEngineParameter", IMPACT)
+        if "coulomb_isotropic" in self.needs:
+            self._extra("setPhysicsEngineParameter", FRICTION)
+        self._call("setGravity", *scene.gravity)
+        joints = {joint.body: joint for joint in (*scene.hinges, *scene.sliders)}
+        for body in scene.bodies:
+            joint = joints.get(body.name)
+            if joint is None:
+                self._free(body, [contact for contact in scene.contacts if contact.body == body.name])
+            elif self.maximal and isinstance(joint, Hinge):
+                self._constrained(body, joint)
+            else:
+                self._jointed(body, joint)
+        self.pushes = [self._push(force, joints.get(force.body)) for force in scene.forces]
+
+    def _free(self, body: Body, contacts: list[Contact]) -> None:
+        shape = self._shape(body) if self.maximal or contacts else -1
+        number = self._create(body.mass, shape)
+        if shape >= 0 and not contacts:
+            self._call("setCollisionFilterGroupMask", number, -1, 0, 0)
+        self._inertia(number, -1, body.mass, body.inertia)
+        for contact in contacts:
+            plane = self._create(0.0, self._shape_of("GEOM_PLANE", planeNormal=contact.normal))
+            # The engine takes the product of the two surfaces' coefficients.
+            for surface, restitution, friction in ((plane, 1.0, 1.0), (number, contact.restitution, contact.friction)):
+                self._call("changeDynamics", surface, -1, restitution=restitution, lateralFriction=friction)
+                if "rigid_impact" in self.needs:
+                    self._extra("changeDynamics", IMPACT_BODY, surface, -1)
+        self.bodies[body.name] = number
+
+    def _jointed(self, body: Body, joint: Hinge | Slider) -> None:
+        """The body as the only link of a multibody whose base is fixed at the anchor."""
+        hinge = isinstance(joint, Hinge)
+        number = int(
+            self._call(
+                "createMultiBody",
+                basePosition=joint.anchor,
+                linkMasses=[body.mass],
+                linkCollisionShapeIndices=[-1],
+                linkVisualShapeIndices=[-1],
+                linkPositions=[ORIGIN],
+                linkOrientations=[IDENTITY],
+                linkInertialFramePositions=[joint.arm if isinstance(joint, Hinge) else ORIGIN],
+                linkInertialFrameOrientations=[IDENTITY],
+                linkParentIndices=[0],
+                linkJointTypes=[self.api.JOINT_REVOLUTE if hinge else self.api.JOINT_PRISMATIC],
+                linkJointAxis=[joint.axis],
+            )
+        )
+        self._inertia(number, 0, body.mass, body.inertia)
+        if self.configured:  # the default motor locks a joint
+            self._call("setJointMotorControl2", number, 0, self.api.VELOCITY_CONTROL, force=0.0)
+            self.settings["velocityMotorForce"] = 0.0
+        self.jointed[joint.name] = number
+
+    def _constrained(self, body: Body, hinge: Hinge) -> None:
+        """The body held to a fixed one by a point-to-point constraint.
+
+        The engine wants positive inertia: a point mass at the arm's end swings like one at half the arm with the moment
+        m |arm|^2 / 4, whatever the hinge's angle.
+        """
+        arm, inertia = hinge.arm, body.inertia
+        if not any(inertia):
+            moment = body.mass * _dot(arm, arm) / 4
+            arm, inertia = _along(ORIGIN, arm, 0.5), (moment, moment, moment)
+        support, number = self._create(0.0, self._shape(body)), self._create(body.mass, self._shape(body))
+        for each in (support, number):
+            self._call("setCollisionFilterGroupMask", each, -1, 0, 0)
+        self._inertia(number, -1, body.mass, inertia)
+        self._call("resetBasePositionAndOrientation", support, hinge.anchor, IDENTITY)
+        self._call("resetBasePositionAndOrientation", number, _along(hinge.anchor, arm, 1.0), IDENTITY)
+        pivot = _along(ORIGIN, arm, -1.0)
+        kind = self.api.JOINT_POINT2POINT
+        self._call("createConstraint", support, -1, number, -1, kind, hinge.axis, ORIGIN, pivot)
+        self.hinged[hinge.name] = number, hinge, arm
+
+    def _create(self, mass: float, shape: int) -> int:
+        return int(self._call("createMultiBody", mass, shape, useMaximalCoordinates=int(self.maximal)))
+
+    def _shape(self, body: Body) -> int:
+        """The body's shape; a sphere that touches nothing where maximal coordinates ask for one."""
+        if body.half_extents is not None:
+            return self._shape_of("GEOM_BOX", halfExtents=body.half_extents)
+        return self._shape_of("GEOM_SPHERE", radius=body.radius if body.radius is not None else 0.1)
+
+    def _shape_of(self, kind: str, **sizes: Any) -> int:
+        return int(self._call("createCollisionShape", getattr(self.api, kind), **sizes))
+
+    def _inertia(self, number: int, link: int, mass: float, inertia: Vector) -> None:
+        if any(inertia):  # in one call: alone, the inertia of a body in maximal coordinates sets its mass to zero
+            self._call("changeDynamics", number, link, mass=mass, localInertiaDiagonal=inertia)
+        self._extra("changeDynamics", UNDAMPED if self.maximal else UNDAMPED | UNLIMITED, number, link)
+
+    # Motion -----------------------------------------------------------------------------------------------------
+
+    def place(self, scene: Scene) -> None:
+        """Set the start of every body and joint."""
+        turning = self.maximal and not scene.contacts
+        poses = [(self.bodies[b.name], b.position, b.quaternion) for b in scene.bodies if b.name in self.bodies]
+        twists = [(self.bodies[b.name], b.velocity, b.angular_velocity) for b in scene.bodies if b.name in self.bodies]
+        for hinge in scene.hinges:
+            if hinge.name in self.hinged:
+                number, _, arm = self.hinged[hinge.name]
+                attitude, lever = _turned(hinge.axis, arm, hinge.angle)
+                spin = _along(ORIGIN, hinge.axis, hinge.rate)
+                poses.append((number, _along(hinge.anchor, lever, 1.0), attitude))
+                twists.append((number, _cross(spin, lever), spin))
+            else:
+                self._call("resetJointState", self.jointed[hinge.name], 0, hinge.angle, hinge.rate)
+        for slider in scene.sliders:
+            self._call("resetJointState", self.jointed[slider.name], 0, slider.position, slider.rate)
+        for pose in poses:
+            self._call("resetBasePositionAndOrientation", *pose)
+        if turning:  # the first step after a change of pose turns with the old inertia: take it at rest, weightless
+            self._call("setGravity", *ORIGIN)
+            self._step()
+            self._call("setGravity", *scene.gravity)
+        for twist in twists:
+            self._call("resetBaseVelocity", *twist)
+
+    def advance(self, steps: int) -> None:
+        if not self.pushes:
+            for _ in range(steps):
+                self._step()
+        for done in range(self.steps, self.steps + steps if self.pushes else 0):
+            for push in self.pushes:
+                push(done * self.dt)
+            self._step()
+        self.steps += steps
+
+    def _push(self, force: Force, joint: Hinge | Slider | None) -> Callable[[float], None]:
+        """What applies a force for one step: the engine holds it over the step."""
+        law = force.law
+        if isinstance(joint, Slider):
+            rail, number = joint, self.jointed[joint.name]
+            drive = self._bound("setJointMotorControl2", number, 0, self.api.TORQUE_CONTROL)
+
+            def push_along(t: float) -> None:
+                x, v, *_ = self._joint_state(number, 0)
+                drive(force=_dot(rail.axis, law(t, _along(rail.anchor, rail.axis, x), _along(ORIGIN, rail.axis, v))))
+
+            return push_along
+        if joint is not None:
+            raise ValueError(f"a force on the hinged body {force.body} is not written; no scene has one")
+        number, frame = self.bodies[force.body], self.api.WORLD_FRAME
+        apply, static = self._bound("applyExternalForce"), force.token == "position_force"
+
+        def push_body(t: float) -> None:
+            position = self._pose(number)[0]
+            velocity = ORIGIN if static else self._twist(number)[0]
+            apply(number, -1, law(t, position, velocity), position, frame)
+
+        return push_body
+
+    def read(self) -> Readings:
+        joints = {name: self._joint_state(number, 0)[:2] for name, number in self.jointed.items()}
+        for name, (number, hinge, _) in self.hinged.items():
+            attitude, spin = self._pose(number)[1], self._twist(number)[1]
+            angle = 2 * atan2(_dot(attitude[:3], hinge.axis), attitude[3])
+            joints[name] = angle, _dot(spin, hinge.axis)
+        bodies = {name: (*self._pose(number), *self._twist(number)) for name, number in self.bodies.items()}
+        return Readings(joints, bodies)
+
+    # Calls ------------------------------------------------------------------------------------------------------
+
+    def _bound(self, name: str, *arguments: Any) -> Callable[..., Any]:
+        return partial(getattr(self.api, name), *arguments, physicsClientId=self.client)
+
+    def _call(self, name: str, *arguments: Any, **named: Any) -> Any:
+        return getattr(self.api, name)(*arguments, physicsClientId=self.client, **named)
+
+    def _extra(self, name: str, values: dict[str, Any], *arguments: Any) -> None:
+        """Set what no scene declares, and record it; nothing as shipped."""
+        if self.configured:
+            self._call(name, *arguments, **values)
+            self.settings |= values
+
+
+def _dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _along(start: Vector, direction: Vector, length: float) -> Vector:
+    return (start[0] + length * direction[0], start[1] + length * direction[1], start[2] + length * direction[2])
+
+
+def _turned(axis: Vector, arm: Vector, angle: float) -> tuple[Quaternion, Vector]:
+    """The attitude turned by `angle` about a unit `axis`, and the arm turned with it (Rodrigues)."""
+    x, y, z = _along(ORIGIN, axis, sin(angle / 2))
+    lever = _along(_along(ORIGIN, arm, cos(angle)), _cross(axis, arm), sin(angle))
+    return (x, y, z, cos(angle / 2)), _along(lever, axis, _dot(axis, arm) * (1 - cos(angle)))
