@@ -1,0 +1,147 @@
+"""SciPy's `solve_ivp` for smooth problems: RK45, DOP853, Radau and LSODA.
+
+How it is driven, and why:
+
+- Samples through `t_eval`, which is how SciPy's manual says to ask for given times: steps stay as long as the
+  tolerance allows and each sample comes from the interpolant of its step (order 4 for RK45, 7 for DOP853, 3 for
+  Radau). `dense_output=True` would build an interpolant for every step, sampled or not.
+- The knob is `rtol`; `atol` = 1e-3 `rtol`, the ratio of SciPy's defaults (1e-3 and 1e-6), in SI units.
+- The right-hand side is compiled. SciPy calls it from Python, which costs 3 to 5 us a call: that is the library's own
+  cost. Radau and LSODA get the case's Jacobian where it states one, compiled too.
+
+Traps:
+
+- `rtol` below 100 ulp is raised with no more than a warning; here it is refused.
+- A right-hand side that is not finite at the start gives a first step that is NaN, and RK45 and DOP853 then never
+  return; it is looked at before (LSODA returns NaN and calls it success).
+- Radau without a Jacobian evaluates at columns of a matrix, which are not contiguous, and does not count these
+  right-hand sides in its `nfev`; they are counted here.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from importlib.metadata import version
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.forms import FirstOrder
+from gnomon.harness.compile import function_kernel, right_hand_side
+from gnomon.harness.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Tolerance
+
+ABSOLUTE = 1e-3
+"""atol over rtol."""
+SMALLEST = 100 * float(np.finfo(float).eps)
+"""The smallest rtol that SciPy takes as it is."""
+
+
+class SolveIvp(Integrator):
+    """A method of `scipy.integrate.solve_ivp`; `method` is its name there."""
+
+    library = "scipy"
+    accepts = (FirstOrder,)
+    sampling = "dense output"
+    sweep = Tolerance(1e-3, 1e-13)
+    method: ClassVar[str]
+    takes_jacobian: ClassVar[bool] = False
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        from scipy.integrate import solve_ivp
+
+        if setting < SMALLEST:
+            raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
+        function = right_hand_side_of(problem)
+        finite = right_hand_side(replace(problem, counted=False)).array
+        buffer, times = problem.buffer, problem.times
+        options: dict[str, Any] = {"method": self.method, "rtol": setting, "atol": ABSOLUTE * setting}
+        if self.takes_jacobian:
+            jacobian = jacobian_of(problem)
+            if jacobian is not None:
+                options["jac"] = jacobian
+            elif self.method == "Radau":
+                compiled = function
+
+                def function(t: float, y: Floats) -> Floats:
+                    return compiled(t, np.ascontiguousarray(y))
+
+        def solve_one(start: Floats) -> tuple[Floats, str | None]:
+            if not np.isfinite(finite(0.0, start, buffer)).all():
+                return np.empty((0, problem.dimension)), "the right-hand side is not finite at the start"
+            with warnings.catch_warnings(record=True) as said:
+                warnings.simplefilter("always")
+                found = solve_ivp(function, (0.0, times[-1]), start, t_eval=times, **options)
+            if found.success:
+                return found.y.T, None
+            return np.reshape(found.y, (problem.dimension, -1)).T, reason(found.message, said)
+
+        def solve(initial_states: Floats) -> Solution:
+            states = np.full((len(initial_states), len(times), problem.dimension), np.nan)
+            stopped = None
+            for start, samples in zip(initial_states, states, strict=True):
+                found, why = solve_one(start)
+                samples[: len(found)] = found
+                stopped = stopped or why
+            return Solution(states, stopped=stopped)
+
+        solve.settings = {key: value for key, value in options.items() if key in ("rtol", "atol")} | {  # type: ignore[attr-defined]
+            "jac": "compiled" if "jac" in options else None
+        }
+        return solve
+
+    def versions(self) -> Mapping[str, Any]:
+        return {"scipy": version("scipy")}
+
+
+def right_hand_side_of(problem: Problem) -> Callable[[float, Floats], Floats]:
+    """The compiled right-hand side as SciPy calls it, counting where the problem asks for it."""
+    array, buffer = right_hand_side(problem).array, problem.buffer
+    return lambda t, y: array(t, y, buffer)  # type: ignore[no-any-return]
+
+
+def jacobian_of(problem: Problem) -> Callable[[float, Floats], Floats] | None:
+    """The compiled Jacobian (dim, dim) of a first-order form, where the case states one."""
+    form, dimension = problem.form, problem.dimension
+    if not isinstance(form, FirstOrder) or form.jacobian is None:
+        return None
+    array = function_kernel(form.jacobian, dimension, len(problem.parameters), dimension * dimension).array
+    buffer = problem.buffer
+    return lambda t, y: array(t, np.ascontiguousarray(y), buffer).reshape(dimension, dimension)  # type: ignore[no-any-return]
+
+
+def reason(message: str, said: list[warnings.WarningMessage]) -> str:
+    """Why SciPy stopped: its message, and the last warning, where LSODA puts the cause."""
+    return " ".join([message, *(str(entry.message) for entry in said[-1:])])
+
+
+class RK45(SolveIvp):
+    """Dormand and Prince's 5(4) pair, interpolant of order 4. J. Comput. Appl. Math. 6 (1980) 19."""
+
+    name = method = "RK45"
+    order = 5
+
+
+class DOP853(SolveIvp):
+    """Dormand and Prince's 8(5,3) pair, interpolant of order 7. Hairer, Norsett, Wanner (1993), II.10."""
+
+    name = method = "DOP853"
+    order = 8
+
+
+class Radau(SolveIvp):
+    """Implicit Runge-Kutta of the Radau IIA family, for stiff problems. Hairer, Wanner (1996), IV.8."""
+
+    name = method = "Radau"
+    order = 5
+    takes_jacobian = True
+
+
+class LSODA(SolveIvp):
+    """ODEPACK's Adams and BDF methods, switched automatically. Petzold, SIAM J. Sci. Stat. Comput. 4 (1983) 136."""
+
+    name = method = "LSODA"
+    takes_jacobian = True
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (RK45, DOP853, Radau, LSODA)

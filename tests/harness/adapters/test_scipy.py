@@ -1,0 +1,153 @@
+"""SciPy's methods on the simple pendulum: they converge, count truthfully and say so where they give up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import log, sin
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases.forms import FirstOrder, Values
+from gnomon.cases.registry import get
+from gnomon.harness.adapters import scipy_ivp, scipy_ode
+from gnomon.harness.integrator import Integrator, Problem, Refused
+from gnomon.harness.problem import counting, initial_state, problem_of
+from scipy.integrate import solve_ivp
+
+ALL = (*scipy_ivp.INTEGRATORS, *scipy_ode.INTEGRATORS)
+every = pytest.mark.parametrize("integrator", ALL, ids=lambda kind: kind.name)
+explicit = pytest.mark.parametrize("integrator", [scipy_ivp.RK45, scipy_ivp.DOP853], ids=lambda kind: kind.name)
+
+CASE = get("pendulum_simple").rounded()
+PROBLEM = problem_of(CASE, (FirstOrder,))
+START = initial_state(CASE)[None]
+
+
+def linear(t: Any, state: Values, parameters: Values) -> Values:
+    """x'' = -k x."""
+    x, v = state
+    (k,) = parameters
+    return v, -k * x
+
+
+def linear_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+    (k,) = parameters
+    return 0, 1, -k, 0
+
+
+def hopeless(t: Any, state: Values, parameters: Values) -> Values:
+    """Not finite from time 0.5 on, the start included where x starts below zero."""
+    x, v = state
+    (k,) = parameters
+    return v, log(1 - 2 * t) - k * sin(x) + 0 * log(x)
+
+
+def toy(equations: Any, jacobian: Any = None, counted: bool = False) -> Problem:
+    times = np.arange(1, 65) / 16
+    return Problem(FirstOrder(equations, jacobian), 2, np.array([1.0]), times, 1.0, counted)
+
+
+@every
+def test_converges_to_the_exact_motion(integrator: type[Integrator]) -> None:
+    """1e3 steps (LSODA), each allowed rtol of a state of size 6: at most about 1e4 rtol."""
+    exact = CASE.sample(CASE.times)
+    errors = []
+    for rtol in (1e-4, 1e-7, 1e-10):
+        states = integrator().prepare(PROBLEM, rtol)(START).states[0]
+        errors.append(float(np.abs(states - exact).max()))
+    assert errors[0] > 10 * errors[1] > 100 * errors[2]
+    assert errors[2] < 1e4 * 1e-10
+
+
+@every
+def test_many_trajectories_are_solved_one_by_one(integrator: type[Integrator]) -> None:
+    starts = np.array([[0.1, 0.0], [2.0, 0.0], [0.5, 7.0]])
+    solve = integrator().prepare(PROBLEM, 1e-6)
+    together = solve(starts)
+    assert together.states.shape == (3, 64, 2)
+    for start, states in zip(starts, together.states, strict=True):
+        assert np.array_equal(solve(start[None]).states[0], states)
+    assert np.array_equal(starts, [[0.1, 0.0], [2.0, 0.0], [0.5, 7.0]])
+
+
+@pytest.mark.parametrize("integrator", scipy_ivp.INTEGRATORS, ids=lambda kind: kind.name)
+def test_counts_equal_scipys_own(integrator: type[scipy_ivp.SolveIvp]) -> None:
+    problem = toy(linear, linear_jacobian, counted=True)
+    integrator().prepare(problem, 1e-6)(np.array([[1.0, 0.0]]))
+    options = {"jac": lambda t, y: np.array([[0.0, 1.0], [-1.0, 0.0]])} if integrator.takes_jacobian else {}
+    own = solve_ivp(
+        lambda t, y: np.array([y[1], -y[0]]),
+        (0, problem.times[-1]),
+        [1.0, 0.0],
+        integrator.method,
+        problem.times,
+        rtol=1e-6,
+        atol=1e-9,
+        **options,
+    )
+    assert problem.buffer[-1] == own.nfev > 0
+
+
+def test_right_hand_sides_for_a_numerical_jacobian_are_counted() -> None:
+    with_jacobian, without = toy(linear, linear_jacobian, counted=True), toy(linear, counted=True)
+    for problem in (with_jacobian, without):
+        scipy_ivp.Radau().prepare(problem, 1e-6)(np.array([[1.0, 0.0]]))
+    assert without.buffer[-1] > with_jacobian.buffer[-1]
+
+
+def test_ode_counts_right_hand_sides_and_steps() -> None:
+    """12 right-hand sides an accepted step, 11 a rejected one."""
+    problem = counting(PROBLEM)
+    solution = scipy_ode.Dop853().prepare(problem, 1e-8)(START)
+    assert solution.steps is not None
+    assert 64 <= solution.steps <= problem.buffer[-1] / 12
+
+
+@every
+def test_plain_run_leaves_the_count_alone(integrator: type[Integrator]) -> None:
+    problem = toy(linear)
+    integrator().prepare(problem, 1e-4)(np.array([[1.0, 0.0]]))
+    assert problem.buffer[-1] == 0
+
+
+@every
+def test_a_right_hand_side_that_is_not_finite_ends_the_run(integrator: type[Integrator]) -> None:
+    """Late: samples up to there are kept. At the start: left alone, RK45 and DOP853 would never return."""
+    solve = integrator().prepare(toy(hopeless), 1e-6)
+    late = solve(np.array([[1.0, 0.0]]))
+    assert np.isnan(late.states[0, -1]).any()
+    at_once = solve(np.array([[-1.0, 0.0]]))
+    assert np.isnan(at_once.states[0]).any(axis=1).all()
+    if integrator is not scipy_ivp.LSODA:
+        assert late.stopped
+        assert np.isfinite(late.states[0, :7]).all()
+    assert at_once.stopped
+
+
+@pytest.mark.parametrize("integrator", scipy_ivp.INTEGRATORS, ids=lambda kind: kind.name)
+def test_a_tolerance_that_scipy_would_replace_is_refused(integrator: type[Integrator]) -> None:
+    with pytest.raises(Refused, match=r"1e-14: .* 2\.2e-14"):
+        integrator().prepare(PROBLEM, 1e-14)
+
+
+def test_ode_says_where_and_why_it_gave_up() -> None:
+    solution = scipy_ode.Dop853().prepare(toy(hopeless), 1e-6)(np.array([[1.0, 0.0]]))
+    assert solution.stopped is not None
+    assert "step size becomes too small at t = 0.5" in solution.stopped
+    assert np.isfinite(solution.states[0, :7]).all()
+    assert np.isnan(solution.states[0, 8:]).all()
+
+
+@every
+def test_settings_name_what_differs_from_the_defaults(integrator: type[Integrator]) -> None:
+    solve = integrator().prepare(PROBLEM, 1e-5)
+    assert solve.settings["rtol"] == 1e-5  # type: ignore[attr-defined]
+    assert solve.settings["atol"] < 1e-5  # type: ignore[attr-defined]
+
+
+@explicit
+def test_samples_follow_the_given_times(integrator: type[Integrator]) -> None:
+    uneven = replace(toy(linear), times=np.sqrt(np.arange(1, 65)))
+    states = integrator().prepare(uneven, 1e-9)(np.array([[1.0, 0.0]])).states[0]
+    assert states[:, 0] == pytest.approx(np.cos(uneven.times), abs=1e-7)
