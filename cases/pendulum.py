@@ -12,6 +12,8 @@ from gnomon.cases import accuracy
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import Separable, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.pendulum_scene import SCENE
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.pendulum import Pendulum
 from gnomon.reference.precision import Number
 
@@ -117,6 +119,10 @@ class PendulumSimple(Case):
     @property
     def forms(self) -> tuple[Separable, ...]:
         return (Separable(acceleration, potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def time_scale(self) -> float:

@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
+from gnomon.reference.motion import SAMPLE_DIGITS
 from gnomon.reference.precision import nearest_double
 from numpy.typing import NDArray
 
@@ -28,8 +29,7 @@ def sample_times(case: Case) -> Floats:
     if case.variant is not None and case.variant.startswith("engines"):
         return np.array([float(Fraction(round(k * case.span / SAMPLES * 100), 100)) for k in range(1, SAMPLES + 1)])
     mantissa, exponent = _interval(case.span / SAMPLES)
-    events = [Fraction(float(event.time)) for event in case.events(20)]
-    while events and not _clear(Fraction(mantissa) * Fraction(2) ** exponent, events):
+    while case.hybrid is not None and not _clear(case, Fraction(mantissa) * Fraction(2) ** exponent):
         mantissa -= 1
     return np.arange(1, SAMPLES + 1) * math.ldexp(mantissa, exponent)
 
@@ -40,17 +40,19 @@ def _interval(length: Fraction) -> tuple[int, int]:
     return round(length / Fraction(2) ** exponent), exponent
 
 
-def _clear(interval: Fraction, events: list[Fraction]) -> bool:
-    edges = [Fraction(0), *events]
-    for i, event in enumerate(events, start=1):
-        after = edges[i + 1] - event if i + 1 < len(edges) else event - edges[i - 1]
-        gap = min(event - edges[i - 1], after) / 1000
-        k = min(max(round(event / interval), 1), SAMPLES)
-        if abs(k * interval - event) < gap:
+def _clear(case: Case, interval: Fraction) -> bool:
+    for k in range(1, SAMPLES + 1):
+        t = float(k * interval)
+        near = case.between(t)
+        if (near.past > 0 and t - near.last < near.gap / 1000) or near.next - t < near.gap / 1000:
             return False
     return True
 
 
 def sample(case: Case, times: Floats) -> Floats:
     """Exact states at `times`, shape (len(times), len(case.state)), each value the nearest double."""
-    return np.array([[nearest_double(x) for x in case.exact(float(t), 36)] for t in times])
+    from gnomon.cases.case import Case
+
+    if type(case).exact is not Case.exact:  # a case with its own way to the exact state, without a motion
+        return np.array([[nearest_double(x) for x in case.exact(float(t), SAMPLE_DIGITS)] for t in times])
+    return case._motion.sample(times)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import importlib
 import io
 import json
 import os
@@ -11,6 +12,7 @@ import warnings
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -29,6 +31,16 @@ class Entry:
 
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     notes: Any = None
+
+
+@cache
+def fingerprint(*packages: str) -> str:
+    """A hash of every Python source of the packages: part of the key of what they compute."""
+    found = hashlib.sha256()
+    for package in packages:
+        for path in sorted(Path(next(iter(importlib.import_module(package).__path__))).glob("*.py")):
+            found.update(path.read_bytes())
+    return found.hexdigest()[:16]
 
 
 def folder() -> Path:
@@ -77,7 +89,7 @@ def store(key: str, entry: Entry) -> None:
         raise ValueError(f"an array may not be called {_NOTES!r}")
     notes = np.frombuffer(json.dumps(entry.notes).encode(), dtype=np.uint8)
     buffer = io.BytesIO()
-    np.savez(buffer, **{_NOTES: notes, **entry.arrays})
+    np.savez(buffer, allow_pickle=False, **{_NOTES: notes, **entry.arrays})
     payload = buffer.getvalue()
     path = _path(key)
     path.parent.mkdir(parents=True, exist_ok=True)

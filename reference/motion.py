@@ -4,10 +4,27 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from gnomon.reference.precision import Number, exact, publish, working
+import numpy as np
+from gnomon.reference.precision import Number, exact, nearest_double, publish, working
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+SAMPLE_DIGITS = 40
+MANY = 512
+"""From so many times on, building a table pays."""
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """state(t + period) = factor * state(t) + shift, for all t; numbers of mpmath."""
+
+    period: Any
+    shift: Sequence[Any]
+    factor: Any = 1
 
 
 class Motion(ABC):
@@ -17,7 +34,8 @@ class Motion(ABC):
 
     1. `_state(mp, t)`: the state at the Fraction t, computed in the mpmath context `mp` at the precision that the
        context has, every input converted inside with `mp.mpf(fraction)`;
-    2. `_guard(t)`: how many digits that formula loses at t, from the cancellation it has.
+    2. `_guard(t)`: how many digits that formula loses at t, from the cancellation it has;
+    3. `_cycle(mp)` where the motion repeats itself: sampling at many times is then fast however far out they are.
     """
 
     def state(self, t: Number, digits: int = 15) -> tuple[Any, ...]:
@@ -31,6 +49,23 @@ class Motion(ABC):
 
     def _guard(self, t: Fraction) -> float:
         return 10
+
+    def _cycle(self, mp: Any) -> Cycle | None:
+        """How the motion repeats itself, at the precision of `mp`; None where it does not."""
+        return None
+
+    def sample(self, times: Floats) -> Floats:
+        """The nearest doubles to the state at each time (float64, s), shape (len(times), dimension).
+
+        Few times are evaluated one by one; many by a table, which is kept on disk.
+        """
+        from gnomon.reference import table  # compiles; not wanted before many times are asked for
+
+        return table.sample(self, times) if len(times) >= MANY else self.sample_each(times)
+
+    def sample_each(self, times: Floats) -> Floats:
+        """The same without a table: each state in high precision, then rounded."""
+        return np.array([[nearest_double(x) for x in self.state(float(t), SAMPLE_DIGITS)] for t in times])
 
     def _quantity(self, digits: int, formula: Callable[[Any], Any], guard: float = 10) -> Any:
         """A derived number: `formula(mp)` with guard digits, rounded once."""

@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.reference.elliptic import complete_first, incomplete_first, jacobi
-from gnomon.reference.motion import Motion, decades
+from gnomon.reference.motion import Cycle, Motion, decades
 from gnomon.reference.precision import working
 
 
@@ -45,12 +45,6 @@ class Pendulum(Motion):
     def period(self, digits: int = 15) -> Any:
         """Time after which the state repeats, up to a turn of theta in rotation; infinite on the separatrix."""
         return self._quantity(digits, self._period, self._depth + 10)
-
-    def turn(self, mp: Any) -> tuple[Any, Any]:
-        """What one period adds to the state: a turn of theta in rotation."""
-        if self.regime != self.ROTATION:
-            return mp.zero, mp.zero
-        return 2 * mp.pi * (1 if self.omega0 > 0 else -1), mp.zero
 
     def modulus_squared(self, digits: int = 15) -> Any:
         """m = k^2, above 1 in rotation."""
@@ -103,6 +97,13 @@ class Pendulum(Motion):
         if self.regime == self.ROTATION:
             return 2 * complete_first(mp, -mc / m) / (mp.sqrt(m) * w)
         return 4 * complete_first(mp, mc) / w
+
+    def _cycle(self, mp: Any) -> Cycle | None:
+        if self.regime in (self.SEPARATRIX, self.REST):
+            return None
+        turn = mp.zero if self.regime == self.LIBRATION else 2 * mp.pi * (1 if self.omega0 > 0 else -1)
+        with mp.workdps(mp.dps + self._depth):
+            return Cycle(self._period(mp), (turn, mp.zero))
 
     def _guard(self, t: Fraction) -> float:
         return 15 + self._depth + decades(t * t * self.g / self.length + self.omega0**2 * t * t) / 2
