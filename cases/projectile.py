@@ -10,6 +10,8 @@ from typing import Any, ClassVar
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import Form, Separable, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range
+from gnomon.cases.projectile_scene import SCENE
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.projectile import Projectile
 
 
@@ -72,6 +74,10 @@ class ProjectileParabola(Case):
     @property
     def forms(self) -> tuple[Form, ...]:
         return (Separable(uniform_gravity, height_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def time_scale(self) -> float:
