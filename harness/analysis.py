@@ -1,4 +1,4 @@
-"""What a run says: time at equal error, trust, and where each integrator breaks. Reads the store's rows, runs nothing."""
+"""What a run says: time at equal error, trust, and where each integrator breaks. Reads stored rows, runs nothing."""
 
 from __future__ import annotations
 
@@ -38,6 +38,7 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
     for column in ("variant", "formulation", "policy", "reason", "sampling", "setting_kind", "settings_changed"):
         frame[column] = frame[column].astype(object).where(frame[column].notna(), "").astype(str)
     frame["variant"] = frame["variant"].replace("default", "")
+    frame["formulation"] = frame["formulation"].replace("standard", "")
     for column in (
         *("setting", "error_max", "error_end", "error_rms", "floor", "conditioning", "order_declared"),
         *("rhs_calls", "steps", "seconds_median", "seconds_low", "seconds_high", "prepare_seconds"),
@@ -105,9 +106,10 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     for key, series in usable.groupby(SERIES, dropna=False):
         launches = [launch.sort_values("setting", ascending=False) for _, launch in series.groupby("launch")]
         full = max(map(len, launches))
-        launches = [launch for launch in launches if len(launch) == full]  # a launch cut short says nothing of its end
+        # A launch that was cut short says nothing of the sweep's end.
+        sweeps = [(p["error_max"].to_numpy(), p["seconds_median"].to_numpy()) for p in launches if len(p) == full]
         for target in targets:
-            found = [time_at(part["error_max"].to_numpy(), part["seconds_median"].to_numpy(), target) for part in launches]
+            found = [time_at(errors, seconds, target) for errors, seconds in sweeps]
             times = np.array([seconds for seconds, _ in found if math.isfinite(seconds)])
             if len(times):
                 bound = any(loosest for _, loosest in found)
@@ -130,7 +132,9 @@ def trust(reduced: pd.DataFrame) -> pd.DataFrame:
         good = series[series["status"] == "ok"]
         record: dict[str, Any] = dict(zip(SERIES, key, strict=True))
         record |= {"settings": len(series), "ok": len(good), "sampling": series["sampling"].iloc[0]}
-        record |= dict.fromkeys(("best", "at", "attainable", "over_tolerance", "worst_over_tolerance", "turns"), math.nan)
+        record |= dict.fromkeys(
+            ("best", "at", "attainable", "over_tolerance", "worst_over_tolerance", "turns"), math.nan
+        )
         if len(good):
             best = good.loc[good["error_max"].idxmin()]
             record |= {"best": best["error_max"], "at": best["setting"], "turns": good["turns"].max()}
@@ -155,7 +159,9 @@ def status_matrix(reduced: pd.DataFrame) -> pd.DataFrame:
         good = series[series["status"] == "ok"]
         broken = series[~series["status"].isin(["ok", "skipped"])]
         shown = broken if len(broken) else series[series["status"] != "ok"]
-        verdict = "ok" if len(good) and not len(broken) else "partly" if len(good) else max(counts, key=counts.__getitem__)
+        verdict = (
+            "ok" if len(good) and not len(broken) else "partly" if len(good) else max(counts, key=counts.__getitem__)
+        )
         record: dict[str, Any] = dict(zip(SERIES, key, strict=True))
         record |= {"verdict": verdict, "ok": len(good), "settings": len(series), "counts": counts}
         record["best"] = float(good["error_max"].min()) if len(good) else math.nan
@@ -178,7 +184,7 @@ def failures(reduced: pd.DataFrame) -> pd.DataFrame:
 
 
 def changed_settings(frame: pd.DataFrame) -> pd.DataFrame:
-    """Engine settings that differ from the engine's default: one row an integrator, setting and value, with its scenes."""
+    """Engine settings that differ from the engine's default: one row an integrator, setting and value."""
     rows = []
     for columns in frame.drop_duplicates([*SERIES, "settings_changed"]).itertuples():
         for name, value in json.loads(columns.settings_changed or "{}").items():

@@ -1,59 +1,18 @@
 """Charts as Vega-Lite specifications through Altair: one specification is the interactive and the printed figure.
 
 Logarithmic axes are drawn as decades, the logarithm taken here, so that every tick is a power of ten with a readable
-name. Colour says the library, lightness the order within a family, shape and stroke the family: all told apart without
-colour vision.
+name. Data are named (`points`, `limits`, ...), so that the page can put another scene's in their place.
 """
 
 from __future__ import annotations
 
-import colorsys
 import math
-from pathlib import Path
 from typing import Any
 
 import altair as alt
 import numpy as np
 import pandas as pd
-import vl_convert
-from gnomon.harness.analysis import STATUSES
-
-INK, QUIET, PALE, GRID = "#1f2933", "#5f6b7a", "#f4f2ec", "#e4e2dc"
-FONT = "Helvetica Neue, Helvetica, Arial, Liberation Sans, sans-serif"
-
-# Okabe and Ito's palette, distinct under the common colour-vision deficiencies.
-HUES = {"gnomon": "#0072B2", "scipy": "#D55E00", "rebound": "#009E73", "pybullet": "#B0508A"}
-OTHER_HUES = ("#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
-
-FAMILIES = {
-    "adaptive step": ("circle", [1, 0]),
-    "fixed step": ("square", [6, 3]),
-    "fixed step, geometric": ("diamond", [6, 2, 1, 2]),
-    "physics engine": ("triangle-up", [2, 2]),
-}
-
-STATUS_COLOURS = {
-    "ok": "#7fb6a0",
-    "partly": "#d8e6c3",
-    "inaccurate": "#f2cf63",
-    "diverged": "#e08a4a",
-    "refused": "#b79ad1",
-    "timeout": "#7aa6d8",
-    "crashed": "#8c2d3a",
-    "skipped": "#c3d6ea",
-    "unsupported": "#efedE8".lower(),
-    "not_installed": "#ffffff",
-}
-LETTERS = {
-    "inaccurate": "I",
-    "diverged": "D",
-    "refused": "R",
-    "timeout": "T",
-    "crashed": "C",
-    "skipped": "S",
-    "unsupported": "·",
-    "not_installed": "",
-}
+from gnomon.harness.style import GRID, INK, LETTERS, PALE, QUIET, STATUS_COLOURS, dressed, records
 
 SECONDS = {-9: "1 ns", -8: "10 ns", -7: "100 ns", -6: "1 µs", -5: "10 µs", -4: "100 µs", -3: "1 ms", -2: "10 ms"}
 SECONDS |= {-1: "0.1 s", 0: "1 s", 1: "10 s", 2: "100 s", 3: "1000 s"}
@@ -63,58 +22,6 @@ ERRORS = "datum.value > 0 ? '' : datum.value == 0 ? '1' : '1e' + datum.value"
 MARGIN = 0.45
 """Errors above 10**MARGIN (nearly 3: nothing of the motion is left) are shown in the margin of failed trials."""
 TOP = 2.6
-
-
-def family(row: pd.Series) -> str:
-    """What kind of method a series is, from what its integrator declared."""
-    if row["policy"]:
-        return "physics engine"
-    if row["setting_kind"] == "tolerance":
-        return "adaptive step"
-    claims = str(row.get("conserves", ""))
-    return "fixed step, geometric" if any(word in claims for word in ("symplectic", "attitude")) else "fixed step"
-
-
-def styles(frame: pd.DataFrame) -> pd.DataFrame:
-    """Label, colour, shape and dash of each integrator, well ordered: by library, family and order."""
-    one = frame.drop_duplicates("integrator_id").copy()
-    one["family"] = one.apply(family, axis=1)
-    libraries = [name for name in HUES if name in set(one["library"])]
-    libraries += sorted(set(one["library"]) - set(HUES))
-    hues = HUES | dict(zip([name for name in libraries if name not in HUES], OTHER_HUES * 9, strict=False))
-    place = {name: i for i, name in enumerate(libraries)}
-    kind = {name: i for i, name in enumerate(FAMILIES)}
-    one = one.sort_values(
-        ["library", "family", "order_declared", "integrator_id"],
-        key=lambda column: column.map(place if column.name == "library" else kind)
-        if column.name in ("library", "family")
-        else column,
-        na_position="last",
-    )
-    shades = {}
-    for (library, _), members in one.groupby(["library", "family"], sort=False):
-        for i, name in enumerate(members["integrator_id"]):
-            share = i / max(len(members) - 1, 1) if len(members) > 1 else 0.6
-            shades[name] = _shade(hues[library], share)
-    return pd.DataFrame(
-        {
-            "series": one["integrator_id"],
-            "library": one["library"],
-            "family": one["family"],
-            "colour": [shades[name] for name in one["integrator_id"]],
-            "shape": [FAMILIES[name][0] for name in one["family"]],
-            "dash": [FAMILIES[name][1] for name in one["family"]],
-            "lane": [place[name] for name in one["library"]],
-        }
-    ).reset_index(drop=True)
-
-
-def _shade(colour: str, share: float) -> str:
-    """The colour lighter (share 0) to darker (share 1)."""
-    red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    hue, light, saturation = colorsys.rgb_to_hls(red, green, blue)
-    light = 0.66 + (0.24 - 0.66) * share
-    return "#" + "".join(f"{round(255 * x):02x}" for x in colorsys.hls_to_rgb(hue, light, min(saturation, 0.85)))
 
 
 def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
@@ -151,7 +58,7 @@ def work_precision(points: pd.DataFrame, look: pd.DataFrame, limits: dict[str, f
     names = {"time": SECONDS, "calls": COUNTS}[axis]
     title = {"time": "time of one solve", "calls": "right-hand sides evaluated"}[axis]
     domain = list(look["series"])
-    legend = alt.Legend(title=None, symbolSize=90, labelLimit=230, rowPadding=3, symbolStrokeWidth=0)
+    legend = alt.Legend(title=None)
     colour = alt.Color("series:N", legend=legend, scale=alt.Scale(domain=domain, range=list(look["colour"])))
     shape = alt.Shape("series:N", legend=legend, scale=alt.Scale(domain=domain, range=list(look["shape"])))
     dash = alt.StrokeDash("series:N", legend=legend, scale=alt.Scale(domain=domain, range=list(look["dash"])))
@@ -171,7 +78,7 @@ def work_precision(points: pd.DataFrame, look: pd.DataFrame, limits: dict[str, f
         scale=alt.Scale(zero=False, nice=False, domainMax=TOP, padding=6),
         axis=alt.Axis(tickMinStep=1, tickCount=9, labelExpr=ERRORS, gridColor=only_errors, tickColor=only_errors),
     )
-    base = alt.Chart(points.assign(**{axis: points[axis]}).dropna(subset=[axis, "error"]))
+    base = alt.Chart(alt.NamedData("points")).transform_filter(f"isValid(datum.{axis}) && isValid(datum.error)")
     tooltip = [
         alt.Tooltip("series:N", title="integrator"),
         alt.Tooltip("setting:Q", title="setting", format=".3g"),
@@ -198,53 +105,204 @@ def work_precision(points: pd.DataFrame, look: pd.DataFrame, limits: dict[str, f
         .mark_text(fontSize=10, fontWeight="bold")
         .encode(x, y, colour, text="letter:N", opacity=shown, tooltip=tooltip)
     )
-    margin = alt.Chart(pd.DataFrame({"low": [MARGIN], "high": [TOP], "text": ["failed trials"]}))
+    margin = alt.Chart(alt.NamedData("margin"))
     band = margin.mark_rect(color=PALE).encode(y=alt.Y("low:Q"), y2="high:Q")
     heading = margin.mark_text(align="left", baseline="top", dx=5, dy=4, color=QUIET, fontSize=10.5).encode(
         y="high:Q", x=alt.value(0), text="text:N"
     )
-    rules = pd.DataFrame({"limit": list(limits), "at": [_log(value) for value in limits.values()]})
-    lines_at = alt.Chart(rules).mark_rule(color=QUIET, strokeDash=[2, 3], strokeWidth=1.3).encode(y="at:Q")
-    words_at = (
-        alt.Chart(rules)
-        .mark_text(align="left", baseline="bottom", dx=5, dy=-2, color=QUIET, fontSize=10.5)
-        .encode(y="at:Q", x=alt.value(0), text="limit:N")
+    rules = alt.Chart(alt.NamedData("limits"))
+    lines_at = rules.mark_rule(color=QUIET, strokeDash=[2, 3], strokeWidth=1.3).encode(y="at:Q")
+    words_at = rules.mark_text(align="left", baseline="bottom", dx=5, dy=-2, color=QUIET, fontSize=10.5).encode(
+        y="at:Q", x=alt.value(0), text="limit:N"
     )
-    return _dressed(alt.layer(band, heading, lines_at, words_at, lines, dots, letters)).properties(width=640, height=440)
-
-
-def _log(value: float) -> float:
-    return math.log10(value) if value > 0 else math.nan
+    chart = alt.layer(band, heading, lines_at, words_at, lines, dots, letters)
+    data = {
+        "points": records(points),
+        "limits": [{"limit": name, "at": math.log10(value)} for name, value in limits.items() if value > 0],
+        "margin": [{"low": MARGIN, "high": TOP, "text": "failed trials"}],
+    }
+    return dressed(chart.properties(width=640, height=440, datasets=data))
 
 
 def _table(names: dict[Any, str]) -> str:
     return "{" + ", ".join(f"'{key}': '{value}'" for key, value in names.items()) + "}"
 
 
-def _dressed(chart: Any) -> Any:
-    """The house style: quiet axes, no frame, one font."""
-    return (
-        chart.configure(font=FONT, background="white")
-        .configure_view(stroke=None)
-        .configure_axis(
-            gridColor=GRID,
-            domainColor="#b9b6ae",
-            tickColor="#b9b6ae",
-            labelColor=QUIET,
-            titleColor=INK,
-            titleFontWeight="normal",
-            titleFontSize=12.5,
-            labelFontSize=11.5,
-            titlePadding=10,
-        )
-        .configure_legend(labelColor=INK, labelFontSize=11.5, titleColor=INK, titleFontSize=12)
-        .configure_title(color=INK, fontSize=15, anchor="start", fontWeight=600, subtitleColor=QUIET, subtitleFontSize=12)
+def status_map(matrix: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt.LayerChart:
+    """Scene x integrator: colour and letter say the verdict over the sweep, a number the digits reached at best.
+
+    `matrix` has the columns scene, integrator_id, verdict, best, ok, settings, reason.
+    """
+    table = matrix.assign(
+        cell=[
+            _digits(best) if best > 0 else LETTERS[v] for best, v in zip(matrix["best"], matrix["verdict"], strict=True)
+        ]
+    )
+    present = [name for name in STATUS_COLOURS if name in set(table["verdict"])]
+    base = _grid(table, look, scenes)
+    colour = alt.Color(
+        "verdict:N",
+        title="over the sweep",
+        scale=alt.Scale(domain=present, range=[STATUS_COLOURS[name] for name in present]),
+        legend=alt.Legend(orient="top", direction="horizontal", columns=len(present), titleOrient="left"),
+    )
+    tooltip = [
+        alt.Tooltip("scene:N"),
+        alt.Tooltip("integrator_id:N", title="integrator"),
+        alt.Tooltip("verdict:N"),
+        alt.Tooltip("ok:Q", title="settings ok"),
+        alt.Tooltip("settings:Q", title="settings tried"),
+        alt.Tooltip("best:Q", title="smallest error", format=".2e"),
+        alt.Tooltip("reason:N", title="first failure"),
+    ]
+    cells = base.mark_rect(stroke="white", strokeWidth=1).encode(color=colour, tooltip=tooltip)
+    dark = alt.condition("datum.verdict == 'crashed'", alt.value("white"), alt.value(INK))
+    words = base.mark_text(fontSize=10).encode(text="cell:N", color=dark)
+    return dressed(
+        alt.layer(cells, words).properties(width={"step": 27}, height={"step": 18}, datasets={"cells": records(table)})
     )
 
 
-def write_images(chart: Any, folder: Path, name: str) -> None:
-    """The printed figure: `name`.svg and `name`.png, twice the size in pixels."""
-    folder.mkdir(parents=True, exist_ok=True)
-    spec = chart.to_dict()
-    (folder / f"{name}.svg").write_text(vl_convert.vegalite_to_svg(spec))
-    (folder / f"{name}.png").write_bytes(vl_convert.vegalite_to_png(spec, scale=2))
+def trust_map(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt.LayerChart:
+    """Scene x integrator: the digits reached at best, coloured by how many more the arithmetic would have allowed.
+
+    `table` has the columns scene, integrator_id, best, attainable.
+    """
+    reached = table[table["best"] > 0]
+    lost = np.log10(reached["best"]) - np.log10(np.maximum(reached["attainable"], 1e-17))
+    reached = reached.assign(cell=[_digits(best) for best in reached["best"]], lost=np.clip(lost, 0, 12))
+    base = _grid(reached, look, scenes)
+    colour = alt.Color(
+        "lost:Q",
+        title="digits short of the attainable",
+        scale=alt.Scale(scheme="blues", reverse=True, domain=[0, 12]),
+        legend=alt.Legend(orient="top", direction="horizontal", titleOrient="left", gradientLength=220, titleLimit=260),
+    )
+    tooltip = [
+        alt.Tooltip("scene:N"),
+        alt.Tooltip("integrator_id:N", title="integrator"),
+        alt.Tooltip("best:Q", title="smallest error", format=".2e"),
+        alt.Tooltip("attainable:Q", format=".2e"),
+    ]
+    cells = base.mark_rect(stroke="white", strokeWidth=1).encode(color=colour, tooltip=tooltip)
+    ink = alt.condition("datum.lost < 5", alt.value("white"), alt.value(INK))
+    words = base.mark_text(fontSize=10.5).encode(text="cell:N", color=ink)
+    return dressed(
+        alt.layer(cells, words).properties(
+            width={"step": 27}, height={"step": 21}, datasets={"cells": records(reached)}
+        )
+    )
+
+
+def _digits(error: float) -> str:
+    return str(max(math.floor(-math.log10(error)), 0))
+
+
+def _grid(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt.Chart:
+    """Integrators across, scenes down, in their given order; hard variants stand indented under their case."""
+    indented = "indexof(datum.value, '/') < 0 ? datum.value : slice(datum.value, indexof(datum.value, '/') + 1)"
+    bold = alt.condition("indexof(datum.value, '/') < 0", alt.value(600), alt.value(400))
+    ink = alt.condition("indexof(datum.value, '/') < 0", alt.value(INK), alt.value(QUIET))
+    return alt.Chart(alt.NamedData("cells")).encode(
+        x=alt.X(
+            "integrator_id:N",
+            title=None,
+            sort=[name for name in look["series"] if name in set(table["integrator_id"])],
+            axis=alt.Axis(orient="top", labelAngle=-60, labelLimit=220, ticks=False, domain=False, grid=False),
+        ),
+        y=alt.Y(
+            "scene:N",
+            title=None,
+            sort=[name for name in scenes if name in set(table["scene"])],
+            axis=alt.Axis(
+                labelExpr=indented,
+                labelFontWeight=bold,
+                labelColor=ink,
+                labelLimit=230,
+                ticks=False,
+                domain=False,
+                grid=False,
+            ),
+        ),
+    )
+
+
+def tolerance_strip(points: pd.DataFrame, look: pd.DataFrame) -> alt.LayerChart:
+    """Achieved error over tolerance of every adaptive trial. `points`: integrator_id, scene, setting, over."""
+    table = points.assign(decades=np.clip(np.log10(points["over"]), -6, 10))
+    look = look[look["series"].isin(set(table["integrator_id"]))]
+    base = alt.Chart(alt.NamedData("points")).encode(
+        y=alt.Y("integrator_id:N", title=None, sort=list(look["series"]), axis=alt.Axis(grid=True, labelLimit=220))
+    )
+    x = alt.X(
+        "decades:Q",
+        title="achieved error / tolerance",
+        axis=alt.Axis(tickMinStep=1, labelExpr="datum.value == 0 ? 'as asked' : '1e' + datum.value"),
+    )
+    colour = alt.Color(
+        "integrator_id:N", legend=None, scale=alt.Scale(domain=list(look["series"]), range=list(look["colour"]))
+    )
+    tooltip = [
+        alt.Tooltip("integrator_id:N", title="integrator"),
+        alt.Tooltip("scene:N"),
+        alt.Tooltip("setting:Q", title="tolerance", format=".0e"),
+        alt.Tooltip("over:Q", title="error / tolerance", format=".2g"),
+    ]
+    strip = base.mark_tick(thickness=1.6, size=13, opacity=0.55).encode(x, color=colour, tooltip=tooltip)
+    middle = base.mark_point(shape="diamond", size=80, filled=True, color=INK).encode(alt.X("median(decades):Q"))
+    asked = alt.Chart(alt.NamedData("asked")).mark_rule(color=INK, strokeDash=[3, 3]).encode(x="decades:Q")
+    data = {"points": records(table), "asked": [{"decades": 0}]}
+    return dressed(alt.layer(asked, strip, middle).properties(width=640, height={"step": 24}, datasets=data))
+
+
+def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
+    """What each simpler model errs by. `rungs`: ladder (the full case), model, lacks, error; crudest first."""
+    table = rungs.assign(
+        decades=np.log10(np.maximum(rungs["error"], 1e-17)),
+        label=[f"{error:.1e}" for error in rungs["error"]],
+        place=rungs["ladder"] + " as " + rungs["model"],
+    )
+    base = alt.Chart(alt.NamedData("rungs"))
+    y = alt.Y("place:N", title=None, sort=None, axis=alt.Axis(labelLimit=330, ticks=False, domain=False))
+    x = alt.X(
+        "decades:Q",
+        title="error of the simpler model against the full one",
+        scale=alt.Scale(zero=False, nice=True, padding=30),
+        axis=alt.Axis(tickMinStep=1, labelExpr=ERRORS),
+    )
+    tooltip = [alt.Tooltip("place:N", title="model"), alt.Tooltip("lacks:N"), alt.Tooltip("label:N", title="error")]
+    dots = base.mark_point(size=130, filled=True, opacity=1, color="#0072B2").encode(x, y, tooltip=tooltip)
+    words = base.mark_text(align="left", dx=10, color=INK, fontSize=11).encode(x, y, text="label:N")
+    data = {"rungs": records(table)}
+    return dressed(alt.layer(dots, words).properties(width=560, height={"step": 28}, datasets=data))
+
+
+def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
+    """Engines as shipped, configured and staggered at equal step. `points`: scene, engine, policy, step, error."""
+    table = points.assign(
+        decades=np.clip(np.log10(points["error"].fillna(np.inf).clip(1e-17, 1e3)), -16, 1.5),
+        place=[
+            scene + (f"  {step:g} s" if step else "")
+            for scene, step in zip(points["scene"], points["step"], strict=True)
+        ],
+    )
+    names = [name for name in ("as shipped", "configured", "staggered") if name in set(table["policy"])]
+    names += sorted(set(table["policy"]) - set(names))
+    colours = ["#8c2d3a", "#0072B2", "#009E73", "#8a6d00", "#56B4E9"]
+    shapes = ["cross", "circle", "diamond", "square", "triangle-up"]
+    base = alt.Chart(alt.NamedData("points")).encode(
+        y=alt.Y("place:N", title=None, sort=None, axis=alt.Axis(labelLimit=320, grid=True)),
+    )
+    x = alt.X(
+        "decades:Q", title="error", axis=alt.Axis(tickMinStep=1, labelExpr="datum.value > 1 ? 'lost' : " + ERRORS)
+    )
+    lines = base.mark_line(color="#b9b6ae", strokeWidth=2).encode(x=x, detail="place:N")
+    legend = alt.Legend(title=None, orient="top")
+    dots = base.mark_point(size=90, filled=True, opacity=1).encode(
+        x,
+        color=alt.Color("policy:N", legend=legend, scale=alt.Scale(domain=names, range=colours[: len(names)])),
+        shape=alt.Shape("policy:N", legend=legend, scale=alt.Scale(domain=names, range=shapes[: len(names)])),
+        tooltip=["scene:N", "engine:N", "policy:N", "step:Q", alt.Tooltip("error:Q", format=".2e"), "status:N"],
+    )
+    data = {"points": records(table)}
+    return dressed(alt.layer(lines, dots).properties(width=560, height={"step": 20}, datasets=data))

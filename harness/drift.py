@@ -1,0 +1,119 @@
+"""How errors and invariants grow over time: bounded, t, t^2, exponential. From the sampled states that a run stored."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from gnomon.cases.case import Case
+from gnomon.cases.registry import case_class
+from gnomon.harness import store
+from gnomon.harness.analysis import SERIES
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+ROUND_OFF = 1e-13
+"""Below this, some hundred units of round-off, growth has no law worth naming."""
+
+
+def law(times: Floats, sizes: Floats) -> str:
+    """The law by which a size grows: round-off, bounded, sqrt t, t, t^2, faster than t^2, exponential.
+
+    A power or an exponential is fitted to the running maximum over the last three quarters of the times, where a
+    start-up no longer shows; the better of the two is named if the size grew by more than the rounding between laws.
+    """
+    if not np.all(np.isfinite(sizes)):
+        return "diverged"
+    envelope = np.maximum.accumulate(np.abs(sizes))
+    if envelope[-1] < ROUND_OFF:
+        return "round-off"
+    late = (times >= times[-1] / 4) & (envelope > 0)
+    if np.count_nonzero(late) < 8:
+        return "bounded"
+    t, logs = times[late], np.log(envelope[late])
+    power, power_residual = _slope(np.log(t), logs)
+    rate, rate_residual = _slope(t, logs)
+    grown = rate * (t[-1] - t[0])
+    if grown > math.log(100) and rate_residual < power_residual:
+        return "exponential"
+    bounds = ((0.25, "bounded"), (0.75, "sqrt t"), (1.5, "t"), (2.5, "t^2"))
+    return next((name for bound, name in bounds if power < bound), "faster than t^2")
+
+
+def _slope(x: Floats, y: Floats) -> tuple[float, float]:
+    """Slope of the regression line and its residual sum of squares."""
+    slope, intercept = np.polyfit(x, y, 1)
+    return float(slope), float(np.sum((y - intercept - slope * x) ** 2))
+
+
+def invariant_sizes(case: Case, states: Floats) -> dict[str, Floats]:
+    """|I(t) - I(0)| of each constant invariant at the sample times, over the largest |I| met."""
+    parameters = tuple(map(float, case.parameter_values()))
+    start = tuple(map(float, case.initial_state))
+    found = {}
+    for name, invariant in case.invariants.items():
+        if invariant.law != "constant":
+            continue
+        values = np.array(
+            [invariant.function(t, state, parameters)[0] for t, state in _moments(case, start, states)], dtype=float
+        )
+        finite = np.abs(values[np.isfinite(values)])
+        scale = abs(values[0]) or (finite.max() if len(finite) else 0.0) or 1.0
+        found[name] = np.abs(values[1:] - values[0]) / scale
+    return found
+
+
+def _moments(case: Case, start: tuple[float, ...], states: Floats) -> list[tuple[float, tuple[float, ...]]]:
+    rows = [tuple(map(float, row)) for row in states]
+    return list(zip([0.0, *map(float, case.times)], [start, *rows], strict=True))
+
+
+def rebuilt(name: str, variant: str, numbers: Mapping[str, str], span: float) -> Case:
+    """The case of a stored trial, from its own exact numbers."""
+    kind = case_class(name)
+    values = {key: Fraction(value) for key, value in numbers.items()}
+    case = kind(
+        variant=variant if variant not in ("", "default") else None,
+        initial_state=[values[coordinate.name] for coordinate in kind.state],
+        span=span,
+        **{parameter.name: values[parameter.name] for parameter in kind.parameter_list},
+    )
+    return case
+
+
+def laws(path: Path, frame: pd.DataFrame, chosen: Callable[[pd.DataFrame], pd.Series[Any]]) -> pd.DataFrame:
+    """Drift laws: one row a series and quantity ("error" or an invariant), at the loosest setting that is ok.
+
+    There drift stands clearest above round-off. `frame` holds the store's rows of that file; `chosen` says which rows
+    to look at.
+    """
+    wanted = frame[(frame["status"] == "ok") & chosen(frame)].sort_values(
+        ["launch", "setting"], ascending=[True, False]
+    )
+    wanted = wanted.groupby(SERIES, dropna=False).head(1)
+    sampled = store.states(path, wanted["measurement"].tolist())
+    rows: list[tuple[Any, ...]] = []
+    for (name, variant), group in wanted.groupby(["case", "variant"]):
+        first = group.iloc[0]
+        try:
+            case = rebuilt(name, variant, json.loads(first["numbers"]), float(first["span"]))
+        except ValueError:
+            continue  # a scene of the user's that cannot be imported here: its rows keep their errors, without laws
+        exact = case.sample(case.times)
+        for trial in group.itertuples():
+            states = sampled.get(trial.measurement)
+            if states is None or states.shape != exact.shape:
+                continue
+            sizes = {"error": case.metric.distance(states, exact)} | invariant_sizes(case, states)
+            key = [getattr(trial, column) for column in SERIES]
+            rows += [
+                (*key, trial.setting, quantity, law(case.times, s), float(np.max(s))) for quantity, s in sizes.items()
+            ]
+    return pd.DataFrame(rows, columns=[*SERIES, "setting", "quantity", "law", "size"])

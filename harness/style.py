@@ -1,0 +1,148 @@
+"""The house style of every figure: colours, shapes, fonts, and the way to a printed file.
+
+Colour says the library, lightness the order within a family, shape and stroke the family: all told apart without
+colour vision.
+"""
+
+from __future__ import annotations
+
+import colorsys
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import vl_convert
+
+INK, QUIET, PALE, GRID = "#1f2933", "#5f6b7a", "#f4f2ec", "#e4e2dc"
+FONT = "Helvetica Neue, Helvetica, Arial, Liberation Sans, sans-serif"
+
+# Okabe and Ito's palette, distinct under the common colour-vision deficiencies.
+HUES = {"gnomon": "#0072B2", "scipy": "#D55E00", "rebound": "#009E73", "pybullet": "#B0508A"}
+OTHER_HUES = ("#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
+
+FAMILIES = {
+    "adaptive step": ("circle", [1, 0]),
+    "fixed step": ("square", [6, 3]),
+    "fixed step, geometric": ("diamond", [6, 2, 1, 2]),
+    "physics engine": ("triangle-up", [2, 2]),
+}
+
+STATUS_COLOURS = {
+    "ok": "#7fb6a0",
+    "partly": "#d8e6c3",
+    "inaccurate": "#f2cf63",
+    "diverged": "#e08a4a",
+    "refused": "#b79ad1",
+    "timeout": "#7aa6d8",
+    "crashed": "#8c2d3a",
+    "skipped": "#c3d6ea",
+    "unsupported": "#efedE8".lower(),
+    "not_installed": "#ffffff",
+}
+LETTERS = {
+    "inaccurate": "I",
+    "diverged": "D",
+    "refused": "R",
+    "timeout": "T",
+    "crashed": "C",
+    "skipped": "S",
+    "unsupported": "·",
+    "not_installed": "",
+}
+
+
+def family(row: pd.Series) -> str:
+    """What kind of method a series is, from what its integrator declared."""
+    if row["policy"]:
+        return "physics engine"
+    if row["setting_kind"] == "tolerance":
+        return "adaptive step"
+    claims = str(row.get("conserves", ""))
+    return "fixed step, geometric" if any(word in claims for word in ("symplectic", "attitude")) else "fixed step"
+
+
+def styles(frame: pd.DataFrame) -> pd.DataFrame:
+    """Label, colour, shape and dash of each integrator, well ordered: by library, family and order."""
+    one = frame.drop_duplicates("integrator_id").copy()
+    one["family"] = one.apply(family, axis=1)
+    libraries = [name for name in HUES if name in set(one["library"])]
+    libraries += sorted(set(one["library"]) - set(HUES))
+    hues = HUES | dict(zip([name for name in libraries if name not in HUES], OTHER_HUES * 9, strict=False))
+    place = {name: i for i, name in enumerate(libraries)}
+    kind = {name: i for i, name in enumerate(FAMILIES)}
+    one = one.sort_values(
+        ["library", "family", "order_declared", "integrator_id"],
+        key=lambda column: (
+            column.map(place if column.name == "library" else kind) if column.name in ("library", "family") else column
+        ),
+        na_position="last",
+    )
+    shades = {}
+    for (library, _), members in one.groupby(["library", "family"], sort=False):
+        for i, name in enumerate(members["integrator_id"]):
+            share = i / max(len(members) - 1, 1) if len(members) > 1 else 0.6
+            shades[name] = _shade(hues[library], share)
+    return pd.DataFrame(
+        {
+            "series": one["integrator_id"],
+            "library": one["library"],
+            "family": one["family"],
+            "colour": [shades[name] for name in one["integrator_id"]],
+            "shape": [FAMILIES[name][0] for name in one["family"]],
+            "dash": [FAMILIES[name][1] for name in one["family"]],
+            "lane": [place[name] for name in one["library"]],
+        }
+    ).reset_index(drop=True)
+
+
+def _shade(colour: str, share: float) -> str:
+    """The colour lighter (share 0) to darker (share 1)."""
+    red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    hue, light, saturation = colorsys.rgb_to_hls(red, green, blue)
+    light = 0.60 + (0.22 - 0.60) * share
+    return "#" + "".join(f"{round(255 * x):02x}" for x in colorsys.hls_to_rgb(hue, light, min(saturation, 0.85)))
+
+
+def records(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Rows as Vega takes them: null where there is no number."""
+    return list(table.astype(object).where(table.notna(), None).to_dict("records"))
+
+
+def dressed(chart: Any) -> Any:
+    """The house style: quiet axes, no frame, one font."""
+    return (
+        chart.configure(font=FONT, background="white")
+        .configure_view(stroke=None)
+        .configure_axis(
+            gridColor=GRID,
+            domainColor="#b9b6ae",
+            tickColor="#b9b6ae",
+            labelColor=QUIET,
+            titleColor=INK,
+            titleFontWeight="normal",
+            titleFontSize=12.5,
+            labelFontSize=11.5,
+            titlePadding=10,
+        )
+        .configure_legend(
+            symbolSize=90,
+            symbolStrokeWidth=0,
+            labelLimit=230,
+            rowPadding=3,
+            labelColor=INK,
+            labelFontSize=11.5,
+            titleColor=INK,
+            titleFontSize=12,
+        )
+        .configure_title(
+            color=INK, fontSize=15, anchor="start", fontWeight=600, subtitleColor=QUIET, subtitleFontSize=12
+        )
+    )
+
+
+def write_images(chart: Any, folder: Path, name: str) -> None:
+    """The printed figure: `name`.svg and `name`.png, twice the size in pixels."""
+    folder.mkdir(parents=True, exist_ok=True)
+    spec = chart.to_dict()
+    (folder / f"{name}.svg").write_text(vl_convert.vegalite_to_svg(spec))
+    (folder / f"{name}.png").write_bytes(vl_convert.vegalite_to_png(spec, scale=2))
