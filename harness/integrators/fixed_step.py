@@ -1,0 +1,117 @@
+"""One-step methods at a fixed step size: a subclass is a declaration of a step function and its coefficients."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.forms import Form, SecondOrder
+from gnomon.cases.scene import SceneForm
+from gnomon.harness import compile as compiling
+from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Steps
+from gnomon.harness.integrators import stepping
+from gnomon.reference.precision import nearest_double, working
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Table = Sequence[Sequence[Any]]
+
+DIGITS = 60
+"""Coefficients are known to this many digits; the binary64 table is their rounding."""
+
+MOST_STEPS = 10**10
+"""About three minutes of the cheapest method: more than that is a mistake in the setting."""
+
+
+class FixedStep(Integrator):
+    """A one-step method whose one knob is the step size h.
+
+    A subclass declares `step` (its contract stands in `stepping`), `coefficients` and how many rows its step stores.
+    `compensated`: increments are added with Kahan's compensation.
+    """
+
+    sweep = Steps()
+    sampling = "grid"
+    compensated: ClassVar[bool] = False
+    step: ClassVar[stepping.Step]
+
+    @classmethod
+    @abstractmethod
+    def coefficients(cls, mp: Any) -> Table:
+        """The method's coefficients in the mpmath context `mp`, at the precision that it has."""
+
+    def rows(self, form: Form) -> int:
+        """How many rows of the state's length the step stores."""
+        return 1
+
+    def function(self, problem: Problem) -> tuple[compiling.Kernel, tuple[int, int]]:
+        """The compiled function that the step calls, and how many values it takes and gives."""
+        if isinstance(problem.form, SecondOrder):
+            return compiling.acceleration(problem), (problem.dimension // 2, problem.dimension // 2)
+        return compiling.right_hand_side(problem), (problem.dimension, problem.dimension)
+
+    def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
+        """The coefficients, with what the step needs beside them: numbers of the problem, the unit round-off."""
+        return self.coefficients(mp)
+
+    def step_for(self, form: Form) -> stepping.Step:
+        return type(self).step
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        substeps = substeps_of(problem, setting)
+        h = problem.interval / substeps if problem.uniform else setting
+        form = problem.form
+        assert not isinstance(form, SceneForm)
+        kernel, widths = self.function(problem)
+        run = stepping.compiled(self.step_for(form))
+        with working(DIGITS) as mp:
+            table = rounded(self.table(mp, form, [mp.mpf(x) for x in problem.parameters.tolist()], mp.mpf(2) ** -52))
+        address, buffer, rows = kernel.address, problem.buffer, self.rows(form)
+        times, compensated = problem.times, self.compensated
+        if not problem.uniform:
+            substeps = 0
+
+        def solve(initial: Floats) -> Solution:
+            out = np.full((len(initial), len(times), initial.shape[1]), np.nan)
+            stop = np.zeros(3, dtype=np.int64)
+            taken = run(address, buffer, table, widths, rows, initial, times, h, substeps, compensated, out, stop)
+            return Solution(out, int(taken), reason(stop))
+
+        return solve
+
+
+def substeps_of(problem: Problem, h: float) -> int:
+    """How many steps of h make a sampling interval. Raises Refused where h is no positive fraction of it."""
+    span = float(problem.times[-1])
+    if not (math.isfinite(h) and h > 0):
+        raise Refused(f"step size {h} is not a positive number")
+    if span / h > MOST_STEPS or span + h == span:
+        raise Refused(f"step size {h:g} would take more than {MOST_STEPS:g} steps to reach t = {span:g}")
+    if not problem.uniform:
+        return max(1, round(problem.interval / h))
+    count = round(problem.interval / h)
+    if count < 1 or abs(count * h - problem.interval) > 2 * math.ulp(problem.interval):
+        raise Refused(f"step size {h!r} does not divide the sampling interval {problem.interval!r}")
+    return count
+
+
+def rounded(table: Table) -> Floats:
+    """Rows of mpmath numbers as the nearest doubles, shorter rows filled with zeros."""
+    found = np.zeros((len(table), max(map(len, table))))
+    for row, values in zip(found, table, strict=True):
+        row[: len(values)] = [nearest_double(x) for x in values]
+    return found
+
+
+def reason(stop: NDArray[np.int64]) -> str | None:
+    """In words why a trajectory ended early."""
+    if stop[0] == 0:
+        return None
+    what = {
+        stepping.NOT_FINITE: "the state was not finite",
+        stepping.NOT_SOLVED: "the stages of a step did not converge",
+    }[int(stop[0])]
+    return f"{what} before sample {stop[2] + 1}" + (f" of trajectory {stop[1] + 1}" if stop[1] else "")
