@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from math import cos, sin, tan
+from fractions import Fraction
+from math import cos, sin
 
 from gnomon.cases.scene import Body, Contact, Readings, Scene, SceneForm
+from gnomon.reference.block_incline import holds
 
 HALF_EXTENTS = (0.5, 0.5, 0.1)
 
@@ -30,7 +32,7 @@ TWO_COEFFICIENTS = SceneForm(
 )
 
 
-def scene_of(parameters: tuple[float, ...]) -> SceneForm:
+def scene_of(parameters: tuple[Fraction, ...]) -> SceneForm:
     """The scene needs a static coefficient of its own only where that decides whether the block holds."""
     _g, alpha, mu_k, mu_s = parameters
-    return TWO_COEFFICIENTS if mu_k < tan(alpha) <= mu_s else SCENE
+    return TWO_COEFFICIENTS if holds(alpha, mu_s) and not holds(alpha, mu_k) else SCENE

@@ -1,0 +1,34 @@
+"""Microseconds a step that PyBullet takes on a hinge and on a free body; the report's times are judged by these."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases import get
+from gnomon.harness.adapters.pybullet import PyBullet, PyBulletMaximal
+from gnomon.harness.problem import initial_state, problem_of
+
+pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
+
+STEPS = 10_000
+
+
+@pytest.mark.parametrize("policy", [PyBullet, PyBulletMaximal], ids=lambda kind: kind.policy)
+@pytest.mark.parametrize("name", ["pendulum_simple", "euler_top"])
+def test_step(benchmark: Any, name: str, policy: type[PyBullet]) -> None:
+    case = get(name).rounded()
+    problem = problem_of(case, PyBullet.accepts)
+    dt = float(case.times[0]) * 64 / STEPS
+    problem = type(problem)(
+        problem.form, problem.dimension, problem.parameters, np.array([STEPS * dt]), problem.time_scale
+    )
+    run = policy().prepare(problem, dt)
+    try:
+        solution = benchmark.pedantic(run, (initial_state(case)[None],), setup=run.reset, rounds=5, warmup_rounds=1)
+    finally:
+        run.close()
+    benchmark.extra_info["us_per_step"] = benchmark.stats.stats.median / STEPS * 1e6 if benchmark.stats else None
+    assert solution.steps == STEPS
+    assert np.all(np.isfinite(solution.states))
