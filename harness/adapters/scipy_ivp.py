@@ -14,6 +14,8 @@ Traps:
 - `rtol` below 100 ulp is raised with no more than a warning; here it is refused.
 - A right-hand side that is not finite at the start gives a first step that is NaN, and RK45 and DOP853 then never
   return; it is looked at before (LSODA returns NaN and calls it success).
+- Towards a singularity LSODA takes ever smaller steps without end, where the others say that the step is too small: the
+  time limit of the trial ends it.
 - Radau without a Jacobian evaluates at columns of a matrix, which are not contiguous, and does not count these
   right-hand sides in its `nfev`; they are counted here.
 """

@@ -1,0 +1,119 @@
+"""REBOUND's "ODE mode": any smooth first-order problem through `create_ode`, always by its BS integrator.
+
+How it is driven, and why:
+
+- The right-hand side is a compiled C function. Set through the property (`ode.derivatives = f`) it would be wrapped
+  back through Python, 35 times slower and slower than plain Python; so the C pointer itself goes into the structure,
+  and a reference to it stays.
+- That function gets the ODE structure, and finds the address of the parameters in its field `ref`, made for this.
+- No particles are needed (`needs_nbody=False`), with BS as the simulation's integrator.
+- One simulation and one ODE serve all trajectories: REBOUND does not free an ODE with its simulation. What BS remembers
+  (order, rejection) is set back before each.
+- The knob is `eps_rel`; `eps_abs` equals it, as in the defaults (1e-8 both), in SI units.
+
+Traps, seen in 5.2.2: `ode.y` is another array after each step (BS swaps two), so it is looked up for each sample. A NaN
+ends the run with an error where the last component has it; elsewhere it is lost in a maximum, and comes out as a
+success until it spreads. The rest is in `rebound_nbody`.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+from gnomon.cases.forms import FirstOrder
+from gnomon.harness.adapters.rebound_nbody import FIRST_STEP, interrupt_kept
+from gnomon.harness.compile import load_module, right_hand_side
+from gnomon.harness.integrator import Floats, Integrator, Problem, Solution, Solve, Tolerance
+
+SOURCE = """\
+from numba import carray, cfunc, types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from {module} import kernel
+
+@intrinsic
+def pointer_at(typing_context, address):
+    def code(context, builder, signature, arguments):
+        return builder.inttoptr(arguments[0], cgutils.voidptr_t)
+    return types.voidptr(address), code
+
+WORDS, DOUBLES = types.CPointer(types.uintp), types.CPointer(types.float64)
+
+@cfunc(types.void(WORDS, DOUBLES, DOUBLES, types.float64), cache=True)
+def derivatives(ode, out, y, t):
+    parameters = carray(pointer_at(carray(ode, {word} + 1)[{word}]), {parameters}, types.float64)
+    kernel(t, carray(y, {dimension}), parameters, carray(out, {dimension}))
+"""
+"""The right-hand side as REBOUND calls it: (ode, derivatives, state, time)."""
+
+
+class OdeMode(Integrator):
+    """Gragg, Bulirsch and Stoer's extrapolation, step and order adaptive. Hairer, Norsett, Wanner (1993), II.9."""
+
+    name, library, policy = "BS", "rebound", "ODE mode"
+    accepts = (FirstOrder,)
+    sampling = "stops at samples"
+    sweep = Tolerance(1e-3, 1e-13)
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        import rebound
+
+        dimension, times, buffer = problem.dimension, problem.times.tolist(), problem.buffer
+        options = {"eps_rel": setting, "eps_abs": setting}
+        simulation = rebound.Simulation()
+        simulation.integrator = "bs"
+        for name, value in options.items():
+            setattr(simulation.integrator, name, value)
+        ode = simulation.create_ode(length=dimension, needs_nbody=False)
+        function = c_pointer(problem)
+        ode._derivatives = function
+        ode.ref = buffer.ctypes.data
+        first_step = FIRST_STEP * problem.time_scale
+
+        def solve_one(start: Floats, samples: Floats) -> str | None:
+            method = simulation.integrator
+            method.first_or_last_step, method.previous_rejected, method.target_iter = 1, 0, 0
+            simulation.t, simulation.dt = 0.0, first_step
+            np.ctypeslib.as_array(ode.y, (dimension,))[:] = start
+            try:
+                for time, sample in zip(times, samples, strict=True):
+                    simulation.integrate(time)
+                    sample[:] = ode.y[:dimension]
+            except (RuntimeError, rebound.GenericError) as error:
+                return f"{error} at t = {simulation.t:g}"
+            return None
+
+        def solve(initial_states: Floats) -> Solution:
+            states = np.full((len(initial_states), len(times), dimension), np.nan)
+            before, stopped = simulation.steps_done, None
+            with interrupt_kept():
+                for start, samples in zip(initial_states, states, strict=True):
+                    stopped = solve_one(start, samples) or stopped
+            return Solution(states, simulation.steps_done - before, stopped)
+
+        solve.settings = {"dt": first_step, **options}  # type: ignore[attr-defined]
+        solve.keep = (function, buffer)  # type: ignore[attr-defined]  # C holds their addresses
+        return solve
+
+    def versions(self) -> Mapping[str, Any]:
+        return {"rebound": version("rebound")}
+
+
+def c_pointer(problem: Problem) -> Any:
+    """The problem's right-hand side as a C function pointer of the type of `ode._derivatives`."""
+    from rebound.ode import ODE, ODEDER
+
+    source = SOURCE.format(
+        module=right_hand_side(problem).module.__name__,
+        word=ODE.ref.offset // ctypes.sizeof(ctypes.c_void_p),
+        parameters=len(problem.buffer),
+        dimension=problem.dimension,
+    )
+    return ODEDER(load_module(source).derivatives.address)
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (OdeMode,)

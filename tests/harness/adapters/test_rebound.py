@@ -1,0 +1,255 @@
+"""REBOUND on Kepler's orbit, natively and in ODE mode: it converges, stays on time, forgets, counts, refuses."""
+
+from __future__ import annotations
+
+import os
+import signal
+from dataclasses import replace
+from math import log, sin
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases.forms import FirstOrder, NBody, Values
+from gnomon.cases.kepler import KeplerOrbit
+from gnomon.cases.registry import get
+from gnomon.harness.adapters import rebound_nbody, rebound_ode
+from gnomon.harness.adapters.rebound_nbody import (
+    IAS15,
+    BulirschStoer,
+    FixedSteps,
+    Leapfrog,
+    Native,
+    WHFast,
+    step_counts,
+)
+from gnomon.harness.adapters.rebound_ode import OdeMode
+from gnomon.harness.integrator import Floats, Integrator, Problem, Refused
+from gnomon.harness.problem import counting, initial_state, problem_of
+
+pytestmark = pytest.mark.filterwarnings("ignore:At least 10 predictor corrector loops:RuntimeWarning")
+
+CASE = KeplerOrbit().rounded()
+PROBLEM = problem_of(CASE, (NBody,))
+START = initial_state(CASE)[None]
+ALL = (*rebound_nbody.INTEGRATORS, *rebound_ode.INTEGRATORS)
+native = pytest.mark.parametrize("integrator", rebound_nbody.INTEGRATORS, ids=lambda kind: kind.name)
+fixed = pytest.mark.parametrize("integrator", [Leapfrog, WHFast], ids=lambda kind: kind.name)
+every = pytest.mark.parametrize("integrator", ALL, ids=lambda kind: kind().id)
+
+
+def lost_above(t: Any, state: Values, parameters: Values) -> Values:
+    """The velocity's derivative, the last component, is not finite from time 0.5 on."""
+    x, v = state
+    return v, 0 * log(1 / 2 - t) - sin(x)
+
+
+def lost_below(t: Any, state: Values, parameters: Values) -> Values:
+    """Only the first component is not finite from time 0.5 on."""
+    x, v = state
+    return v + 0 * log(1 / 2 - t), -sin(x)
+
+
+def toy(equations: Any) -> Problem:
+    return Problem(FirstOrder(equations), 2, np.array([1.0]), np.arange(1, 65) / 16, 1.0)
+
+
+def problem_for(integrator: type[Integrator]) -> Problem:
+    return problem_of(CASE, integrator.accepts)
+
+
+def setting_for(integrator: type[Integrator]) -> float:
+    return PROBLEM.interval / 64 if issubclass(integrator, FixedSteps) else 1e-9
+
+
+def error(integrator: type[Integrator], setting: float) -> float:
+    states = integrator().prepare(problem_for(integrator), setting)(START).states[0]
+    return float(np.abs(states - exact()).max())
+
+
+def exact() -> Floats:
+    return CASE.sample(CASE.times)
+
+
+def test_ias15_reaches_1e_12_over_10_37_periods() -> None:
+    assert error(IAS15, 1e-9) < 1e-12
+
+
+def test_leapfrog_is_of_order_2() -> None:
+    """Four halvings where the phase error is below 0.1 rad; its next term is O(h^2) smaller."""
+    errors = [error(Leapfrog, PROBLEM.interval / 2**k) for k in (9, 10, 11, 12)]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert orders == pytest.approx(2, abs=0.05)
+
+
+def test_whfast_is_exact_for_two_bodies_at_any_step() -> None:
+    """What is left is round-off, 64 steps or 65536 (each step half an ulp, growing as steps^1/2 in energy)."""
+    assert error(WHFast, PROBLEM.interval) < 1e-11
+    assert error(WHFast, PROBLEM.interval / 1024) < 1e-10
+
+
+@pytest.mark.parametrize("integrator", [BulirschStoer, OdeMode], ids=lambda kind: kind().id)
+def test_bs_converges_with_its_tolerance(integrator: type[Integrator]) -> None:
+    """Position gains 1e3 over speed errors in 65 rad: global error at most 1e3 tolerances."""
+    errors = [error(integrator, tolerance) for tolerance in (1e-4, 1e-7, 1e-10)]
+    assert errors[0] > 10 * errors[1] > 100 * errors[2]
+    assert errors[2] < 1e3 * 1e-10
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+def test_ode_mode_on_the_pendulum(tolerance: float) -> None:
+    case = get("pendulum_simple").rounded()
+    states = OdeMode().prepare(problem_of(case, (FirstOrder,)), tolerance)(initial_state(case)[None]).states[0]
+    assert np.abs(states - case.sample(case.times)).max() < 100 * tolerance
+
+
+def test_ode_mode_takes_a_formulation_with_a_clock() -> None:
+    (sundman,) = CASE.formulations
+    problem = problem_of(CASE, (FirstOrder,), sundman)
+    assert not problem.uniform
+    states = OdeMode().prepare(problem, 1e-11)(initial_state(CASE, sundman)[None]).states[0]
+    assert np.abs(states[:, :4] - exact()).max() < 1e3 * 1e-11
+    assert np.abs(states[:, 4] - CASE.times).max() < 1e3 * 1e-11
+
+
+@every
+def test_runs_do_not_remember_each_other(integrator: type[Integrator]) -> None:
+    starts = np.array([[0.4, 0.0, 0.0, 2.0], [1.0, 0.0, 0.25, 1.0], [0.4, 0.0, 0.0, 2.0]])
+    solve = integrator().prepare(problem_for(integrator), setting_for(integrator))
+    together, alone = solve(starts).states, solve(starts[:1]).states
+    assert together.shape == (3, 64, 4)
+    assert np.array_equal(together[0], alone[0])
+    assert np.array_equal(together[2], alone[0])
+    assert not np.array_equal(together[1], alone[0])
+
+
+@every
+def test_steps_are_those_of_this_call(integrator: type[Integrator]) -> None:
+    solve = integrator().prepare(problem_for(integrator), setting_for(integrator))
+    first, second = solve(START).steps, solve(START).steps
+    assert first == second
+    assert first is not None
+    assert first >= 64
+    if issubclass(integrator, FixedSteps):
+        assert first == 64 * 64
+
+
+@every
+def test_simulation_meets_each_sample_time_to_the_bit(
+    integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """REBOUND takes a time within 1e-12 as the one asked for; on our times it never has to."""
+    import rebound
+
+    seen: list[float] = []
+    for method in ("integrate", "synchronize"):
+        original = getattr(rebound.Simulation, method)
+
+        def spy(simulation: Any, *arguments: Any, original: Any = original) -> None:
+            original(simulation, *arguments)
+            seen.append(simulation.t)
+
+        monkeypatch.setattr(rebound.Simulation, method, spy)
+    integrator().prepare(problem_for(integrator), setting_for(integrator))(START)
+    assert seen == CASE.times.tolist()
+
+
+@fixed
+def test_a_step_that_does_not_divide_the_interval_is_refused(integrator: type[Native]) -> None:
+    with pytest.raises(Refused, match=r"a step of 0\.299.* does not divide the sampling interval"):
+        integrator().prepare(PROBLEM, 0.3)
+
+
+@pytest.mark.parametrize("step", [0.0, -0.5, float("nan"), 3.0])
+def test_impossible_steps_are_refused(step: float) -> None:
+    with pytest.raises(Refused):
+        step_counts(np.arange(1, 65) * 1.0, step)
+
+
+def test_decimal_steps_between_unequal_times() -> None:
+    """Engine variants have samples at multiples of 0.01 s, which binary64 rounds."""
+    times = np.array([0.31, 0.63, 0.94])
+    assert step_counts(times, 0.01) == [31, 32, 31]
+
+
+def test_ode_mode_counts_right_hand_sides_in_compiled_code() -> None:
+    """Each BS step takes at least two columns of the table (2 + 6 substeps) and the derivative at its start."""
+    problem = counting(problem_for(OdeMode))
+    solution = OdeMode().prepare(problem, 1e-9)(START)
+    assert solution.steps is not None
+    assert problem.buffer[-1] >= 9 * solution.steps
+    plain = problem_for(OdeMode)
+    OdeMode().prepare(plain, 1e-9)(START)
+    assert plain.buffer[-1] == 0
+
+
+def test_right_hand_side_stays_a_c_function() -> None:
+    """The structure holds the address of the compiled function itself, not of a callback into Python."""
+    import ctypes
+
+    problem = problem_for(OdeMode)
+    function = rebound_ode.c_pointer(problem)
+    again = rebound_ode.c_pointer(problem)
+    addresses = {ctypes.cast(pointer, ctypes.c_void_p).value for pointer in (function, again)}
+    assert len(addresses) == 1
+    import rebound
+
+    simulation = rebound.Simulation()
+    simulation.integrator = "bs"
+    ode = simulation.create_ode(length=4, needs_nbody=False)
+    ode._derivatives = function
+    assert {ctypes.cast(ode._derivatives, ctypes.c_void_p).value} == addresses
+
+
+@pytest.mark.parametrize("equations", [lost_above, lost_below])
+def test_a_right_hand_side_that_is_not_finite_ends_the_run(equations: Any) -> None:
+    solution = OdeMode().prepare(toy(equations), 1e-6)(np.array([[1.0, 0.0]]))
+    assert np.isfinite(solution.states[0, :7]).all()
+    assert np.isnan(solution.states[0, 8:]).any(axis=1).all()
+    assert solution.stopped is not None
+    assert "NaN" in solution.stopped
+
+
+@native
+def test_a_start_that_is_not_finite_gives_no_finite_sample(integrator: type[Native]) -> None:
+    start = np.array([[np.nan, 0.0, 0.0, 2.0]])
+    solution = integrator().prepare(PROBLEM, setting_for(integrator))(start)
+    assert np.isnan(solution.states).any(axis=2).all()
+
+
+@every
+def test_interrupts_still_reach_python(integrator: type[Integrator]) -> None:
+    """`integrate` leaves its own handler of SIGINT behind: without ours the signal would vanish."""
+    caught: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, frame: caught.append(number))
+    try:
+        integrator().prepare(problem_for(integrator), setting_for(integrator))(START)
+        os.kill(os.getpid(), signal.SIGINT)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert caught == [signal.SIGINT]
+
+
+@every
+def test_settings_name_what_differs_from_the_defaults(integrator: type[Integrator]) -> None:
+    import rebound
+
+    setting = setting_for(integrator) if issubclass(integrator, FixedSteps) else 1e-7
+    solve = integrator().prepare(problem_for(integrator), setting)
+    default = rebound.Simulation()
+    default.integrator = getattr(integrator, "engine", "bs")
+    for name, value in solve.settings.items():  # type: ignore[attr-defined]
+        holder = default if hasattr(default, name) else default.integrator
+        assert getattr(holder, name) != value
+
+
+def test_versions_name_the_library() -> None:
+    import rebound
+
+    assert IAS15().versions() == OdeMode().versions() == {"rebound": rebound.__version__}
+
+
+def test_an_unaligned_interval_is_no_problem_for_adaptive_methods() -> None:
+    problem = replace(PROBLEM, times=CASE.times * np.sqrt(np.arange(1, 65) / 64))
+    states = IAS15().prepare(problem, 1e-9)(START).states[0]
+    assert np.abs(states - CASE.sample(problem.times)).max() < 1e-12
