@@ -1,1 +1,24 @@
 """Runs cases through integrators, times, judges, stores and reports."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gnomon.harness.run import compare
+    from gnomon.harness.store import load
+
+__all__ = ["compare", "load"]
+
+
+def __getattr__(name: str) -> Any:
+    """`compare` and `load`, imported on first use: everything else here starts faster without them."""
+    if name == "compare":
+        from gnomon.harness.run import compare
+
+        return compare
+    if name == "load":
+        from gnomon.harness.store import load
+
+        return load
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

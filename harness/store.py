@@ -151,22 +151,17 @@ class Store:
                 row = (run, trial["series"], trial["trial_key"])
                 db.execute("INSERT OR IGNORE INTO planned VALUES (?, ?, ?)", row)
 
-    def done(self, limit_seconds: float) -> set[tuple[str, int]]:
-        """(trial_key, launch) of what need not run again: a higher limit reopens what an earlier one cut short."""
+    def history(self, limit_seconds: float) -> dict[tuple[str, int], tuple[str, float | None]]:
+        """What need not run again: (trial_key, launch) -> (status, median seconds).
+
+        A higher limit reopens what an earlier one cut short.
+        """
         rows = self._connection.execute(
-            "SELECT trial_key, launch FROM measurements"
-            " WHERE status NOT IN ('timeout', 'skipped') OR limit_seconds >= ?",
+            "SELECT trial_key, launch, status, seconds_median FROM measurements"
+            " WHERE status NOT IN ('timeout', 'skipped') OR limit_seconds >= ? ORDER BY measurement",
             (limit_seconds,),
         )
-        return {(key, launch) for key, launch in rows}
-
-    def seconds(self, trial_key: str) -> float | None:
-        """The median time of the last measurement of a trial: what predictions of a resumed sweep start from."""
-        row = self._connection.execute(
-            "SELECT seconds_median FROM measurements WHERE trial_key = ? ORDER BY measurement DESC LIMIT 1",
-            (trial_key,),
-        ).fetchone()
-        return None if row is None else row[0]
+        return {(key, launch): (status, seconds) for key, launch, status, seconds in rows}
 
     def add(
         self,
@@ -184,6 +179,12 @@ class Store:
             if states is not None:
                 blob = zlib.compress(np.ascontiguousarray(states, dtype="<f8").tobytes(), 1)
                 db.execute("INSERT INTO sampled_states VALUES (?, ?, ?)", (number, states.shape[1], blob))
+
+    def add_all(self, run: int, measurements: Iterable[Mapping[str, Any]]) -> None:
+        """Append several measurements without settings or states, in one transaction."""
+        with self._connection as db:
+            for measurement in measurements:
+                _insert(db, "measurements", {"run": run, "recorded": _now(), **measurement})
 
     def close(self) -> None:
         self._connection.close()

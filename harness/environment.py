@@ -1,0 +1,70 @@
+"""Where a run took place: machine, libraries, revision."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import subprocess
+import sys
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import cpuinfo
+
+LIBRARIES = ("numpy", "scipy", "numba", "rebound", "pybullet", "heyoka", "mpmath", "python-flint", "llvmlite")
+
+
+@cache
+def describe() -> dict[str, str]:
+    """The environment by name: cpu, cores, system, python, versions of libraries, revision of gnomon's own sources."""
+    found = {
+        "machine": machine(),
+        "cpu": _cpu(),
+        "cores": str(os.cpu_count()),
+        "system": f"{platform.system()} {platform.release()}",
+        "python": platform.python_version(),
+        "gnomon": version("gnomon"),
+    }
+    revision = _revision()
+    if revision:
+        found["revision"] = revision
+    return found | {name: installed for name in LIBRARIES if (installed := library_version(name))}
+
+
+@cache
+def library_version(name: str) -> str | None:
+    """The version of an installed distribution, None where it is not installed."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
+
+
+@cache
+def machine() -> str:
+    """A short name of the machine: what makes two timings comparable, not who owns it."""
+    parts = (_cpu(), str(os.cpu_count()), platform.system(), platform.machine())
+    return f"{platform.machine()}-{hashlib.sha256(' '.join(parts).encode()).hexdigest()[:8]}"
+
+
+@cache
+def _cpu() -> str:
+    if sys.platform == "linux":
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return str(cpuinfo.get_cpu_info().get("brand_raw", platform.processor()))  # about a second
+
+
+def _revision() -> str | None:
+    """The git revision that gnomon runs from, with + where files differ from it; None outside a working tree."""
+    folder = Path(__file__).resolve().parent
+    try:
+        options = {"cwd": folder, "capture_output": True, "text": True, "timeout": 10, "check": True}
+        head = subprocess.run(["git", "rev-parse", "--short=12", "HEAD"], **options).stdout.strip()  # type: ignore[call-overload]
+        changed = subprocess.run(["git", "status", "--porcelain", "-uno"], **options).stdout.strip()  # type: ignore[call-overload]
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return f"{head}{'+' if changed else ''}"

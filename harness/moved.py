@@ -1,0 +1,65 @@
+"""Initial states moved by ulps, for every call that is not scored: no two calls start from the same bits."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from fractions import Fraction
+
+import numpy as np
+from gnomon.cases import Case
+from gnomon.cases.formulation import Formulation
+from gnomon.harness.problem import initial_state
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+SHARE = 1e-3
+"""A component is moved by ulps of itself or of this share of its group's size, whichever is larger."""
+PROBE = 2.0**-20
+"""The relative move that decides whether equal answers from moved states were a coincidence of rounding."""
+_ATTEMPTS = 10_000
+
+
+def moved_states(case: Case, formulation: Formulation | None, sizes: Floats) -> Iterator[Floats]:
+    """Distinct initial states (dim,), the nearest first, all within the case's domain and none the unmoved one."""
+    state = np.array([float(value) for value in case.initial_state])
+    unit = np.array([math.ulp(max(abs(x), SHARE * size)) for x, size in zip(state, sizes, strict=True)])
+    return _distinct(case, formulation, state, unit)
+
+
+def probe_state(case: Case, formulation: Formulation | None, sizes: Floats) -> Floats:
+    """An initial state so far off that no solution of it has the same bits."""
+    state = np.array([float(value) for value in case.initial_state])
+    unit = np.maximum(np.abs(state), SHARE * sizes) * PROBE
+    return next(_distinct(case, formulation, state, unit))
+
+
+def _distinct(case: Case, formulation: Formulation | None, state: Floats, unit: Floats) -> Iterator[Floats]:
+    start = initial_state(case, formulation)
+    given = {start.tobytes()}
+    failures = 0
+    for move in _moves(len(state)):
+        moved = state + np.array(move) * unit
+        names = [coordinate.name for coordinate in case.state]
+        numbers = case.parameters | {n: Fraction(x) for n, x in zip(names, moved.tolist(), strict=True)}
+        if case.domain.admits(numbers):
+            found = moved
+            if formulation is not None:
+                found = initial_state(case.with_numbers(moved.tolist(), case.parameters), formulation)
+            if found.tobytes() not in given:
+                given.add(found.tobytes())
+                failures = 0
+                yield found
+                continue
+        failures += 1
+        if failures > _ATTEMPTS:
+            raise ValueError(f"{case.id}: no state next to the initial state is within the domain")
+
+
+def _moves(dimension: int) -> Iterator[tuple[int, ...]]:
+    """Every vector of integers but zero, by its largest component."""
+    for size in itertools.count(1):
+        for move in itertools.product(range(size, -size - 1, -1), repeat=dimension):
+            if max(map(abs, move)) == size:
+                yield move

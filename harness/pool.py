@@ -1,0 +1,186 @@
+"""Runs series in child processes, each stage of each trial with a deadline, and survives whatever a child does."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import tempfile
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import Any, Protocol
+
+from gnomon.harness.processes import context
+from gnomon.harness.worker import Order, Outcome, Task, serve, take_output
+
+PREPARE_SECONDS = 60.0
+"""The deadline of one preparation: compiling with cold caches on a busy machine takes several seconds."""
+GRACE_SECONDS = 0.3
+"""What a stage may take beyond the trial's limit before it is killed: start of the call, message, scheduling."""
+
+
+class Job(Protocol):
+    """One launch of one series, as the pool sees it."""
+
+    task: Task
+    limit_seconds: float
+
+    def next(self) -> Order | None:
+        """The next trial to run, or None when the series is finished."""
+
+    def done(self, outcome: Outcome) -> None:
+        """The order that was handed out last has this outcome."""
+
+    def failed(self, status: str, reason: str, output: str) -> None:
+        """The order that was handed out last failed."""
+
+
+@dataclass
+class _Slot:
+    """A worker at work on one job."""
+
+    job: Job
+    process: Any
+    connection: Connection
+    order: Order
+    deadline: float
+    stage: str = "prepare"
+
+
+class Pool:
+    """`workers` child processes at a time. `method` is how they are started, see `gnomon.harness.processes`."""
+
+    def __init__(self, workers: int = 2, method: str = "forkserver", prepare_seconds: float = PREPARE_SECONDS) -> None:
+        self.workers = workers
+        self.prepare_seconds = prepare_seconds
+        self._context = context(method)
+        self._folder = tempfile.TemporaryDirectory(prefix="gnomon-")
+        self._slots: list[_Slot] = []
+        self._started = 0
+
+    def run(self, jobs: Iterable[Job]) -> None:
+        """Run all jobs. An exception (Ctrl-C too) kills the workers and goes on to the caller."""
+        waiting = iter(jobs)
+        exhausted = False
+        try:
+            while True:
+                while not exhausted and len(self._slots) < self.workers:
+                    job = next(waiting, None)
+                    exhausted = job is None
+                    if job is not None:
+                        self._start(job)
+                if not self._slots:
+                    return
+                self._listen()
+        finally:
+            for slot in self._slots:
+                _end(slot)
+            self._slots.clear()
+            self._folder.cleanup()
+
+    def _start(self, job: Job) -> None:
+        """Start a worker on the next order of a job, if there is one."""
+        order = job.next()
+        if order is None:
+            return
+        self._started += 1
+        path = Path(self._folder.name) / str(self._started)
+        path.touch()
+        job.task = replace(job.task, output=str(path))
+        ours, theirs = self._context.Pipe()
+        process = self._context.Process(target=serve, args=(theirs, job.task), daemon=True)
+        process.start()
+        theirs.close()
+        slot = _Slot(job, process, ours, order, 0.0)
+        self._slots.append(slot)
+        self._send(slot, order)
+
+    def _send(self, slot: _Slot, order: Order) -> None:
+        slot.order = order
+        self._stage(slot, "prepare", self.prepare_seconds)
+        with contextlib.suppress(OSError):  # it died between two orders: the end of its pipe says so to _listen
+            slot.connection.send(order)
+
+    def _stage(self, slot: _Slot, stage: str, seconds: float) -> None:
+        slot.stage, slot.deadline = stage, time.monotonic() + seconds
+
+    def _listen(self) -> None:
+        """Wait for messages until the nearest deadline; drain what came before judging deadlines."""
+        patience = max(0.0, min(slot.deadline for slot in self._slots) - time.monotonic())
+        wait([slot.connection for slot in self._slots], patience)
+        for slot in list(self._slots):
+            self._drain(slot)
+        now = time.monotonic()
+        for slot in list(self._slots):
+            if now > slot.deadline and not slot.connection.poll():
+                self._fail(slot, "timeout", self._overdue(slot))
+
+    def _overdue(self, slot: _Slot) -> str:
+        if slot.stage == "prepare":
+            return f"not prepared within {self.prepare_seconds:g} s"
+        return f"no answer within {slot.job.limit_seconds:g} s"
+
+    def _drain(self, slot: _Slot) -> None:
+        try:
+            while slot.connection.poll():
+                stage, payload = slot.connection.recv()
+                if not self._handle(slot, stage, payload):
+                    return
+        except (EOFError, OSError):
+            slot.process.join()
+            self._fail(slot, "crashed", _death(slot.process.exitcode))
+
+    def _handle(self, slot: _Slot, stage: str, payload: Any) -> bool:
+        """Act on one message; False where the slot is no longer in use."""
+        limit, order = slot.job.limit_seconds, slot.order
+        if stage == "prepared":
+            self._stage(slot, "run", limit + GRACE_SECONDS)
+            return True
+        if stage == "counted":
+            self._stage(slot, "prepare", self.prepare_seconds)
+            return True
+        if stage == "ran":
+            # the timed calls together take the block, or one call that may be as slow as the limit
+            self._stage(slot, "time", limit + 4 * order.block_seconds + GRACE_SECONDS)
+            return True
+        if stage == "failed" and payload[0] in ("crashed", "not_installed"):
+            self._fail(slot, payload[0], payload[1])
+            return False
+        if stage == "failed":
+            slot.job.failed(payload[0], payload[1], take_output(slot.job.task.output))
+        else:
+            slot.job.done(payload)
+        following = slot.job.next()
+        if following is None:
+            self._release(slot)
+            return False
+        self._send(slot, following)
+        return True
+
+    def _fail(self, slot: _Slot, status: str, reason: str) -> None:
+        """Record a failure, end the worker, and go on with the rest of the series in a new one."""
+        _end(slot)
+        self._slots.remove(slot)
+        slot.job.failed(status, reason, take_output(slot.job.task.output))
+        self._start(slot.job)
+
+    def _release(self, slot: _Slot) -> None:
+        self._slots.remove(slot)
+        _end(slot)
+
+
+def _end(slot: _Slot) -> None:
+    """Make sure that the worker is gone."""
+    if slot.process.is_alive():
+        slot.process.kill()
+    slot.process.join()
+    slot.connection.close()
+    slot.process.close()
+
+
+def _death(exitcode: int | None) -> str:
+    if exitcode is not None and exitcode < 0:
+        return f"the process died of {signal.Signals(-exitcode).name}"
+    return f"the process ended with exit code {exitcode}"

@@ -1,0 +1,62 @@
+"""Progress with remaining time: a bar on a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import Progress as Bars
+
+LINE_SECONDS = 10.0
+"""Plain output has at most one line in this time."""
+
+
+class Progress:
+    """Counts through one phase after another. `quiet` shows nothing."""
+
+    def __init__(self, quiet: bool = False, console: Console | None = None) -> None:
+        self.console = console or Console(stderr=True)
+        self.quiet = quiet
+        self._bars: Bars | None = None
+        self._task: object = None
+        self._name, self._total, self._count = "", 0, 0
+        self._began = self._said = 0.0
+
+    def __enter__(self) -> Progress:
+        if not self.quiet and self.console.is_terminal:
+            columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+            self._bars = Bars(*columns, TextColumn("remaining"), TimeRemainingColumn(), console=self.console)
+            self._bars.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if self._bars is not None:
+            self._bars.stop()
+            self._bars = None
+
+    def begin(self, name: str, total: int) -> None:
+        """A new phase of `total` pieces."""
+        self._name, self._total, self._count = name, total, 0
+        self._began = self._said = time.monotonic()
+        if self._bars is not None:
+            self._task = self._bars.add_task(name, total=total)
+
+    def advance(self) -> None:
+        """One piece is done."""
+        self._count += 1
+        if self._bars is not None:
+            self._bars.advance(self._task)  # type: ignore[arg-type]
+            return
+        now = time.monotonic()
+        last = self._count == self._total
+        if self.quiet or not (last or now - self._said > LINE_SECONDS):
+            return
+        self._said = now
+        elapsed = now - self._began
+        remaining = elapsed / self._count * (self._total - self._count)
+        tail = "" if last else f", about {remaining:.0f} s remaining"
+        self.console.print(f"{self._name}: {self._count} of {self._total} in {elapsed:.0f} s{tail}", highlight=False)

@@ -1,0 +1,143 @@
+"""Integrators by id. Their modules are imported on first use."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from collections.abc import Iterator, Sequence
+from functools import cache
+from importlib.metadata import entry_points
+
+from gnomon.cases.numbers import nearest
+from gnomon.harness.integrator import Integrator
+
+MODULES = (
+    "gnomon.harness.integrators.explicit",
+    "gnomon.harness.integrators.splitting",
+    "gnomon.harness.integrators.gauss",
+    "gnomon.harness.integrators.dop853",
+    "gnomon.harness.integrators.lie",
+    "gnomon.harness.integrators.hybrid",
+    "gnomon.harness.adapters.scipy_ivp",
+    "gnomon.harness.adapters.scipy_ode",
+    "gnomon.harness.adapters.scipy_events",
+    "gnomon.harness.adapters.rebound_nbody",
+    "gnomon.harness.adapters.rebound_ode",
+    "gnomon.harness.adapters.heyoka",
+    "gnomon.harness.adapters.pybullet",
+)
+"""Modules with a tuple `INTEGRATORS`, classes or instances. None of them imports its library before `prepare`."""
+
+GROUP = "gnomon.integrators"
+
+REASONS = {"pybullet": "pybullet has wheels up to CPython 3.11 only"}
+"""Why a library may be missing on a machine where everything was installed."""
+
+
+@cache
+def own() -> dict[str, Integrator]:
+    """The integrators that come with gnomon, by id, in the order of the modules."""
+    found: dict[str, Integrator] = {}
+    for name in MODULES:
+        if importlib.util.find_spec(name) is None:
+            continue
+        for item in importlib.import_module(name).INTEGRATORS:
+            integrator = _instance(item, name)
+            if integrator.id in found:
+                raise ValueError(f"two integrators have the id {integrator.id}; the second is in {name}")
+            found[integrator.id] = integrator
+    return found
+
+
+def registered() -> dict[str, Integrator]:
+    """The integrators of the entry point group `gnomon.integrators`, by id."""
+    return {i.id: i for i in (_instance(point.load(), point.name) for point in entry_points(group=GROUP))}
+
+
+def everything() -> dict[str, Integrator]:
+    return own() | registered()
+
+
+def find(name: str) -> tuple[Integrator, ...]:
+    """The integrators that `name` stands for: an id, a name (all libraries and policies), a library, or
+    `package.module:Class`.
+
+    Raises ValueError for an unknown name, with the nearest valid ones.
+    """
+    known = everything()
+    if name in known:
+        return (known[name],)
+    lowered = name.lower()
+    same = tuple(
+        i for i in known.values() if lowered in (i.name.lower(), f"{i.library}:{i.name}".lower(), i.library.lower())
+    )
+    if same:
+        return same
+    if ":" in name and name.partition(":")[0] not in {i.library for i in known.values()}:
+        return (from_path(name),)
+    names = {i.name for i in known.values()} | set(known)
+    raise ValueError(f"no integrator is called {name!r}; {nearest(name, names)}")
+
+
+def find_all(names: Sequence[str] | None) -> tuple[Integrator, ...]:
+    """What several names stand for, each integrator once; all of them for None."""
+    if not names:
+        return tuple(everything().values())
+    return tuple({i.id: i for name in names for i in find(name)}.values())
+
+
+def from_path(path: str) -> Integrator:
+    """An integrator from `package.module:Class`."""
+    module, _, attribute = path.partition(":")
+    try:
+        return _instance(getattr(importlib.import_module(module), attribute), path)
+    except (ImportError, AttributeError) as error:
+        raise ValueError(f"{path}: {error}; give package.module:Class of a subclass of Integrator") from None
+
+
+def reference(integrator: Integrator) -> tuple[str, str]:
+    """(module, id): what a worker process finds the integrator by."""
+    return type(integrator).__module__, integrator.id
+
+
+def dereference(module: str, identity: str) -> Integrator:
+    """The integrator behind a `reference`: one of the module's INTEGRATORS, else a class defined in it."""
+    for candidate in _declared(module):
+        if candidate.id == identity:
+            return candidate
+    raise ValueError(f"{module} has no integrator {identity}")
+
+
+def missing(integrator: Integrator) -> str | None:
+    """Why an integrator's library cannot be used here, or None where it can."""
+    if type(integrator).__module__.startswith("gnomon.harness.adapters.") and not _importable(integrator.library):
+        return REASONS.get(integrator.library, f"{integrator.library} is not installed")
+    try:
+        integrator.versions()
+    except ImportError as error:
+        return f"{error}"
+    return None
+
+
+def _declared(module: str) -> Iterator[Integrator]:
+    loaded = importlib.import_module(module)
+    for item in getattr(loaded, "INTEGRATORS", ()):
+        yield _instance(item, module)
+    for item in vars(loaded).values():
+        if isinstance(item, type) and issubclass(item, Integrator) and not getattr(item, "__abstractmethods__", None):
+            try:
+                yield item()
+            except TypeError:
+                continue  # a family's base, which takes arguments; its members are in INTEGRATORS
+
+
+def _instance(item: object, origin: str) -> Integrator:
+    made = item() if isinstance(item, type) and issubclass(item, Integrator) else item
+    if not isinstance(made, Integrator):
+        raise ValueError(f"{origin}: {item!r} is no gnomon.harness.integrator.Integrator")
+    return made
+
+
+@cache
+def _importable(library: str) -> bool:
+    return importlib.util.find_spec(library) is not None

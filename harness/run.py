@@ -1,0 +1,142 @@
+"""A run: plan, truths, sweeps in worker processes, results in the store."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from gnomon.cases import Case
+from gnomon.harness import environment, plan, registry, store
+from gnomon.harness.integrator import Integrator
+from gnomon.harness.judge import Judge
+from gnomon.harness.plan import Series, Suite, Trial
+from gnomon.harness.pool import PREPARE_SECONDS, Pool
+from gnomon.harness.progress import Progress
+from gnomon.harness.store import Store
+from gnomon.harness.sweep import Sweep
+from gnomon.harness.truth import CaseSpec, Truth, truths
+
+WORKERS = 2
+
+
+def run(
+    out: str | Path,
+    suite: Suite,
+    chosen: Sequence[tuple[Case, str]],
+    integrators: Sequence[Integrator],
+    progress: Progress | None = None,
+    workers: int = WORKERS,
+    prepare_seconds: float = PREPARE_SECONDS,
+) -> Path:
+    """Run every chosen case (see `plan.choose`) through every integrator; returns the path of the results file.
+
+    What is in the file already is not repeated. An interruption at any moment leaves a file from which the same call
+    goes on. A case whose exact motion cannot be computed raises ValueError once all others are done.
+    """
+    progress = progress or Progress(quiet=True)
+    path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
+    series = plan.pairs(chosen, integrators)
+    with progress, Store(path) as results:
+        known, broken = _truths(series, progress)
+        number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe())
+        run_ = _Run(results, number, suite, known, progress)
+        run_.plan(series)
+        method = "fork" if any(registry.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
+        Pool(workers, method, prepare_seconds).run(run_.sweeps())
+        results.end_run(number)
+    if broken:
+        raise ValueError("; ".join(f"{spec.path} {spec.variant or ''}: {error}" for spec, error in broken.items()))
+    return path
+
+
+def compare(
+    cases: Sequence[str | Case] | str | Case,
+    integrators: Sequence[str | Integrator | type[Integrator]] | str | Integrator | type[Integrator],
+    limit_seconds: float = 1.0,
+    launches: int = 1,
+) -> Any:
+    """Run cases through integrators and return the DataFrame of `gnomon.harness.load`: for notebooks.
+
+    `cases`: names, or Case objects (their numbers are rounded to binary64). `integrators`: names, Integrator classes
+    or instances; a class that is defined in the notebook itself will do. Raises ValueError for unknown names.
+    """
+    chosen: list[tuple[Case, str]] = []
+    for case in [cases] if isinstance(cases, str | Case) else cases:
+        chosen += plan.choose([case], False) if isinstance(case, str) else [(case.rounded(), "")]
+    found: list[Integrator] = []
+    for item in [integrators] if isinstance(integrators, str | Integrator | type) else integrators:
+        if isinstance(item, str):
+            found += registry.find(item)
+        else:
+            found.append(item() if isinstance(item, type) else item)
+    suite = replace(plan.suite("standard"), name="compare", launches=launches, limit_seconds=limit_seconds)
+    with tempfile.TemporaryDirectory(prefix="gnomon-") as folder:
+        return store.load(run(folder, suite, chosen, found))
+
+
+def _truths(series: Sequence[Series], progress: Progress) -> tuple[dict[CaseSpec, Truth], dict[CaseSpec, str]]:
+    """The truths of all cases that are run, and the messages of those that have none."""
+    wanted = dict.fromkeys(CaseSpec.of(s.case, s.formulation) for s in series)
+    progress.begin("exact motions", len(wanted))
+    found = truths(list(wanted), progress.advance)
+    known = {spec: truth for spec, truth in found.items() if isinstance(truth, Truth)}
+    return known, {spec: truth for spec, truth in found.items() if isinstance(truth, str)}
+
+
+class _Run:
+    """The work of one run: which sweeps there are, in which order, and where their measurements go."""
+
+    def __init__(
+        self, results: Store, number: int, suite: Suite, truths: Mapping[CaseSpec, Truth], progress: Progress
+    ) -> None:
+        self.results, self.number, self.suite, self.truths, self.progress = results, number, suite, truths, progress
+        self.judges: dict[CaseSpec, Judge] = {}
+        self.work: list[tuple[Series, tuple[Trial, ...], Judge]] = []
+        self.history = results.history(suite.limit_seconds)
+
+    def plan(self, series: Sequence[Series]) -> None:
+        """Record the trials of all series, and at once those of pairs that are left out."""
+        rows: list[dict[str, Any]] = []
+        left_out: list[dict[str, Any]] = []
+        for one in series:
+            spec = CaseSpec.of(one.case, one.formulation)
+            if spec not in self.truths:
+                continue
+            judge = self._judge(spec, one)
+            trials = one.trials(judge.problem(one.form))
+            rows += [one.describe(trial, **judge.summary()) for trial in trials]
+            if one.left_out is None:
+                self.work.append((one, trials, judge))
+            elif (trials[0].key, 1) not in self.history:
+                status, reason = one.left_out
+                left_out.append({"trial_key": trials[0].key, "launch": 1, "status": status, "reason": reason})
+        self.results.plan(self.number, rows)
+        self.results.add_all(self.number, left_out)
+
+    def sweeps(self) -> Iterator[Sweep]:
+        """Every launch of every series that has trials to run; launches of one series are far apart in time."""
+        launches = [
+            (launch, one, trials, judge)
+            for launch in range(1, self.suite.launches + 1)
+            for one, trials, judge in self.work
+            if launch == 1 or one.case.variant is None
+        ]
+        pending = [item for item in launches if any((t.key, item[0]) not in self.history for t in item[2])]
+        self.progress.begin("series", len(pending))
+        for launch, one, trials, judge in pending:
+            yield Sweep(one, trials, judge, self.suite, launch, self.history, self._record, self.progress.advance)
+
+    def _judge(self, spec: CaseSpec, series: Series) -> Judge:
+        if spec not in self.judges:
+            self.judges[spec] = Judge(series.case, series.formulation, self.truths[spec])
+        return self.judges[spec]
+
+    def _record(self, measurement: Mapping[str, Any], settings: Any, states: Any) -> None:
+        self.results.add(self.number, measurement, settings, states)
+        key = (measurement["trial_key"], measurement["launch"])
+        self.history[key] = (measurement["status"], measurement.get("seconds_median"))

@@ -1,0 +1,124 @@
+"""One launch of one series: hands out its trials from cheap to dear, judges what comes back, knows when to stop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
+
+from gnomon.harness.integrator import Tolerance
+from gnomon.harness.judge import Judge
+from gnomon.harness.plan import Series, Suite, Trial
+from gnomon.harness.registry import reference
+from gnomon.harness.truth import CaseSpec
+from gnomon.harness.worker import Order, Outcome, Task
+from numpy.typing import NDArray
+
+RELAUNCHED_SECONDS = 0.2
+"""Trials above this are launched once: longer ones differ less from launch to launch than those that matter."""
+MOST_GROWTH = 16.0
+"""A prediction takes the last ratio of times, at most this: below a tenth of a millisecond ratios are noise."""
+
+
+class Record(Protocol):
+    """Where a sweep puts its measurements."""
+
+    def __call__(
+        self, measurement: Mapping[str, Any], settings: Mapping[str, Any] | None, states: NDArray[Any] | None
+    ) -> None: ...
+
+
+class Sweep:
+    """One launch of a series. `history` is what earlier runs know: (trial_key, launch) -> (status, seconds)."""
+
+    def __init__(
+        self,
+        series: Series,
+        trials: Sequence[Trial],
+        judge: Judge,
+        suite: Suite,
+        launch: int,
+        history: Mapping[tuple[str, int], tuple[str, float | None]],
+        record: Record,
+        finished: Callable[[], None],
+    ) -> None:
+        self.series, self.judge, self.suite, self.launch, self.record = series, judge, suite, launch, record
+        self.limit_seconds = suite.limit_seconds
+        truth = judge.truth
+        spec = CaseSpec.of(series.case, series.formulation)
+        self.task = Task(
+            reference(series.integrator), spec, truth.problem_times, truth.start, truth.sizes, truth.time_scale, ""
+        )
+        self._history = history
+        self._finished = finished
+        self._waiting = list(trials)
+        self._current: Trial | None = None
+        self._seconds: list[float] = []
+        self._stopped: str | None = None
+
+    def next(self) -> Order | None:
+        """The next trial that must run. Trials that need not run are passed over, or recorded as skipped."""
+        while self._waiting:
+            trial = self._waiting.pop(0)
+            assert trial.setting is not None
+            known = self._history.get((trial.key, self.launch))
+            if known is not None:
+                self._note(*known)
+                continue
+            if self.launch > 1 and not self._worth_relaunching(trial):
+                continue
+            reason = self._stopped or self._predicted()
+            if reason is not None:
+                self._stopped = reason
+                self._add(trial, {"status": "skipped", "reason": reason})
+                continue
+            self._current = trial
+            count = self.launch == 1 and self.series.integrator.counts_rhs
+            return Order(trial.setting, count, self.suite.block_seconds, self._repeats())
+        self._finished()
+        return None
+
+    def done(self, outcome: Outcome) -> None:
+        """Judge an outcome and record it."""
+        trial = self._taken()
+        tolerance = trial.setting if isinstance(self.series.integrator.sweep, Tolerance) else None
+        measurement, states = self.judge.measure(outcome, tolerance)
+        self._note(measurement["status"], measurement["seconds_median"])
+        self._add(trial, measurement, outcome.settings, states if self.launch == 1 else None)
+
+    def failed(self, status: str, reason: str, output: str) -> None:
+        """Record a trial that has no outcome."""
+        self._note(status, None)
+        self._add(self._taken(), {"status": status, "reason": reason, "output": output or None})
+
+    def _taken(self) -> Trial:
+        assert self._current is not None
+        trial, self._current = self._current, None
+        return trial
+
+    def _note(self, status: str, seconds: float | None) -> None:
+        if status in ("timeout", "not_installed"):
+            self._stopped = f"the setting before it is {status}"
+        if seconds is not None:
+            self._seconds.append(seconds)
+
+    def _predicted(self) -> str | None:
+        """Why the next setting would pass the limit, by the growth of the last two; None where it would not."""
+        if len(self._seconds) < 2:
+            return None
+        before, last = self._seconds[-2:]
+        expected = last * min(max(last / before, 1.0), MOST_GROWTH)
+        if expected <= self.limit_seconds:
+            return None
+        return f"predicted {expected:.2g} s, above the limit of {self.limit_seconds:g} s"
+
+    def _worth_relaunching(self, trial: Trial) -> bool:
+        _, seconds = self._history.get((trial.key, 1), ("", None))
+        return seconds is not None and seconds <= RELAUNCHED_SECONDS
+
+    def _repeats(self) -> int:
+        """Default variants are timed; on the others times are orders of magnitude."""
+        return self.suite.repeats if self.series.case.variant is None else min(self.suite.repeats, 5)
+
+    def _add(self, trial: Trial, measurement: Mapping[str, Any], settings: Any = None, states: Any = None) -> None:
+        row = {"trial_key": trial.key, "launch": self.launch, "limit_seconds": self.limit_seconds, **measurement}
+        self.record(row, settings, states)
