@@ -87,6 +87,10 @@ class Scene:
     contacts: tuple[Contact, ...] = ()
     forces: tuple[Force, ...] = ()
 
+    @property
+    def joints(self) -> tuple[Hinge | Slider, ...]:
+        return (*self.hinges, *self.sliders)
+
 
 @dataclass(frozen=True)
 class Readings:

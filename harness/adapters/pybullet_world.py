@@ -81,7 +81,7 @@ class World:
         if "coulomb_isotropic" in self.needs:
             self._extra("setPhysicsEngineParameter", FRICTION)
         self._call("setGravity", *scene.gravity)
-        joints = {joint.body: joint for joint in (*scene.hinges, *scene.sliders)}
+        joints = {joint.body: joint for joint in scene.joints}
         for body in scene.bodies:
             joint = joints.get(body.name)
             if joint is None:
