@@ -2,7 +2,8 @@
 
 - `residual`: the equations of motion, with the derivative of the exact motion taken by central differences in three
   times the precision, at random times; and the initial state.
-- `taylor`: a high-precision Taylor integration of the equations, which shares no formula with the exact motion. A
+- `taylor`: a high-precision Taylor integration of the equations, which shares no formula with the exact motion, from
+  the initial state; on long spans `windows`: the same from the exact state at random times over ten time scales. A
   hybrid motion is integrated flight by flight, and the guard and the reset are checked at each event.
 - `invariants`: the conserved quantities, at random times.
 - `rounding`: the published digits against an evaluation in three times the precision (guard digits are enough).
@@ -31,6 +32,9 @@ DIGITS = 50
 REQUIRED = 45
 RANDOM_TIMES = 5
 TAYLOR_STOPS = 4
+INTEGRATED_SCALES = 300
+"""Spans up to so many time scales are integrated from start to end."""
+WINDOW_SCALES = 10
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,10 @@ def certify(case: Case) -> Certificate:
     hybrid = case.hybrid
     if hybrid is None:
         ways["residual"] = min(_start(case), *(_residual(case, _equations(case), t) for t in times))
-        ways["taylor"] = _taylor(case)
+        if case.span <= INTEGRATED_SCALES * exact(case.time_scale):
+            ways["taylor"] = _taylor(case)
+        else:
+            ways["windows"] = min(_window(case, t) for t in times)
         if any(invariant.law == "constant" for invariant in case.invariants.values()):
             ways["invariants"] = _invariants(case, times)
     else:
@@ -134,12 +141,12 @@ def _residual(case: Case, equations: Equations, t: Fraction, constants: tuple[fl
         )
 
 
-def _field(equations: Equations, values: Sequence[Fraction]) -> Field:
-    """The equations over power series, from the exact parameters."""
+def _field(equations: Equations, values: Sequence[Fraction], offset: Fraction = Fraction(0)) -> Field:
+    """The equations over power series, from the exact parameters; the series' time starts at `offset`."""
     rebound = rebind(equations, flint_arithmetic())
 
     def field(t: Any, state: tuple[Any, ...]) -> tuple[Any, ...]:
-        return tuple(rebound(t, state, tuple(map(ball, values))))
+        return tuple(rebound(t + ball(offset), state, tuple(map(ball, values))))
 
     return field
 
@@ -148,6 +155,15 @@ def _taylor(case: Case) -> float:
     times = [case.span * k / TAYLOR_STOPS for k in range(1, TAYLOR_STOPS + 1)]
     found = integrate(_field(_equations(case), case.parameter_values()), case.initial_state, times, DIGITS + 20)
     return _against(case, dict(zip(times, found, strict=True)))
+
+
+def _window(case: Case, begin: Fraction) -> float:
+    """From the exact state at `begin` over a stretch that ends within the span."""
+    width = min(WINDOW_SCALES * exact(case.time_scale), case.span / 10)
+    begin = min(begin, case.span - width)
+    start = [exact(x) for x in case.exact(begin, 2 * DIGITS)]
+    found = integrate(_field(_equations(case), case.parameter_values(), begin), start, [width], DIGITS + 20)
+    return _against(case, {begin + width: found[0]})
 
 
 def _against(case: Case, states: dict[Fraction, tuple[Fraction, ...]]) -> float:
@@ -217,7 +233,7 @@ def _flights(case: Case, hybrid: Hybrid) -> Iterable[_Flight]:
             )
         )
         begin, start = exact(event.time), tuple(event.after)
-        mode = transition.target(float(event.time), tuple(map(float, event.after)), parameters)
+        mode = transition.lands(float(event.time), tuple(map(float, event.after)), parameters)
     else:
         if begin < case.span:
             here = hybrid.mode(mode)
@@ -235,12 +251,8 @@ def _flight_taylor(case: Case, flight: _Flight) -> float:
     """The flight integrated to its end: the state there, the guard's zero and the reset's image."""
     start = [exact(x) for x in flight.start]
     values = (*case.parameter_values(), *map(Fraction, flight.constants))
-    offset = flight.begin
-
-    def shifted(equations: Equations) -> Equations:
-        return lambda t, state, parameters: equations(t + ball(offset), state, parameters)
-
-    found = integrate(_field(shifted(flight.equations), values), start, [flight.end - flight.begin], DIGITS + 20)[0]
+    field = _field(flight.equations, values, flight.begin)
+    found = integrate(field, start, [flight.end - flight.begin], DIGITS + 20)[0]
     sizes = _sizes(case)
     if flight.final is None:
         return _against(case, {flight.end: found})

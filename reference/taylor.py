@@ -1,8 +1,8 @@
 """Motions by Taylor series in high precision: ground truth that shares no formula with the closed forms.
 
-The coefficients follow from the equations alone, one order at a time, in python-flint's power series over balls;
-order and step are those of Jorba and Zou (Experimental Mathematics 14, 2005). Each step keeps the midpoints of the
-balls: the result is an integration whose digits are shown by running it at two precisions, not an enclosure.
+The coefficients follow from the equations alone, one order at a time, over python-flint's balls; order and step are
+those of Jorba and Zou (Experimental Mathematics 14, 2005). Each step keeps the midpoints of the balls: the result is an
+integration whose digits are shown by running it at two precisions, not an enclosure.
 """
 
 from __future__ import annotations
@@ -14,22 +14,23 @@ from fractions import Fraction
 from typing import Any
 
 import flint
+from gnomon.reference.series import Series, Tape
 
 Field = Callable[[Any, tuple[Any, ...]], tuple[Any, ...]]
-"""(t, state) -> derivatives, over arb_series."""
+"""(t, state) -> derivatives, over series of balls."""
 
 MAX_STEPS = 100_000
 
 
 def flint_arithmetic() -> dict[str, Callable[..., Any]]:
-    """The functions of `math`, over arb and arb_series."""
+    """The functions of `math` on balls and on series over balls."""
 
     def method(name: str) -> Callable[[Any], Any]:
-        return lambda x: getattr(x, name)()
+        return lambda x: getattr(x if hasattr(x, name) else flint.arb(x), name)()
 
-    names = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "sqrt", "exp", "log")
+    names = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "sqrt", "exp", "log")
     functions: dict[str, Callable[..., Any]] = {name: method(name) for name in names}
-    functions["hypot"] = lambda x, y: (x * x + y * y).sqrt()
+    functions["hypot"] = lambda x, y: functions["sqrt"](x * x + y * y)
     return functions
 
 
@@ -46,14 +47,15 @@ def integrate(
     Returned as exact dyadic fractions. Raises ArithmeticError where a series is not finite or steps shrink to nothing.
     """
     order = math.ceil(digits * math.log(10) / 2) + 2
-    with _precision(math.ceil((digits + 10) * math.log2(10)), order + 1):
+    with _precision(math.ceil((digits + 10) * math.log2(10))):
         now = Fraction(0)
         here = [ball(x) for x in state]
+        flow = _Flow(field, len(here))
         found = []
         steps = 0
         for time in times:
             while now < time:
-                series = _series(field, now, here, order)
+                series = flow.series(now, here, order)
                 step = min(_step(series, order), time - now)
                 here = [_value(coefficients, step) for coefficients in series]
                 now += step
@@ -64,27 +66,38 @@ def integrate(
         return found
 
 
+class _Flow:
+    """Taylor coefficients of the solution through any state: y_{k+1} = f(y)_k / (k+1)."""
+
+    def __init__(self, field: Field, dimension: int) -> None:
+        self.tape = Tape(flint.arb(0))
+        self.time = self.tape.variable()
+        self.state = tuple(self.tape.variable() for _ in range(dimension))
+        self.rates = field(self.time, self.state)
+
+    def series(self, now: Fraction, here: list[Any], order: int) -> list[list[Any]]:
+        """Coefficients up to `order` for each component, lowest first."""
+        zero = self.tape.zero
+        self.tape.clear()
+        self.time.c[:] = [ball(now), flint.arb(1)] + [zero] * order
+        for y, x in zip(self.state, here, strict=True):
+            y.c[:] = [x]
+        for k in range(order):
+            self.tape.extend(k)
+            for y, rate in zip(self.state, self.rates, strict=True):
+                term = rate.c[k] if isinstance(rate, Series) else (flint.arb(rate) if k == 0 else zero)
+                y.c.append(term.mid() / (k + 1))
+        return [y.c for y in self.state]
+
+
 @contextmanager
-def _precision(bits: int, length: int) -> Iterator[None]:
-    before = flint.ctx.prec, flint.ctx.cap
-    flint.ctx.prec, flint.ctx.cap = bits, length
+def _precision(bits: int) -> Iterator[None]:
+    before = flint.ctx.prec
+    flint.ctx.prec = bits
     try:
         yield
     finally:
-        flint.ctx.prec, flint.ctx.cap = before
-
-
-def _series(field: Field, now: Fraction, here: list[Any], order: int) -> list[list[Any]]:
-    """Taylor coefficients of the solution through `here`, lowest first: y_{k+1} = f(y)_k / (k+1)."""
-    series = [[x] for x in here]
-    for k in range(order):
-        flint.ctx.cap = k + 1
-        t = flint.arb_series([ball(now), 1])
-        rates = field(t, tuple(flint.arb_series(coefficients) for coefficients in series))
-        for coefficients, rate in zip(series, rates, strict=True):
-            term = rate[k] if isinstance(rate, flint.arb_series) else (flint.arb(rate) if k == 0 else flint.arb(0))
-            coefficients.append(term.mid() / (k + 1))
-    return series
+        flint.ctx.prec = before
 
 
 def _step(series: list[list[Any]], order: int) -> Fraction:
