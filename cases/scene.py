@@ -58,6 +58,17 @@ class Slider:
 
 
 @dataclass(frozen=True)
+class Guide:
+    """A smooth fixed curve that `body` follows: its centre of mass stands at `curve(coordinate)`."""
+
+    name: str
+    body: str
+    curve: Callable[[float], Vector]
+    coordinate: float
+    rate: float
+
+
+@dataclass(frozen=True)
 class Contact:
     """Body against a fixed plane through the origin with unit `normal`: coefficient of restitution and of friction."""
 
@@ -84,6 +95,7 @@ class Scene:
     bodies: tuple[Body, ...]
     hinges: tuple[Hinge, ...] = ()
     sliders: tuple[Slider, ...] = ()
+    guides: tuple[Guide, ...] = ()
     contacts: tuple[Contact, ...] = ()
     forces: tuple[Force, ...] = ()
 
@@ -96,8 +108,8 @@ class Scene:
 class Readings:
     """What an engine reports at one sample, by name.
 
-    `joints`: (coordinate, rate) of each hinge and slider. `bodies`, those that no joint holds: (position, quaternion,
-    velocity, angular velocity), as in Body.
+    `joints`: (coordinate, rate) of each hinge, slider and guide. `bodies`, those that no joint holds: (position,
+    quaternion, velocity, angular velocity), as in Body.
     """
 
     joints: Mapping[str, tuple[float, float]] = field(default_factory=dict)
