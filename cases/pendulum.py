@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
-from math import cos, sin
+from math import cos, pi, sin, sqrt, tau
 from typing import Any, ClassVar
 
 from gnomon.cases import accuracy
@@ -128,7 +128,7 @@ class PendulumSimple(Case):
     def time_scale(self) -> float:
         """sqrt(L/g), the time of a small swing; in fast rotation the time of a radian."""
         g, length = map(float, self.parameter_values())
-        return min((length / g) ** 0.5, float(self._exact.period()) / 6.283185307179586)
+        return min(sqrt(length / g), float(self._exact.period()) / tau)
 
     def natural_span(self) -> Number:
         """10.37 periods; 9 sqrt(L/g) on the separatrix."""
@@ -142,7 +142,7 @@ class PendulumSimple(Case):
         motion = self._exact
         if self.span >= motion.period() and motion.regime != Pendulum.REST:
             found["angular velocity"] = float(motion.top_speed())
-            found["angle"] = min(max(found["angle"], float(motion.amplitude())), 3.141592653589793)
+            found["angle"] = min(max(found["angle"], float(motion.amplitude())), pi)
         return found
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:

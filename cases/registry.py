@@ -12,7 +12,13 @@ from gnomon.reference.precision import Number
 
 _MODULES = {
     "pendulum_simple": "pendulum:PendulumSimple",
+    "harmonic_oscillator": "harmonic:HarmonicOscillator",
+    "damped_oscillator": "damped:DampedOscillator",
+    "cycloidal_pendulum": "cycloid:CycloidalPendulum",
+    "kepler_orbit": "kepler:KeplerOrbit",
     "projectile_parabola": "projectile:ProjectileParabola",
+    "bouncing_ball": "bouncing_ball:BouncingBall",
+    "block_incline_friction": "block_incline:BlockInclineFriction",
 }
 
 

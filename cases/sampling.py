@@ -27,11 +27,11 @@ def sample_times(case: Case) -> Floats:
     nearest to k span/64 instead, because engines want decimal steps.
     """
     if case.variant is not None and case.variant.startswith("engines"):
-        return np.array([float(Fraction(round(k * case.span / SAMPLES * 100), 100)) for k in range(1, SAMPLES + 1)])
+        return np.array([round(k * case.span / SAMPLES * 100) / 100 for k in range(1, SAMPLES + 1)], dtype=np.float64)
     mantissa, exponent = _interval(case.span / SAMPLES)
     while case.hybrid is not None and not _clear(case, Fraction(mantissa) * Fraction(2) ** exponent):
         mantissa -= 1
-    return np.arange(1, SAMPLES + 1) * math.ldexp(mantissa, exponent)
+    return np.arange(1, SAMPLES + 1, dtype=np.float64) * math.ldexp(mantissa, exponent)
 
 
 def _interval(length: Fraction) -> tuple[int, int]:

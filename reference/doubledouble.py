@@ -1,6 +1,6 @@
 """Numbers of 106 bits as unevaluated sums of two doubles, compiled. No fast-math: it would cancel the error terms.
 
-A file whose kernels are cached by numba is to be touched when this one changes: the cache watches the kernel's own file.
+Touch the files whose kernels numba caches when this one changes: its cache watches the kernel's own file only.
 Dekker, Numerische Mathematik 18 (1971); Hida, Li and Bailey, ARITH-15 (2001). Relative errors are below 2**-104.
 """
 
@@ -50,10 +50,12 @@ def add(a: float, a_low: float, b: float, b_low: float) -> tuple[float, float]:
     s, e = two_sum(a, b)
     t, f = two_sum(a_low, b_low)
     s, e = quick_two_sum(s, e + t)
-    return quick_two_sum(s, e + f)
+    s, e = quick_two_sum(s, e + f)
+    return s, e
 
 
 @njit(error_model="numpy")  # type: ignore[untyped-decorator]
 def multiply(a: float, a_low: float, b: float, b_low: float) -> tuple[float, float]:
     p, e = two_product(a, b)
-    return quick_two_sum(p, fma(a, b_low, fma(a_low, b, e)))
+    p, e = quick_two_sum(p, fma(a, b_low, fma(a_low, b, e)))
+    return p, e

@@ -19,7 +19,7 @@ import numpy as np
 from gnomon.reference.diskcache import Entry, cached, fingerprint
 from gnomon.reference.motion import SAMPLE_DIGITS, Cycle, Motion
 from gnomon.reference.precision import exact, working
-from gnomon.reference.tablekernel import evaluate
+from gnomon.reference.tablekernel import evaluate, products
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -95,13 +95,12 @@ def _powers(cycle: Cycle | None, turns: Floats) -> Floats:
     """The cycle's factor to each whole number of turns from the least (at most 0) to the largest, as double-doubles."""
     if cycle is None or cycle.factor == 1:
         return np.empty((0, 2))
-    first = min(0, int(turns.min()))
+    first, last = min(0, int(turns.min())), int(turns.max())
+    stride = math.isqrt(last - first) + 1
     with working(CYCLE_DIGITS) as mp:
-        power, found = mp.mpf(cycle.factor) ** first, []
-        for _ in range(first, int(turns.max()) + 1):
-            found.append(_parts(power, 2))
-            power *= cycle.factor
-    return np.array(found)
+        steps = np.array([_parts(mp.mpf(cycle.factor) ** n, 2) for n in range(stride)])
+        blocks = np.array([_parts(mp.mpf(cycle.factor) ** n, 2) for n in range(first, last + 1, stride)])
+    return np.asarray(products(blocks, steps))
 
 
 _kept: dict[tuple[Motion, int, bool], Cells] = {}
@@ -115,13 +114,13 @@ def _cells(motion: Motion, reach: float, budget: int, cyclic: bool) -> Cells | N
         name = f"table {motion!r} {exponent} {cyclic} {fingerprint('gnomon.reference')}"
         try:
             entry = cached(name, lambda: Entry(vars(_build(motion, reach if cyclic else 2.0**exponent, budget))))
-        except _Dear:
+        except _TooDearError:
             return None
         _kept[key] = Cells(**entry.arrays)
     return _kept[key]
 
 
-class _Dear(Exception):
+class _TooDearError(Exception):
     """A table would cost more states than it saves."""
 
 
@@ -137,7 +136,7 @@ def _build(motion: Motion, reach: float, budget: int) -> Cells:
             continue
         cost += NODES + len(_checks())
         if cost > budget + NODES:
-            raise _Dear
+            raise _TooDearError
         row = _cell(motion, start + width / 2, width / 2)
         if row is None:
             waiting += [(start + width / 2, width / 2), (start, width / 2)]
@@ -187,9 +186,10 @@ def _nodes() -> tuple[Fraction, ...]:
 
 @cache
 def _checks() -> tuple[Fraction, ...]:
-    """Points between nodes, at both ends and in the middle."""
+    """The ends of a cell, where a layer too thin for the nodes shows, and points between nodes."""
     nodes = _nodes()
-    return tuple((nodes[k] + nodes[k + 1]) / 2 for k in (0, NODES // 2 - 1, NODES - 2))
+    between = [(nodes[k] + nodes[k + 1]) / 2 for k in (0, NODES // 2 - 1, NODES - 2)]
+    return (Fraction(-1), Fraction(1), *between)
 
 
 @cache

@@ -72,6 +72,7 @@ def evaluate(
                 f, f_low = factors[int(n - first), 0], factors[int(n - first), 1]
                 x, x_low = multiply(x, x_low, f, f_low)
                 error = error * abs(f) + abs(x) * 2.0**-98
+                certain = certain and abs(f) > TINY
             if n != 0.0 and shift[d, 0] != 0.0:
                 a, a_low = multiply(n, 0.0, shift[d, 0], shift[d, 1])
                 x, x_low = add(x, x_low, a, a_low)
@@ -83,3 +84,15 @@ def evaluate(
                 gap = abs(x) - np.nextafter(abs(x), 0.0)
                 certain = certain and abs(x) > TINY and abs(x_low) + error < gap / 2
         sure[i] = certain
+
+
+@njit("float64[:,::1](float64[:,::1], float64[:,::1])", cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def products(blocks: NDArray[Any], steps: NDArray[Any]) -> NDArray[Any]:
+    """The products of all `blocks` with all `steps`, double-doubles as rows, the index of steps running first."""
+    found = np.empty((len(blocks) * len(steps), 2))
+    for i in range(len(blocks)):
+        for j in range(len(steps)):
+            x, x_low = multiply(blocks[i, 0], blocks[i, 1], steps[j, 0], steps[j, 1])
+            found[i * len(steps) + j, 0] = x
+            found[i * len(steps) + j, 1] = x_low
+    return found
