@@ -142,13 +142,14 @@ def gather(functions: dict[str, Callable[..., Any]]) -> str:
     seen: dict[str, Callable[..., Any]] = {}
     parts: list[str] = ["import numpy as np", "from numba import carray, cfunc, njit, types"]
     for alias, function in functions.items():
-        _gather(function, seen, parts)
+        gather_into(function, seen, parts)
         if function.__name__ != alias:
             parts.append(f"{alias} = {function.__name__}")
     return "\n".join(parts)
 
 
-def _gather(function: Callable[..., Any], seen: dict[str, Callable[..., Any]], parts: list[str]) -> None:
+def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[str]) -> None:
+    """Append to `parts` the source of a function and of all that it uses, except the names in `seen`."""
     name = function.__name__
     if name in seen:
         if seen[name] is not function:
@@ -159,8 +160,10 @@ def _gather(function: Callable[..., Any], seen: dict[str, Callable[..., Any]], p
     seen[name] = function
     for used in sorted(_names(function.__code__)):
         value = function.__globals__.get(used)
+        if used in seen and value is seen[used]:
+            continue
         if isinstance(value, types.FunctionType):
-            _gather(value, seen, parts)
+            gather_into(value, seen, parts)
         elif used in FUNCTIONS and value is getattr(math, used):
             parts.append(f"from math import {used}")
         elif isinstance(value, int | float):

@@ -13,12 +13,13 @@ that the step could not be made.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 import numpy as np
-from gnomon.harness.compile import OPTIONS, _gather, load_module
+from gnomon.harness.compile import OPTIONS, gather_into, load_module
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -139,16 +140,28 @@ ADVANCE_SIGNATURE = (
 @cache
 def compiled(method: Step) -> Callable[..., int]:
     """`advance` compiled around a method's step, cached on disk under a hash of all its sources."""
-    import inspect
-
-    parts = ["import numpy as np", "from llvmlite import ir", "from numba import njit, types"]
-    parts += ["from numba.extending import intrinsic", CALL]
-    _gather(method, {"call": call}, parts)
-    plain = parts[-1]
-    name = method.__name__
+    parts = sources(method)
+    plain, name = parts[-1], method.__name__
     parts.append(f"aside = {name}")
     parts.append(plain.replace("@njit(", "@njit(forceinline=True, ", 1).replace(f"def {name}(", "def step(", 1))
     parts.append(f"NOT_FINITE, NOT_SOLVED = {NOT_FINITE}, {NOT_SOLVED}")
     parts.append(f'@njit("{ADVANCE_SIGNATURE}", {OPTIONS})\n{inspect.getsource(advance)}')
     run: Callable[..., int] = load_module("\n".join(parts)).advance
     return run
+
+
+@cache
+def compiled_whole(method: Callable[..., int], signature: str) -> Callable[..., int]:
+    """A function that does its own stepping, compiled with `call` as above."""
+    parts = sources(method)
+    parts[-1] = parts[-1].replace("@njit(", f'@njit("{signature}", ', 1)
+    run: Callable[..., int] = getattr(load_module("\n".join(parts)), method.__name__)
+    return run
+
+
+def sources(method: Callable[..., Any]) -> list[str]:
+    """Source text that defines `call` and all that a method uses, the method itself last."""
+    parts = ["import numpy as np", "from llvmlite import ir", "from numba import njit, types"]
+    parts += ["from numba.extending import intrinsic", CALL]
+    gather_into(method, {"call": call, "np": np}, parts)
+    return parts

@@ -1,0 +1,223 @@
+"""Methods on the rotation group for a rigid body: each step is a rotation, so attitude and angular momentum stay true.
+
+Angular velocity and attitude turn by the same rotation in a step: R' = R Q and M' = Q^T M (+ torque), so that without
+torque R M, the angular momentum in space, is constant to round-off, and R(0)^T R(t) is orthogonal to round-off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import cos, sin, sqrt
+from typing import Any
+
+from gnomon.cases.forms import Form, RigidBody
+from gnomon.harness.compile import Kernel, function_kernel
+from gnomon.harness.integrator import Integrator, Problem, Refused, Solve
+from gnomon.harness.integrators.fixed_step import FixedStep, Table
+from gnomon.harness.integrators.splitting import KahanLi6, StormerVerlet
+from gnomon.harness.integrators.stepping import call
+
+
+def munthe_kaas_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """Rows of `table`: c_j, a_j1, ... for each stage; 0, b_1, ...; the moments of inertia.
+
+    Stage vectors u (rotation since the start of the step, Q = exp(hat u)) and g (angular momentum brought by torque,
+    on the axes of the start) stand in the first six columns of `store`: u' = u-dexp^-1(w), g' = Q torque.
+    """
+    stages = table.shape[0] - 2
+    inertia = stages + 1
+    for j in range(stages + 1):
+        for i in range(6):
+            total = 0.0
+            for m in range(min(j, stages)):
+                total += table[j, m + 1] * store[m, i]
+            store[stages, i] = h * total
+        u1, u2, u3 = store[stages, 0], store[stages, 1], store[stages, 2]
+        rotation = exponential(u1, u2, u3)
+        momentum = transposed_times(
+            rotation,
+            table[inertia, 0] * y[0] + store[stages, 3],
+            table[inertia, 1] * y[1] + store[stages, 4],
+            table[inertia, 2] * y[2] + store[stages, 5],
+        )
+        for i in range(3):
+            x[i] = momentum[i] / table[inertia, i]
+        turned(y, rotation, x)
+        if j == stages:
+            break
+        call(f, t + table[j, 0] * h, x, p, slope)
+        w1, w2, w3 = x[0], x[1], x[2]
+        # The inverse differential of exp on the left, to the terms that order 4 needs: w + u x w / 2 + u x (u x w) / 12.
+        a1, a2, a3 = u2 * w3 - u3 * w2, u3 * w1 - u1 * w3, u1 * w2 - u2 * w1
+        store[j, 0] = w1 + a1 / 2 + (u2 * a3 - u3 * a2) / 12
+        store[j, 1] = w2 + a2 / 2 + (u3 * a1 - u1 * a3) / 12
+        store[j, 2] = w3 + a3 / 2 + (u1 * a2 - u2 * a1) / 12
+        brought = times(rotation, slope[0], slope[1], slope[2])
+        for i in range(3):
+            store[j, i + 3] = brought[i]
+    for i in range(12):
+        increment[i] = x[i] - y[i]
+    return True
+
+
+def axis_splitting_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """Rows of `table`: lengths gamma of the symmetric steps; moments of inertia.
+
+    Each symmetric step of gamma h: half the torque, exact rotations about axes 1, 2, 3, 2, 1, half the torque.
+    """
+    for i in range(12):
+        x[i] = y[i]
+    now = t
+    for j in range(table.shape[1]):
+        length = table[0, j] * h
+        if length == 0.0:
+            continue
+        half = length / 2
+        call(f, now, x, p, slope)
+        for i in range(3):
+            x[i] += half * slope[i] / table[1, i]
+        spin(x, 0, half, table)
+        spin(x, 1, half, table)
+        spin(x, 2, length, table)
+        spin(x, 1, half, table)
+        spin(x, 0, half, table)
+        now += length
+        call(f, now, x, p, slope)
+        for i in range(3):
+            x[i] += half * slope[i] / table[1, i]
+    for i in range(12):
+        increment[i] = x[i] - y[i]
+    return True
+
+
+def spin(x: Any, axis: int, length: Any, table: Any) -> None:
+    """The exact motion under the kinetic energy of one axis, M_i^2 / (2 I_i): a rotation about it at constant w_i."""
+    b = (axis + 1) % 3
+    c = (axis + 2) % 3
+    angle = length * x[axis]
+    cosine, sine = cos(angle), sin(angle)
+    mb, mc = table[1, b] * x[b], table[1, c] * x[c]
+    x[b] = (cosine * mb + sine * mc) / table[1, b]
+    x[c] = (cosine * mc - sine * mb) / table[1, c]
+    for row in range(3, 12, 3):
+        rb, rc = x[row + b], x[row + c]
+        x[row + b] = cosine * rb + sine * rc
+        x[row + c] = cosine * rc - sine * rb
+
+
+def exponential(u1: Any, u2: Any, u3: Any) -> Any:
+    """exp(hat u), row by row, by way of a unit quaternion: 1 - 2 sin^2(angle / 2) has no cancellation."""
+    square = u1 * u1 + u2 * u2 + u3 * u3
+    if square == 0.0:
+        s, c = square + 1 / 2, square + 1
+    else:
+        angle = sqrt(square)
+        s, c = sin(angle / 2) / angle, cos(angle / 2)
+    a, b, d = s * u1, s * u2, s * u3
+    return (
+        (1 - 2 * (b * b + d * d), 2 * (a * b - c * d), 2 * (a * d + c * b)),
+        (2 * (a * b + c * d), 1 - 2 * (a * a + d * d), 2 * (b * d - c * a)),
+        (2 * (a * d - c * b), 2 * (b * d + c * a), 1 - 2 * (a * a + b * b)),
+    )
+
+
+def times(q: Any, v1: Any, v2: Any, v3: Any) -> Any:
+    """Q v."""
+    return (
+        q[0][0] * v1 + q[0][1] * v2 + q[0][2] * v3,
+        q[1][0] * v1 + q[1][1] * v2 + q[1][2] * v3,
+        q[2][0] * v1 + q[2][1] * v2 + q[2][2] * v3,
+    )
+
+
+def transposed_times(q: Any, v1: Any, v2: Any, v3: Any) -> Any:
+    """Q^T v."""
+    return (
+        q[0][0] * v1 + q[1][0] * v2 + q[2][0] * v3,
+        q[0][1] * v1 + q[1][1] * v2 + q[2][1] * v3,
+        q[0][2] * v1 + q[1][2] * v2 + q[2][2] * v3,
+    )
+
+
+def turned(y: Any, q: Any, x: Any) -> None:
+    """The attitude R Q into x[3:], R standing in y[3:]."""
+    for row in range(3, 12, 3):
+        moved = transposed_times(q, y[row], y[row + 1], y[row + 2])
+        for i in range(3):
+            x[row + i] = moved[i]
+
+
+class RigidBodyMethod(FixedStep):
+    """A step for a rigid body: the function it calls is the torque, and its table ends with the moments of inertia."""
+
+    accepts = (RigidBody,)
+
+    def function(self, problem: Problem) -> tuple[Kernel, tuple[int, int]]:
+        assert isinstance(problem.form, RigidBody)
+        return function_kernel(problem.form.torque, 12, len(problem.parameters), 3, problem.counted), (12, 3)
+
+    def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
+        assert isinstance(form, RigidBody)
+        return [*self.coefficients(mp), list(form.inertia(tuple(parameters)))]
+
+
+class MuntheKaas4(RigidBodyMethod):
+    """Runge-Kutta-Munthe-Kaas method on SO(3) over the classical tableau (Munthe-Kaas, BIT 38, 1998). Order 4."""
+
+    name, order, conserves = "RKMK 4", 4, ("momentum", "attitude")
+    step = munthe_kaas_step
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        half, zero, one = mp.mpf(1) / 2, mp.mpf(0), mp.mpf(1)
+        stages = [[zero, zero], [half, half], [half, zero, half], [one, zero, zero, one]]
+        return [*stages, [zero, one / 6, one / 3, one / 3, one / 6]]
+
+    def rows(self, form: Form) -> int:
+        return 5
+
+
+class AxisSplitting(RigidBodyMethod):
+    """Symmetric splitting of the kinetic energy into its three axes, each turned exactly.
+
+    McLachlan, Physical Review Letters 71, 1993; Reich, Physica D 76, 1994. Torque must not depend on angular velocity.
+    """
+
+    conserves = ("symplectic", "reversible", "momentum", "attitude")
+    step = axis_splitting_step
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        assert isinstance(problem.form, RigidBody)
+        nan = float("nan")
+        state = (nan, nan, nan, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+        torque = problem.form.torque(0.0, state, tuple(problem.parameters.tolist()))
+        if any(value != value for value in torque):
+            raise Refused("the torque depends on angular velocity; this splitting needs one of attitude and time alone")
+        return super().prepare(problem, setting)
+
+
+class AxisSplitting2(AxisSplitting):
+    """Five rotations a step. Order 2."""
+
+    name, order = "Axis splitting 2", 2
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        return [StormerVerlet.lengths(mp)]
+
+
+class AxisSplitting6(AxisSplitting):
+    """Nine symmetric steps with the lengths of Kahan and Li. Order 6."""
+
+    name, order = "Axis splitting 6", 6
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        return [KahanLi6.lengths(mp)]
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (MuntheKaas4, AxisSplitting2, AxisSplitting6)
