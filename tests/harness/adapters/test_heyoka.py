@@ -1,0 +1,95 @@
+"""heyoka on the pendulum and on Kepler's orbit; runs where the optional extra `peers` is installed."""
+
+from __future__ import annotations
+
+from math import hypot, log, sin
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases.forms import FirstOrder, Values
+from gnomon.cases.kepler import KeplerOrbit
+from gnomon.cases.registry import get
+from gnomon.harness.adapters.heyoka import Taylor
+from gnomon.harness.integrator import Problem, Refused
+from gnomon.harness.problem import initial_state, problem_of
+
+pytest.importorskip("heyoka", reason="heyoka is optional: pip install 'gnomon[peers]'")
+
+
+def forced(t: Any, state: Values, parameters: Values) -> Values:
+    """x'' = 2 - w^2 sin(w t), with x = t^2 + sin(w t) from (0, w)."""
+    _x, v = state
+    (w,) = parameters
+    return v, 2 - w * w * sin(w * t)
+
+
+def constant(t: Any, state: Values, parameters: Values) -> Values:
+    return 1, 0.5
+
+
+def lost(t: Any, state: Values, parameters: Values) -> Values:
+    """Not finite from time 0.5 on."""
+    x, v = state
+    return v, 0 * x + log(1 / 2 - t)
+
+
+def distance(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    return v, -hypot(x, v)
+
+
+def toy(equations: Any) -> Problem:
+    return Problem(FirstOrder(equations), 2, np.array([3.0]), np.arange(1, 65) / 16, 1.0)
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+def test_follows_the_pendulum(tolerance: float) -> None:
+    """Some 300 steps, each allowed the tolerance relative to a state of size 6, phase errors growing linearly."""
+    case = get("pendulum_simple").rounded()
+    solution = Taylor().prepare(problem_of(case, (FirstOrder,)), tolerance)(initial_state(case)[None])
+    assert np.abs(solution.states[0] - case.sample(case.times)).max() < 1e3 * tolerance
+    assert solution.steps is not None
+    assert solution.steps > 64
+
+
+def test_takes_a_formulation_with_a_clock() -> None:
+    case = KeplerOrbit().rounded()
+    (sundman,) = case.formulations
+    solve = Taylor().prepare(problem_of(case, (FirstOrder,), sundman), 1e-15)
+    states = solve(initial_state(case, sundman)[None]).states[0]
+    assert np.abs(states[:, :4] - case.sample(case.times)).max() < 1e-11
+    assert np.abs(states[:, 4] - case.times).max() < 1e-11
+
+
+def test_time_stands_in_the_equations() -> None:
+    problem = toy(forced)
+    states = Taylor().prepare(problem, 1e-14)(np.array([[0.0, 3.0]])).states[0]
+    assert states[:, 0] == pytest.approx(problem.times**2 + np.sin(3 * problem.times), abs=1e-12)
+
+
+def test_derivatives_may_be_numbers() -> None:
+    problem = toy(constant)
+    states = Taylor().prepare(problem, 1e-9)(np.array([[0.0, 0.0]])).states[0]
+    assert states == pytest.approx(np.outer(problem.times, [1, 0.5]), rel=1e-15)
+
+
+def test_trajectories_do_not_remember_each_other() -> None:
+    case = get("pendulum_simple").rounded()
+    solve = Taylor().prepare(problem_of(case, (FirstOrder,)), 1e-9)
+    states = solve(np.array([[2.0, 0.0], [0.5, 7.0], [2.0, 0.0]])).states
+    assert np.array_equal(states[0], states[2])
+    assert np.array_equal(states[0], solve(np.array([[2.0, 0.0]])).states[0])
+    assert not np.array_equal(states[0], states[1])
+
+
+def test_says_where_it_stopped() -> None:
+    solution = Taylor().prepare(toy(lost), 1e-9)(np.array([[1.0, 0.0]]))
+    assert solution.stopped is not None
+    assert np.isfinite(solution.states[0, :7]).all()
+    assert np.isnan(solution.states[0, 9:]).all()
+
+
+def test_a_function_that_heyoka_lacks_is_refused() -> None:
+    with pytest.raises(Refused, match="hypot"):
+        Taylor().prepare(toy(distance), 1e-9)
