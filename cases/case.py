@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import bisect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from gnomon.cases import accuracy, sampling
@@ -17,6 +18,7 @@ from gnomon.cases.numbers import Coordinate, Domain, Parameter, given, nearest
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.motion import Motion
 from gnomon.reference.precision import Number
+from mpmath import mpf
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -33,7 +35,7 @@ class Variant:
     span: Number | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Event:
     """One event of a hybrid motion: time, name of the transition (or `limit`), state before and after."""
 
@@ -41,6 +43,18 @@ class Event:
     name: str
     before: tuple[Any, ...]
     after: tuple[Any, ...]
+
+
+class Between(NamedTuple):
+    """Where a time stands among the events: how many are past, the last (0 at first), the next (infinite: none).
+
+    `gap` is the local time between events.
+    """
+
+    past: int
+    last: Any
+    next: Any
+    gap: Any
 
 
 @dataclass(frozen=True)
@@ -163,6 +177,19 @@ class Case:
     def events(self, digits: int = 15) -> tuple[Event, ...]:
         """The events of a hybrid motion within the span, in order."""
         return ()
+
+    def between(self, t: float) -> Between:
+        """Where t stands among the events, to 20 digits."""
+        times = [event.time for event in self.events(20)]
+        past = bisect.bisect_right(times, t)
+        edges = [mpf(0), *times, mpf("inf")]
+        last, following = edges[past], edges[past + 1]
+        return Between(past, last, following, following - last if past < len(times) else last - edges[max(past - 1, 0)])
+
+    def event_time(self, n: int, digits: int = 15) -> Any:
+        """Time of event n = 1, 2, ..., infinite where the motion has fewer."""
+        events = self.events(digits)
+        return events[n - 1].time if n <= len(events) else mpf("inf")
 
     @property
     def formulations(self) -> tuple[Formulation, ...]:

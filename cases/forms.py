@@ -79,8 +79,9 @@ class Mode:
 class Transition:
     """What ends a mode: `guard(t, state, parameters)` -> (value,) crosses zero in `direction` (+1 up, -1 down).
 
-    `reset` maps the state on the guard to the state after. `target(t, state_after, parameters)` names the next mode;
-    it runs on floats or mpf and may branch. `onto` (only where the reset jumps) is the nearest state on the guard.
+    `reset` maps the state on the guard to the state after. `target` is the name of the next mode, or a function
+    (t, state_after, parameters) -> name, which runs on floats or mpf and may branch. `onto` (only where the
+    reset jumps) is the nearest state on the guard.
     """
 
     name: str
@@ -88,8 +89,12 @@ class Transition:
     guard: Equations
     direction: int
     reset: Equations
-    target: Callable[[Any, Values, Values], str]
+    target: str | Callable[[Any, Values, Values], str]
     onto: Equations | None = None
+
+    def lands(self, t: Any, state_after: Values, parameters: Values) -> str:
+        """The name of the mode that follows."""
+        return self.target if isinstance(self.target, str) else self.target(t, state_after, parameters)
 
 
 @dataclass(frozen=True)
