@@ -223,8 +223,10 @@ def _left_out(case: Case, integrator: Integrator, form: Any) -> tuple[str, str] 
     return None if lacking is None else ("unsupported", lacking)
 
 
-def choose(names: Sequence[str] | None, variants: bool, **parameters: str) -> list[tuple[Case, str]]:
-    """The cases that `names` stand for, rounded to binary64, each with a label for changed parameters.
+def choose(
+    names: Sequence[str] | None, variants: bool, rounded: bool = True, **parameters: str
+) -> list[tuple[Case, str]]:
+    """The cases that `names` stand for, their numbers binary64 where `rounded`, each with a label for changed parameters.
 
     A name is that of a case (all of its variants where `variants`), `case/variant`, or `package.module:Case`.
     """
@@ -237,5 +239,6 @@ def choose(names: Sequence[str] | None, variants: bool, **parameters: str) -> li
             listed = [None if variant == DEFAULT else variant]
         elif variants:
             listed += [v.name for v in cases.case_class(base).variants]
-        found += [(cases.get(base, v, **parameters).rounded(), label) for v in listed]
+        made = [cases.get(base, v, **parameters) for v in listed]
+        found += [(case.rounded() if rounded else case, label) for case in made]
     return found

@@ -1,0 +1,269 @@
+"""The command line. Exit codes: 0 passed, 1 a check failed, 2 wrong usage, 130 interrupted."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from gnomon.cases import Case
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="Reads integrators of classical mechanics against exact motions, in error and in speed.",
+)
+out = Console(soft_wrap=True)
+problems = Console(stderr=True, soft_wrap=True)
+
+
+class Listed(StrEnum):
+    """What `gnomon list` lists."""
+
+    cases = "cases"
+    integrators = "integrators"
+
+
+class ExportFormat(StrEnum):
+    """What `gnomon export` writes."""
+
+    csv = "csv"
+    json = "json"
+    parquet = "parquet"
+
+
+Settings = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]
+
+
+def main() -> None:
+    """Run the command line; wrong usage is one line and exit code 2, never a traceback."""
+    try:
+        app()
+    except (ValueError, OSError) as error:
+        message = " ".join(str(error).split())
+        problems.print(f"[bold red]error:[/] {escape(message)}")
+        sys.exit(2)
+    except KeyboardInterrupt:
+        problems.print("interrupted; the same command goes on from here")
+        sys.exit(130)
+
+
+@app.command("list")
+def list_(what: Annotated[Listed | None, typer.Argument(help="One of the two; both without it.")] = None) -> None:
+    """List cases and integrators."""
+    if what in (None, Listed.cases):
+        out.print(_cases_table())
+    if what in (None, Listed.integrators):
+        out.print(_integrators_table())
+
+
+@app.command()
+def show(
+    case: Annotated[str, typer.Argument(help="A case, case/variant or package.module:Case.")],
+    parameters: Settings = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw the motion to this file: .svg, .png or .html.")] = None,
+) -> None:
+    """Print a case: equations, parameters, quantities, variants; draw its motion to a file."""
+    from gnomon.harness.show import describe, draw
+
+    (chosen,) = _chosen([case], False, parameters, rounded=False)
+    describe(chosen[0], out)
+    if plot is not None:
+        draw(chosen[0], plot)
+        out.print(f"The motion is drawn in {plot}.")
+
+
+@app.command()
+def run(
+    case: Annotated[
+        list[str] | None, typer.Option(help="A case, case/variant or package.module:Case; repeatable.")
+    ] = None,
+    integrator: Annotated[
+        list[str] | None, typer.Option(help="An id, name, library or package.module:Class; repeatable.")
+    ] = None,
+    suite: Annotated[str, typer.Option(help="standard or quick.")] = "standard",
+    out_path: Annotated[Path, typer.Option("--out", help="The results: a folder or a file.sqlite.")] = Path("runs"),
+    limit: Annotated[float | None, typer.Option(help="Seconds that one trial may take.")] = None,
+    workers: Annotated[int, typer.Option(help="Trials at a time.", min=1)] = 2,
+    parameters: Settings = None,
+) -> None:
+    """Run cases through integrators. The same command goes on where an interrupted run stopped."""
+    from gnomon.harness import plan, registry
+    from gnomon.harness.progress import Progress
+    from gnomon.harness.run import run as run_
+
+    chosen_suite = plan.suite(suite)
+    if limit is not None:
+        if not 0 < limit < float("inf"):
+            raise ValueError(f"--limit {limit:g}: a trial needs a positive number of seconds")
+        chosen_suite = replace(chosen_suite, limit_seconds=limit)
+    chosen = _chosen(case, chosen_suite.variants, parameters)
+    integrators = registry.find_all(integrator)
+    for one in integrators if integrator else ():
+        reason = registry.missing(one)
+        if reason is not None:
+            raise ValueError(f"{one.id} cannot run here: {reason}")
+    path = run_(out_path, chosen_suite, chosen, integrators, Progress(), workers)
+    _summarize(path)
+
+
+@app.command()
+def report(
+    run: Annotated[Path, typer.Argument(help="A results file or its folder.")],
+    to: Annotated[Path, typer.Option(help="The folder to write to.")] = Path("reports"),
+) -> None:
+    """Write the report of a run: one offline page, a summary and the figures."""
+    from gnomon.harness.report import write_report
+    from gnomon.harness.store import results_file
+
+    page = write_report(results_file(run), to)
+    out.print(f"The report is {page}")
+
+
+@app.command()
+def compare(
+    base: Annotated[Path, typer.Argument(help="The results to compare with.")],
+    run: Annotated[Path, typer.Argument(help="The results to check.")],
+) -> None:
+    """Check a run against a base: status, order, errors and right-hand sides. Exit code 1 where it got worse."""
+    from gnomon.harness.gate import compare as compare_
+    from gnomon.harness.store import load
+
+    verdict = compare_(load(base), load(run))
+    for line in verdict.notes:
+        out.print(escape(line))
+    for line in verdict.regressions:
+        out.print(f"[red]worse[/] {escape(line)}")
+    out.print(f"{verdict.compared} series compared, {len(verdict.regressions)} regressions")
+    if verdict.regressions:
+        raise typer.Exit(1)
+
+
+@app.command()
+def certify(
+    case: Annotated[list[str] | None, typer.Argument(help="Cases or case/variant; all without it.")] = None,
+    to: Annotated[Path, typer.Option(help="Where the certificates go, as JSON.")] = Path("runs/certificates.json"),
+    variants: Annotated[bool, typer.Option(help="All variants of each case too.")] = False,
+) -> None:
+    """Confirm exact motions by independent ways. Exit code 1 below the required digits."""
+    from gnomon.harness import certify as certifying
+    from gnomon.harness.progress import Progress
+
+    chosen = _chosen(case, variants, None, rounded=False)
+    progress = Progress()
+    certificates = []
+    with progress:
+        progress.begin("certificates", len(chosen))
+        for one, _ in chosen:
+            certificates.append(certifying.certify(one))
+            progress.advance()
+    table = Table("case", "variant", "digits agreed", "by", title="Exact motions, confirmed")
+    for certificate in certificates:
+        ways = ", ".join(f"{way} {digits:.0f}" for way, digits in certificate.ways.items())
+        colour = "green" if certificate.passed else "red"
+        table.add_row(certificate.case, certificate.variant, f"[{colour}]{certificate.digits:.0f}[/]", ways)
+    out.print(table)
+    to.parent.mkdir(parents=True, exist_ok=True)
+    certifying.write(certificates, to)
+    failed = [certificate for certificate in certificates if not certificate.passed]
+    if failed:
+        out.print(f"{len(failed)} below {certifying.REQUIRED} digits")
+        raise typer.Exit(1)
+
+
+@app.command()
+def export(
+    run: Annotated[Path, typer.Argument(help="A results file or its folder.")],
+    form: Annotated[ExportFormat, typer.Option("--format", help="What to write.")] = ExportFormat.csv,
+    to: Annotated[Path | None, typer.Option(help="The file to write; results.FORMAT without it.")] = None,
+) -> None:
+    """Write the measurements of a run as a table, one row each."""
+    from gnomon.harness import store
+
+    target = to or Path(f"results.{form.value}")
+    store.export(run, target, form.value)
+    out.print(f"wrote {target}")
+
+
+@app.command()
+def doctor() -> None:
+    """Show what gnomon finds here: machine, libraries, and why an integrator is missing."""
+    from gnomon.harness import compile as compile_
+    from gnomon.harness import environment, registry
+    from gnomon.reference import diskcache
+
+    table = Table("what", "found", title="Environment", show_header=False)
+    for name, value in environment.describe().items():
+        table.add_row(name, value)
+    table.add_row("compiled equations", str(compile_.cache_folder()))
+    table.add_row("exact results", str(diskcache.folder()))
+    out.print(table)
+    libraries: dict[str, str | None] = {}
+    for one in registry.everything().values():
+        libraries.setdefault(one.library, registry.missing(one))
+    table = Table("library", "state", title="Libraries")
+    for library, reason in libraries.items():
+        table.add_row(library, "[green]ready[/]" if reason is None else f"[yellow]not installed:[/] {escape(reason)}")
+    out.print(table)
+
+
+def _chosen(
+    names: list[str] | None, variants: bool, parameters: list[str] | None, rounded: bool = True
+) -> list[tuple[Case, str]]:
+    from gnomon.harness import plan
+
+    given: dict[str, str] = {}
+    for text in parameters or ():
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise ValueError(f"--set {text}: write name=value")
+        given[name.strip()] = value.strip()
+    for reserved in {"variant", "initial_state", "span"} & set(given):
+        raise ValueError(f"--set {reserved}: not a parameter; a variant is chosen by case/variant")
+    return plan.choose(names, variants, rounded=rounded, **given)
+
+
+def _cases_table() -> Table:
+    from gnomon import cases
+
+    table = Table(title="Cases")
+    table.add_column("case", no_wrap=True)
+    for column in ("title", "Beatty", "variants"):
+        table.add_column(column)
+    for name in cases.names():
+        kind = cases.case_class(name)
+        table.add_row(name, kind.title, kind.section, ", ".join(variant.name for variant in kind.variants))
+    return table
+
+
+def _integrators_table() -> Table:
+    from gnomon.harness import registry
+
+    table = Table(title="Integrators")
+    table.add_column("id", no_wrap=True)
+    for column in ("order", "accepts", "sampling", "what it is"):
+        table.add_column(column)
+    for identity, one in registry.everything().items():
+        accepted = ", ".join(kind.__name__ for kind in one.accepts)
+        what = (type(one).__doc__ or "").strip().partition("\n")[0]
+        order = "" if one.order is None else str(one.order)
+        table.add_row(escape(identity), order, accepted, one.sampling, escape(what))
+    return table
+
+
+def _summarize(path: Path) -> None:
+    from gnomon.harness.store import load
+
+    frame = load(path)
+    counts = ", ".join(f"{count} {status}" for status, count in frame["status"].value_counts().items())
+    out.print(f"{len(frame)} measurements: {counts}", highlight=False)
+    out.print(f"results: {path}", highlight=False)
