@@ -11,9 +11,11 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases import accuracy
 from gnomon.cases.case import Case, Invariant, Variant
+from gnomon.cases.cycloid_scene import SCENE
 from gnomon.cases.forms import FirstOrder, Separable, Values
 from gnomon.cases.formulation import Formulation
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.cycloid import CycloidalMotion
 from gnomon.reference.precision import Number
 from numpy.typing import NDArray
@@ -119,6 +121,10 @@ class CycloidalPendulum(Case):
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(cycloid_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def formulations(self) -> tuple[Formulation, ...]:

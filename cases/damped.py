@@ -9,9 +9,11 @@ from math import sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
+from gnomon.cases.damped_scene import SCENE
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.harmonic import spring_energy
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.damped import DampedMotion
 from gnomon.reference.precision import Number
 
@@ -88,6 +90,10 @@ class DampedOscillator(Case):
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(damped_equations, damped_jacobian),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def time_scale(self) -> float:

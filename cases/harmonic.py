@@ -10,7 +10,9 @@ from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import Separable, Values
+from gnomon.cases.harmonic_scene import SCENE
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.harmonic import HarmonicMotion
 from gnomon.reference.precision import Number
 
@@ -64,6 +66,10 @@ class HarmonicOscillator(Case):
     @property
     def forms(self) -> tuple[Separable, ...]:
         return (Separable(linear_acceleration, linear_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def time_scale(self) -> float:
