@@ -63,19 +63,18 @@ class PyBulletStaggered(PyBullet):
 
 
 class PyBulletMaximal(PyBullet):
-    """PyBullet in maximal coordinates where `configured` has reduced ones and the motion differs. Order 1.
+    """PyBullet in maximal coordinates where `configured` has reduced ones and both do well. Order 1.
 
     Gyroscopic torque is then implicit, and a hinge is a point-to-point constraint.
     """
 
     policy = "configured, maximal coordinates"
-    tokens = maximal = frozenset({"gyroscopic", "hinge"})
+    maximal = frozenset({"gyroscopic", "hinge"})
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
-        reason = super().unsupported(form)
-        if reason is None and isinstance(form, SceneForm) and not form.needs & self.maximal:
-            return "a free point mass moves the same in either coordinates"
-        return reason
+        if isinstance(form, SceneForm) and not form.needs & self.maximal:
+            return "runs hinges and gyroscopic motion only; the rest is as configured"
+        return super().unsupported(form)
 
 
 class PyBulletAsShipped(PyBullet):

@@ -32,8 +32,8 @@ UNLIMITED = {"maxJointVelocity": 1e9}
 IMPACT = {"restitutionVelocityThreshold": 0.0, "contactERP": 0.0, "contactSlop": 0.0}
 IMPACT_BODY = {"contactProcessingThreshold": 0.0}
 """By default contacts are solved before they close, and restitution is lost as the step shrinks."""
-FRICTION = {"enableConeFriction": 1, "contactSlop": 0.0, "solverResidualThreshold": 0.0, "numSolverIterations": 100}
-"""Without the cone friction is not isotropic; with the default residual and 50 iterations a block at rest creeps."""
+FRICTION = {"contactSlop": 0.0, "solverResidualThreshold": 0.0, "numSolverIterations": 100}
+"""With the default residual and 50 iterations a block at rest creeps. Friction is isotropic by default: a cone."""
 
 
 class World:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,10 +22,7 @@ def test_step(benchmark: Any, name: str, policy: type[PyBullet]) -> None:
     case = get(name).rounded()
     problem = problem_of(case, PyBullet.accepts)
     dt = float(case.times[0]) * 64 / STEPS
-    problem = type(problem)(
-        problem.form, problem.dimension, problem.parameters, np.array([STEPS * dt]), problem.time_scale
-    )
-    run = policy().prepare(problem, dt)
+    run = policy().prepare(replace(problem, times=np.array([STEPS * dt])), dt)
     try:
         solution = benchmark.pedantic(run, (initial_state(case)[None],), setup=run.reset, rounds=5, warmup_rounds=1)
     finally:

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from gnomon.harness.adapters.pybullet import (
     Run,
     step_counts,
 )
-from gnomon.harness.integrator import Floats, Problem, Refused
+from gnomon.harness.integrator import Floats, Refused
 from gnomon.harness.problem import initial_state, problem_of
 
 pybullet = pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
@@ -48,7 +49,7 @@ def running(policy: type[PyBullet], case: Case, dt: float, times: Floats | None 
     """A prepared run on a case, closed at the end; `times` in place of the case's own."""
     problem = problem_of(case, PyBullet.accepts)
     if times is not None:
-        problem = Problem(problem.form, problem.dimension, problem.parameters, times, problem.time_scale)
+        problem = replace(problem, times=times)
     run = policy().prepare(problem, dt)
     try:
         yield run
@@ -136,6 +137,29 @@ def test_block_holds_without_creeping() -> None:
     assert abs(found[-1, 1]) < 2e-15
 
 
+def test_friction_is_the_same_in_every_direction() -> None:
+    """Thrown at 45 degrees to the plane's axes, the block stops where v0^2/(2 mu g) says, v0 dt/2 short (order 1)."""
+    case = variant("block_incline_friction", "engines_stop")
+    scene = case.scene
+    assert scene is not None
+
+    def build(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+        made = scene.build(state, parameters)
+        component = state[1] * 0.5**0.5
+        return replace(made, bodies=(replace(made.bodies[0], velocity=(component, component, 0.0)),))
+
+    def distance(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+        x, y, _ = readings.bodies["block"][0]
+        return np.hypot(x, y), y - x
+
+    problem = replace(problem_of(case, PyBullet.accepts), form=replace(scene, build=build, observe=distance))
+    run = PyBullet().prepare(problem, 1e-3)
+    far, aside = run(initial_state(case)[None]).states[0, -1]
+    run.close()
+    assert far == pytest.approx(3.0**2 / (2 * 0.3 * 9.81) - 3.0 * 1e-3 / 2, abs=1e-5)
+    assert abs(aside) < 1e-3
+
+
 def test_staggered_projectile_is_exact_to_rounding() -> None:
     case = variant("projectile_parabola", "engines")
     steps = 1000
@@ -208,7 +232,6 @@ def test_settings_are_recorded_and_differ_from_the_defaults() -> None:
         "contactERP",
         "contactSlop",
         "contactProcessingThreshold",
-        "enableConeFriction",
         "solverResidualThreshold",
         "numSolverIterations",
     }
@@ -275,7 +298,7 @@ def test_missing_tokens_are_named_before_anything_is_built() -> None:
     assert PyBullet().unsupported(form("hinge")) is None
     assert PyBullet().unsupported(form()) is None
     assert "staggered" in (PyBulletStaggered().unsupported(form("gyroscopic", conservative=False)) or "")
-    assert "either coordinates" in (PyBulletMaximal().unsupported(form()) or "")
+    assert "as configured" in (PyBulletMaximal().unsupported(form()) or "")
 
 
 def test_static_friction_is_asked_for_only_where_it_decides() -> None:
