@@ -102,7 +102,10 @@ def _jump(case: Case, hybrid: Hybrid, transition: Transition) -> Callable[[Float
         rise = transition.guard(0.0, ahead, parameters)[0] - transition.guard(0.0, here, parameters)[0]
         if rise * transition.direction <= 0 or transition.onto is None:
             return None
-        on_guard = transition.onto(0.0, here, parameters)
+        try:
+            on_guard = transition.onto(0.0, here, parameters)
+        except ValueError:
+            return None  # a wrong state (below the plane, say) through which no motion meets the guard
         return np.array([on_guard, transition.reset(0.0, on_guard, parameters)])
 
     return jump
