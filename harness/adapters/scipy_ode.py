@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.forms import FirstOrder
-from gnomon.harness.compile import right_hand_side
+from gnomon.harness.adapters.scipy_ivp import right_hand_side_of
 from gnomon.harness.integrator import Floats, Integrator, Problem, Solution, Solve, Tolerance
 
 ABSOLUTE = 1e-6
@@ -43,7 +43,7 @@ class Dop853(Integrator):
         from scipy.integrate import ode
 
         options = {"rtol": setting, "atol": ABSOLUTE * setting, "nsteps": STEPS}
-        solver = ode(right_hand_side(problem).array).set_f_params(problem.buffer)
+        solver = ode(right_hand_side_of(problem))
         solver.set_integrator("dop853", **options)
         times = problem.times.tolist()
 
