@@ -8,9 +8,11 @@ from functools import cached_property
 from math import cos, sin
 from typing import Any, ClassVar
 
+from gnomon.cases.block_incline_scene import scene_of
 from gnomon.cases.case import Case, Event, Invariant, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.block_incline import BlockIncline, holds
 from gnomon.reference.precision import Number, exact
 from mpmath import mpf
@@ -174,6 +176,10 @@ class BlockInclineFriction(Case):
                 terminal=frozenset({"stick"}),
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return scene_of(self.parameter_values())
 
     def events(self, digits: int = 15) -> tuple[Event, ...]:
         """The stop, `stop_up` or `stop_down` by the direction of the motion that ends."""

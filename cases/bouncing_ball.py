@@ -8,9 +8,11 @@ from functools import cached_property
 from math import sqrt
 from typing import Any, ClassVar
 
+from gnomon.cases.bouncing_ball_scene import SCENE
 from gnomon.cases.case import Between, Case, Event, Invariant, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.bouncing_ball import BouncingBall as Motion
 from gnomon.reference.precision import Number
 from mpmath import fneg, mpf
@@ -143,6 +145,10 @@ class BouncingBall(Case):
                 limits=(("bounce", "rest", come_to_rest),),
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     def events(self, digits: int = 15) -> tuple[Event, ...]:
         """Impacts (`bounce`) up to the first gap below `settle`, then `limit`."""
