@@ -13,9 +13,12 @@ from gnomon.reference.precision import Number
 _MODULES = {
     "pendulum_simple": "pendulum:PendulumSimple",
     "harmonic_oscillator": "harmonic:HarmonicOscillator",
+    "duffing_unforced": "duffing:DuffingUnforced",
     "damped_oscillator": "damped:DampedOscillator",
     "cycloidal_pendulum": "cycloid:CycloidalPendulum",
     "kepler_orbit": "kepler:KeplerOrbit",
+    "foucault_pendulum_linear": "foucault:FoucaultLinear",
+    "foucault_precession": "foucault:FoucaultPrecession",
     "projectile_parabola": "projectile:ProjectileParabola",
     "bouncing_ball": "bouncing_ball:BouncingBall",
     "block_incline_friction": "block_incline:BlockInclineFriction",
