@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.forms import Form, SecondOrder
+from gnomon.cases.forms import FirstOrder, Form, SecondOrder
 from gnomon.cases.scene import SceneForm
 from gnomon.harness import compile as compiling
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Steps
@@ -47,11 +47,23 @@ class FixedStep(Integrator):
         """How many rows of the state's length the step stores."""
         return 1
 
-    def function(self, problem: Problem) -> tuple[compiling.Kernel, tuple[int, int]]:
-        """The compiled function that the step calls, and how many values it takes and gives."""
+    def equations(self, form: Form) -> Callable[..., Any]:
+        """The plain function that the step calls."""
+        if isinstance(form, SecondOrder):
+            return form.acceleration
+        assert isinstance(form, FirstOrder)
+        return form.equations
+
+    def widths(self, form: Form, dimension: int) -> tuple[int, int]:
+        """How many values that function takes as its state, and how many it gives."""
+        width = dimension // 2 if isinstance(form, SecondOrder) else dimension
+        return width, width
+
+    def kernel(self, problem: Problem) -> compiling.Kernel:
+        """The same function compiled, counting where the problem asks for it."""
         if isinstance(problem.form, SecondOrder):
-            return compiling.acceleration(problem), (problem.dimension // 2, problem.dimension // 2)
-        return compiling.right_hand_side(problem), (problem.dimension, problem.dimension)
+            return compiling.acceleration(problem)
+        return compiling.right_hand_side(problem)
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         """The coefficients, with what the step needs beside them: numbers of the problem, the unit round-off."""
@@ -65,7 +77,7 @@ class FixedStep(Integrator):
         h = problem.interval / substeps if problem.uniform else setting
         form = problem.form
         assert not isinstance(form, SceneForm)
-        kernel, widths = self.function(problem)
+        kernel, widths = self.kernel(problem), self.widths(form, problem.dimension)
         run = stepping.compiled(self.step_for(form))
         with working(DIGITS) as mp:
             table = rounded(self.table(mp, form, [mp.mpf(x) for x in problem.parameters.tolist()], mp.mpf(2) ** -52))

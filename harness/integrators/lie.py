@@ -6,7 +6,7 @@ torque R M, the angular momentum in space, is constant to round-off, and R(0)^T 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import cos, sin, sqrt
 from typing import Any
 
@@ -49,7 +49,7 @@ def munthe_kaas_step(
             break
         call(f, t + table[j, 0] * h, x, p, slope)
         w1, w2, w3 = x[0], x[1], x[2]
-        # The inverse differential of exp on the left, to the terms that order 4 needs: w + u x w / 2 + u x (u x w) / 12.
+        # The inverse differential of exp, to the terms that order 4 needs: w + u x w / 2 + u x (u x w) / 12.
         a1, a2, a3 = u2 * w3 - u3 * w2, u3 * w1 - u1 * w3, u1 * w2 - u2 * w1
         store[j, 0] = w1 + a1 / 2 + (u2 * a3 - u3 * a2) / 12
         store[j, 1] = w2 + a2 / 2 + (u3 * a1 - u1 * a3) / 12
@@ -156,9 +156,15 @@ class RigidBodyMethod(FixedStep):
 
     accepts = (RigidBody,)
 
-    def function(self, problem: Problem) -> tuple[Kernel, tuple[int, int]]:
-        assert isinstance(problem.form, RigidBody)
-        return function_kernel(problem.form.torque, 12, len(problem.parameters), 3, problem.counted), (12, 3)
+    def equations(self, form: Form) -> Callable[..., Any]:
+        assert isinstance(form, RigidBody)
+        return form.torque
+
+    def widths(self, form: Form, dimension: int) -> tuple[int, int]:
+        return 12, 3
+
+    def kernel(self, problem: Problem) -> Kernel:
+        return function_kernel(self.equations(problem.form), 12, len(problem.parameters), 3, problem.counted)  # type: ignore[arg-type]
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         assert isinstance(form, RigidBody)

@@ -1,0 +1,306 @@
+"""The stepping of hybrid problems: explicit Runge-Kutta steps that end where a guard crosses zero.
+
+An event is located by root finding on the length of the method's own step, so that the method keeps its order and needs
+no dense output. Everything here is compiled, together with the modes and transitions of a case, into one module; it
+returns to Python only where a transition's target is a Python function.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from gnomon.cases.forms import Hybrid
+from gnomon.harness.compile import OPTIONS, gather_into, load_module
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+DONE, ASK, FULL, NOT_FINITE, STEP_TOO_SMALL = 0, 1, 2, 3, 4
+"""Why `run` returns: finished; a target to be asked for; no room for more events; failures."""
+
+MODE, SAMPLE, SUBSTEP, STEPS, COUNT, PENDING, FRESH, FIELDS = 0, 1, 2, 3, 4, 5, 6, 7
+"""Fields of `where`. FRESH: 1 right after an event, 2 at the very start, else 0."""
+
+ERROR_5, ERROR_3 = 16, 17
+"""Rows of the table of DOP853 with the weights of its error estimates."""
+
+
+def rhs(m: int, t: float, y: Floats, p: Floats, out: Floats) -> None:
+    """The equations of mode m; generated for each case."""
+
+
+def guard(k: int, t: float, y: Floats, p: Floats) -> float:
+    """The guard of transition k, signed so that it is positive before the event; generated for each case."""
+    raise NotImplementedError
+
+
+def reset(k: int, t: float, y: Floats, p: Floats, out: Floats) -> None:
+    """The reset of transition k; generated for each case."""
+
+
+def settle_down(k: int, t: float, y: Floats, p: Floats, out: Floats) -> None:
+    """The map into the limit mode of transition k; generated for each case."""
+
+
+def one_step(
+    m: int, t: float, h: float, y: Floats, p: Floats, table: Floats, stages: int, x: Floats, k: Floats, out: Floats
+) -> None:
+    """One explicit Runge-Kutta step. Rows of `table`: c_j, a_j1, ... for each stage, then 0, b_1, ..."""
+    for j in range(stages):
+        for i in range(y.size):
+            total = 0.0
+            for n in range(j):
+                total += table[j, n + 1] * k[n, i]
+            x[i] = y[i] + h * total
+        rhs(m, t + table[j, 0] * h, x, p, k[j])
+    for i in range(y.size):
+        total = 0.0
+        for n in range(stages):
+            total += table[stages, n + 1] * k[n, i]
+        out[i] = y[i] + h * total
+
+
+def step_error(h: float, y: Floats, end: Floats, table: Floats, stages: int, k: Floats, tolerance: float) -> float:
+    """The estimated error of a step over the tolerance (Hairer, Norsett, Wanner II.10.17)."""
+    fifth, third = 0.0, 0.0
+    for i in range(y.size):
+        scale = tolerance * (1.0 + max(abs(y[i]), abs(end[i])))
+        a, b = 0.0, 0.0
+        for n in range(stages):
+            a += table[ERROR_5, n + 1] * k[n, i]
+            b += table[ERROR_3, n + 1] * k[n, i]
+        fifth += (a / scale) ** 2
+        third += (b / scale) ** 2
+    if fifth == 0.0 and third == 0.0:
+        return 0.0
+    return h * fifth / np.sqrt((fifth + 0.01 * third) * y.size)
+
+
+def locate(
+    g: int,
+    m: int,
+    t: float,
+    h: float,
+    before: float,
+    after: float,
+    y: Floats,
+    p: Floats,
+    table: Floats,
+    stages: int,
+    x: Floats,
+    k: Floats,
+    out: Floats,
+) -> float:
+    """The step length in (0, h] at which guard g crosses zero, to round-off (Chandrupatla 1997).
+
+    `before` >= 0 and `after` <= 0 are the guard's values at 0 and h. Where it is zero at 0 it rises first: the bracket
+    is halved until its lower end is past that zero.
+    """
+    low, high = 0.0, h
+    while before <= 0.0:
+        middle = 0.5 * (low + high)
+        one_step(m, t, middle, y, p, table, stages, x, k, out)
+        value = guard(g, t + middle, out, p)
+        if value > 0.0:
+            low, before = middle, value
+        else:
+            high, after = middle, value
+            if high < 1e-18 * h:
+                return high
+    a, fa, b, fb = high, after, low, before
+    c, fc = a, fa
+    fraction = 0.5
+    for _ in range(200):
+        now = a + fraction * (b - a)
+        one_step(m, t, now, y, p, table, stages, x, k, out)
+        value = guard(g, t + now, out, p)
+        if (value > 0.0) == (fa > 0.0):
+            c, fc = a, fa
+        else:
+            c, fc = b, fb
+            b, fb = a, fa
+        a, fa = now, value
+        best = a if abs(fa) < abs(fb) else b
+        if fa == 0.0 or fb == 0.0:
+            return best
+        least = 2.0**-53 * best / abs(b - a)
+        if not least < 0.5:
+            return best
+        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+        if phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi:
+            fraction = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        else:
+            fraction = 0.5
+        fraction = min(1.0 - least, max(least, fraction))
+    return a
+
+
+def run(
+    y: Floats,
+    clock: Floats,
+    where: Integers,
+    since: Floats,
+    event_times: Floats,
+    event_kinds: Integers,
+    out: Floats,
+    p: Floats,
+    times: Floats,
+    h: float,
+    tolerance: float,
+    table: Floats,
+    stages: int,
+    source: Integers,
+    target: Integers,
+    limit: Integers,
+    settle: float,
+) -> int:
+    """Integrate one trajectory from where `y`, `clock`, `where` and `since` say; returns one of the codes above.
+
+    `clock`: the time within the sampling interval as a sum of two doubles, and the step that the control suggests.
+    `since`: time since each transition last fired. `source`, `target`, `limit`: the modes from, to and past each
+    transition, -1 where Python is to be asked or where there is none. `tolerance` 0: fixed steps, as near to h as
+    divides the sampling interval; else steps are controlled, and end at the samples.
+    """
+    x, end, k = np.empty(y.size), np.empty(y.size), np.empty((stages, y.size))
+    transitions = source.size
+    before = np.zeros(transitions)
+    while where[SAMPLE] < times.size:
+        if where[COUNT] >= event_times.size:
+            return FULL
+        mode = where[MODE]
+        base = times[where[SAMPLE] - 1] if where[SAMPLE] > 0 else 0.0
+        interval = times[where[SAMPLE]] - base
+        t = base + clock[0]
+        goal, substeps = interval, 1
+        if tolerance == 0.0:
+            substeps = max(1, int(round(interval / h)))
+            if where[SUBSTEP] + 1 < substeps:
+                goal = (where[SUBSTEP] + 1) * (interval / substeps)
+        length = (goal - clock[0]) - clock[1]
+        reaches = True
+        if tolerance > 0.0 and clock[2] < length:
+            length = clock[2]
+            reaches = False
+        if tolerance > 0.0 and t + length <= t and not reaches:
+            return STEP_TOO_SMALL
+        for g in range(transitions):
+            if source[g] == mode:
+                value = guard(g, t, y, p)
+                if where[FRESH] == 1 and value <= 0.0:
+                    value = 0.0
+                elif where[FRESH] == 2 and value == 0.0:
+                    # At the very start a guard that is zero counts only where it first moves away.
+                    one_step(mode, t, length * 2.0**-20, y, p, table, stages, x, k, end)
+                    value = 0.0 if guard(g, t, end, p) > 0.0 else -1.0
+                elif value == 0.0:
+                    value = -1.0
+                before[g] = value
+        one_step(mode, t, length, y, p, table, stages, x, k, end)
+        if tolerance > 0.0:
+            error = step_error(length, y, end, table, stages, k, tolerance)
+            if not error <= 1.0:
+                clock[2] = length * (max(0.2, 0.9 * error ** (-1 / 8)) if error < np.inf else 0.1)
+                if not clock[2] > 0.0:
+                    return NOT_FINITE
+                continue
+            clock[2] = max(clock[2], length) if reaches else length
+            clock[2] *= min(6.0, 0.9 * max(error, 1e-10) ** (-1 / 8))
+        for i in range(y.size):
+            if not abs(end[i]) < np.inf:
+                return NOT_FINITE
+        fired, first = -1, length
+        for g in range(transitions):
+            if source[g] == mode and before[g] >= 0.0:
+                after = guard(g, t + length, end, p)
+                if after < 0.0 or (after == 0.0 and before[g] > 0.0):
+                    found = locate(g, mode, t, length, before[g], after, y, p, table, stages, x, k, end)
+                    if fired < 0 or found < first:
+                        fired, first = g, found
+                    one_step(mode, t, length, y, p, table, stages, x, k, end)
+        if fired >= 0:
+            one_step(mode, t, first, y, p, table, stages, x, k, end)
+        for i in range(y.size):
+            y[i] = end[i]
+        since += first
+        where[STEPS] += 1
+        where[FRESH] = 0
+        if fired >= 0 or not reaches:
+            moved = clock[0] + first
+            clock[1] += first - (moved - clock[0]) if clock[0] > first else clock[0] - (moved - first)
+            clock[0] = moved
+        else:
+            clock[0] = goal
+            clock[1] = 0.0
+            where[SUBSTEP] += 1
+            if where[SUBSTEP] >= substeps:
+                out[where[SAMPLE]] = y
+                where[SAMPLE] += 1
+                where[SUBSTEP] = 0
+                clock[0] = 0.0
+        if fired >= 0:
+            t = base + (clock[0] + clock[1])
+            event_times[where[COUNT]] = t
+            where[FRESH] = 1
+            if since[fired] <= settle and limit[fired] >= 0:
+                event_kinds[where[COUNT]] = transitions + fired
+                settle_down(fired, t, end, p, y)
+                where[MODE] = limit[fired]
+            else:
+                event_kinds[where[COUNT]] = fired
+                reset(fired, t, end, p, y)
+                where[MODE] = target[fired]
+            since[fired] = 0.0
+            where[COUNT] += 1
+            if where[MODE] < 0:
+                where[PENDING] = fired
+                return ASK
+    return DONE
+
+
+SIGNATURE = (
+    "int64(float64[::1], float64[::1], int64[::1], float64[::1], float64[::1], int64[::1], float64[:, ::1], "
+    "float64[::1], float64[::1], float64, float64, float64[:, ::1], int64, int64[::1], int64[::1], int64[::1], float64)"
+)
+CONSTANTS = (
+    "DONE", "ASK", "FULL", "NOT_FINITE", "STEP_TOO_SMALL", "MODE", "SAMPLE", "SUBSTEP", "STEPS", "COUNT", "PENDING",
+    "FRESH", "ERROR_5", "ERROR_3",
+)  # fmt: skip
+
+
+def compiled(form: Hybrid, dimension: int, parameters: int) -> Callable[..., int]:
+    """`run`, compiled with the modes and transitions of a case. Each right-hand side raises p[parameters] by 1."""
+    parts = ["import numpy as np", "from numba import njit", *(f"{name} = {globals()[name]}" for name in CONSTANTS)]
+    seen: dict[str, Any] = {"np": np} | {stub.__name__: stub for stub in (rhs, guard, reset, settle_down)}
+    y, p = (f"({', '.join(f'{a}[{i}]' for i in range(n))},)" for a, n in (("y_", dimension), ("p_", parameters)))
+
+    def branches(head: str, functions: list[tuple[Callable[..., Any], str, str]]) -> None:
+        """A function that picks one of several plain ones by its index; `ends` are lines with r, the tuple returned."""
+        lines = [f"@njit({OPTIONS})", f"def {head}:", f"    y = {y}", f"    p = {p}"]
+        for index, (function, arguments, ends) in enumerate(functions):
+            if function.__name__ not in seen:
+                gather_into(function, seen, parts)
+            lines += [f"    if {head.split('(')[1][0]} == {index}:", f"        r = {function.__name__}(t, y, {arguments})"]
+            lines += [f"        {end}" for end in ends.split("\n")]
+        parts.append("\n".join(lines))
+
+    write = "\n".join(f"out[{i}] = r[{i}]" for i in range(dimension))
+    count = f"{write}\np_[{parameters}] += 1.0\nreturn"
+    branches(
+        "rhs(m, t, y_, p_, out)",
+        [(m.equations, f"p + ({', '.join(map(repr, m.constants))},)" if m.constants else "p", count) for m in form.modes],
+    )
+    branches("guard(k, t, y_, p_)", [(g.guard, "p", f"return {-g.direction} * r[0]") for g in form.transitions])
+    parts[-1] += "\n    return 1.0"
+    branches("reset(k, t, y_, p_, out)", [(g.reset, "p", f"{write}\nreturn") for g in form.transitions])
+    maps = {name: to_limit for name, _, to_limit in form.limits}
+    branches(
+        "settle_down(k, t, y_, p_, out)",
+        [(maps.get(g.name, g.reset), "p", f"{write}\nreturn") for g in form.transitions],
+    )
+    gather_into(run, seen | dict.fromkeys(()), parts)
+    parts[-1] = parts[-1].replace("@njit(", f'@njit("{SIGNATURE}", ', 1)
+    driver: Callable[..., int] = load_module("\n".join(parts)).run
+    return driver
