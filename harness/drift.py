@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -76,27 +76,31 @@ def _moments(case: Case, start: tuple[float, ...], states: Floats) -> list[tuple
 
 
 def rebuilt(name: str, variant: str, numbers: Mapping[str, str], span: float) -> Case:
-    """The case of a stored trial, from its own exact numbers."""
+    """The case of a stored trial, from its own exact numbers.
+
+    Raises ValueError where the case cannot be imported here, or has other parameters than when it ran.
+    """
     kind = case_class(name)
-    values = {key: Fraction(value) for key, value in numbers.items()}
-    case = kind(
-        variant=variant if variant not in ("", "default") else None,
+    wanted = [coordinate.name for coordinate in kind.state] + [parameter.name for parameter in kind.parameter_list]
+    missing = [key for key in wanted if key not in numbers]
+    if missing:
+        raise ValueError(f"{name} ran without {', '.join(missing)}, which it has now")
+    values = {key: Fraction(numbers[key]) for key in wanted}
+    return kind(
+        variant=variant or None,
         initial_state=[values[coordinate.name] for coordinate in kind.state],
         span=span,
         **{parameter.name: values[parameter.name] for parameter in kind.parameter_list},
     )
-    return case
 
 
-def laws(path: Path, frame: pd.DataFrame, chosen: Callable[[pd.DataFrame], pd.Series[Any]]) -> pd.DataFrame:
+def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any]) -> pd.DataFrame:
     """Drift laws: one row a series and quantity ("error" or an invariant), at the loosest setting that is ok.
 
-    There drift stands clearest above round-off. `frame` holds the store's rows of that file; `chosen` says which rows
+    There drift stands clearest above round-off. `frame` holds the store's rows of that file; `chosen` marks the rows
     to look at.
     """
-    wanted = frame[(frame["status"] == "ok") & chosen(frame)].sort_values(
-        ["launch", "setting"], ascending=[True, False]
-    )
+    wanted = frame[(frame["status"] == "ok") & chosen].sort_values(["launch", "setting"], ascending=[True, False])
     wanted = wanted.groupby(SERIES, dropna=False).head(1)
     sampled = store.states(path, wanted["measurement"].tolist())
     rows: list[tuple[Any, ...]] = []

@@ -124,6 +124,14 @@ def work_precision(points: pd.DataFrame, look: pd.DataFrame, limits: dict[str, f
     return dressed(chart.properties(width=640, height=440, datasets=data))
 
 
+def _kept(table: pd.DataFrame, *columns: str) -> list[dict[str, Any]]:
+    """The rows with these columns only, numbers to four figures: data travel with the page."""
+    short = table[list(columns)].copy()
+    for name in short.select_dtypes("float"):
+        short[name] = [float(f"{value:.4g}") for value in short[name]]
+    return records(short)
+
+
 def _table(names: dict[Any, str]) -> str:
     return "{" + ", ".join(f"'{key}': '{value}'" for key, value in names.items()) + "}"
 
@@ -159,7 +167,13 @@ def status_map(matrix: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> a
     dark = alt.condition("datum.verdict == 'crashed'", alt.value("white"), alt.value(INK))
     words = base.mark_text(fontSize=10).encode(text="cell:N", color=dark)
     return dressed(
-        alt.layer(cells, words).properties(width={"step": 27}, height={"step": 18}, datasets={"cells": records(table)})
+        alt.layer(cells, words).properties(
+            width={"step": 27},
+            height={"step": 18},
+            datasets={
+                "cells": _kept(table, "scene", "integrator_id", "verdict", "cell", "ok", "settings", "best", "reason")
+            },
+        )
     )
 
 
@@ -189,7 +203,9 @@ def trust_map(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt
     words = base.mark_text(fontSize=10.5).encode(text="cell:N", color=ink)
     return dressed(
         alt.layer(cells, words).properties(
-            width={"step": 27}, height={"step": 21}, datasets={"cells": records(reached)}
+            width={"step": 27},
+            height={"step": 21},
+            datasets={"cells": _kept(reached, "scene", "integrator_id", "cell", "lost", "best", "attainable")},
         )
     )
 
@@ -251,7 +267,7 @@ def tolerance_strip(points: pd.DataFrame, look: pd.DataFrame) -> alt.LayerChart:
     strip = base.mark_tick(thickness=1.6, size=13, opacity=0.55).encode(x, color=colour, tooltip=tooltip)
     middle = base.mark_point(shape="diamond", size=80, filled=True, color=INK).encode(alt.X("median(decades):Q"))
     asked = alt.Chart(alt.NamedData("asked")).mark_rule(color=INK, strokeDash=[3, 3]).encode(x="decades:Q")
-    data = {"points": records(table), "asked": [{"decades": 0}]}
+    data = {"points": _kept(table, "integrator_id", "scene", "setting", "over", "decades"), "asked": [{"decades": 0}]}
     return dressed(alt.layer(asked, strip, middle).properties(width=640, height={"step": 24}, datasets=data))
 
 
@@ -273,7 +289,7 @@ def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
     tooltip = [alt.Tooltip("place:N", title="model"), alt.Tooltip("lacks:N"), alt.Tooltip("label:N", title="error")]
     dots = base.mark_point(size=130, filled=True, opacity=1, color="#0072B2").encode(x, y, tooltip=tooltip)
     words = base.mark_text(align="left", dx=10, color=INK, fontSize=11).encode(x, y, text="label:N")
-    data = {"rungs": records(table)}
+    data = {"rungs": _kept(table, "place", "lacks", "label", "decades")}
     return dressed(alt.layer(dots, words).properties(width=560, height={"step": 28}, datasets=data))
 
 
@@ -304,5 +320,5 @@ def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
         shape=alt.Shape("policy:N", legend=legend, scale=alt.Scale(domain=names, range=shapes[: len(names)])),
         tooltip=["scene:N", "engine:N", "policy:N", "step:Q", alt.Tooltip("error:Q", format=".2e"), "status:N"],
     )
-    data = {"points": records(table)}
+    data = {"points": _kept(table, "place", "scene", "engine", "policy", "step", "error", "status", "decades")}
     return dressed(alt.layer(lines, dots).properties(width=560, height={"step": 20}, datasets=data))

@@ -19,8 +19,10 @@ def worth(full: Case) -> list[dict[str, Any]]:
 
     `lacks` is the effect that the next rung adds: what a user does without who stops here.
     """
-    exact = full.sample(full.times)
     rungs = full.ladder
+    if not rungs:
+        return []
+    exact = full.sample(full.times)
     effects = [rung.effect for rung in rungs[1:]] + ["the full model"]
     rows = []
     for rung, lacks in zip(rungs, effects, strict=True):

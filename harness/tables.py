@@ -1,0 +1,232 @@
+"""The rows of the report's tables, in words: numbers with their units, statuses with their reasons."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from gnomon.harness.analysis import NEVER_RAN, SERIES, STATUSES, TARGETS
+
+MEANINGS = {
+    "ok": "ran, and its error is a true measure of its accuracy at this setting",
+    "inaccurate": "ran, but its error is above 0.1 of the motion's size and above 10 times the conditioning",
+    "diverged": "not finite, or the error is larger than the motion itself",
+    "refused": "the integrator declined, or gave back the initial state without taking a step",
+    "timeout": "passed the time limit of a trial and was stopped",
+    "crashed": "the process died, raised, or returned the wrong shape",
+    "skipped": "not started: predicted to pass the time limit, or the setting before already had",
+    "unsupported": "the integrator does not take a form that the scene offers, or lacks something it needs",
+    "not_installed": "the library is not installed on this machine",
+}
+
+
+def time_text(seconds: float) -> str:
+    """A time to three figures with its unit."""
+    if not math.isfinite(seconds):
+        return "–"
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if seconds >= size:
+            return f"{_three(seconds / size)} {unit}"
+    return f"{_three(seconds * 1e9)} ns"
+
+
+def _three(value: float) -> str:
+    return f"{value:.0f}" if value >= 99.5 else f"{value:.1f}" if value >= 9.95 else f"{value:.2f}"
+
+
+def error_text(error: float) -> str:
+    """An error to two figures, as 1.2e-9."""
+    if not math.isfinite(error):
+        return "–"
+    mantissa, _, exponent = f"{error:.1e}".partition("e")
+    return f"{mantissa}e{int(exponent)}"
+
+
+def ratio_text(ratio: float) -> str:
+    """A ratio to two or three figures."""
+    if not math.isfinite(ratio):
+        return "–"
+    return f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:,.0f}".replace(",", " ")
+
+
+def scene_name(case: str, variant: str, formulation: str) -> str:
+    """How a scene is written everywhere: case/variant (formulation)."""
+    return case + (f"/{variant}" if variant else "") + (f" ({formulation})" if formulation else "")
+
+
+def with_scenes(table: pd.DataFrame) -> pd.DataFrame:
+    columns = zip(table["case"], table["variant"], table["formulation"], strict=True)
+    return table.assign(scene=[scene_name(*names) for names in columns])
+
+
+@dataclass
+class Cell:
+    """A table cell: its text, a small second line, and its class for the style sheet."""
+
+    text: str
+    note: str = ""
+    kind: str = ""
+
+
+@dataclass
+class Row:
+    """A table row: its heading and its cells."""
+
+    head: str
+    cells: list[Cell]
+    group: str = ""
+    note: str = field(default="")
+
+
+def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]:
+    """Per case and formulation, the fastest integrator at each target, with all that tie with it."""
+    rows = []
+    for case, formulation in scenes:
+        part = equal[(equal["case"] == case) & (equal["variant"] == "") & (equal["formulation"] == formulation)]
+        cells = []
+        for target in TARGETS:
+            at = part[part["target"] == target].sort_values("seconds")
+            if at.empty:
+                cells.append(Cell("not reached", kind="none"))
+                continue
+            tied = at[at["tied"]]
+            others = ", ".join(tied["integrator_id"].iloc[1:4]) + (" …" if len(tied) > 4 else "")
+            note = time_text(at["seconds"].iloc[0]) + (f" · on a par: {others}" if others else "")
+            cells.append(Cell(str(at["integrator_id"].iloc[0]), note))
+        rows.append(Row(case, cells, note=formulation))
+    return rows
+
+
+def libraries(equal: pd.DataFrame) -> list[Row]:
+    """Each library's fastest against the fastest of all: median ratio over the default scenes that it reached."""
+    own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
+    rows = []
+    for library in own["library"].drop_duplicates():
+        cells = []
+        for target in TARGETS:
+            at = own[own["target"] == target]
+            best = at[at["library"] == library].groupby("case")["ratio"].min()
+            reached, scenes = len(best), at["case"].nunique()
+            cells.append(
+                Cell(f"{ratio_text(float(best.median()))} ×", f"{reached} of {scenes} cases")
+                if reached
+                else Cell("–", f"0 of {scenes} cases", "none")
+            )
+        rows.append(Row(str(library), cells))
+    return sorted(rows, key=lambda row: row.head != "gnomon")
+
+
+def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame, case: str) -> list[Row]:
+    """Time at equal error of every integrator that ran the default scene of a case, fastest at 1e-6 first."""
+    part = equal[(equal["case"] == case) & (equal["variant"] == "")]
+    ran = reduced[(reduced["case"] == case) & (reduced["variant"] == "") & ~reduced["status"].isin(NEVER_RAN)]
+    rows = []
+    for (formulation, name), _ in ran.groupby(["formulation", "integrator_id"]):
+        mine = part[(part["formulation"] == formulation) & (part["integrator_id"] == name)].set_index("target")
+        cells, place = [], [math.inf] * len(TARGETS)
+        for i, target in enumerate(TARGETS):
+            if target not in mine.index:
+                cells.append(Cell("–", kind="none"))
+                continue
+            at = mine.loc[target]
+            place[i] = float(at["seconds"])
+            spread = f"{time_text(at['low'])} – {time_text(at['high'])}" if at["launches"] > 1 else "one launch"
+            text = ("≤ " if at["at_loosest"] else "") + time_text(at["seconds"])
+            ratio = "fastest" if at["ratio"] == 1 else "on a par" if at["tied"] else f"{ratio_text(at['ratio'])} ×"
+            cells.append(Cell(text, f"{ratio} · {spread}", "best" if at["tied"] else ""))
+        rows.append(((formulation, place[1], place[0], place[2]), Row(str(name), cells, group=str(formulation))))
+    return [row for _, row in sorted(rows, key=lambda pair: pair[0])]
+
+
+def stability_rows(
+    matrix: pd.DataFrame, trusted: pd.DataFrame, orders: pd.DataFrame, laws: pd.DataFrame, case: str
+) -> list[Row]:
+    """Status, order, best error, error over tolerance and drift of every integrator on the default scene of a case."""
+    chosen = matrix[(matrix["case"] == case) & (matrix["variant"] == "") & ~matrix["verdict"].isin(NEVER_RAN)]
+    trusts, measured = trusted.set_index(SERIES), orders.set_index(SERIES)
+    drifts = {key: part for key, part in laws.groupby(SERIES, dropna=False)} if len(laws) else {}
+    rows = []
+    for series in chosen.to_dict("records"):
+        key = tuple(series[column] for column in SERIES)
+        trial = trusts.loc[key]
+        status = Cell(f"{series['ok']} of {series['settings']} ok", _first(series), series["verdict"])
+        best = Cell(error_text(trial["best"]), kind="none" if not math.isfinite(trial["best"]) else "")
+        if math.isfinite(trial["best"]):
+            above = trial["best"] / max(trial["attainable"], 1e-300)
+            best.note = f"{ratio_text(above)} × attainable" if above >= 1 else "at the attainable"
+        over = Cell(_power(trial["over_tolerance"]), "")
+        if math.isfinite(trial["worst_over_tolerance"]):
+            over.note = f"worst {_power(trial['worst_over_tolerance'])}"
+        rows.append(Row(key[-1], [status, _order(measured, key), best, over, *_drift(drifts.get(key))], group=key[2]))
+    return rows
+
+
+def _first(series: dict[str, Any]) -> str:
+    return f"{series['failure']}: {series['reason']}" if series["failure"] else ""
+
+
+def _order(measured: pd.DataFrame, key: tuple[str, ...]) -> Cell:
+    if key not in measured.index:
+        return Cell("–", "adaptive", "none")
+    found = measured.loc[key]
+    declared = f"declared {found['declared']:.0f}" if math.isfinite(found["declared"]) else ""
+    if not math.isfinite(found["order"]):
+        return Cell("–", declared, "none")
+    return Cell(f"{found['order']:.2f}", declared)
+
+
+def _power(value: float) -> str:
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.2g}" if 0.01 <= value < 1000 else error_text(value)
+
+
+def _drift(laws: pd.DataFrame | None) -> list[Cell]:
+    """Two cells: the law of the error's growth, and those of the invariants."""
+    if laws is None:
+        return [Cell("–", kind="none"), Cell("–", kind="none")]
+    words = {law["quantity"]: (law["law"], law["size"]) for law in laws.to_dict("records")}
+    error = words.pop("error", None)
+    first = Cell(error[0], f"reaches {error_text(error[1])}") if error else Cell("–", kind="none")
+    if not words:
+        return [first, Cell("–", "no constant invariant", "none")]
+    text = "; ".join(f"{name.replace('_', ' ')}: {law} ({error_text(size)})" for name, (law, size) in words.items())
+    return [first, Cell("", text)]
+
+
+def failure_groups(failed: pd.DataFrame) -> list[dict[str, Any]]:
+    """Failures by status, then integrator: how many trials, where, and one reason in its own words."""
+    groups = []
+    for status in STATUSES:
+        part = failed[failed["status"] == status]
+        if part.empty:
+            continue
+        rows = []
+        for name, mine in part.groupby("integrator_id", sort=True):
+            where = list(dict.fromkeys(scene for scenes in mine["where"] for scene in scenes))
+            reasons = list(dict.fromkeys(reason for reason in mine["reason"] if reason))
+            rows.append(
+                {
+                    "integrator": name,
+                    "trials": int(mine["trials"].sum()),
+                    "where": where,
+                    "reasons": reasons[:2],
+                    "more": max(len(reasons) - 2, 0),
+                }
+            )
+        groups.append(
+            {"status": status, "meaning": MEANINGS[status], "trials": int(part["trials"].sum()), "rows": rows}
+        )
+    return groups
+
+
+def status_shares(reduced: pd.DataFrame) -> list[dict[str, Any]]:
+    """How many trials ended in each status, of those that could run."""
+    counts = reduced["status"].value_counts()
+    ran = [name for name in STATUSES if name in counts.index and name not in NEVER_RAN]
+    total = float(np.sum([counts[name] for name in ran])) or 1.0
+    return [{"status": name, "trials": int(counts[name]), "share": counts[name] / total} for name in ran]
