@@ -9,8 +9,10 @@ from math import cos, pi, sin, sqrt, tau
 from typing import Any, ClassVar
 
 from gnomon.cases import accuracy
-from gnomon.cases.case import Case, Invariant, Variant
+from gnomon.cases.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.duffing import DuffingUnforced
 from gnomon.cases.forms import Separable, Values
+from gnomon.cases.harmonic import HarmonicOscillator
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.pendulum_scene import SCENE
 from gnomon.cases.scene import SceneForm
@@ -36,6 +38,10 @@ def energy(t: Any, state: Values, parameters: Values) -> Values:
     theta, omega = state
     g, length = parameters
     return (omega * omega / 2 + 2 * (g / length) * sin(theta / 2) * sin(theta / 2),)
+
+
+def _same(states: Floats) -> Floats:
+    return states
 
 
 class PendulumSimple(Case):
@@ -163,6 +169,21 @@ class PendulumSimple(Case):
         elif motion.regime != Pendulum.SEPARATRIX:
             found["period"] = motion.period(digits)
         return found
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """The linear and the quartic model of a swing; the quartic one only where its motion is bounded."""
+        g, length = self.parameter_values()
+        if self._exact.regime != Pendulum.LIBRATION or abs(self.initial_state[0]) > pi:
+            return ()
+        linear = HarmonicOscillator(initial_state=self.initial_state, span=self.span, m=length, k=g)
+        rungs = [Rung(linear, _same, "restoring force proportional to the angle")]
+        alpha, beta = g / length, -g / (6 * length)
+        numbers = {"alpha": alpha, "beta": beta} | dict(zip("xv", self.initial_state, strict=True))
+        if DuffingUnforced.domain.admits(numbers):
+            quartic = DuffingUnforced(initial_state=self.initial_state, span=self.span, alpha=alpha, beta=beta)
+            rungs.append(Rung(quartic, _same, "softening: period grows with amplitude squared"))
+        return tuple(rungs)
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         theta, omega = state
