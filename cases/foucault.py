@@ -10,7 +10,9 @@ from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Floats, Invariant, Rung, Variant
 from gnomon.cases.forms import FirstOrder, Form, Values
+from gnomon.cases.foucault_scene import SCENE
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.foucault import Foucault
 
 TURN = 2 * math.pi
@@ -115,6 +117,10 @@ class FoucaultLinear(Case):
         return (FirstOrder(foucault_equations),)
 
     @property
+    def scene(self) -> SceneForm | None:
+        return SCENE
+
+    @property
     def time_scale(self) -> float:
         """One radian of the faster of the two circular motions."""
         return 1 / max(abs(float(rate)) for rate in self.motion().circles()[2:])
@@ -169,6 +175,10 @@ class FoucaultPrecession(FoucaultLinear):
     @property
     def forms(self) -> tuple[Form, ...]:
         return (FirstOrder(precession_equations),)
+
+    @property
+    def scene(self) -> None:
+        return None
 
     @property
     def ladder(self) -> tuple[Rung, ...]:

@@ -12,7 +12,9 @@ import numpy as np
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import FirstOrder, Form, NBody, Separable, Values
 from gnomon.cases.formulation import Floats, Formulation
+from gnomon.cases.kepler_scene import SCENE
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.kepler import Kepler
 from gnomon.reference.precision import Number
 
@@ -184,6 +186,10 @@ class KeplerOrbit(Case):
     @property
     def forms(self) -> tuple[Form, ...]:
         return Separable(attraction, kepler_potential), NBody(masses, bodies, relative)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     def scales(self) -> dict[str, float]:
         """Distance and speed are largest at the ends of the span or at an apsis in it."""
