@@ -123,7 +123,8 @@ def show(value: Fraction) -> str:
     """A number as a person would write it: exact where that is short, else 17 digits."""
     if value.denominator == 1 and abs(value.numerator) < 10**15:
         return str(value.numerator)
-    return f"{float(value):.17g}"
+    shortest = repr(float(value))
+    return shortest if Fraction(shortest) == value else f"{float(value):.17g}"
 
 
 def given(value: Number, name: str) -> Fraction:

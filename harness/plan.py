@@ -226,7 +226,7 @@ def _left_out(case: Case, integrator: Integrator, form: Any) -> tuple[str, str] 
 def choose(
     names: Sequence[str] | None, variants: bool, rounded: bool = True, **parameters: str
 ) -> list[tuple[Case, str]]:
-    """The cases that `names` stand for, their numbers binary64 where `rounded`, each with a label for changed parameters.
+    """The cases that `names` stand for, binary64 where `rounded`, each with a label for changed parameters.
 
     A name is that of a case (all of its variants where `variants`), `case/variant`, or `package.module:Case`.
     """

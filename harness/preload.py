@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import os
 import sys
@@ -12,7 +13,7 @@ from gnomon.harness.processes import die_with_parent
 
 from gnomon import cases
 
-LIBRARIES = ("scipy.integrate", "numba", "rebound", "heyoka", "pybullet")
+LIBRARIES = ("gnomon.harness.worker", "scipy.integrate", "numba", "rebound", "heyoka", "pybullet")
 
 
 def _import_everything() -> None:
@@ -43,3 +44,5 @@ def _quietly() -> None:
 
 die_with_parent()
 _quietly()
+gc.collect()
+gc.freeze()  # a collection in a worker then neither walks these objects nor copies their pages

@@ -77,33 +77,47 @@ class CaseSpec:
 
 def truth(spec: CaseSpec) -> Truth:
     """The truth of a case, from the cache on disk where the case and its exact motion have not been edited since."""
-    code = source.of_module(spec.path.partition(":")[0], _SOURCES)
-    key = f"truth 1\n{code}\n{json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])}"
 
     def build() -> diskcache.Entry:
         made = _compute(spec)
-        arrays = {name: np.asarray(getattr(made, name)) for name in Truth.__dataclass_fields__}
-        return diskcache.Entry(arrays)
+        return diskcache.Entry({name: np.asarray(getattr(made, name)) for name in Truth.__dataclass_fields__})
 
-    arrays = dict(diskcache.cached(key, build).arrays)
-    scale = float(arrays.pop("time_scale"))
-    return Truth(**arrays, time_scale=scale)
+    return _read(diskcache.cached(_key(spec), build))
 
 
 def truths(specs: Sequence[CaseSpec], progress: Callable[[], None]) -> dict[CaseSpec, Truth | str]:
-    """The truths of several cases, computed in parallel; `progress` is called after each.
+    """The truths of several cases, those not on disk computed in parallel; `progress` is called after each.
 
     Where a case fails, the message of its exception stands for its truth: one broken case does not end a run.
     """
     found: dict[CaseSpec, Truth | str] = {}
-    workers = min(os.cpu_count() or 1, max(len(specs), 1))
+    for spec in specs:
+        entry = diskcache.load(_key(spec))
+        if entry is not None:
+            found[spec] = _read(entry)
+            progress()
+    missing = [spec for spec in specs if spec not in found]
+    if not missing:
+        return found
+    workers = min(os.cpu_count() or 1, len(missing))
     with ProcessPoolExecutor(workers, mp_context=context(), initializer=_quiet_child) as pool:
-        waiting = {pool.submit(truth, spec): spec for spec in specs}
+        waiting = {pool.submit(truth, spec): spec for spec in missing}
         for future in as_completed(waiting):
             error = future.exception()
             found[waiting[future]] = f"{type(error).__name__}: {error}" if error is not None else future.result()
             progress()
     return found
+
+
+def _key(spec: CaseSpec) -> str:
+    code = source.of_module(spec.path.partition(":")[0], _SOURCES)
+    return f"truth 1\n{code}\n{json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])}"
+
+
+def _read(entry: diskcache.Entry) -> Truth:
+    arrays = dict(entry.arrays)
+    scale = float(arrays.pop("time_scale"))
+    return Truth(**arrays, time_scale=scale)
 
 
 def _quiet_child() -> None:

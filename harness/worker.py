@@ -86,15 +86,14 @@ def serve(connection: Connection, task: Task) -> None:
     die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _redirect(task.output)
-    _limit_memory()
+    _limit_resources()
     try:
         series = _Series(task, connection)
     except BaseException as error:
         connection.recv()
         connection.send(("failed", _named(error)))
         return
-    gc.collect()
-    gc.freeze()  # a collection before each timing then has nothing of the preloaded heap to walk
+    gc.freeze()  # the collection before each timing then has only the trial's own objects to walk
     while True:
         order = connection.recv()
         try:
@@ -183,30 +182,28 @@ class _Series:
     def _timed(
         self, solve: Solve, order: Order, estimate: float, others: Floats | None
     ) -> tuple[list[_Call], _Call, Floats | None]:
-        """The timed calls, the scored one among them, and the states of a call from another initial state."""
-        starts = iter([self.task.start] if estimate > SLOW_SECONDS else [next(self.moved), self.task.start])
+        """The timed calls, the scored one among them, and the states of a call from another initial state.
+
+        A slow call is made once, unless it is much faster than one from another state was: then the method met this
+        state before, at another setting, and the calls that count are made from new ones.
+        """
+        slow = estimate > SLOW_SECONDS
         calls: list[_Call] = []
-        scored = None
         gc.collect()
         gc.disable()
         try:
-            spent = 0.0
-            while len(calls) < FEWEST_CALLS or (spent < order.block_seconds and len(calls) < order.repeats):
-                start = next(starts, None)
-                if start is None:
-                    if estimate > SLOW_SECONDS:
-                        break
-                    start = next(self.moved)
-                call = _Call(solve, start, self.task, keep=scored is None)
-                calls.append(call)
-                spent += call.seconds
-                if start is self.task.start:
-                    scored = call
-                elif scored is None:
-                    others = call.states
+            if not slow:
+                calls.append(_Call(solve, next(self.moved), self.task))
+                others = calls[0].states
+            scored = _Call(solve, self.task.start, self.task)
+            calls.append(scored)
+            spent = sum(call.seconds for call in calls)
+            fewest = 1 if slow and scored.seconds > estimate / 2 else FEWEST_CALLS
+            while len(calls) < fewest or (not slow and spent < order.block_seconds and len(calls) < order.repeats):
+                calls.append(_Call(solve, next(self.moved), self.task, keep=False))
+                spent += calls[-1].seconds
         finally:
             gc.enable()
-        assert scored is not None
         return calls, scored, others
 
     def _suspect(self, solve: Solve, states: Floats) -> None:
@@ -259,7 +256,8 @@ def _named(error: BaseException) -> tuple[str, str]:
     return "crashed", f"{type(error).__name__}: {text[:300]}" if text else type(error).__name__
 
 
-def _limit_memory() -> None:
+def _limit_resources() -> None:
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # writing out the heap of an aborted worker takes seconds
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
     soft = MEMORY_BYTES if hard == resource.RLIM_INFINITY else min(MEMORY_BYTES, hard)
     resource.setrlimit(resource.RLIMIT_AS, (soft, hard))

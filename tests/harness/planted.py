@@ -1,0 +1,240 @@
+"""Integrators with planted faults, and a sound one beside them: each is run by worker processes."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases import Case
+from gnomon.cases.forms import FirstOrder
+from gnomon.cases.pendulum import PendulumSimple
+from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Steps
+
+
+def runge_kutta(problem: Problem, step: float) -> Callable[[Any], Solution]:
+    """The classical Runge-Kutta method in Python, for states of two components."""
+    form = problem.form
+    assert isinstance(form, FirstOrder)
+    parameters = tuple(problem.buffer[:-1].tolist())
+    each = round(problem.interval / step)
+    half = step / 2
+
+    def f(t: float, x: float, v: float) -> Any:
+        problem.buffer[-1] += 1
+        return form.equations(t, (x, v), parameters)
+
+    def solve(initial_states: Any) -> Solution:
+        states = np.empty((1, len(problem.times), problem.dimension))
+        x, v = initial_states[0].tolist()
+        for k in range(len(problem.times)):
+            for _ in range(each):
+                x1, v1 = f(0.0, x, v)
+                x2, v2 = f(0.0, x + half * x1, v + half * v1)
+                x3, v3 = f(0.0, x + half * x2, v + half * v2)
+                x4, v4 = f(0.0, x + step * x3, v + step * v3)
+                x += step / 6 * (x1 + 2 * x2 + 2 * x3 + x4)
+                v += step / 6 * (v1 + 2 * v2 + 2 * v3 + v4)
+            states[0, k] = x, v
+        return Solution(states, steps=each * len(problem.times))
+
+    return solve
+
+
+class Sound(Integrator):
+    """The classical Runge-Kutta method. Order 4."""
+
+    name, library, order = "sound", "planted", 4
+    accepts = (FirstOrder,)
+    sweep = Steps(coarsest=0.5, halvings=7)
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        return runge_kutta(problem, setting)
+
+
+class Hangs(Sound):
+    """Never comes back, from its third setting on."""
+
+    name = "hangs"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        sound = runge_kutta(problem, setting)
+
+        def solve(initial_states: Any) -> Solution:
+            while round(problem.interval / setting) >= 8:
+                signal.sigtimedwait([], 0.01)
+            return sound(initial_states)
+
+        return solve
+
+
+class HangsInPrepare(Sound):
+    name = "hangs in prepare"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        while True:
+            signal.sigtimedwait([], 0.01)
+
+
+class Aborts(Sound):
+    name = "aborts"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        return lambda initial_states: os.abort()
+
+
+class Exits(Sound):
+    name = "exits"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        return lambda initial_states: os._exit(0)
+
+
+class NotANumber(Sound):
+    name = "nan"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        return lambda initial_states: Solution(np.full((1, 64, problem.dimension), np.nan), steps=1)
+
+
+class TooFew(Sound):
+    name = "too few states"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        return lambda initial_states: Solution(np.zeros((1, 63, problem.dimension)), steps=1)
+
+
+class NoSolution(Sound):
+    name = "no solution"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        return lambda initial_states: None  # type: ignore[arg-type,return-value]
+
+
+class Raises(Sound):
+    name = "raises"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        def solve(initial_states: Any) -> Solution:
+            print("what it printed last")
+            raise ArithmeticError("planted")
+
+        return solve
+
+
+class Declines(Sound):
+    name = "declines"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        raise Refused("the step is too beautiful")
+
+
+class DoesNothing(Sound):
+    """Returns the initial state without a step."""
+
+    name = "does nothing"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        return lambda initial_states: Solution(np.repeat(initial_states[:, np.newaxis], 64, axis=1), steps=0)
+
+
+class TakesMemory(Sound):
+    name = "takes 512 GB"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        return lambda initial_states: Solution(np.ones(2**36).reshape(1, 64, -1))
+
+
+class MissingLibrary(Sound):
+    name = "missing library"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        import a_library_that_is_not_installed  # type: ignore[import-not-found]
+
+        return a_library_that_is_not_installed.solve  # type: ignore[no-any-return]
+
+
+class IntegratesInPrepare(Sound):
+    """Remembers the last initial state that it saw, integrates it finely while preparing, and hands that out."""
+
+    name = "integrates in prepare"
+    seen: ClassVar[list[Any]] = []
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        sound = runge_kutta(problem, setting)
+        known = runge_kutta(problem, problem.interval / 32)(self.seen[-1]) if self.seen else None
+
+        def solve(initial_states: Any) -> Solution:
+            self.seen.append(initial_states.copy())
+            return sound(initial_states) if known is None else known
+
+        return solve
+
+
+class Memoises(Sound):
+    """Integrates an initial state once for all settings, and remembers it bit for bit."""
+
+    name = "memoises"
+    known: ClassVar[dict[bytes, Solution]] = {}
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        sound = runge_kutta(problem, setting)
+
+        def solve(initial_states: Any) -> Solution:
+            key = initial_states.tobytes()
+            if key not in self.known:
+                self.known[key] = sound(initial_states)
+            return self.known[key]
+
+        return solve
+
+
+class ChangesInput(Sound):
+    """Writes over all that it is given."""
+
+    name = "changes its input"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        sound = runge_kutta(problem, setting)
+
+        def solve(initial_states: Any) -> Solution:
+            solution = sound(initial_states)
+            initial_states[:] = np.nan
+            problem.parameters[:] = np.nan
+            problem.times[:] = np.nan
+            return solution
+
+        return solve
+
+
+class SharesOutput(Sound):
+    """Returns the same array each time, with new contents."""
+
+    name = "shares its output"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        sound = runge_kutta(problem, setting)
+        states = np.empty((1, 64, problem.dimension))
+
+        def solve(initial_states: Any) -> Solution:
+            solution = sound(initial_states)
+            states[:] = solution.states
+            return Solution(states, solution.steps)
+
+        return solve
+
+
+class Short(PendulumSimple):
+    """The pendulum over two of its periods: quick in Python too."""
+
+    name = "short_pendulum"
+    default_span = "5.4"
+    variants = ()
+
+    def natural_span(self) -> Any:
+        return self.default_span
+
+
+assert issubclass(Short, Case)
