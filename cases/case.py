@@ -166,6 +166,11 @@ class Case:
         """The characteristic time, in seconds: a period over 2 pi, a decay time; the fastest one that matters."""
         raise NotImplementedError
 
+    @property
+    def fastest_time(self) -> float:
+        """The shortest time in the equations, in seconds, that of a mode which dies at once included."""
+        return self.time_scale
+
     def natural_span(self) -> Number:
         """The span where neither caller nor variant gives one."""
         return self.default_span

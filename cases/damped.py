@@ -103,6 +103,10 @@ class DampedOscillator(Case):
             return 1 / float(self._exact.rates()[0])
         return sqrt(m / k)
 
+    @property
+    def fastest_time(self) -> float:
+        return min(self.time_scale, 1 / float(self._exact.decay)) if self._exact.decay > 0 else self.time_scale
+
     def natural_span(self) -> Number:
         """10.37 damped periods, at most 10 decay times; 10 decay times of the slow mode where nothing oscillates."""
         if self._exact.regime != DampedMotion.UNDERDAMPED:
