@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases import Case, get
+from gnomon.cases import Case, get, names
 from gnomon.cases.scene import Readings, Scene, SceneForm
 from gnomon.harness.adapters.pybullet import (
     INTEGRATORS,
@@ -127,6 +127,26 @@ def test_errors_are_those_published(
         # Not above twice the figure; far below it would mean that the measurement misses the error. The contact solver
         # and where a step falls on an impact move the figures by less than that.
         assert expected / 4 < error < 2 * expected, f"dt = {dt}: {error:.3g}, published {expected:.3g}"
+
+
+SMOOTH = [
+    name
+    for name in names()
+    if (case := get(name)).scene is not None and case.hybrid is None and PyBullet().unsupported(case.scene) is None
+]
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_scene_moves_as_its_case(name: str) -> None:
+    """First order over 8 time scales: half the step, half the error, and the next term is a hundredth of it."""
+    case = get(name, span=8 * get(name).time_scale).rounded()
+    exact = case.sample(case.times)
+    coarse, fine = (
+        float(np.max(case.metric.distance(states(PyBullet, case, float(case.times[0]) / parts), exact)))
+        for parts in (64, 128)
+    )
+    assert coarse < 0.05
+    assert np.log2(coarse / fine) == pytest.approx(1.0, abs=0.05)
 
 
 def test_block_holds_without_creeping() -> None:
