@@ -15,7 +15,8 @@ there on are simply missing; the outcome tells. `hypot` has no counterpart.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from typing import Any
 
@@ -69,7 +70,7 @@ def system(problem: Problem) -> list[tuple[Any, Any]]:
     import heyoka
 
     assert isinstance(problem.form, FirstOrder)
-    functions = {name: getattr(heyoka, name) for name in FUNCTIONS if hasattr(heyoka, name)}
+    functions = {name: either(heyoka, name) for name in FUNCTIONS if hasattr(heyoka, name)}
     try:
         equations = rebind(problem.form.equations, functions)
     except ValueError as error:
@@ -77,6 +78,17 @@ def system(problem: Problem) -> list[tuple[Any, Any]]:
     variables = heyoka.make_vars(*(f"y{i}" for i in range(problem.dimension)))
     derivatives = equations(heyoka.time, tuple(variables), tuple(problem.parameters.tolist()))
     return [(y, as_expression(heyoka, dy)) for y, dy in zip(variables, derivatives, strict=True)]
+
+
+def either(heyoka: Any, name: str) -> Callable[..., Any]:
+    """A function of numbers (the sine of a latitude) or of expressions; heyoka's own take expressions only."""
+    symbolic, numeric = getattr(heyoka, name), getattr(math, name)
+
+    def function(*arguments: Any) -> Any:
+        chosen = symbolic if any(isinstance(x, heyoka.expression) for x in arguments) else numeric
+        return chosen(*arguments)
+
+    return function
 
 
 def as_expression(heyoka: Any, value: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import hypot, log, sin
+from math import atan2, hypot, log, sin
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,13 @@ def forced(t: Any, state: Values, parameters: Values) -> Values:
     _x, v = state
     (w,) = parameters
     return v, 2 - w * w * sin(w * t)
+
+
+def tilted(t: Any, state: Values, parameters: Values) -> Values:
+    """x'' = sin(w) + atan2(x, 1) - atan2(x, 1): functions of numbers, and of both."""
+    x, v = state
+    (w,) = parameters
+    return v, sin(w) + atan2(x, 1.0) - atan2(x, 1.0)
 
 
 def constant(t: Any, state: Values, parameters: Values) -> Values:
@@ -66,6 +73,12 @@ def test_time_stands_in_the_equations() -> None:
     problem = toy(forced)
     states = Taylor().prepare(problem, 1e-14)(np.array([[0.0, 3.0]])).states[0]
     assert states[:, 0] == pytest.approx(problem.times**2 + np.sin(3 * problem.times), abs=1e-12)
+
+
+def test_functions_may_be_of_numbers() -> None:
+    problem = toy(tilted)
+    states = Taylor().prepare(problem, 1e-14)(np.array([[0.0, 0.0]])).states[0]
+    assert states[:, 0] == pytest.approx(sin(3) * problem.times**2 / 2, abs=1e-14)
 
 
 def test_derivatives_may_be_numbers() -> None:
