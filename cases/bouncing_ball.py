@@ -151,7 +151,7 @@ class BouncingBall(Case):
         return SCENE
 
     def events(self, digits: int = 15) -> tuple[Event, ...]:
-        """Impacts (`bounce`) up to the first gap below `settle`, then `limit`."""
+        """Impacts (`bounce`) up to the last sample or the first gap below `settle`, after which comes `limit`."""
         known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
         if digits not in known:
             known[digits] = self._listed(digits)
@@ -159,13 +159,14 @@ class BouncingBall(Case):
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         motion, zero, e = self._exact, mpf(0), self.parameters["e"]
-        impacts = motion.impact_list(Fraction(self.forms[0].settle), self.span, digits)
+        end = Fraction(float(self.times[-1]))
+        impacts = motion.impact_list(Fraction(self.forms[0].settle), end, digits)
         found, arriving = [], [speed for _, speed in impacts]
         leaving = [*arriving[1:], motion.speed_after(len(impacts), digits)] if impacts else []
         for (time, speed), rebounding in zip(impacts, leaving, strict=True):
             # A plain minus would round to the caller's precision.
             found.append(Event(time, "bounce", (zero, fneg(speed, exact=True)), (zero, rebounding)))
-        if e < 1 and not motion.rests and motion.impacts(self.span) is None:
+        if e < 1 and not motion.rests and motion.impacts(end) is None:
             found.append(Event(motion.limit_time(digits), "limit", (zero, zero), (zero, zero)))
         return tuple(found)
 
@@ -177,7 +178,7 @@ class BouncingBall(Case):
         past = motion.impacts(Fraction(t))
         if past is None:
             limit = motion.limit_time(20)
-            return Between(len(self.events(20)), limit, mpf("inf"), limit)
+            return Between(1, limit, mpf("inf"), limit)
         last, following = motion.impact_time(past, 20) if past else mpf(0), motion.impact_time(past + 1, 20)
         return Between(past, last, following, following - last)
 

@@ -19,9 +19,9 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 DONE, ASK, FULL, NOT_FINITE, STEP_TOO_SMALL = 0, 1, 2, 3, 4
-"""Why `run` returns: finished; a target to be asked for; no room for more events; failures."""
+"""Why `run` returns: finished; the target of where[FIRED] to be asked for; no room for more events; failures."""
 
-MODE, SAMPLE, SUBSTEP, STEPS, COUNT, PENDING, FRESH, FIELDS = 0, 1, 2, 3, 4, 5, 6, 7
+MODE, SAMPLE, SUBSTEP, STEPS, COUNT, FIRED, FRESH, FIELDS = 0, 1, 2, 3, 4, 5, 6, 7
 """Fields of `where`. FRESH: 1 right after an event, 2 at the very start, else 0."""
 
 ERROR_5, ERROR_3 = 16, 17
@@ -126,7 +126,7 @@ def locate(
         best = a if abs(fa) < abs(fb) else b
         if fa == 0.0 or fb == 0.0:
             return best
-        least = 2.0**-53 * best / abs(b - a)
+        least = 2.0**-52 * best / abs(b - a)
         if not least < 0.5:
             return best
         xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
@@ -176,7 +176,7 @@ def run(
         t = base + clock[0]
         goal, substeps = interval, 1
         if tolerance == 0.0:
-            substeps = max(1, int(round(interval / h)))
+            substeps = max(1, round(interval / h))
             if where[SUBSTEP] + 1 < substeps:
                 goal = (where[SUBSTEP] + 1) * (interval / substeps)
         length = (goal - clock[0]) - clock[1]
@@ -189,8 +189,8 @@ def run(
         for g in range(transitions):
             if source[g] == mode:
                 value = guard(g, t, y, p)
-                if where[FRESH] == 1 and value <= 0.0:
-                    value = 0.0
+                if where[FRESH] == 1 and (value == 0.0 or (g == where[FIRED] and value < 0.0)):
+                    value = 0.0  # on the guard, or off it by the round-off of the event just located
                 elif where[FRESH] == 2 and value == 0.0:
                     # At the very start a guard that is zero counts only where it first moves away.
                     one_step(mode, t, length * 2.0**-20, y, p, table, stages, x, k, end)
@@ -243,7 +243,7 @@ def run(
         if fired >= 0:
             t = base + (clock[0] + clock[1])
             event_times[where[COUNT]] = t
-            where[FRESH] = 1
+            where[FRESH], where[FIRED] = 1, fired
             if since[fired] <= settle and limit[fired] >= 0:
                 event_kinds[where[COUNT]] = transitions + fired
                 settle_down(fired, t, end, p, y)
@@ -255,7 +255,6 @@ def run(
             since[fired] = 0.0
             where[COUNT] += 1
             if where[MODE] < 0:
-                where[PENDING] = fired
                 return ASK
     return DONE
 
@@ -264,25 +263,24 @@ SIGNATURE = (
     "int64(float64[::1], float64[::1], int64[::1], float64[::1], float64[::1], int64[::1], float64[:, ::1], "
     "float64[::1], float64[::1], float64, float64, float64[:, ::1], int64, int64[::1], int64[::1], int64[::1], float64)"
 )
-CONSTANTS = (
-    "DONE", "ASK", "FULL", "NOT_FINITE", "STEP_TOO_SMALL", "MODE", "SAMPLE", "SUBSTEP", "STEPS", "COUNT", "PENDING",
-    "FRESH", "ERROR_5", "ERROR_3",
-)  # fmt: skip
 
 
 def compiled(form: Hybrid, dimension: int, parameters: int) -> Callable[..., int]:
     """`run`, compiled with the modes and transitions of a case. Each right-hand side raises p[parameters] by 1."""
-    parts = ["import numpy as np", "from numba import njit", *(f"{name} = {globals()[name]}" for name in CONSTANTS)]
+    parts = ["import numpy as np", "from numba import njit"]
     seen: dict[str, Any] = {"np": np} | {stub.__name__: stub for stub in (rhs, guard, reset, settle_down)}
     y, p = (f"({', '.join(f'{a}[{i}]' for i in range(n))},)" for a, n in (("y_", dimension), ("p_", parameters)))
 
     def branches(head: str, functions: list[tuple[Callable[..., Any], str, str]]) -> None:
-        """A function that picks one of several plain ones by its index; `ends` are lines with r, the tuple returned."""
+        """A function that picks one of several plain ones by its index; each ends with lines that use its result r."""
         lines = [f"@njit({OPTIONS})", f"def {head}:", f"    y = {y}", f"    p = {p}"]
         for index, (function, arguments, ends) in enumerate(functions):
             if function.__name__ not in seen:
                 gather_into(function, seen, parts)
-            lines += [f"    if {head.split('(')[1][0]} == {index}:", f"        r = {function.__name__}(t, y, {arguments})"]
+            lines += [
+                f"    if {head.split('(')[1][0]} == {index}:",
+                f"        r = {function.__name__}(t, y, {arguments})",
+            ]
             lines += [f"        {end}" for end in ends.split("\n")]
         parts.append("\n".join(lines))
 
@@ -290,7 +288,10 @@ def compiled(form: Hybrid, dimension: int, parameters: int) -> Callable[..., int
     count = f"{write}\np_[{parameters}] += 1.0\nreturn"
     branches(
         "rhs(m, t, y_, p_, out)",
-        [(m.equations, f"p + ({', '.join(map(repr, m.constants))},)" if m.constants else "p", count) for m in form.modes],
+        [
+            (m.equations, f"p + ({', '.join(map(repr, m.constants))},)" if m.constants else "p", count)
+            for m in form.modes
+        ],
     )
     branches("guard(k, t, y_, p_)", [(g.guard, "p", f"return {-g.direction} * r[0]") for g in form.transitions])
     parts[-1] += "\n    return 1.0"
@@ -300,7 +301,7 @@ def compiled(form: Hybrid, dimension: int, parameters: int) -> Callable[..., int
         "settle_down(k, t, y_, p_, out)",
         [(maps.get(g.name, g.reset), "p", f"{write}\nreturn") for g in form.transitions],
     )
-    gather_into(run, seen | dict.fromkeys(()), parts)
+    gather_into(run, seen, parts)
     parts[-1] = parts[-1].replace("@njit(", f'@njit("{SIGNATURE}", ', 1)
     driver: Callable[..., int] = load_module("\n".join(parts)).run
     return driver

@@ -1,0 +1,157 @@
+"""Methods for hybrid problems: impact, stick and slip are located to round-off, not stepped over."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.forms import Hybrid
+from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Steps, Tolerance
+from gnomon.harness.integrators import dop853, event_stepping
+from gnomon.harness.integrators.event_stepping import (
+    ASK,
+    COUNT,
+    DONE,
+    FIELDS,
+    FIRED,
+    FRESH,
+    FULL,
+    MODE,
+    NOT_FINITE,
+    SAMPLE,
+    STEP_TOO_SMALL,
+    STEPS,
+)  # fmt: skip
+from gnomon.harness.integrators.explicit import RK4, ExplicitEuler
+from gnomon.harness.integrators.fixed_step import DIGITS, MOST_STEPS, Table, rounded
+from gnomon.reference.precision import working
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+MOST_EVENTS = 10_000_000
+"""A motion with more events than that between two samples has an accumulation that it does not state."""
+
+REASONS = {
+    NOT_FINITE: "the state was not finite",
+    STEP_TOO_SMALL: "the step size fell below the spacing of times",
+    FULL: f"more than {MOST_EVENTS} events",
+}
+
+
+class EventRungeKutta(Integrator):
+    """An explicit Runge-Kutta method whose step ends where a guard crosses zero.
+
+    The event is located by root finding on the step length, and the step from there goes to the next grid point. When a
+    transition fires twice within `settle`, the motion enters its limit mode. Samples are ends of steps.
+    """
+
+    accepts = (Hybrid,)
+    sampling = "stops at samples"
+    policy = "events"
+    stages: ClassVar[int]
+
+    def table(self, mp: Any) -> Table:
+        """Coefficients as `event_stepping.one_step` takes them."""
+        raise NotImplementedError
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        form, times, buffer = problem.form, problem.times, problem.buffer
+        assert isinstance(form, Hybrid)
+        fixed = isinstance(self.sweep, Steps)
+        if not (math.isfinite(setting) and setting > 0) or (fixed and times[-1] / setting > MOST_STEPS):
+            raise Refused(f"{self.sweep.kind} {setting} is not positive, or takes more than {MOST_STEPS:g} steps")
+        run = event_stepping.compiled(form, problem.dimension, len(problem.parameters))
+        with working(DIGITS) as mp:
+            table = rounded(self.table(mp))
+        h, tolerance = (setting, 0.0) if fixed else (0.1 * problem.time_scale, setting)
+        modes, transitions, names = Modes(form), form.transitions, event_names(form)
+        parameters = tuple(problem.parameters.tolist())
+
+        def trajectory(start: Floats, out: Floats) -> tuple[int, str | None, list[tuple[float, str]]]:
+            y, since = start.copy(), np.full(len(transitions), np.inf)
+            clock = np.array([0.0, 0.0, h])
+            where = np.zeros(FIELDS, dtype=np.int64)
+            where[MODE], where[FRESH] = modes.number[form.start(0.0, tuple(y.tolist()), parameters)], 2
+            found, kinds = np.empty(64), np.empty(64, dtype=np.int64)
+            while True:
+                code = run(
+                    y, clock, where, since, found, kinds, out, buffer, times, h, tolerance, table, self.stages,
+                    modes.source, modes.target, modes.limit, form.settle,
+                )  # fmt: skip
+                if code == ASK:
+                    transition = transitions[where[FIRED]]
+                    lands = transition.lands(float(found[where[COUNT] - 1]), tuple(y.tolist()), parameters)
+                    where[MODE] = modes.number[lands]
+                elif code == FULL and len(found) < MOST_EVENTS:
+                    found, kinds = np.resize(found, 4 * len(found)), np.resize(kinds, 4 * len(kinds))
+                else:
+                    break
+            events = zip(found[: where[COUNT]].tolist(), kinds[: where[COUNT]].tolist(), strict=True)
+            stopped = None if code == DONE else f"{REASONS[code]} before sample {where[SAMPLE] + 1}"
+            return int(where[STEPS]), stopped, [(time, names[kind]) for time, kind in events]
+
+        def solve(initial: Floats) -> Solution:
+            states = np.full((len(initial), len(times), problem.dimension), np.nan)
+            runs = [trajectory(start, out) for start, out in zip(initial, states, strict=True)]
+            stopped = next((why for _, why, _ in runs if why), None)
+            return Solution(states, sum(steps for steps, _, _ in runs), stopped, tuple(runs[0][2]))
+
+        return solve
+
+
+class Modes:
+    """The modes of a hybrid form as numbers: from which, to which and past which each transition leads."""
+
+    def __init__(self, form: Hybrid) -> None:
+        self.number = {mode.name: i for i, mode in enumerate(form.modes)}
+        limits = {transition: mode for transition, mode, _ in form.limits}
+        targets = [g.target if isinstance(g.target, str) else None for g in form.transitions]
+        self.source = self._numbers([g.mode for g in form.transitions])
+        self.target = self._numbers(targets)
+        self.limit = self._numbers([limits.get(g.name) for g in form.transitions])
+
+    def _numbers(self, names: list[str | None] | list[str]) -> NDArray[np.int64]:
+        return np.array([-1 if name is None else self.number[name] for name in names], dtype=np.int64)
+
+
+def event_names(form: Hybrid) -> list[str]:
+    """Names by kind: those of the transitions, then `limit` for each."""
+    return [g.name for g in form.transitions] + ["limit"] * len(form.transitions)
+
+
+class EulerEvents(EventRungeKutta):
+    """Euler's method with events located on its step length. Order 1."""
+
+    name, order = "Explicit Euler", 1
+    sweep = Steps()
+    stages = 1
+
+    def table(self, mp: Any) -> Table:
+        return ExplicitEuler.coefficients(mp)
+
+
+class RK4Events(EventRungeKutta):
+    """The classical Runge-Kutta method (Kutta 1901) with events located on its step length. Order 4."""
+
+    name, order = "RK4", 4
+    sweep = Steps()
+    stages = 4
+
+    def table(self, mp: Any) -> Table:
+        return RK4.coefficients(mp)
+
+
+class Dop853Events(EventRungeKutta):
+    """Dormand and Prince's 8(5,3) pair with error control and events located on its step length. Order 8."""
+
+    name, order = "DOP853", 8
+    sweep = Tolerance(1e-3, 1e-14)
+    stages = dop853.WEIGHTS
+
+    def table(self, mp: Any) -> Table:
+        return dop853.rows(mp)
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (EulerEvents, RK4Events, Dop853Events)
