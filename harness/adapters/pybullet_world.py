@@ -174,7 +174,7 @@ class World:
 
     def place(self, scene: Scene) -> None:
         """Set the start of every body and joint."""
-        turning = self.maximal and not scene.contacts
+        settling = self.maximal and not scene.contacts
         poses = [(self.bodies[b.name], b.position, b.quaternion) for b in scene.bodies if b.name in self.bodies]
         twists = [(self.bodies[b.name], b.velocity, b.angular_velocity) for b in scene.bodies if b.name in self.bodies]
         for hinge in scene.hinges:
@@ -190,7 +190,7 @@ class World:
             self._call("resetJointState", self.jointed[slider.name], 0, slider.position, slider.rate)
         for pose in poses:
             self._call("resetBasePositionAndOrientation", *pose)
-        if turning:  # the first step after a change of pose turns with the old inertia: take it at rest, weightless
+        if settling:  # the first step after a change of pose or inertia uses the old one: take it at rest, weightless
             self._call("setGravity", *ORIGIN)
             self._step()
             self._call("setGravity", *scene.gravity)
