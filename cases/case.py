@@ -33,6 +33,8 @@ class Variant:
     parameters: Mapping[str, Number] = field(default_factory=dict)
     initial_state: Sequence[Number] | None = None
     span: Number | None = None
+    scored: tuple[str, ...] = ()
+    """The groups of the state that count in the distance; all where none is named."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,6 +285,11 @@ class Case:
     def conditioning(self, times: Floats) -> Floats:
         """Typical effect, in the metric, of half an ulp in initial state, parameters and time; cached on disk."""
         return accuracy.conditioning(self, np.asarray(times, dtype=np.float64))
+
+    @property
+    def scored(self) -> tuple[str, ...]:
+        """The groups that count in the distance; all where none is named."""
+        return self._variant(self.variant).scored
 
     @property
     def hybrid(self) -> Hybrid | None:

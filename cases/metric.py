@@ -19,12 +19,16 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Group:
-    """Coordinates that share a norm. `scale` is the maximum of the exact motion's norm over the span."""
+    """Coordinates that share a norm. `scale` is the maximum of the exact motion's norm over the span.
+
+    A group that is not `scored` is integrated but does not count in the distance.
+    """
 
     name: str
     indices: tuple[int, ...]
     scale: float
     wrapped: bool
+    scored: bool = True
 
     def difference(self, states: Floats, exact: Floats) -> Floats:
         """Gauged differences, shape (..., len(indices)): angles modulo a turn."""
@@ -50,14 +54,15 @@ class Metric:
         groups = []
         for name in dict.fromkeys(coordinate.group for coordinate in case.state):
             members = tuple(i for i, c in enumerate(case.state) if c.group == name)
-            groups.append(Group(name, members, scales[name], case.state[members[0]].kind == "angle"))
+            wrapped = case.state[members[0]].kind == "angle"
+            groups.append(Group(name, members, scales[name], wrapped, name in case.scored or not case.scored))
         hybrid = case.hybrid
         jumps = [] if hybrid is None else [_jump(case, hybrid, t) for t in hybrid.transitions if t.onto]
         return cls(tuple(groups), tuple(jumps))
 
     def by_group(self, states: Floats, exact: Floats) -> dict[str, Floats]:
-        """Scaled distance of each group, shape of the leading axes; hybrid identification not applied."""
-        return {g.name: np.linalg.norm(g.difference(states, exact), axis=-1) / g.scale for g in self.groups}
+        """Scaled distance of each scored group, shape of the leading axes; hybrid identification not applied."""
+        return {g.name: np.linalg.norm(g.difference(states, exact), axis=-1) / g.scale for g in self.groups if g.scored}
 
     def distance(self, states: Floats, exact: Floats) -> Floats:
         """Distance of states (n, dim) from exact states (n, dim), shape (n,); nan where a state is not finite."""

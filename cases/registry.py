@@ -17,6 +17,7 @@ _MODULES = {
     "damped_oscillator": "damped:DampedOscillator",
     "cycloidal_pendulum": "cycloid:CycloidalPendulum",
     "kepler_orbit": "kepler:KeplerOrbit",
+    "euler_top": "euler_top:EulerTopCase",
     "foucault_pendulum_linear": "foucault:FoucaultLinear",
     "foucault_precession": "foucault:FoucaultPrecession",
     "projectile_parabola": "projectile:ProjectileParabola",
