@@ -1,0 +1,188 @@
+"""SciPy's solve_ivp with its event location, on hybrid problems: one call from each event to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib.metadata import version
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.forms import Hybrid, Mode, Transition
+from gnomon.harness.adapters.scipy_ivp import ABSOLUTE, SMALLEST
+from gnomon.harness.compile import function_kernel
+from gnomon.harness.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Tolerance
+
+PROBE = 1e-9
+"""Fraction of a time scale after which a guard that is zero at the very start is looked at again."""
+
+
+class SolveIvpEvents(Integrator):
+    """A method of `scipy.integrate.solve_ivp` with terminal events; `method` is its name there.
+
+    SciPy sees a sign change of a guard between the ends of a step. Where the motion has just left a guard, the guard is
+    zero at the restart and would fire at once, so its value there is replaced by that of the side it comes from.
+    """
+
+    library = "scipy"
+    accepts = (Hybrid,)
+    sampling = "dense output"
+    policy = "events"
+    sweep = Tolerance(1e-3, 1e-13)
+    method: ClassVar[str]
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        if setting < SMALLEST:
+            raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
+        form = problem.form
+        assert isinstance(form, Hybrid)
+        options: dict[str, Any] = {"method": self.method, "rtol": setting, "atol": ABSOLUTE * setting}
+        sides = {mode.name: Side(problem, form, mode) for mode in form.modes}
+
+        def solve(initial_states: Floats) -> Solution:
+            states = np.full((len(initial_states), len(problem.times), problem.dimension), np.nan)
+            runs = [
+                trajectory(problem, form, sides, options, *pair) for pair in zip(initial_states, states, strict=True)
+            ]
+            for side in sides.values():
+                problem.buffer[-1] += side.counted()
+            return Solution(states, stopped=next((why for why, _ in runs if why), None), events=tuple(runs[0][1]))
+
+        solve.settings = {"rtol": setting, "atol": ABSOLUTE * setting}  # type: ignore[attr-defined]
+        return solve
+
+    def versions(self) -> Mapping[str, Any]:
+        return {"scipy": version("scipy")}
+
+
+class Side:
+    """One mode as SciPy calls it: its right-hand side and the guards of its transitions."""
+
+    def __init__(self, problem: Problem, form: Hybrid, mode: Mode) -> None:
+        dimension, numbers = problem.dimension, len(problem.parameters)
+        self.buffer = np.array([*problem.parameters, *mode.constants, 0.0])
+        self.array = function_kernel(
+            mode.equations, dimension, numbers + len(mode.constants), dimension, problem.counted
+        ).array
+        self.transitions = tuple(transition for transition in form.transitions if transition.mode == mode.name)
+        parameters = problem.buffer
+        self.guards = [
+            Guard(transition, function_kernel(transition.guard, dimension, numbers, 1).array, parameters)
+            for transition in self.transitions
+        ]
+
+    def equations(self, t: float, y: Floats) -> Any:
+        return self.array(t, np.ascontiguousarray(y), self.buffer)
+
+    def counted(self) -> float:
+        """Calls since the last time that this was asked."""
+        calls, self.buffer[-1] = float(self.buffer[-1]), 0.0
+        return calls
+
+
+class Guard:
+    """A guard as a terminal event of SciPy, latched away from zero at the start of a segment."""
+
+    terminal = True
+
+    def __init__(self, transition: Transition, array: Callable[..., Any], parameters: Floats) -> None:
+        self.direction = float(transition.direction)
+        self.array, self.parameters = array, parameters
+        self.start, self.latched = 0.0, 0.0
+
+    def value(self, t: float, y: Floats) -> float:
+        return float(self.array(t, np.ascontiguousarray(y), self.parameters)[0])
+
+    def __call__(self, t: float, y: Floats) -> float:
+        return self.latched if self.latched and t == self.start else self.value(t, y)
+
+    def latch(self, t: float, armed: bool) -> None:
+        """From t on the guard counts as not yet crossed where it is `armed`, else as crossed already."""
+        self.start, self.latched = t, -self.direction if armed else self.direction
+
+    def unlatch(self) -> None:
+        self.latched = 0.0
+
+
+def trajectory(
+    problem: Problem, form: Hybrid, sides: Mapping[str, Side], options: Mapping[str, Any], start: Floats, out: Floats
+) -> tuple[str | None, list[tuple[float, str]]]:
+    """Fill `out` (64, dim) from one start; returns why it ended early, if it did, and the located events."""
+    from scipy.integrate import solve_ivp
+
+    times, parameters = problem.times, tuple(problem.parameters.tolist())
+    limits = {name: (mode, settled) for name, mode, settled in form.limits}
+    t, y, sample, fired = 0.0, start, 0, None
+    mode = form.start(0.0, tuple(start.tolist()), parameters)
+    last: dict[str, float] = {}
+    events: list[tuple[float, str]] = []
+    while sample < len(times) and t < times[-1]:
+        side = sides[mode]
+        for transition, guard in zip(side.transitions, side.guards, strict=True):
+            set_latch(guard, side, t, y, transition is fired, bool(events), PROBE * problem.time_scale)
+        found = solve_ivp(side.equations, (t, times[-1]), y, t_eval=times[sample:], events=side.guards, **options)
+        reached = len(found.t)
+        if reached:  # else found.y is an empty list
+            out[sample : sample + reached] = found.y.T
+        sample += reached
+        if found.status < 0:
+            return str(found.message), events
+        if found.status == 0:
+            break
+        which = next(i for i, when in enumerate(found.t_events) if len(when))
+        fired = side.transitions[which]
+        t, there = float(found.t_events[which][0]), tuple(found.y_events[which][0].tolist())
+        if fired.name in limits and t - last.get(fired.name, -np.inf) <= form.settle:
+            mode, settled = limits[fired.name]
+            after = settled(t, there, parameters)
+            events.append((t, "limit"))
+        else:
+            after = fired.reset(t, there, parameters)
+            mode = fired.lands(t, after, parameters)
+            events.append((t, fired.name))
+        last[fired.name] = t
+        y = np.array(after, dtype=np.float64)
+    return None, events
+
+
+def set_latch(guard: Guard, side: Side, t: float, y: Floats, fired: bool, after_event: bool, probe: float) -> None:
+    """Latch a guard that stands on zero at the start of a segment.
+
+    After an event it counts again; at the very start only where it first moves away from zero.
+    """
+    guard.unlatch()
+    value = guard.value(t, y) * -guard.direction
+    if after_event and (value == 0 or (fired and value < 0)):
+        guard.latch(t, armed=True)
+    elif value == 0:
+        ahead = guard.value(t + probe, y + probe * side.equations(t, y)) * -guard.direction
+        guard.latch(t, armed=ahead > 0)
+
+
+class RK45(SolveIvpEvents):
+    """Dormand and Prince's 5(4) pair, events on its interpolant. J. Comput. Appl. Math. 6 (1980) 19."""
+
+    name = method = "RK45"
+    order = 5
+
+
+class DOP853(SolveIvpEvents):
+    """Dormand and Prince's 8(5,3) pair, events on its interpolant. Hairer, Norsett, Wanner (1993), II.10."""
+
+    name = method = "DOP853"
+    order = 8
+
+
+class Radau(SolveIvpEvents):
+    """Implicit Runge-Kutta of the Radau IIA family, events on its interpolant. Hairer, Wanner (1996), IV.8."""
+
+    name = method = "Radau"
+    order = 5
+
+
+class LSODA(SolveIvpEvents):
+    """ODEPACK's Adams and BDF methods, switched automatically. Petzold, SIAM J. Sci. Stat. Comput. 4 (1983) 136."""
+
+    name = method = "LSODA"
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (RK45, DOP853, Radau, LSODA)
