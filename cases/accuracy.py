@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 GRID = 257
+CROWDED = 1e6
+"""Where the time between events is below this many conditionings of their times, only position is scored."""
 
 
 def grid_scales(case: Case) -> dict[str, float]:
@@ -66,6 +68,8 @@ def _neighbours(case: Case) -> list[Case]:
                 neighbour = case.with_numbers(changed[:states], dict(zip(names, changed[states:], strict=True)))
             except ValueError:
                 continue  # outside the domain: the other side is inside
+            if not case.same_course(neighbour):
+                continue  # across a decision, where the effect is no measure of round-off
             if value != 0:
                 found.append(neighbour)
             break
@@ -79,3 +83,25 @@ def _distances(case: Case, states: list[tuple[object, ...]], nominal: list[tuple
     )
     zero = np.zeros_like(rows)
     return np.max(list(case.metric.by_group(rows, zero).values()), axis=0)
+
+
+def crowded(case: Case) -> frozenset[float]:
+    """Sample times where the time between events is below 1e6 times the conditioning of the events' times."""
+    neighbours, known, found = _neighbours(case), dict[int, float](), set()
+    for t in case.times.tolist():
+        near = case.between(t)
+        for n in (near.past, near.past + 1):
+            if n < 1 or (n > near.past and near.next == math.inf):
+                continue
+            if n not in known:
+                known[n] = _event_conditioning(case, neighbours, n)
+            if near.gap < CROWDED * known[n]:
+                found.add(t)
+    return frozenset(found)
+
+
+def _event_conditioning(case: Case, neighbours: list[Case], n: int) -> float:
+    """Effect of half an ulp in each number on the time of event n, and of its own, as a root of squares."""
+    time = case.event_time(n, 40)
+    effects = [nearest_double(other.event_time(n, 40) - time) for other in neighbours]
+    return math.hypot(*effects, math.ulp(float(time)) / 2)

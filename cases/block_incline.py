@@ -189,6 +189,11 @@ class BlockInclineFriction(Case):
         there = (motion.stop_position(digits), zero)
         return (Event(motion.stop_time(digits), "stop_up" if motion.v0 > 0 else "stop_down", there, there),)
 
+    def same_course(self, other: Case) -> bool:
+        """One double across the friction limit the block does the opposite."""
+        theirs = BlockIncline(*other.parameter_values(), *other.initial_state)
+        return (theirs.holds, theirs.stops) == (self._exact.holds, self._exact.stops)
+
     def scales(self) -> dict[str, float]:
         """In closed form: extremes are at the start, the stop and the end."""
         times = [Fraction(0), self.span, *(Fraction(float(event.time)) for event in self.events())]

@@ -161,11 +161,12 @@ class BouncingBall(Case):
         motion, zero, e = self._exact, mpf(0), self.parameters["e"]
         end = Fraction(float(self.times[-1]))
         impacts = motion.impact_list(Fraction(self.forms[0].settle), end, digits)
-        found, arriving = [], [speed for _, speed in impacts]
-        leaving = [*arriving[1:], motion.speed_after(len(impacts), digits)] if impacts else []
-        for (time, speed), rebounding in zip(impacts, leaving, strict=True):
-            # A plain minus would round to the caller's precision.
-            found.append(Event(time, "bounce", (zero, fneg(speed, exact=True)), (zero, rebounding)))
+        found = []
+        before = after = (zero, zero)
+        for n, (time, speed) in enumerate(impacts, start=1):
+            if before[1] != -speed:
+                before, after = (zero, -speed), (zero, motion.speed_after(n, digits))
+            found.append(Event(time, "bounce", before, after))
         if e < 1 and not motion.rests and motion.impacts(end) is None:
             found.append(Event(motion.limit_time(digits), "limit", (zero, zero), (zero, zero)))
         return tuple(found)

@@ -213,6 +213,10 @@ class Case:
         """Models from the crudest to this one, itself excluded."""
         return ()
 
+    def same_course(self, other: Case) -> bool:
+        """Whether another case, a rounding away, takes the same modes: conditioning looks at those only."""
+        return True
+
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
         """Time reversal: the state and parameters whose motion retraces this one; None where there is none."""
         return None

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from gnomon.cases import accuracy
 from gnomon.cases.forms import Hybrid, Transition
 from numpy.typing import NDArray
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from gnomon.cases.case import Case
 
 Floats = NDArray[np.float64]
+RATES = ("velocity", "angular velocity", "rate")
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,10 @@ class Metric:
 
     groups: tuple[Group, ...]
     jumps: tuple[Callable[[Floats], Floats | None], ...] = ()
+    positions: tuple[str, ...] = ()
+    """The groups that are positions; the others are rates of change."""
+    crowded: frozenset[float] = frozenset()
+    """Sample times at which events follow each other so fast that only position is scored."""
 
     @classmethod
     def of(cls, case: Case) -> Metric:
@@ -58,14 +64,25 @@ class Metric:
             groups.append(Group(name, members, scales[name], wrapped, name in case.scored or not case.scored))
         hybrid = case.hybrid
         jumps = [] if hybrid is None else [_jump(case, hybrid, t) for t in hybrid.transitions if t.onto]
-        return cls(tuple(groups), tuple(jumps))
+        positions = tuple(dict.fromkeys(c.group for c in case.state if c.kind not in RATES))
+        crowded = accuracy.crowded(case) if hybrid is not None else frozenset()
+        return cls(tuple(groups), tuple(jumps), positions, crowded)
 
     def by_group(self, states: Floats, exact: Floats) -> dict[str, Floats]:
         """Scaled distance of each scored group, shape of the leading axes; hybrid identification not applied."""
         return {g.name: np.linalg.norm(g.difference(states, exact), axis=-1) / g.scale for g in self.groups if g.scored}
 
-    def distance(self, states: Floats, exact: Floats) -> Floats:
-        """Distance of states (n, dim) from exact states (n, dim), shape (n,); nan where a state is not finite."""
+    def distance(self, states: Floats, exact: Floats, times: Floats | None = None) -> Floats:
+        """Distance of states (n, dim) from exact states (n, dim), shape (n,); nan where a state is not finite.
+
+        With their `times` (n,), states at `crowded` times are compared in position only.
+        """
+        if times is not None and self.crowded:
+            rows = np.isin(times, list(self.crowded))
+            positions = replace(self, groups=tuple(g for g in self.groups if g.name in self.positions))
+            found = self.distance(states, exact)
+            found[rows] = positions.distance(states[rows], exact[rows])
+            return found
         plain = self._plain(states, exact)
         if not self.jumps:
             return plain

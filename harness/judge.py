@@ -84,7 +84,7 @@ class Judge:
                 "error_max": math.nan,
             }
         with np.errstate(all="ignore"):  # wild but finite states overflow on the way to a large error
-            errors = self.case.metric.distance(states, self.truth.exact)
+            errors = self.case.metric.distance(states, self.truth.exact, self.truth.times)
         if not np.all(np.isfinite(errors)):
             return {"status": "diverged", "reason": "states too large to measure", "error_max": math.nan}
         status, reason = self.status(errors)
@@ -145,7 +145,8 @@ class Judge:
         """Events that are missing, events that never were, and the largest error of a time, in seconds."""
         from gnomon.harness.events import score_events
 
-        return dict(score_events(self.case, found))
+        score = score_events(found, self.case.events())
+        return {f"events_{name}": value for name, value in score._asdict().items()}
 
     def decoded(self, states: Floats) -> Floats:
         """States of the problem at its times as states of the case at the sample times."""

@@ -82,18 +82,20 @@ class BouncingBall(Motion):
         """(time, speed of arrival) of the impacts up to `end`, ending before the first gap shorter than `settle`."""
         if self.rests:
             return []
-        count, found = self.impacts(end), []
+        count, found = self.impacts(end), list[tuple[Any, Any]]()
         with working(digits + 20) as mp:
             speed, time = self._speed(mp), self._impact_time(mp, 1)
             restitution, rate, shortest = mp.mpf(self.e), 2 / mp.mpf(self.g), mp.mpf(settle)
+            arriving, gap = publish([speed], digits)[0], speed * rate
             while count is None or len(found) < count:
-                found.append(publish((time, speed), digits))
-                speed = speed * restitution
-                gap = speed * rate
+                found.append((publish([time], digits)[0], arriving))
+                if self.e < 1:
+                    speed = speed * restitution
+                    arriving, gap = publish([speed], digits)[0], speed * rate
                 if gap < shortest:
                     break
                 time = time + gap
-        return found  # type: ignore[return-value]
+        return found
 
     def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
         count, time, g = self.impacts(t), mp.mpf(t), mp.mpf(self.g)
