@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
-from math import pi, sin, sqrt, tan
+from math import cos, pi, sin, sqrt, tan
 from typing import Any, ClassVar
 
 import numpy as np
@@ -136,6 +136,11 @@ class CycloidalPendulum(Case):
         """2 sqrt(a/g), the period over 2 pi."""
         a, g = map(float, self.parameter_values())
         return 2 * sqrt(a / g)
+
+    @property
+    def fastest_time(self) -> float:
+        """The time in which the angle turns next to the cusp."""
+        return self.time_scale * cos(float(self._exact.angle_amplitude()) / 2)
 
     def natural_span(self) -> Number:
         """10.37 periods; 0.47 from cusp to cusp, where the angle ends."""

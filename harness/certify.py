@@ -18,9 +18,11 @@ import random
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.case import Case, Event
 from gnomon.cases.forms import Equations, FirstOrder, Hybrid
@@ -32,6 +34,7 @@ DIGITS = 50
 REQUIRED = 45
 RANDOM_TIMES = 5
 TAYLOR_STOPS = 4
+SIZE_TIMES = 8
 INTEGRATED_SCALES = 300
 """Spans up to so many of the fastest times are integrated from start to end."""
 WINDOW_SCALES = 10
@@ -87,10 +90,16 @@ def _random_times(case: Case) -> list[Fraction]:
     return [case.span * (k + Fraction(source.random())) / RANDOM_TIMES for k in range(RANDOM_TIMES)]
 
 
-def _sizes(case: Case) -> list[Any]:
-    """The size of each coordinate: the scale of its group."""
-    scales = {group.name: group.scale for group in case.metric.groups}
-    return [scales[coordinate.group] for coordinate in case.state]
+@lru_cache(maxsize=8)
+def _sizes(case: Case) -> tuple[float, ...]:
+    """The size of each coordinate: the largest norm of its group at a few times of the motion."""
+    states = np.array([[float(x) for x in case.exact(case.span * k / SIZE_TIMES)] for k in range(SIZE_TIMES + 1)])
+    largest = {}
+    for name in {coordinate.group for coordinate in case.state}:
+        members = [i for i, coordinate in enumerate(case.state) if coordinate.group == name]
+        norm = float(np.max(np.linalg.norm(states[:, members], axis=1)))
+        largest[name] = norm or case.natural_sizes.get(name, 1.0)
+    return tuple(largest[coordinate.group] for coordinate in case.state)
 
 
 def _agreed(differences: Iterable[tuple[Any, float]]) -> float:
@@ -178,9 +187,12 @@ def _against(case: Case, states: dict[Fraction, tuple[Fraction, ...]]) -> float:
 
 
 def _invariants(case: Case, times: Sequence[Fraction]) -> float:
-    """Drift of the constant invariants from their value at the start, relative to the larger of value and terms."""
+    """Drift of the constant invariants from their value at the start, relative to it.
+
+    Twice the digits are asked of the states: next to a saddle an energy is a small difference of large terms.
+    """
     pairs = []
-    with working(2 * DIGITS) as mp:
+    with working(3 * DIGITS) as mp:
         parameters = tuple(map(mp.mpf, case.parameter_values()))
         start = tuple(map(mp.mpf, case.initial_state))
         for invariant in case.invariants.values():
@@ -189,7 +201,7 @@ def _invariants(case: Case, times: Sequence[Fraction]) -> float:
             function = rebind(invariant.function, mpmath_arithmetic(mp))
             first = function(mp.mpf(0), start, parameters)[0]
             for t in times:
-                state = tuple(map(mp.mpf, case.exact(t, DIGITS + 10)))
+                state = tuple(map(mp.mpf, case.exact(t, 2 * DIGITS)))
                 value = function(mp.mpf(t), state, parameters)[0]
                 pairs.append((value - first, float(abs(first)) or 1.0))
     return _agreed(pairs)
