@@ -9,8 +9,10 @@ from math import sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
+from gnomon.cases.euler_top_scene import SCENE
 from gnomon.cases.forms import Form, RigidBody, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.euler_top import EulerTop
 from gnomon.reference.precision import Number
 
@@ -159,6 +161,10 @@ class EulerTopCase(Case):
     @property
     def forms(self) -> tuple[Form, ...]:
         return (RigidBody(principal_moments, no_torque),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def time_scale(self) -> float:
