@@ -226,12 +226,14 @@ def test_hinge_has_no_motor_and_no_shape() -> None:
 def test_only_contacts_bring_shapes() -> None:
     for name, label in ENGINES:
         case = variant(name, label)
+        contact = name in ("bouncing_ball", "block_incline_friction")
         with running(PyBullet, case, 1e-2) as run:
             client = run.world.client
             bodies = pybullet.getNumBodies(physicsClientId=client)
-            shapes = sum(len(pybullet.getCollisionShapeData(b, -1, physicsClientId=client)) for b in range(bodies))
-            contact = name in ("bouncing_ball", "block_incline_friction")
-            assert (bodies, shapes) == ((2, 2) if contact else (1, 0)), case.id
+            assert bodies == (2 if contact else 1), case.id
+            if not run.world.maximal:  # the engine does not tell the shapes of bodies in maximal coordinates
+                shapes = [pybullet.getCollisionShapeData(body, -1, physicsClientId=client) for body in range(bodies)]
+                assert [len(shape) for shape in shapes] == [int(contact)] * bodies, case.id
 
 
 def test_settings_are_recorded_and_differ_from_the_defaults() -> None:
