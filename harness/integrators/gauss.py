@@ -10,7 +10,7 @@ from gnomon.harness.integrator import Integrator
 from gnomon.harness.integrators.fixed_step import FixedStep, Table
 from gnomon.harness.integrators.stepping import Step, call
 
-MOST_ITERATIONS = 60
+MOST_ITERATIONS = 100
 
 
 def gauss_step(

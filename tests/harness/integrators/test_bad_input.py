@@ -1,0 +1,100 @@
+"""Impossible settings are refused with their value; equations that fail end a trajectory, with the reason."""
+
+from __future__ import annotations
+
+import math
+from math import sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases.forms import FirstOrder, Values
+from gnomon.cases.registry import get
+from gnomon.harness.integrator import Integrator, Problem, Refused
+from gnomon.harness.integrators.dop853 import Dop853
+from gnomon.harness.integrators.explicit import RK4
+from gnomon.harness.integrators.gauss import Gauss4
+from gnomon.harness.integrators.splitting import StormerVerlet
+from gnomon.harness.problem import problem_of
+
+
+@pytest.mark.parametrize("step", [0.0, -0.1, math.nan, math.inf])
+@pytest.mark.parametrize("method", [RK4, StormerVerlet, Gauss4])
+def test_a_step_that_is_no_positive_number(method: type[Integrator], step: float) -> None:
+    problem = problem_of(get("pendulum_simple").rounded(), method.accepts)
+    with pytest.raises(Refused, match=f"step size {step} is not a positive number"):
+        method().prepare(problem, step)
+
+
+def test_a_step_that_does_not_divide_the_interval() -> None:
+    problem = problem_of(get("pendulum_simple").rounded(), RK4.accepts)
+    with pytest.raises(Refused, match=r"does not divide the sampling interval"):
+        RK4().prepare(problem, problem.interval / 2.5)
+    with pytest.raises(Refused, match=r"does not divide the sampling interval"):
+        RK4().prepare(problem, problem.interval * 2)
+    RK4().prepare(problem, problem.interval / 3)
+
+
+@pytest.mark.parametrize("step", [1e-300, 1e-12])
+def test_a_step_that_would_take_for_ever(step: float) -> None:
+    problem = problem_of(get("pendulum_simple").rounded(), RK4.accepts)
+    with pytest.raises(Refused, match=f"step size {step:g} would take"):
+        RK4().prepare(problem, step)
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1e-6, math.nan, math.inf, 1e-17, 1.0])
+def test_a_tolerance_that_cannot_be_met(tolerance: float) -> None:
+    problem = problem_of(get("pendulum_simple").rounded(), Dop853.accepts)
+    with pytest.raises(Refused, match=f"tolerance {tolerance}"):
+        Dop853().prepare(problem, tolerance)
+
+
+def root_of_what_is_left(t: Any, state: Values, parameters: Values) -> Values:
+    """x' = 2 + sqrt(1 - x): not a number once x is above 1, at t < 1/2."""
+    (x,) = state
+    return (2 + sqrt(1 - x),)
+
+
+def squared(t: Any, state: Values, parameters: Values) -> Values:
+    """x' = x^2 from x = 1 reaches infinity at t = 1."""
+    (x,) = state
+    return (x * x,)
+
+
+def stiff(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (-100000000 * x,)
+
+
+def undefined(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (sqrt(-1 - x * x),)
+
+
+def scalar(equations: Any) -> Problem:
+    return Problem(FirstOrder(equations), 1, np.zeros(0), np.arange(1, 65) * 0.03125, 1.0)
+
+
+@pytest.mark.parametrize("equations", [root_of_what_is_left, squared, undefined])
+@pytest.mark.parametrize(("method", "setting"), [(RK4, 2.0**-8), (Gauss4, 2.0**-8), (Dop853, 1e-8)])
+def test_equations_that_fail_end_the_trajectory(method: type[Integrator], setting: float, equations: Any) -> None:
+    solution = method().prepare(scalar(equations), setting)(np.array([[1.0 if equations is squared else 0.5]]))
+    assert solution.stopped is not None
+    assert "before sample" in solution.stopped
+    finite = np.isfinite(solution.states[0, :, 0])
+    assert not finite[-1]
+    assert np.all(np.diff(finite.astype(int)) <= 0), "finite states, then none"
+
+
+def test_one_trajectory_that_fails_leaves_the_others() -> None:
+    """x' = x^2 from -1 decays: x = -1 / (1 + t)."""
+    problem = scalar(squared)
+    solution = RK4().prepare(problem, 2.0**-9)(np.array([[1.0], [-1.0]]))
+    assert np.isnan(solution.states[0, -1, 0])
+    assert np.allclose(solution.states[1, :, 0], -1 / (1 + problem.times), rtol=1e-9)
+
+
+def test_gauss_says_that_its_iteration_fails_on_stiff_equations() -> None:
+    solution = Gauss4().prepare(scalar(stiff), 0.03125)(np.array([[1.0]]))
+    assert solution.stopped == "the stages of a step did not converge before sample 1"
+    assert np.all(np.isnan(solution.states))

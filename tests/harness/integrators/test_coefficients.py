@@ -1,0 +1,219 @@
+"""Coefficient tables: sums, symmetry, order conditions, at the 60 digits in which they are given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import product
+from math import factorial
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases.forms import FirstOrder, SecondOrder
+from gnomon.harness.integrators import dop853_table
+from gnomon.harness.integrators.dop853 import DENSE, ERROR_3, ERROR_5, LAST, rows
+from gnomon.harness.integrators.explicit import RK4
+from gnomon.harness.integrators.fixed_step import rounded
+from gnomon.harness.integrators.gauss import Gauss2, Gauss4
+from gnomon.harness.integrators.splitting import BlanesMoan4, Composition, KahanLi6, KahanLi8, StormerVerlet, Suzuki4
+from gnomon.reference.precision import working
+
+SIXTY = 1e-57
+"""Coefficients are given to 60 digits; sums of up to seventeen of size 1 and their products lose two or three."""
+
+THIRTY = 1e-26
+"""DOP853's are published to 30 digits, of size up to 50 (D: 400); products of eight of them lose three more."""
+
+Word = tuple[int, ...]
+
+
+def exponential_products(factors: Sequence[dict[int, Any]], weight: int, one: Any) -> dict[Word, Any]:
+    """Coefficients of the words up to a weight in the product of exp(sum of X_k), a factor's {letter k: coefficient}.
+
+    A letter's weight is itself, so words in the generators of different orders in h are told apart.
+    """
+    series: dict[Word, Any] = {(): one}
+    for factor in factors:
+        exponential, term = {(): one}, {(): one}
+        for n in range(1, weight + 1):
+            following: dict[Word, Any] = {}
+            for (word, value), (letter, c) in product(term.items(), factor.items()):
+                if sum(word) + letter <= weight:
+                    following[*word, letter] = following.get((*word, letter), 0) + value * c / n
+            term = following
+            for word, value in term.items():
+                exponential[word] = exponential.get(word, 0) + value
+        result: dict[Word, Any] = {}
+        for (left, a), (right, b) in product(series.items(), exponential.items()):
+            if sum(left) + sum(right) <= weight:
+                result[left + right] = result.get(left + right, 0) + a * b
+        series = result
+    return series
+
+
+@pytest.mark.parametrize("method", [StormerVerlet, Suzuki4, KahanLi6, KahanLi8])
+def test_compositions_meet_the_order_conditions(method: type[Composition]) -> None:
+    """A symmetric method is exp(h X1 + h^3 X3 + ...): the product over gamma must be exp(h X1) up to its order."""
+    with working(62) as mp:
+        gamma = method.lengths(mp)
+        assert gamma == gamma[::-1]
+        assert abs(mp.fsum(gamma) - 1) < SIXTY
+        odd = [{k: g**k for k in range(1, method.order + 1, 2)} for g in gamma]
+        for word, value in exponential_products(odd, method.order, mp.mpf(1)).items():
+            wanted = mp.mpf(1) / factorial(len(word)) if set(word) <= {1} else 0
+            assert abs(value - wanted) < SIXTY, word
+
+
+def test_blanes_moan_meets_the_conditions_of_order_4() -> None:
+    with working(62) as mp:
+        kicks, drifts = BlanesMoan4.coefficients(mp)
+        assert list(kicks) == list(kicks)[::-1]
+        assert list(drifts[:-1]) == list(drifts[:-1])[::-1]
+        words: dict[str, Any] = {"": mp.mpf(1)}
+        for letter, value in [pair for k, d in zip(kicks, drifts, strict=True) for pair in (("k", k), ("d", d))]:
+            grown: dict[str, Any] = {}
+            for word, coefficient in words.items():
+                for n in range(5 - len(word)):
+                    longer = word + letter * n
+                    grown[longer] = grown.get(longer, 0) + coefficient * value**n / factorial(n)
+            words = grown
+        for word, coefficient in words.items():
+            assert abs(coefficient - mp.mpf(1) / factorial(len(word))) < SIXTY, word
+
+
+@pytest.mark.parametrize("method", [Gauss2, Gauss4])
+def test_gauss_tableaus(method: type[Gauss4]) -> None:
+    """B(2s), C(s), symmetry and the condition of symplectic Runge-Kutta methods (Sanz-Serna, BIT 28, 1988)."""
+    s = range(method.stages)
+    with working(62) as mp:
+        c, a, b = method.tableau(mp)
+        for q in range(1, 2 * method.stages + 1):
+            assert abs(mp.fsum(b[i] * c[i] ** (q - 1) for i in s) - mp.mpf(1) / q) < SIXTY
+        for q in range(1, method.stages + 1):
+            for i in s:
+                assert abs(mp.fsum(a[i][j] * c[j] ** (q - 1) for j in s) - c[i] ** q / q) < SIXTY
+        for i in s:
+            assert abs(c[i] + c[-1 - i] - 1) < SIXTY
+            for j in s:
+                assert abs(b[i] * a[i][j] + b[j] * a[j][i] - b[i] * b[j]) < SIXTY
+
+
+@pytest.mark.parametrize("form", [FirstOrder, SecondOrder])
+@pytest.mark.parametrize("method", [Gauss2, Gauss4])
+def test_gauss_starting_values_carry_polynomials_on(method: type[Gauss4], form: Callable[..., Any]) -> None:
+    with working(62) as mp:
+        table = method().table(mp, form(len), (), mp.eps)
+        c = [row[0] for row in table[: method.stages]]
+        for q in range(method.stages):
+            for i, row in enumerate(table[method.stages : 2 * method.stages]):
+                carried = mp.fsum(row[j + 1] * c[j] ** q for j in range(method.stages))
+                assert abs(carried - (1 + c[i]) ** q) < 1000 * SIXTY, "the polynomial is evaluated up to x = 2"
+
+
+def tree_conditions(order: int) -> list[tuple[int, Callable[..., Any], int]]:
+    """All rooted trees up to an order as (order, elementary weight of c, A; gamma)."""
+    by_order: dict[int, list[tuple[Any, ...]]] = {1: [()]}
+    for n in range(2, order + 1):
+        by_order[n] = sorted(set(_forests(n - 1, n - 1, by_order)))
+    return [(n, _weight(tree), _density(tree)) for n, trees in by_order.items() for tree in trees]
+
+
+def _forests(total: int, largest: int, by_order: dict[int, list[tuple[Any, ...]]]) -> list[tuple[Any, ...]]:
+    if total == 0:
+        return [()]
+    return [
+        tuple(sorted((tree, *rest)))
+        for size in range(min(total, largest), 0, -1)
+        for tree in by_order[size]
+        for rest in _forests(total - size, size, by_order)
+    ]
+
+
+def _size(tree: tuple[Any, ...]) -> int:
+    return 1 + sum(map(_size, tree))
+
+
+def _density(tree: tuple[Any, ...]) -> int:
+    density = _size(tree)
+    for branch in tree:
+        density *= _density(branch)
+    return density
+
+
+def _weight(tree: tuple[Any, ...]) -> Callable[[Any, Any], Any]:
+    def vector(branch: tuple[Any, ...], a: Any, ones: Any) -> Any:
+        product_of = ones
+        for below in branch:
+            product_of = product_of * a.dot(vector(below, a, ones))
+        return product_of
+
+    return lambda a, ones: vector(tree, a, ones)
+
+
+def tableau(mp: Any, stages: Sequence[Sequence[Any]]) -> Any:
+    a = np.full((len(stages), len(stages)), mp.mpf(0), dtype=object)
+    for row, values in zip(a, stages, strict=True):
+        row[: len(values)] = values[: len(row)]
+    return a
+
+
+def test_there_are_200_trees_up_to_order_8() -> None:
+    assert len(tree_conditions(8)) == 1 + 1 + 2 + 4 + 9 + 20 + 48 + 115
+
+
+def test_rk4_meets_the_conditions_of_order_4() -> None:
+    with working(62) as mp:
+        table = RK4.coefficients(mp)
+        a, b = tableau(mp, [row[1:] for row in table[:-1]]), np.array(table[-1][1:], dtype=object)
+        for _, weight, density in tree_conditions(4):
+            assert abs(b.dot(weight(a, np.full(4, mp.mpf(1), dtype=object))) - mp.mpf(1) / density) < SIXTY
+
+
+def test_dop853_meets_the_conditions_of_order_8_and_its_errors_those_of_5_and_3() -> None:
+    with working(62) as mp:
+        table = rows(mp)
+        a = tableau(mp, [row[1:13] for row in table[:12]])
+        ones = np.full(12, mp.mpf(1), dtype=object)
+        weights, fifth, third = (np.array(table[row][1:13], dtype=object) for row in (12, ERROR_5, ERROR_3))
+        for order, weight, density in tree_conditions(8):
+            value = weight(a, ones)
+            assert abs(weights.dot(value) - mp.mpf(1) / density) < THIRTY
+            if order <= 5:
+                assert abs(fifth.dot(value)) < THIRTY, "the embedded formula of order 5 cancels"
+            if order <= 3:
+                assert abs(third.dot(value)) < THIRTY
+
+
+def test_dop853_dense_output_is_of_order_7() -> None:
+    """With y' = t^q on [0, 1] all stages are c^q: the interpolant must give x^(q+1)/(q+1) for q up to 6."""
+    with working(40) as mp:
+        table = rows(mp)
+        c = [row[0] for row in table[:LAST]]
+        for q in range(7):
+            k = [node**q for node in c]
+            end = mp.fsum(b * slope for b, slope in zip(table[12][1:], k, strict=True))
+            d = [mp.fsum(w * slope for w, slope in zip(table[DENSE + r][1:], k, strict=True)) for r in range(4)]
+            for x in (mp.mpf(1) / 3, mp.mpf(4) / 5):
+                y = 1 - x
+                inner = d[0] + x * (d[1] + y * (d[2] + x * d[3]))
+                found = x * (end + y * (k[0] - end + x * (2 * end - k[12] - k[0] + y * inner)))
+                assert abs(found - x ** (q + 1) / (q + 1)) < 100 * THIRTY
+
+
+def test_dop853_rows_sum_to_the_nodes() -> None:
+    nodes = {5: "1/3", 6: "1/4", 7: "4/13", 8: "127/195", 9: "3/5", 10: "6/7", 11: "1", 12: "1", 13: "1/10", 14: "1/5"}
+    with working(40) as mp:
+        for row, text in nodes.items():
+            numerator, _, denominator = text.partition("/")
+            assert abs(rows(mp)[row][0] - mp.mpf(numerator) / int(denominator or 1)) < THIRTY
+
+
+def test_dop853_interpolation_weights_belong_to_existing_stages() -> None:
+    assert all(set(row) <= set(range(16)) for row in dop853_table.DENSE)
+
+
+def test_the_binary_table_is_the_rounding() -> None:
+    with working(60) as mp:
+        third = mp.mpf(1) / 3
+        table = rounded([[third, third], [third * 0]])
+    assert table.tolist() == [[1 / 3, 1 / 3], [0.0, 0.0]]
