@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.order import fit_order
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -207,25 +208,15 @@ def policies(reduced: pd.DataFrame) -> pd.DataFrame:
     return table[several]
 
 
-def measured_order(steps: Floats, errors: Floats, attainable: float) -> float:
-    """Slope of log error over log step in the asymptotic range of a sweep; nan where fewer than 4 settings lie in it.
-
-    The range ends above at an error of 0.05, where the error is no longer small against the motion, and below at 30
-    times the attainable and the smallest error met, where round-off takes over.
-    """
-    low = 30 * max(attainable, float(np.min(errors, initial=math.inf)))
-    inside = (errors < 0.05) & (errors > low)
-    if np.count_nonzero(inside) < 4:
-        return math.nan
-    return float(np.polyfit(np.log(steps[inside]), np.log(errors[inside]), 1)[0])
-
-
 def orders(reduced: pd.DataFrame) -> pd.DataFrame:
-    """Measured order beside the declared one, of every fixed-step series."""
+    """Measured order beside the declared one of every fixed-step series; nan where fewer than 4 settings show it."""
     rows = []
     fixed = reduced[(reduced["setting_kind"] == "step") & (reduced["status"] == "ok")]
     for key, series in fixed.groupby(SERIES, dropna=False):
-        limit = float(np.nanmax([series["conditioning"].max(), series["floor"].max(), 0.0]))
-        order = measured_order(series["setting"].to_numpy(float), series["error_max"].to_numpy(float), limit)
-        rows.append((*key, order, series["order_declared"].iloc[0]))
+        errors = series["error_max"].to_numpy(float)
+        floor = float(np.nanmax([series["conditioning"].max(), series["floor"].max(), 0.0]))
+        if len(errors) > 1 and errors[-1] > errors[-2] / 1.3:
+            floor = max(floor, float(errors.min()))  # the sweep ends on the plateau of round-off
+        fitted = fit_order(series["setting"].tolist(), errors.tolist(), floor)
+        rows.append((*key, math.nan if fitted is None else fitted[0], series["order_declared"].iloc[0]))
     return pd.DataFrame(rows, columns=[*SERIES, "order", "declared"])

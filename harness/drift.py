@@ -15,6 +15,8 @@ from gnomon.cases.case import Case
 from gnomon.cases.registry import case_class
 from gnomon.harness import store
 from gnomon.harness.analysis import SERIES
+from gnomon.harness.judge import Judge
+from gnomon.harness.truth import CaseSpec, truth
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -53,28 +55,6 @@ def _slope(x: Floats, y: Floats) -> tuple[float, float]:
     return float(slope), float(np.sum((y - intercept - slope * x) ** 2))
 
 
-def invariant_sizes(case: Case, states: Floats) -> dict[str, Floats]:
-    """|I(t) - I(0)| of each constant invariant at the sample times, over the largest |I| met."""
-    parameters = tuple(map(float, case.parameter_values()))
-    start = tuple(map(float, case.initial_state))
-    found = {}
-    for name, invariant in case.invariants.items():
-        if invariant.law != "constant":
-            continue
-        values = np.array(
-            [invariant.function(t, state, parameters)[0] for t, state in _moments(case, start, states)], dtype=float
-        )
-        finite = np.abs(values[np.isfinite(values)])
-        scale = abs(values[0]) or (finite.max() if len(finite) else 0.0) or 1.0
-        found[name] = np.abs(values[1:] - values[0]) / scale
-    return found
-
-
-def _moments(case: Case, start: tuple[float, ...], states: Floats) -> list[tuple[float, tuple[float, ...]]]:
-    rows = [tuple(map(float, row)) for row in states]
-    return list(zip([0.0, *map(float, case.times)], [start, *rows], strict=True))
-
-
 def rebuilt(name: str, variant: str, numbers: Mapping[str, str], span: float) -> Case:
     """The case of a stored trial, from its own exact numbers.
 
@@ -110,12 +90,12 @@ def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any]) -> pd.DataFram
             case = rebuilt(name, variant, json.loads(first["numbers"]), float(first["span"]))
         except ValueError:
             continue  # a scene of the user's that cannot be imported here: its rows keep their errors, without laws
-        exact = case.sample(case.times)
+        judge = Judge(case, None, truth(CaseSpec.of(case)))
         for trial in group.itertuples():
             states = sampled.get(trial.measurement)
-            if states is None or states.shape != exact.shape:
+            if states is None or states.shape != judge.truth.exact.shape:
                 continue
-            sizes = {"error": case.metric.distance(states, exact)} | invariant_sizes(case, states)
+            sizes = {"error": case.metric.distance(states, judge.truth.exact)} | judge.drift(states)
             key = [getattr(trial, column) for column in SERIES]
             rows += [
                 (*key, trial.setting, quantity, law(case.times, s), float(np.max(s))) for quantity, s in sizes.items()

@@ -48,13 +48,15 @@ def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
         table[axis] = table[axis].where(np.isfinite(table[axis]))
         nearest = table.groupby("series")[axis].transform(lambda column: column.ffill().bfill())
         table[axis] = table[axis].where(~failed, nearest)
-    heights = (TOP - MARGIN) * (0.75 - 0.6 * table["series"].map(lanes) / max(*lanes.values(), 1))
+    heights = (TOP - MARGIN) * (0.75 - 0.6 * table["series"].map(lanes).astype(float) / max(*lanes.values(), 1))
     return table.assign(failed=failed, error=table["error"].where(~failed, MARGIN + heights))
 
 
 def work_precision(points: pd.DataFrame, look: pd.DataFrame, limits: dict[str, float], axis: str) -> alt.LayerChart:
-    """Error against time or right-hand sides (`axis` "time" or "calls"), failed trials in the margin above."""
-    look = look[look["series"].isin(set(points["series"]))]
+    """Error against time or right-hand sides (`axis` "time" or "calls"), failed trials in the margin above.
+
+    `look` holds the integrators of the legend, in its order.
+    """
     names = {"time": SECONDS, "calls": COUNTS}[axis]
     title = {"time": "time of one solve", "calls": "right-hand sides evaluated"}[axis]
     domain = list(look["series"])
@@ -69,7 +71,7 @@ def work_precision(points: pd.DataFrame, look: pd.DataFrame, limits: dict[str, f
         f"{axis}:Q",
         title=title,
         scale=alt.Scale(zero=False, nice=True, padding=14),
-        axis=alt.Axis(tickMinStep=1, labelExpr=f"({_table(names)})[datum.value] || ''"),
+        axis=alt.Axis(tickMinStep=1, labelOverlap=True, labelExpr=f"({_table(names)})[datum.value] || ''"),
     )
     only_errors = alt.condition("datum.value > 0", alt.value("transparent"), alt.value(GRID))
     y = alt.Y(
@@ -268,29 +270,46 @@ def tolerance_strip(points: pd.DataFrame, look: pd.DataFrame) -> alt.LayerChart:
     middle = base.mark_point(shape="diamond", size=80, filled=True, color=INK).encode(alt.X("median(decades):Q"))
     asked = alt.Chart(alt.NamedData("asked")).mark_rule(color=INK, strokeDash=[3, 3]).encode(x="decades:Q")
     data = {"points": _kept(table, "integrator_id", "scene", "setting", "over", "decades"), "asked": [{"decades": 0}]}
-    return dressed(alt.layer(asked, strip, middle).properties(width=640, height={"step": 24}, datasets=data))
+    return dressed(alt.layer(asked, strip, middle).properties(width=640, height=24 * len(look), datasets=data))
 
 
 def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
-    """What each simpler model errs by. `rungs`: ladder (the full case), model, lacks, error; crudest first."""
-    table = rungs.assign(
-        decades=np.log10(np.maximum(rungs["error"], 1e-17)),
-        label=[f"{error:.1e}" for error in rungs["error"]],
-        place=rungs["ladder"] + " as " + rungs["model"],
+    """What each simpler model errs by, over one period and over the span; crudest first.
+
+    `rungs`: ladder (the full case), model, lacks, error, early.
+    """
+    spans = {"error": "over the whole span", "early": "over the first period"}
+    long = rungs.melt(["ladder", "model", "lacks"], list(spans), "over", "size")
+    table = long[long["size"] > 0].assign(
+        decades=lambda rows: np.log10(rows["size"]),
+        label=lambda rows: [f"{error:.2g}" for error in rows["size"]],
+        place=lambda rows: rows["ladder"] + " as " + rows["model"],
+        over=lambda rows: rows["over"].map(spans),
     )
     base = alt.Chart(alt.NamedData("rungs"))
-    y = alt.Y("place:N", title=None, sort=None, axis=alt.Axis(labelLimit=330, ticks=False, domain=False))
+    places = list(dict.fromkeys(rungs["ladder"] + " as " + rungs["model"]))
+    y = alt.Y("place:N", title=None, sort=places, axis=alt.Axis(labelLimit=330, ticks=False, domain=False))
     x = alt.X(
         "decades:Q",
         title="error of the simpler model against the full one",
-        scale=alt.Scale(zero=False, nice=True, padding=30),
-        axis=alt.Axis(tickMinStep=1, labelExpr=ERRORS),
+        scale=alt.Scale(zero=False, nice=True, padding=40),
+        axis=alt.Axis(tickMinStep=1, labelExpr="datum.value == 0 ? '1' : '1e' + datum.value"),
     )
-    tooltip = [alt.Tooltip("place:N", title="model"), alt.Tooltip("lacks:N"), alt.Tooltip("label:N", title="error")]
-    dots = base.mark_point(size=130, filled=True, opacity=1, color="#0072B2").encode(x, y, tooltip=tooltip)
-    words = base.mark_text(align="left", dx=10, color=INK, fontSize=11).encode(x, y, text="label:N")
-    data = {"rungs": _kept(table, "place", "lacks", "label", "decades")}
-    return dressed(alt.layer(dots, words).properties(width=560, height={"step": 28}, datasets=data))
+    legend = alt.Legend(title=None, orient="top")
+    domain = [spans["early"], spans["error"]]
+    colour = alt.Color("over:N", legend=legend, scale=alt.Scale(domain=domain, range=["#56B4E9", "#12324a"]))
+    shape = alt.Shape("over:N", legend=legend, scale=alt.Scale(domain=domain, range=["circle", "diamond"]))
+    tooltip = [
+        alt.Tooltip("place:N", title="model"),
+        alt.Tooltip("lacks:N"),
+        alt.Tooltip("over:N"),
+        alt.Tooltip("label:N", title="error"),
+    ]
+    lines = base.mark_line(color="#b9b6ae", strokeWidth=2).encode(x, y, detail="place:N")
+    dots = base.mark_point(size=120, filled=True, opacity=1).encode(x, y, color=colour, shape=shape, tooltip=tooltip)
+    words = base.mark_text(baseline="bottom", dy=-8, color=INK, fontSize=11).encode(x, y, text="label:N")
+    data = {"rungs": _kept(table, "place", "lacks", "over", "label", "decades")}
+    return dressed(alt.layer(lines, dots, words).properties(width=640, height=38 * len(places), datasets=data))
 
 
 def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
@@ -321,4 +340,4 @@ def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
         tooltip=["scene:N", "engine:N", "policy:N", "step:Q", alt.Tooltip("error:Q", format=".2e"), "status:N"],
     )
     data = {"points": _kept(table, "place", "scene", "engine", "policy", "step", "error", "status", "decades")}
-    return dressed(alt.layer(lines, dots).properties(width=560, height={"step": 20}, datasets=data))
+    return dressed(alt.layer(lines, dots).properties(width=640, height=20 * len(set(places)), datasets=data))

@@ -17,18 +17,20 @@ COST_AT = 1e-6
 def worth(full: Case) -> list[dict[str, Any]]:
     """One row a rung, crudest first: the error of its exact motion, projected, against that of the full case.
 
-    `lacks` is the effect that the next rung adds: what a user does without who stops here.
+    `error` is over the whole span, `early` over the first 2 pi characteristic times, about one period. `lacks` is the
+    effect that the next rung adds: what a user does without who stops here.
     """
     rungs = full.ladder
     if not rungs:
         return []
-    exact = full.sample(full.times)
+    early = np.arange(1, 65) * (min(2 * math.pi * full.time_scale, float(full.times[-1])) / 64)
     effects = [rung.effect for rung in rungs[1:]] + ["the full model"]
     rows = []
     for rung, lacks in zip(rungs, effects, strict=True):
-        model = rung.project(rung.case.sample(full.times))
-        error = float(np.max(full.metric.distance(model, exact)))
-        row = {"ladder": full.name, "model": rung.case.name, "effect": rung.effect, "lacks": lacks, "error": error}
+        row: dict[str, Any] = {"ladder": full.name, "model": rung.case.name, "effect": rung.effect, "lacks": lacks}
+        for name, times in (("error", full.times), ("early", early)):
+            model = rung.project(rung.case.sample(times))
+            row[name] = float(np.max(full.metric.distance(model, full.sample(times))))
         rows.append(row)
     return rows
 
@@ -64,6 +66,13 @@ def ladders(cases: Iterable[Case], equal: pd.DataFrame, reduced: pd.DataFrame) -
         for row in found:
             rows.append(row | cost(case.name, row["model"], equal, reduced))
         if found:
-            last = {"ladder": case.name, "model": case.name, "effect": "the full model", "lacks": "", "error": 0.0}
+            last = {
+                "ladder": case.name,
+                "model": case.name,
+                "effect": "the full model",
+                "lacks": "",
+                "error": 0.0,
+                "early": 0.0,
+            }
             rows.append(last | cost(case.name, case.name, equal, reduced))
     return pd.DataFrame(rows)

@@ -46,10 +46,7 @@
 
   function otherSpec(figure) {
     const spec = structuredClone(charts.others[figure.dataset.chart]);
-    if (typeof spec.width === "number") {
-      spec.width = "container";
-      spec.autosize = { type: "fit-x", contains: "padding" };
-    }
+    if (typeof spec.width === "number") spec.width = "container";
     return spec;
   }
 

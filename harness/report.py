@@ -17,6 +17,7 @@ from gnomon.cases.case import Case
 from gnomon.harness import analysis, figures, ladders, store, style, tables
 from gnomon.harness.drift import laws, rebuilt
 from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup, escape
 
 DECIMAL_STEPS = (1e-2, 1e-3, 1e-4)
 """The steps at which engines are compared under their policies."""
@@ -76,6 +77,10 @@ class Run:
                 continue
         return found
 
+    @cached_property
+    def ladders(self) -> pd.DataFrame:
+        return ladders.ladders(self.cases, self.equal, self.reduced)
+
 
 def write_report(database: Path, folder: Path) -> Path:
     """Write index.html, summary.md and figures/ into `folder` and return the page's path.
@@ -90,6 +95,7 @@ def write_report(database: Path, folder: Path) -> Path:
     charts = other_charts(run)
     context = page_context(run, folder, work, charts)
     templates = Environment(undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    templates.filters["breakable"] = _breakable
     page = folder / "index.html"
     page.write_text(templates.from_string(_source("report.html.j2")).render(context), encoding="utf-8")
     plain = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
@@ -129,17 +135,13 @@ def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
     if len(asked):
         over = asked.assign(over=asked["error_max"] / asked["setting"])
         charts["tolerance"] = figures.tolerance_strip(over[["integrator_id", "scene", "setting", "over"]], run.look)
-    rungs = ladder_table(run)
+    rungs = run.ladders
     if len(rungs):
         charts["ladder"] = figures.ladder_chart(rungs[rungs["error"] > 0])
     policies = policy_points(run)
     if len(policies):
         charts["policies"] = figures.policy_chart(policies)
     return charts
-
-
-def ladder_table(run: Run) -> pd.DataFrame:
-    return ladders.ladders(run.cases, run.equal, run.reduced)
 
 
 def policy_points(run: Run) -> pd.DataFrame:
@@ -176,6 +178,7 @@ def page_context(
     ]
     history = store.runs(run.path)
     return {
+        "results": run.path.name,
         "history": history[-1],
         "environment": history[-1]["environment"],
         "targets": [tables.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
@@ -192,7 +195,7 @@ def page_context(
         "fastest": tables.fastest(run.equal, scenes),
         "libraries": tables.libraries(run.equal),
         "failures": tables.failure_groups(analysis.failures(run.reduced)),
-        "ladders": ladder_rows(ladder_table(run)),
+        "ladders": ladder_rows(run.ladders),
         "engine_settings": engine_settings(run.frame),
         "meanings": tables.MEANINGS,
         "letters": {name: letter for name, letter in style.LETTERS.items() if letter.strip()},
@@ -203,7 +206,9 @@ def page_context(
         "css": _source("report.css"),
         "script": _source("report.js"),
         "vega": vl_convert.javascript_bundle().replace("</script", "<\\/script"),
-        "charts": _json({"work": _work_data(run, work), "others": {n: c.to_dict() for n, c in charts.items()}}),
+        "charts": _json(
+            {"work": _work_data(run, work), "others": {n: c.to_dict(validate=False) for n, c in charts.items()}}
+        ),
     }
 
 
@@ -216,6 +221,7 @@ def ladder_rows(rungs: pd.DataFrame) -> list[dict[str, Any]]:
             rung
             | {
                 "error": tables.error_text(rung["error"]) if rung["error"] else "0",
+                "early": tables.error_text(rung["early"]) if rung["early"] else "0",
                 "cost": cost,
                 "seconds": tables.time_text(rung["seconds"]),
             }
@@ -248,7 +254,8 @@ def write_figures(
         for label, scene in scenes.items():
             if not label.startswith("default"):
                 continue
-            chart = figures.work_precision(scene["points"], run.look, scene["limits"], "time")
+            look = style.present(run.look, scene["points"]["series"])
+            chart = figures.work_precision(scene["points"], look, scene["limits"], "time")
             subtitle = label.removeprefix("default").removeprefix(" · ") or "default numbers"
             file = name + ("" if label == "default" else "_" + label.removeprefix("default · ").replace(" ", "_"))
             style.write_images(chart.properties(title={"text": titles[name], "subtitle": subtitle}), folder, file)
@@ -262,11 +269,11 @@ def _work_data(run: Run, work: dict[str, dict[str, Any]]) -> dict[str, Any]:
     for name, scenes in work.items():
         if not scenes:
             continue
-        points = pd.concat([scene["points"] for scene in scenes.values()])
-        specs = {}
-        for axis in ("time", "calls"):
-            specs[axis] = figures.work_precision(points, run.look, {}, axis).to_dict()
-            specs[axis]["datasets"] |= {"points": [], "limits": []}
+        look = style.present(run.look, {name for scene in scenes.values() for name in scene["points"]["series"]})
+        empty = pd.DataFrame()
+        specs = {
+            axis: figures.work_precision(empty, look, {}, axis).to_dict(validate=False) for axis in ("time", "calls")
+        }
         data = {
             label: {
                 "points": {
@@ -297,6 +304,14 @@ def _short(column: pd.Series[Any]) -> Any:
 def _json(value: Any) -> str:
     """JSON that may stand inside a script element."""
     return json.dumps(value, separators=(",", ":"), ensure_ascii=False).replace("</", "<\\/")
+
+
+def _breakable(name: str) -> Markup:
+    """A name that may break after its separators on a narrow page."""
+    text = str(escape(name))
+    for separator in (":", "_", "/"):
+        text = text.replace(separator, separator + "<wbr>")
+    return Markup(text)
 
 
 def _extra(name: str, *folders: Path) -> Any:

@@ -7,6 +7,7 @@ colour vision.
 from __future__ import annotations
 
 import colorsys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +96,11 @@ def styles(frame: pd.DataFrame) -> pd.DataFrame:
     ).reset_index(drop=True)
 
 
+def present(look: pd.DataFrame, series: Iterable[str]) -> pd.DataFrame:
+    """The rows of `look` for these integrators, in its order."""
+    return look[look["series"].isin(set(series))]
+
+
 def _shade(colour: str, share: float) -> str:
     """The colour lighter (share 0) to darker (share 1)."""
     red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
@@ -143,6 +149,6 @@ def dressed(chart: Any) -> Any:
 def write_images(chart: Any, folder: Path, name: str) -> None:
     """The printed figure: `name`.svg and `name`.png, twice the size in pixels."""
     folder.mkdir(parents=True, exist_ok=True)
-    spec = chart.to_dict()
+    spec = chart.to_dict(validate=False)
     (folder / f"{name}.svg").write_text(vl_convert.vegalite_to_svg(spec))
     (folder / f"{name}.png").write_bytes(vl_convert.vegalite_to_png(spec, scale=2))

@@ -157,7 +157,7 @@ def stability_rows(
         best = Cell(error_text(trial["best"]), kind="none" if not math.isfinite(trial["best"]) else "")
         if math.isfinite(trial["best"]):
             above = trial["best"] / max(trial["attainable"], 1e-300)
-            best.note = f"{ratio_text(above)} × attainable" if above >= 1 else "at the attainable"
+            best.note = f"{_power(above)} × attainable" if above >= 1 else "at the attainable"
         over = Cell(_power(trial["over_tolerance"]), "")
         if math.isfinite(trial["worst_over_tolerance"]):
             over.note = f"worst {_power(trial['worst_over_tolerance'])}"
@@ -182,7 +182,7 @@ def _order(measured: pd.DataFrame, key: tuple[str, ...]) -> Cell:
 def _power(value: float) -> str:
     if not math.isfinite(value):
         return "–"
-    return f"{value:.2g}" if 0.01 <= value < 1000 else error_text(value)
+    return f"{value:.2g}" if 0.01 <= value < 100 else f"{value:.0f}" if 100 <= value < 1000 else error_text(value)
 
 
 def _drift(laws: pd.DataFrame | None) -> list[Cell]:
