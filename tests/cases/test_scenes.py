@@ -1,0 +1,73 @@
+"""Every scene starts in the state of its case, and an engine's readings of that start give the state back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from gnomon.cases import case_class, names
+from gnomon.cases.euler_top_scene import matrix, quaternion
+from gnomon.cases.scene import Readings, Scene
+
+EPS = np.finfo(float).eps
+VARIANTS = [
+    (name, label)
+    for name in names()
+    if case_class(name)().scene is not None
+    for label in (None, *(v.name for v in case_class(name).variants))
+]
+
+
+def start(scene: Scene) -> Readings:
+    """What an engine without any error would read before the first step."""
+    joints = {hinge.name: (hinge.angle, hinge.rate) for hinge in scene.hinges}
+    joints |= {slider.name: (slider.position, slider.rate) for slider in scene.sliders}
+    joints |= {guide.name: (guide.coordinate, guide.rate) for guide in scene.guides}
+    bodies = {b.name: (b.position, b.quaternion, b.velocity, b.angular_velocity) for b in scene.bodies}
+    return Readings(joints, bodies)
+
+
+@pytest.mark.parametrize(("name", "label"), VARIANTS)
+def test_start_is_read_back(name: str, label: str | None) -> None:
+    case = case_class(name)(label).rounded()
+    form = case.scene
+    assert form is not None
+    state = tuple(map(float, case.initial_state))
+    parameters = tuple(map(float, case.parameter_values()))
+    scene = form.build(state, parameters)
+    found = np.array(form.observe(start(scene), parameters))
+    # An attitude goes through a quaternion and back, a height through the ball's radius: a few roundings of the state.
+    assert np.max(np.abs(found - state)) <= 8 * EPS * max(1.0, np.max(np.abs(state)))
+
+
+@pytest.mark.parametrize(("name", "label"), VARIANTS)
+def test_a_scene_consists_of_the_same_things_in_every_state(name: str, label: str | None) -> None:
+    case = case_class(name)(label).rounded()
+    form = case.scene
+    assert form is not None
+    parameters = tuple(map(float, case.parameter_values()))
+    here, nowhere = (
+        form.build(state, parameters) for state in (tuple(map(float, case.initial_state)), (0.0,) * len(case.state))
+    )
+    assert here.gravity == nowhere.gravity
+    assert here.contacts == nowhere.contacts
+    assert [(b.name, b.mass, b.inertia, b.radius, b.half_extents) for b in here.bodies] == [
+        (b.name, b.mass, b.inertia, b.radius, b.half_extents) for b in nowhere.bodies
+    ]
+    assert [(h.name, h.body, h.anchor, h.axis, h.arm) for h in here.hinges] == [
+        (h.name, h.body, h.anchor, h.axis, h.arm) for h in nowhere.hinges
+    ]
+    assert [(f.body, f.token) for f in here.forces] == [(f.body, f.token) for f in nowhere.forces]
+    assert {force.token for force in here.forces} <= form.needs
+
+
+def test_quaternions_and_matrices_agree_in_all_four_branches() -> None:
+    random = np.random.default_rng(1)
+    axes = np.eye(4)
+    for q in (*axes, *random.normal(size=(200, 4))):
+        q = q / np.linalg.norm(q)
+        found = np.array(quaternion(matrix(tuple(q))))
+        # The largest component is at least 1/2, so nothing is divided by less than that.
+        assert min(np.max(np.abs(found - q)), np.max(np.abs(found + q))) <= 8 * EPS
+        r = np.array(matrix(tuple(q))).reshape(3, 3)
+        assert np.max(np.abs(r @ r.T - np.eye(3))) <= 8 * EPS
+        assert np.linalg.det(r) == pytest.approx(1.0, abs=8 * EPS)
