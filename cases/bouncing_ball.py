@@ -164,8 +164,9 @@ class BouncingBall(Case):
         found = []
         before = after = (zero, zero)
         for n, (time, speed) in enumerate(impacts, start=1):
-            if before[1] != -speed:
-                before, after = (zero, -speed), (zero, motion.speed_after(n, digits))
+            if n == 1 or e < 1:
+                # fneg, because a minus sign would round to the caller's precision
+                before, after = (zero, fneg(speed, exact=True)), (zero, motion.speed_after(n, digits))
             found.append(Event(time, "bounce", before, after))
         if e < 1 and not motion.rests and motion.impacts(end) is None:
             found.append(Event(motion.limit_time(digits), "limit", (zero, zero), (zero, zero)))
@@ -208,7 +209,7 @@ class BouncingBall(Case):
         if self.parameters["e"] < 1:
             found |= {"t_inf": motion.limit_time(digits), "path_length": motion.path_length(digits)}
         elif not motion.rests:
-            found["period"] = motion.impact_time(2, digits + 2) - motion.impact_time(1, digits + 2)
+            found["period"] = motion.flight_time(1, digits)
         return found
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:

@@ -61,14 +61,15 @@ class BouncingBall(Motion):
 
     def speed_after(self, n: int, digits: int = 15) -> Any:
         """Speed at which the ball leaves impact n."""
-        return self._quantity(digits, lambda mp: self._speed(mp) * mp.mpf(self.e) ** n, 10 + math.log10(n))
+        return self._quantity(digits, lambda mp: self._leaving(mp, n), 10 + math.log10(n))
+
+    def flight_time(self, n: int, digits: int = 15) -> Any:
+        """Duration of the flight after impact n."""
+        return self._quantity(digits, lambda mp: 2 * self._leaving(mp, n) / mp.mpf(self.g), 10 + math.log10(n))
 
     def apex_after(self, n: int, digits: int = 15) -> Any:
         """Time of the apex after impact n."""
-        g = self.g
-        return self._quantity(
-            digits, lambda mp: self._impact_time(mp, n) + self._speed(mp) * mp.mpf(self.e) ** n / mp.mpf(g)
-        )
+        return self._quantity(digits, lambda mp: self._impact_time(mp, n) + self._leaving(mp, n) / mp.mpf(self.g))
 
     def limit_time(self, digits: int = 15) -> Any:
         """Time from which the ball rests; infinite for e = 1."""
@@ -105,7 +106,7 @@ class BouncingBall(Motion):
             y0, v0 = mp.mpf(self.y0), mp.mpf(self.v0)
             return y0 + time * (v0 - g * time / 2), v0 - g * time
         since = time - self._impact_time(mp, count)
-        speed = self._speed(mp) * mp.mpf(self.e) ** count
+        speed = self._leaving(mp, count)
         return max(mp.mpf(0), since * (speed - g * since / 2)), speed - g * since
 
     def _guard(self, t: Fraction) -> float:
@@ -124,6 +125,9 @@ class BouncingBall(Motion):
 
     def _speed(self, mp: Any) -> Any:
         return mp.sqrt(mp.mpf(self._speed_squared))
+
+    def _leaving(self, mp: Any, n: int) -> Any:
+        return self._speed(mp) * mp.mpf(self.e) ** n
 
     def _rate(self, mp: Any) -> Any:
         """g/(2u): flights of unbroken speed per second."""
