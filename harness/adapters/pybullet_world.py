@@ -61,8 +61,6 @@ class World:
             self.api.disconnect(physicsClientId=self.client)
             self.client = -1
 
-    # Content ----------------------------------------------------------------------------------------------------
-
     def build(self, scene: Scene) -> None:
         """Empty the world and create what `scene` consists of."""
         self.steps = 0
@@ -170,8 +168,6 @@ class World:
             self._call("changeDynamics", number, link, mass=mass, localInertiaDiagonal=inertia)
         self._extra("changeDynamics", UNDAMPED if self.maximal else UNDAMPED | UNLIMITED, number, link)
 
-    # Motion -----------------------------------------------------------------------------------------------------
-
     def place(self, scene: Scene) -> None:
         """Set the start of every body and joint."""
         settling = self.maximal and not scene.contacts
@@ -198,10 +194,7 @@ class World:
             self._call("resetBaseVelocity", *twist)
 
     def advance(self, steps: int) -> None:
-        if not self.pushes:
-            for _ in range(steps):
-                self._step()
-        for done in range(self.steps, self.steps + steps if self.pushes else 0):
+        for done in range(self.steps, self.steps + steps):
             for push in self.pushes:
                 push(done * self.dt)
             self._step()
@@ -239,8 +232,6 @@ class World:
             joints[name] = angle, _dot(spin, hinge.axis)
         bodies = {name: (*self._pose(number), *self._twist(number)) for name, number in self.bodies.items()}
         return Readings(joints, bodies)
-
-    # Calls ------------------------------------------------------------------------------------------------------
 
     def _bound(self, name: str, *arguments: Any) -> Callable[..., Any]:
         return partial(getattr(self.api, name), *arguments, physicsClientId=self.client)

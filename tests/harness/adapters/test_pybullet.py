@@ -62,9 +62,6 @@ def states(policy: type[PyBullet], case: Case, dt: float, times: Floats | None =
         return run(initial_state(case)[None]).states[0]
 
 
-# What is measured, (policy, case, step) -> an error ----------------------------------------------------------------
-
-
 def angle_over_the_path(policy: type[PyBullet], case: Case, dt: float) -> float:
     off = states(policy, case, dt)[:, 0] - case.sample(case.times)[:, 0]
     return float(np.max(np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi)))
@@ -207,9 +204,6 @@ def test_as_shipped_is_visibly_worse(name: str, label: str) -> None:
     assert shipped > 5 * configured
 
 
-# What the world holds --------------------------------------------------------------------------------------------
-
-
 def test_hinge_has_no_motor_and_no_shape() -> None:
     case = variant("pendulum_simple", "engines")
     with running(PyBullet, case, 1e-2) as run:
@@ -263,9 +257,6 @@ def test_settings_are_recorded_and_differ_from_the_defaults() -> None:
     readable = set(recorded) & set(defaults)
     assert readable
     assert all(recorded[name] != defaults[name] for name in readable)
-
-
-# The contract ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("name", "label"), ENGINES)
