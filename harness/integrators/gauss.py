@@ -6,7 +6,7 @@ from functools import cache
 from typing import Any, ClassVar
 
 from gnomon.cases.forms import FirstOrder, Form, SecondOrder
-from gnomon.harness.integrator import Integrator
+from gnomon.harness.integrator import Integrator, Steps
 from gnomon.harness.integrators.fixed_step import FixedStep, Table
 from gnomon.harness.integrators.stepping import Step, call
 
@@ -229,6 +229,7 @@ class Gauss4(Gauss):
     """Four stages. Order 8."""
 
     name, order, stages = "Gauss 4-stage", 8, 4
+    sweep = Steps(coarsest=1.0, halvings=8)
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Gauss2, Gauss4)

@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import Any, ClassVar
 
 from gnomon.cases.forms import SecondOrder
-from gnomon.harness.integrator import Integrator
+from gnomon.harness.integrator import Integrator, Steps
 from gnomon.harness.integrators.fixed_step import FixedStep, Table
 from gnomon.harness.integrators.stepping import call
 
@@ -148,6 +148,7 @@ class KahanLi8(Composition):
     """
 
     name, order, compensated = "Kahan-Li 8", 8, True
+    sweep = Steps(coarsest=2.0, halvings=8)
     half = (
         "0.13020248308889008087881763196448727458024330835702879528984021",
         "0.561162981775108384561964407699006039542722657663950622430196",

@@ -18,7 +18,7 @@ from gnomon.harness.order import fit_order, measure_order, measure_order_exactly
 
 METHODS = (*explicit.INTEGRATORS, *splitting.INTEGRATORS, *gauss.INTEGRATORS)
 WITHIN = 0.2
-"""The next term of the error is smaller by a factor of the step: at the finest four steps it bends the slope by less."""
+"""The next term of the error is smaller by a factor of the step: at the finest steps it bends the slope by less."""
 
 
 class Dop853Step(RungeKutta):
