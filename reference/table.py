@@ -56,8 +56,7 @@ class Cells:
 def sample(motion: Motion, times: Floats) -> Floats:
     """The nearest doubles to the states at `times`, by a table where one is worth its cost."""
     times = np.ascontiguousarray(times, dtype=np.float64)
-    with working(CYCLE_DIGITS) as mp:
-        cycle = motion._cycle(mp)
+    cycle = cycle_of(motion)
     reach = float(np.max(np.abs(times), initial=0.0)) if cycle is None else float(cycle.period) * (1 + 2.0**-40)
     if reach == 0.0:
         return motion.sample_each(times)
@@ -79,6 +78,12 @@ def sample(motion: Motion, times: Floats) -> Floats:
     if len(doubtful):
         values[doubtful] = motion.sample_each(times[doubtful])
     return values
+
+
+def cycle_of(motion: Motion) -> Cycle | None:
+    """How the motion repeats itself, to 70 digits."""
+    with working(CYCLE_DIGITS) as mp:
+        return motion._cycle(mp)
 
 
 def _parts(value: Any, count: int) -> Floats:

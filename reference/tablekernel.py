@@ -44,10 +44,10 @@ def evaluate(
         first = min(first, n)
     for i in range(len(times)):
         n = turns[i]
-        # t - n*period: the first difference is exact (Sterbenz), so what is left out is below 2**-104 n*period.
+        # t - n*period; what is left out is below 2**-104 n*period.
         p, e = two_product(n, period[0])
-        phase, below = two_sum(times[i] - p, -fma(n, period[1], e))
-        phase, below = quick_two_sum(phase, below - n * period[2])
+        phase, below = two_sum(times[i], -p)
+        phase, below = add(phase, below, -fma(n, period[1], e), -n * period[2])
         slip = abs(n) * period[0] * 2.0**-104
         if phase < edges[0] - slip or phase > edges[cells]:
             sure[i] = False

@@ -1,4 +1,4 @@
-"""Weierstrass's P against its differential equation, its degenerate forms and Arb; Biermann's formula on the logistic."""
+"""Weierstrass's P against its equation, degenerate forms and Arb; Biermann's formula on elementary motions."""
 
 from __future__ import annotations
 

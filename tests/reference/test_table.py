@@ -1,0 +1,147 @@
+"""Sampling by table gives the very doubles that high precision gives, near zeros, far out and in thin layers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from gnomon.reference import diskcache, table
+from gnomon.reference.cycloid import CycloidalMotion
+from gnomon.reference.damped import DampedMotion
+from gnomon.reference.duffing import DuffingMotion
+from gnomon.reference.harmonic import HarmonicMotion
+from gnomon.reference.motion import MANY, Motion
+from gnomon.reference.pendulum import Pendulum
+from gnomon.reference.precision import exact
+
+
+def made(kind, *numbers):
+    return kind(*(exact(x) for x in numbers))
+
+
+MOTIONS = {
+    "swing": made(Pendulum, 9.81, 1, 2.5, 0),
+    "rotation backwards": made(Pendulum, 9.81, 1, 7.5, -8),
+    "separatrix": made(Pendulum, 9.81, 9.81, 0, 2),
+    "1e-12 below the separatrix": made(Pendulum, 9.81, 9.81, 0, 1.999999999999),
+    "harmonic": made(HarmonicMotion, 1, 4, 1, 0.5),
+    "underdamped": made(DampedMotion, 1, 0.4, 20, 0.5, 0),
+    "critical": made(DampedMotion, 1, 4, 4, 1, 1),
+    "stiff": made(DampedMotion, 1, 10**12 + 1, 10**12, 1, 0),
+    "double well": made(DuffingMotion, -1, 1, 1.2, 0.1),
+    "near the cusp": made(CycloidalMotion, 0.25, 9.81, 3.141492653589793, 0),
+}
+
+
+@pytest.fixture(autouse=True)
+def fresh_cache(tmp_path, monkeypatch):
+    """Each test builds its tables: nothing comes from the user's cache."""
+    monkeypatch.setattr(diskcache, "folder", lambda: tmp_path)
+    monkeypatch.setattr(table, "_kept", {})
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """The times that had to be computed one by one."""
+    asked = []
+    original = Motion.sample_each
+
+    def counting(self, times):
+        asked.extend(times)
+        return original(self, times)
+
+    monkeypatch.setattr(Motion, "sample_each", counting)
+    return asked
+
+
+@pytest.mark.parametrize("motion", [pytest.param(motion, id=name) for name, motion in MOTIONS.items()])
+def test_every_value_is_the_nearest_double(motion):
+    source = np.random.default_rng(7)
+    periodic = table.cycle_of(motion) is not None
+    far = source.uniform(0, 3e4, 150) if periodic else source.uniform(30, 40, 20)
+    times = np.concatenate(
+        [source.uniform(0, 30, 300), far, 10 ** source.uniform(-18, 0, 60), source.uniform(-10, 0, 30), [0.0]]
+    )
+    assert np.array_equal(table.sample(motion, times), motion.sample_each(times))
+
+
+def test_values_next_to_zeros_are_nearest_doubles_too(counted):
+    """x = cos t around its zeros, down to the doubles nearest to them."""
+    motion = made(HarmonicMotion, 1, 1, 1, 0)
+    zeros = (np.arange(40) + 0.5) * np.pi
+    times = np.concatenate([zeros, *(zeros + d for d in (1e-9, -1e-6, 1e-3))])
+    found = table.sample(motion, times)
+    # The table errs by up to 2^-78 of the amplitude, which leaves values below 2^-25 in doubt: half of these.
+    assert 70 < len(times) - len(counted) <= 80
+    assert np.array_equal(found, motion.sample_each(times))
+
+
+def test_a_million_periods_out():
+    motion = MOTIONS["swing"]
+    times = np.random.default_rng(3).uniform(0, 3.3e6, 200)
+    assert np.array_equal(table.sample(motion, times), motion.sample_each(times))
+
+
+def test_hardly_any_value_is_left_in_doubt(counted):
+    """Doubt has a probability near the error bound over an ulp, 2**-25."""
+    motion = MOTIONS["swing"]
+    table.sample(motion, np.random.default_rng(1).uniform(0.1, 1e4, 200_000))
+    assert len(counted) < 5
+
+
+def test_powers_of_a_decay_are_those_of_high_precision():
+    motion = made(DampedMotion, 1, "1e-3", 1, 1, 0)
+    times = np.concatenate([np.linspace(1, 2e5, 400), np.linspace(1.4e6, 1.6e6, 20)])
+    assert np.array_equal(table.sample(motion, times), motion.sample_each(times))
+
+
+def test_times_that_are_not_finite_are_refused():
+    with pytest.raises(ValueError, match="finite"):
+        table.sample(MOTIONS["swing"], np.array([0.0, np.nan]))
+
+
+def test_damaged_table_is_built_anew(tmp_path, monkeypatch):
+    motion = MOTIONS["harmonic"]
+    times = np.linspace(0, 10, 50)
+    first = table.sample(motion, times)
+    (path,) = tmp_path.iterdir()
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    monkeypatch.setattr(table, "_kept", {})
+    assert np.array_equal(table.sample(motion, times), first)
+
+
+def test_second_process_reads_the_table(tmp_path, monkeypatch):
+    """With the table on disk no state is computed but those in doubt."""
+    motion = MOTIONS["swing"]
+    times = np.linspace(0.1, 10, 50)
+    first = table.sample(motion, times)
+    monkeypatch.setattr(table, "_kept", {})
+    monkeypatch.setattr(Pendulum, "_state", None)
+    assert np.array_equal(table.sample(motion, times), first)
+
+
+@dataclass(frozen=True)
+class Sawtooth(Motion):
+    """Not smooth: no polynomial fits, so that no table is worth its cost."""
+
+    slope: Fraction
+
+    def _state(self, mp, t):
+        return (mp.mpf(self.slope * (t - round(t))), mp.sin(mp.mpf(t)))
+
+
+def test_motion_without_a_table_is_evaluated_one_by_one(counted):
+    motion = Sawtooth(Fraction(1, 3))
+    times = np.linspace(0.01, 1e4, MANY)
+    found = motion.sample(times)
+    assert len(counted) == MANY
+    assert np.array_equal(found, motion.sample_each(times))
+
+
+def test_few_times_need_no_table(tmp_path):
+    MOTIONS["swing"].sample(np.linspace(0, 1, 10))
+    assert not list(tmp_path.iterdir())
