@@ -235,17 +235,16 @@ class Case:
 
     def rounded(self) -> Case:
         """The same case with every number rounded to binary64; its exact motion is that of the rounded numbers."""
-        copy = type(self)(
-            initial_state=[float(value) for value in self.initial_state],
-            span=float(self.span),
-            **{name: float(value) for name, value in self.parameters.items()},
-        )
+        parameters: dict[str, Any] = {name: float(value) for name, value in self.parameters.items()}
+        start = [float(value) for value in self.initial_state]
+        copy = type(self)(initial_state=start, span=float(self.span), **parameters)
         copy.variant = self.variant
         return copy
 
     def with_numbers(self, initial_state: Sequence[Number], parameters: Mapping[str, Number]) -> Case:
         """The same case and span with other numbers."""
-        copy = type(self)(initial_state=initial_state, span=self.span, **parameters)
+        named: dict[str, Any] = dict(parameters)
+        copy = type(self)(initial_state=initial_state, span=self.span, **named)
         copy.variant = self.variant
         return copy
 

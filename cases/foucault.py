@@ -90,7 +90,7 @@ class FoucaultLinear(Case):
             "lat": Range(low=-1.5707963267948966, high=1.5707963267948966, typical=(-1.5, 1.5)),
         }
     )
-    variants = (
+    variants: ClassVar[tuple[Variant, ...]] = (
         Variant("day", "24 h: the drift of the plane over 5e3 swings", span=86400),
         Variant(
             "two_days", "48 h on 1 m: the drift of the plane over 9e4 swings", {"L": 1}, ("0.1", 0, 0, 0), span=172800
@@ -110,7 +110,12 @@ class FoucaultLinear(Case):
     }
 
     def motion(self) -> Foucault:
-        return Foucault(*self.parameter_values(), *self.initial_state)
+        return self.foucault(larmor=False)
+
+    def foucault(self, larmor: bool) -> Foucault:
+        g, length, rate, lat = self.parameter_values()
+        x, y, vx, vy = self.initial_state
+        return Foucault(g, length, rate, lat, x, y, vx, vy, larmor)
 
     @property
     def forms(self) -> tuple[Form, ...]:
@@ -170,7 +175,7 @@ class FoucaultPrecession(FoucaultLinear):
     }
 
     def motion(self) -> Foucault:
-        return Foucault(*self.parameter_values(), *self.initial_state, larmor=True)
+        return self.foucault(larmor=True)
 
     @property
     def forms(self) -> tuple[Form, ...]:

@@ -218,7 +218,7 @@ class KeplerOrbit(Case):
             return float(motion.period()) / TURN
         if motion.angular_momentum:
             return float(motion.pericentre() ** 2) / abs(float(motion.angular_momentum))
-        return math.hypot(*map(float, self.initial_state[:2])) ** 1.5 / math.sqrt(float(self.parameters["mu"]))
+        return math.sqrt(math.hypot(*map(float, self.initial_state[:2])) ** 3 / float(self.parameters["mu"]))
 
     def natural_span(self) -> Number:
         """10.37 periods; of an unbound orbit through the pericentre and out; of a plunge until close to the end."""
@@ -253,7 +253,7 @@ class KeplerOrbit(Case):
         """Sundman time, dt/ds = r: equal steps in s follow the pericentre passage."""
         return (
             Formulation(
-                "sundman", (FirstOrder(sundman_equations),), with_clock, without_clock, 4, self._motion.sundman
+                "sundman", (FirstOrder(sundman_equations),), with_clock, without_clock, 4, self.motion().sundman
             ),
         )
 

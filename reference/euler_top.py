@@ -81,7 +81,7 @@ class EulerTop(Motion):
                 top = self._ordered
                 # The start near the middle axis resolves sqrt(mc); large parts of Pi cancel; so does a thin cone.
                 lost += 2 * abs(mp.log10(mp.mpf(top.mc))) + mp.log10(1 - mp.mpf(top.n)) + abs(mp.log10(mp.mpf(top.a2)))
-            return 10 * math.ceil(lost / 10)  # in coarse steps, so that what does not depend on t is kept
+            return 10.0 * math.ceil(float(lost) / 10)  # in coarse steps, so that what does not depend on t is kept
 
     # Two equal moments, or three
 
@@ -142,7 +142,7 @@ class EulerTop(Motion):
 
     # Derived quantities
 
-    def body_period(self, digits: int = 15) -> Any | None:
+    def body_period(self, digits: int = 15) -> Any:
         """After which w repeats itself (s), 4K/p or 2 pi/|Om|; None where w never changes or never returns."""
         if self.kind == "general":
             top = self._ordered

@@ -173,7 +173,7 @@ class Kepler(Motion):
             guard = 20 + 2 * float(mp.log10(1 + abs(self._elements(mp)[1]) * mp.sqrt(mp.mpf(self._rr))))
         return self._quantity(digits, formula, guard + 20)
 
-    def collision_time(self, digits: int = 15, forward: bool = True) -> Any | None:
+    def collision_time(self, digits: int = 15, forward: bool = True) -> Any:
         """When a motion without angular momentum reaches the centre (s, after the start, or before it), or None."""
         if self.angular_momentum:
             return None
@@ -231,10 +231,11 @@ class Kepler(Motion):
 
     def _closeness(self, t: Fraction) -> float:
         """Decades between the collision time and the time that is left; ValueError at and beyond the collision."""
+        collision = self.collision_time(forward=t >= 0)
+        if collision is None:
+            return 0.0
         for digits in (30, 100, 400):
             collision = self.collision_time(digits, forward=t >= 0)
-            if collision is None:
-                return 0.0
             with working(digits) as mp:
                 left = mp.mpf(collision) - abs(mp.mpf(t))
                 if left > collision * mp.mpf(10) ** (5 - digits):
