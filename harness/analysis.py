@@ -215,8 +215,15 @@ def orders(reduced: pd.DataFrame) -> pd.DataFrame:
     for key, series in fixed.groupby(SERIES, dropna=False):
         errors = series["error_max"].to_numpy(float)
         floor = float(np.nanmax([series["conditioning"].max(), series["floor"].max(), 0.0]))
-        if len(errors) > 1 and errors[-1] > errors[-2] / 1.3:
-            floor = max(floor, float(errors.min()))  # the sweep ends on the plateau of round-off
+        if _levelled(series["setting"].to_numpy(float), errors, float(series["order_declared"].iloc[0])):
+            floor = max(floor, float(errors.min()))  # round-off, above the conditioning
         fitted = fit_order(series["setting"].tolist(), errors.tolist(), floor)
         rows.append((*key, math.nan if fitted is None else fitted[0], series["order_declared"].iloc[0]))
     return pd.DataFrame(rows, columns=[*SERIES, "order", "declared"])
+
+
+def _levelled(steps: Floats, errors: Floats, order: float) -> bool:
+    """Whether a sweep, loosest first, ends on a plateau: its last slope is less than half of the declared order."""
+    if len(errors) < 2 or not math.isfinite(order):
+        return False
+    return bool(errors[-1] > errors[-2] * (steps[-1] / steps[-2]) ** (order / 2))

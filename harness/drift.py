@@ -24,6 +24,9 @@ Floats = NDArray[np.float64]
 ROUND_OFF = 1e-13
 """Below this, some hundred units of round-off, growth has no law worth naming."""
 
+CLEAR = 1e-5
+"""The error near which growth is looked at."""
+
 
 def law(times: Floats, sizes: Floats) -> str:
     """The law by which a size grows: round-off, bounded, sqrt t, t, t^2, faster than t^2, exponential.
@@ -75,12 +78,13 @@ def rebuilt(name: str, variant: str, numbers: Mapping[str, str], span: float) ->
 
 
 def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any]) -> pd.DataFrame:
-    """Drift laws: one row a series and quantity ("error" or an invariant), at the loosest setting that is ok.
+    """Drift laws: one row a series and quantity ("error" or an invariant), at the setting with an error nearest 1e-5.
 
-    There drift stands clearest above round-off. `frame` holds the store's rows of that file; `chosen` marks the rows
-    to look at.
+    There growth stands clear above round-off, and is small enough to follow its law. `frame` holds the store's rows of
+    that file; `chosen` marks the rows to look at.
     """
-    wanted = frame[(frame["status"] == "ok") & chosen].sort_values(["launch", "setting"], ascending=[True, False])
+    wanted = frame[(frame["status"] == "ok") & chosen & (frame["error_max"] > 0)]
+    wanted = wanted.assign(away=np.abs(np.log10(wanted["error_max"] / CLEAR))).sort_values(["launch", "away"])
     wanted = wanted.groupby(SERIES, dropna=False).head(1)
     sampled = store.states(path, wanted["measurement"].tolist())
     rows: list[tuple[Any, ...]] = []

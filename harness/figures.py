@@ -276,18 +276,18 @@ def tolerance_strip(points: pd.DataFrame, look: pd.DataFrame) -> alt.LayerChart:
 def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
     """What each simpler model errs by, over one period and over the span; crudest first.
 
-    `rungs`: ladder (the full case), model, lacks, error, early.
+    `rungs`: ladder (the full case), label, lacks, error, early.
     """
     spans = {"error": "over the whole span", "early": "over the first period"}
-    long = rungs.melt(["ladder", "model", "lacks"], list(spans), "over", "size")
+    long = rungs.melt(["ladder", "label", "lacks"], list(spans), "over", "size")
     table = long[long["size"] > 0].assign(
         decades=lambda rows: np.log10(rows["size"]),
-        label=lambda rows: [f"{error:.2g}" for error in rows["size"]],
-        place=lambda rows: rows["ladder"] + " as " + rows["model"],
+        place=lambda rows: rows["ladder"] + " as " + rows["label"],
+        words=lambda rows: [f"{error:.2g}" for error in rows["size"]],
         over=lambda rows: rows["over"].map(spans),
     )
     base = alt.Chart(alt.NamedData("rungs"))
-    places = list(dict.fromkeys(rungs["ladder"] + " as " + rungs["model"]))
+    places = list(dict.fromkeys(rungs["ladder"] + " as " + rungs["label"]))
     y = alt.Y("place:N", title=None, sort=places, axis=alt.Axis(labelLimit=330, ticks=False, domain=False))
     x = alt.X(
         "decades:Q",
@@ -303,12 +303,12 @@ def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
         alt.Tooltip("place:N", title="model"),
         alt.Tooltip("lacks:N"),
         alt.Tooltip("over:N"),
-        alt.Tooltip("label:N", title="error"),
+        alt.Tooltip("words:N", title="error"),
     ]
     lines = base.mark_line(color="#b9b6ae", strokeWidth=2).encode(x, y, detail="place:N")
     dots = base.mark_point(size=120, filled=True, opacity=1).encode(x, y, color=colour, shape=shape, tooltip=tooltip)
-    words = base.mark_text(baseline="bottom", dy=-8, color=INK, fontSize=11).encode(x, y, text="label:N")
-    data = {"rungs": _kept(table, "place", "lacks", "over", "label", "decades")}
+    words = base.mark_text(baseline="bottom", dy=-8, color=INK, fontSize=11).encode(x, y, text="words:N")
+    data = {"rungs": _kept(table, "place", "lacks", "over", "words", "decades")}
     return dressed(alt.layer(lines, dots, words).properties(width=640, height=38 * len(places), datasets=data))
 
 
@@ -340,4 +340,4 @@ def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
         tooltip=["scene:N", "engine:N", "policy:N", "step:Q", alt.Tooltip("error:Q", format=".2e"), "status:N"],
     )
     data = {"points": _kept(table, "place", "scene", "engine", "policy", "step", "error", "status", "decades")}
-    return dressed(alt.layer(lines, dots).properties(width=640, height=20 * len(set(places)), datasets=data))
+    return dressed(alt.layer(lines, dots).properties(width=640, height=20 * table["place"].nunique(), datasets=data))

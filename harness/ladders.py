@@ -25,9 +25,12 @@ def worth(full: Case) -> list[dict[str, Any]]:
         return []
     early = np.arange(1, 65) * (min(2 * math.pi * full.time_scale, float(full.times[-1])) / 64)
     effects = [rung.effect for rung in rungs[1:]] + ["the full model"]
+    names = [rung.case.name for rung in rungs]
     rows = []
-    for rung, lacks in zip(rungs, effects, strict=True):
+    for place, (rung, lacks) in enumerate(zip(rungs, effects, strict=True)):
+        again = f" ({names[: place + 1].count(rung.case.name)})" if names.count(rung.case.name) > 1 else ""
         row: dict[str, Any] = {"ladder": full.name, "model": rung.case.name, "effect": rung.effect, "lacks": lacks}
+        row["label"] = rung.case.name + again
         for name, times in (("error", full.times), ("early", early)):
             model = rung.project(rung.case.sample(times))
             row[name] = float(np.max(full.metric.distance(model, full.sample(times))))
@@ -66,13 +69,7 @@ def ladders(cases: Iterable[Case], equal: pd.DataFrame, reduced: pd.DataFrame) -
         for row in found:
             rows.append(row | cost(case.name, row["model"], equal, reduced))
         if found:
-            last = {
-                "ladder": case.name,
-                "model": case.name,
-                "effect": "the full model",
-                "lacks": "",
-                "error": 0.0,
-                "early": 0.0,
-            }
+            last = {"ladder": case.name, "model": case.name, "label": case.name, "effect": "the full model"}
+            last |= {"lacks": "", "error": 0.0, "early": 0.0}
             rows.append(last | cost(case.name, case.name, equal, reduced))
     return pd.DataFrame(rows)

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import vl_convert
 from gnomon.cases.case import Case
-from gnomon.harness import analysis, figures, ladders, store, style, tables
+from gnomon.harness import analysis, figures, findings, ladders, store, style, tables
 from gnomon.harness.drift import laws, rebuilt
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup, escape
@@ -181,6 +181,7 @@ def page_context(
         "results": run.path.name,
         "history": history[-1],
         "environment": history[-1]["environment"],
+        "findings": findings.findings(run.equal, policy_points(run), DECIMAL_STEPS[1]),
         "targets": [tables.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
         "cases": case_list,
         "counts": {

@@ -54,17 +54,18 @@ LETTERS = {
 
 def family(row: pd.Series) -> str:
     """What kind of method a series is, from what its integrator declared."""
-    if row["policy"]:
+    if row["engine"]:
         return "physics engine"
     if row["setting_kind"] == "tolerance":
         return "adaptive step"
-    claims = str(row.get("conserves", ""))
+    claims = str(row["conserves"])
     return "fixed step, geometric" if any(word in claims for word in ("symplectic", "attitude")) else "fixed step"
 
 
 def styles(frame: pd.DataFrame) -> pd.DataFrame:
     """Label, colour, shape and dash of each integrator, well ordered: by library, family and order."""
     one = frame.drop_duplicates("integrator_id").copy()
+    one["engine"] = one["integrator_id"].isin(frame.loc[frame["form"] == "SceneForm", "integrator_id"])
     one["family"] = one.apply(family, axis=1)
     libraries = [name for name in HUES if name in set(one["library"])]
     libraries += sorted(set(one["library"]) - set(HUES))

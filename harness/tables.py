@@ -23,6 +23,8 @@ MEANINGS = {
     "not_installed": "the library is not installed on this machine",
 }
 
+LAWS = {"sqrt t": "√t", "t^2": "t²", "faster than t^2": "faster than t²"}
+
 
 def time_text(seconds: float) -> str:
     """A time to three figures with its unit."""
@@ -166,12 +168,14 @@ def stability_rows(
 
 
 def _first(series: dict[str, Any]) -> str:
+    if series["failure"] == "skipped":
+        return f"{series['counts']['skipped']} beyond the time limit"
     return f"{series['failure']}: {series['reason']}" if series["failure"] else ""
 
 
 def _order(measured: pd.DataFrame, key: tuple[str, ...]) -> Cell:
     if key not in measured.index:
-        return Cell("–", "adaptive", "none")
+        return Cell("–", kind="none")
     found = measured.loc[key]
     declared = f"declared {found['declared']:.0f}" if math.isfinite(found["declared"]) else ""
     if not math.isfinite(found["order"]):
@@ -191,10 +195,12 @@ def _drift(laws: pd.DataFrame | None) -> list[Cell]:
         return [Cell("–", kind="none"), Cell("–", kind="none")]
     words = {law["quantity"]: (law["law"], law["size"]) for law in laws.to_dict("records")}
     error = words.pop("error", None)
-    first = Cell(error[0], f"reaches {error_text(error[1])}") if error else Cell("–", kind="none")
+    first = Cell(LAWS.get(error[0], error[0]), f"reaches {error_text(error[1])}") if error else Cell("–", kind="none")
     if not words:
         return [first, Cell("–", "no constant invariant", "none")]
-    text = "; ".join(f"{name.replace('_', ' ')}: {law} ({error_text(size)})" for name, (law, size) in words.items())
+    text = "; ".join(
+        f"{name.replace('_', ' ')}: {LAWS.get(law, law)} ({error_text(size)})" for name, (law, size) in words.items()
+    )
     return [first, Cell("", text)]
 
 
