@@ -196,7 +196,11 @@ class BlockInclineFriction(Case):
 
     def scales(self) -> dict[str, float]:
         """In closed form: extremes are at the start, the stop and the end."""
-        times = [Fraction(0), self.span, *(Fraction(float(event.time)) for event in self.events())]
+        times = [
+            Fraction(0),
+            Fraction(float(self.times[-1])),
+            *(Fraction(float(event.time)) for event in self.events()),
+        ]
         states = [self.exact(t) for t in times]
         lengths, speeds = (float(max(abs(state[i]) for state in states)) for i in (0, 1))
         return {"length": lengths or 1.0, "velocity": speeds or 1.0}

@@ -190,7 +190,7 @@ class BouncingBall(Case):
 
     def scales(self) -> dict[str, float]:
         """In closed form: the highest apex, the hardest impact."""
-        motion, end = self._exact, self.span
+        motion, end = self._exact, Fraction(float(self.times[-1]))
         if motion.rests:
             return {"length": 1.0, "velocity": 1.0}
         apexes = (self.initial_state[1] / self.parameters["g"], Fraction(float(motion.apex_after(1))))

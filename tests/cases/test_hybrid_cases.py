@@ -1,0 +1,189 @@
+"""What the ball and the block promise as cases: events, samples clear of them, the metric at a jump, conditioning."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+from gnomon.cases import Case, case_class, get
+from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
+from gnomon.reference.precision import exact as exact_number
+
+ALL = [
+    (name, variant)
+    for name in ("bouncing_ball", "block_incline_friction")
+    for variant in (None, *(v.name for v in case_class(name).variants))
+    if variant != "elastic_1e6"  # a million events: its list takes seconds, and `elastic` shows the same
+]
+every = pytest.mark.parametrize(("name", "variant"), ALL, ids=lambda x: x or "default")
+
+
+@every
+def test_events_satisfy_guard_and_reset(name: str, variant: str | None) -> None:
+    """At each event the guard is zero and the reset maps the state before onto the state after, to 28 digits of 30."""
+    case = get(name, variant).rounded()
+    assert case.hybrid is not None
+    by_name = {transition.name: transition for transition in case.hybrid.transitions}
+    previous = mpmath.mpf(0)
+    with mpmath.workdps(40):
+        parameters = tuple(mpmath.mpf(float(value)) for value in case.parameter_values())
+        size = max(case.scales().values())
+        for event in [*case.events(30)[:60], *case.events(30)[-3:]]:
+            assert event.time >= previous or event is case.events(30)[-3]
+            previous = event.time
+            if event.name == "limit":
+                assert event.after == (0, 0)
+                continue
+            transition = by_name[event.name]
+            assert transition.guard(event.time, event.before, parameters)[0] == 0
+            landed = transition.reset(event.time, event.before, parameters)
+            assert all(abs(a - b) < size * mpmath.mpf("1e-28") for a, b in zip(landed, event.after, strict=True))
+
+
+@every
+def test_events_are_where_the_exact_motion_has_them(name: str, variant: str | None) -> None:
+    case = get(name, variant).rounded()
+    events = case.events(40)[:25]
+    for event, previous in zip(events, [None, *events][: len(events)], strict=True):
+        if previous is not None and previous.time == event.time:
+            continue  # e = 0: the impact is the limit
+        with mpmath.workdps(60):
+            near = [case.exact(event.time * (1 + sign * mpmath.mpf("1e-35")), 40) for sign in (-1, 1)]
+            allowed = mpmath.mpf("1e-30") * max(case.scales().values()) * (1 + event.time)
+            for state, expected in zip(near, (event.before, event.after), strict=True):
+                assert all(abs(a - b) < allowed for a, b in zip(state, expected, strict=True))
+
+
+@every
+def test_exact_motion_follows_the_equations_of_its_mode(name: str, variant: str | None) -> None:
+    """Between events: central differences over 1e-20 of the motion to 60 digits against the mode's equations."""
+    case = get(name, variant).rounded()
+    hybrid = case.hybrid
+    assert hybrid is not None
+    with mpmath.workdps(70):
+        functions = mpmath_arithmetic(mpmath.mp)
+        parameters = tuple(mpmath.mpf(float(value)) for value in case.parameter_values())
+        for t in case.times[::9].tolist():
+            h = mpmath.mpf("1e-20")
+            before, now, after = (case.exact(mpmath.mpf(t) + k * h, 60) for k in (-1, 0, 1))
+            mode = hybrid.mode(hybrid.start(t, now, parameters))
+            rates = rebind(mode.equations, functions)(t, now, (*parameters, *mode.constants))
+            for a, b, rate in zip(before, after, rates, strict=True):
+                assert abs((b - a) / (2 * h) - rate) < mpmath.mpf("1e-30") * (1 + max(case.scales().values()))
+
+
+@every
+def test_samples_keep_clear_of_every_event(name: str, variant: str | None) -> None:
+    case = get(name, variant).rounded()
+    if variant and variant.startswith("engines"):
+        return  # engines want decimal times, which cannot move
+    events = [0.0, *(float(event.time) for event in case.events(20))]
+    gaps = np.diff(events)
+    for event, before, after in zip(events[1:], gaps, [*gaps[1:], *gaps[-1:]], strict=True):
+        assert np.min(np.abs(case.times - event)) >= 0.999e-3 * min(before, after)
+    assert abs(case.times[-1] / float(case.span) - 1) < 1e-3
+
+
+@every
+def test_scales_are_the_largest_norms(name: str, variant: str | None) -> None:
+    case = get(name, variant).rounded()
+    end = float(case.times[-1])
+    early = np.linspace(0, min(end, 6 * case.time_scale), 300)[1:]
+    states = np.abs(case.sample(np.union1d(np.linspace(0, end, 300)[1:], early)))
+    for peak, scale in zip(states.max(axis=0), case.scales().values(), strict=True):
+        assert peak <= scale * (1 + 1e-12)
+        assert peak > 0.98 * scale or peak == 0  # samples miss the peaks by a little
+
+
+def test_a_late_impact_is_a_small_error() -> None:
+    """1e-3 s late at an impact costs 1e-3 s of the motion, and not the jump of the velocity."""
+    case = get("bouncing_ball", e=1).rounded()
+    first = float(case.quantities()["first_impact"])
+    times = np.array([first - 1e-4, first + 3e-4, first + 0.2])
+    late = case.sample(times - 1e-3)
+    plain = np.max(list(case.metric.by_group(late, case.sample(times)).values()), axis=0)
+    distance = case.metric.distance(late, case.sample(times))
+    assert plain[1] > 1.9
+    assert np.all(distance < 1e-3 * 4.5 * 1.5)  # the fastest rate is u = 4.43 heights a second
+    assert np.all(distance > 1e-3)
+
+
+def test_a_state_below_the_plane_that_never_reaches_it_has_a_distance() -> None:
+    case = get("bouncing_ball").rounded()
+    exact = case.sample(case.times)
+    assert np.all(np.isfinite(case.metric.distance(exact - [10.0, 0.0], exact)))
+
+
+def test_where_events_crowd_only_position_is_scored() -> None:
+    limit = get("bouncing_ball", "zeno").rounded().quantities()["t_inf"]
+    case = get("bouncing_ball", e="0.999", span=float(limit) * (1 - 2.0**-30)).rounded()
+    times = case.times
+    assert len(case.metric.crowded) == 1
+    assert times[-1] in case.metric.crowded
+    exact = case.sample(times)
+    wrong = exact + np.array([0.0, 0.5])
+    assert case.metric.distance(wrong, exact, times)[-1] == 0
+    assert case.metric.distance(wrong, exact, times)[0] > 0.01
+    assert case.metric.distance(wrong, exact)[-1] > 0.01
+    assert not get("bouncing_ball").rounded().metric.crowded
+
+
+@pytest.mark.parametrize(("variant", "held"), [("limit_above", True), ("limit_below", False)])
+def test_one_double_decides_whether_the_block_holds(variant: str, held: bool) -> None:
+    case = get("block_incline_friction", variant).rounded()
+    mu_s = float(case.parameters["mu_s"])
+    with mpmath.workdps(40):
+        tangent = mpmath.tan(mpmath.mpf(float(case.parameters["alpha"])))
+        assert (mpmath.mpf(mu_s) > tangent) == held
+        other = math.nextafter(mu_s, 0 if held else 1)
+        assert (mpmath.mpf(other) > tangent) != held
+    assert (case.exact(case.span)[1] == 0) == held
+    hybrid = case.hybrid
+    assert hybrid is not None
+    parameters = tuple(map(float, case.parameter_values()))
+    stop = hybrid.transitions[0]
+    assert stop.lands(1.0, (1.0, 0.0), parameters) == ("stick" if held else "down")
+    assert stop.lands(1.0, (1.0, 0.0), tuple(map(mpmath.mpf, parameters))) == ("stick" if held else "down")
+    # a rounding across the limit does the opposite, which is no conditioning
+    assert case.conditioning(case.times).max() < 1e-14
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers", "says"),
+    [
+        ("bouncing_ball", {"e": "1.1"}, "e = 1.1"),
+        ("bouncing_ball", {"e": -1}, "e = -1"),
+        ("bouncing_ball", {"g": 0}, "g = 0"),
+        ("bouncing_ball", {"initial_state": (0, -1)}, "does not move down"),
+        ("bouncing_ball", {"initial_state": (-1, 0)}, "y = -1"),
+        ("block_incline_friction", {"alpha": "1.6"}, "alpha = 1.6"),
+        ("block_incline_friction", {"mu_k": "0.5"}, "mu_k <= mu_s"),
+        ("block_incline_friction", {"mu_x": 1}, "did you mean mu_"),
+    ],
+)
+def test_impossible_numbers_are_named(name: str, numbers: dict[str, object], says: str) -> None:
+    with pytest.raises(ValueError, match=says.replace("(", r"\(")):
+        get(name, **numbers)  # type: ignore[arg-type]
+
+
+def test_quantities_of_the_ball() -> None:
+    found = get("bouncing_ball", "before_limit").quantities(30)
+    assert (found["t_inf"], found["first_impact"], found["bounces"]) == (7, 1, 48)
+    assert get("bouncing_ball").quantities()["bounces"] == mpmath.inf
+    assert "t_inf" not in get("bouncing_ball", "elastic").quantities()
+    tenth = [event.time for event in get("bouncing_ball", "engines_e08").events(30)]
+    assert len(tenth) == 10
+
+
+def test_the_elastic_ball_retraces_its_way() -> None:
+    case: Case = get("bouncing_ball", e=1, initial_state=(1, 2))
+    t = Fraction(41, 7)
+    there = case.reversed([exact_number(x) for x in case.exact(t, 40)])
+    assert there is not None
+    back = case.with_numbers(*there).exact(t, 40)
+    assert abs(back[0] - 1) < 1e-36
+    assert abs(back[1] + 2) < 1e-36
+    assert get("bouncing_ball").reversed((1, 2)) is None

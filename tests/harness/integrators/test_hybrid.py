@@ -1,0 +1,202 @@
+"""Events on the step length: located to round-off, in the right order, with the method's order kept."""
+
+from __future__ import annotations
+
+from math import sin
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from gnomon.cases import get
+from gnomon.cases.forms import Hybrid, Mode, Transition, Values
+from gnomon.harness.adapters import scipy_events
+from gnomon.harness.events import score_events
+from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Steps
+from gnomon.harness.integrators.hybrid import Dop853Events, EulerEvents, RK4Events
+from gnomon.harness.problem import counting, initial_state, problem_of
+from gnomon.reference.pendulum import Pendulum
+from gnomon.reference.precision import exact
+
+BALL = [None, "before_limit", "dead", "upward", "from_plane", "engines_e1", "engines_e08"]
+BLOCK = [
+    None, "holds", "limit_above", "limit_below", "gap", "rest_slides", "rest_sticks", "thrown_down", "end_stop",
+    "engines_stop", "engines_slide", "engines_stick",
+]  # fmt: skip
+VARIANTS = [("bouncing_ball", v) for v in BALL] + [("block_incline_friction", v) for v in BLOCK]
+EXACT_METHODS = [RK4Events, Dop853Events, scipy_events.RK45, scipy_events.DOP853, scipy_events.Radau]
+"""Methods that integrate a constant acceleration exactly: what they err is the event handling."""
+
+RESTITUTION = 0.75
+
+
+def swing(t: Any, state: Values, parameters: Values) -> Values:
+    theta, omega = state
+    (stiffness,) = parameters
+    return omega, -stiffness * sin(theta)
+
+
+def wall(t: Any, state: Values, parameters: Values) -> Values:
+    theta, _ = state
+    return (theta,)
+
+
+def rebound_from_wall(t: Any, state: Values, parameters: Values) -> Values:
+    theta, omega = state
+    return theta, -3 * omega / 4
+
+
+def swinging(t: Any, state: Values, parameters: Values) -> str:
+    return "swing"
+
+
+WALL = Hybrid(
+    modes=(Mode("swing", swing),),
+    start=swinging,
+    transitions=(Transition("knock", "swing", wall, -1, rebound_from_wall, swinging),),
+    settle=1e-9,
+)
+"""A pendulum that knocks against a wall at the bottom of its swing and keeps 3/4 of its speed."""
+
+START = np.array([[1.0, 0.25]])
+TIMES = np.arange(1, 65) / 8
+PROBLEM = Problem(WALL, 2, np.array([1.0]), TIMES, 1.0)
+
+
+def knocks() -> tuple[np.ndarray, list[float]]:
+    """Exact states and event times: half swings of pendulums, each released from the wall by the one before."""
+    states, events = [], []
+    motion = Pendulum(exact(1), exact(1), exact(1.0), exact(0.25))
+    with mpmath.workdps(40):
+        # to the top of the first swing, then a quarter: found by bisection on the exact motion
+        low, high = mpmath.mpf(1), mpmath.mpf(3)
+        for _ in range(120):
+            middle = (low + high) / 2
+            low, high = (middle, high) if motion.state(middle, 35)[0] > 0 else (low, middle)
+        begin, end = mpmath.mpf(0), low
+        for t in map(mpmath.mpf, TIMES.tolist()):
+            while t >= end:
+                omega = -mpmath.mpf(3) / 4 * motion.state(end - begin, 35)[1]
+                events.append(float(end))
+                motion = Pendulum(exact(1), exact(1), exact(0), exact(omega))
+                begin, end = end, end + motion.period(35) / 2
+            states.append([float(x) for x in motion.state(t - begin, 35)])
+    return np.array(states), events
+
+
+EXACT, KNOCKS = knocks()
+
+
+def errors(kind: type[Integrator], setting: float) -> tuple[float, float, Solution]:
+    """Largest error of a state and of an event time."""
+    solution = kind().prepare(PROBLEM, setting)(START)
+    assert solution.events is not None
+    assert [name for _, name in solution.events] == ["knock"] * len(KNOCKS)
+    late = max(abs(t - true) for (t, _), true in zip(solution.events, KNOCKS, strict=True))
+    return float(np.abs(solution.states[0] - EXACT).max()), late, solution
+
+
+@pytest.mark.parametrize(("kind", "coarsest"), [(EulerEvents, 2**-9), (RK4Events, 2**-3)])
+def test_the_order_survives_events_in_a_curved_motion(kind: type[EulerEvents], coarsest: float) -> None:
+    """Slope of the error of states and of event times over 5 halvings of the step."""
+    steps = coarsest / 2.0 ** np.arange(5)
+    found = np.array([errors(kind, float(h))[:2] for h in steps])
+    for column in found.T:
+        slope = np.polyfit(np.log(steps), np.log(column), 1)[0]
+        assert abs(slope - kind.order) < 0.2
+
+
+@pytest.mark.parametrize("kind", [Dop853Events, scipy_events.DOP853])
+def test_events_of_a_curved_motion_are_located_to_the_tolerance(kind: type[Integrator]) -> None:
+    """4 knocks and some 60 steps of an error of 1e-12 each."""
+    state, late, _ = errors(kind, 1e-12)
+    assert state < 1e-10
+    assert late < 1e-10
+
+
+def test_round_off_is_reached_at_a_knock() -> None:
+    state, late, _ = errors(Dop853Events, 1e-14)
+    assert late < 8 * np.spacing(8.0)  # a few ulps of the last time
+    assert state < 1e-14
+
+
+@pytest.mark.parametrize(("name", "variant"), VARIANTS)
+@pytest.mark.parametrize("kind", EXACT_METHODS, ids=lambda kind: f"{kind.library}-{kind.name}")
+def test_reproduces_the_exact_events(name: str, variant: str | None, kind: type[Integrator]) -> None:
+    """The motion between events is a parabola, exact for these methods: what remains is round-off.
+
+    Round-off of up to 2000 steps and 100 events, as a random walk about 100 ulp; SciPy's interpolants add theirs.
+    """
+    case = get(name, variant).rounded()
+    problem = problem_of(case, (Hybrid,))
+    setting = problem.interval / 4 if isinstance(kind.sweep, Steps) else 1e-9
+    solution = kind().prepare(problem, setting)(initial_state(case)[None])
+    assert solution.stopped is None
+    assert solution.events is not None
+    distance = case.metric.distance(solution.states[0], case.sample(case.times), case.times)
+    score = score_events(solution.events, case.events())
+    assert (score.missing, score.extra) == (0, 0)
+    assert distance.max() < 1e-12
+    assert score.time_error < 1e-12 * float(case.span)
+
+
+def test_twenty_thousand_impacts_up_to_the_limit() -> None:
+    """Within ten times the conditioning, which is what half an ulp in each number does to the motion."""
+    case = get("bouncing_ball", "zeno").rounded()
+    problem = problem_of(case, (Hybrid,))
+    solution = RK4Events().prepare(problem, problem.interval)(initial_state(case)[None])
+    assert solution.events is not None
+    score = score_events(solution.events, case.events())
+    assert (score.missing, score.extra) == (0, 0)
+    assert score.time_error < 1e-10
+    assert case.metric.distance(solution.states[0], case.sample(case.times)).max() < 1e-9
+    assert np.all(solution.states[0, case.times > float(case.quantities()["t_inf"])] == 0)
+
+
+@pytest.mark.parametrize("kind", [RK4Events, scipy_events.RK45])
+def test_one_flight_or_many_within_a_step(kind: type[Integrator]) -> None:
+    """Steps of a whole sampling interval hold several flights near the limit; none may fall through the plane."""
+    case = get("bouncing_ball", span="4.5", e="0.3").rounded()
+    problem = problem_of(case, (Hybrid,))
+    setting = problem.interval if isinstance(kind.sweep, Steps) else 1e-3
+    solution = kind().prepare(problem, setting)(initial_state(case)[None])
+    assert solution.states.min() >= -5.0  # velocities
+    assert solution.states[0, :, 0].min() >= 0
+    assert solution.events is not None
+    assert solution.events[-1][1] == "limit"
+
+
+@pytest.mark.parametrize("kind", [RK4Events, Dop853Events, scipy_events.RK45])
+def test_right_hand_sides_are_counted(kind: type[Integrator]) -> None:
+    case = get("bouncing_ball").rounded()
+    problem = counting(problem_of(case, (Hybrid,)))
+    setting = problem.interval if isinstance(kind.sweep, Steps) else 1e-3
+    kind().prepare(problem, setting)(initial_state(case)[None])
+    assert problem.buffer[-1] > 97 * 4  # each event needs steps of its own
+
+
+def test_several_trajectories_are_independent_and_keep_their_starts() -> None:
+    case = get("bouncing_ball").rounded()
+    problem = problem_of(case, (Hybrid,))
+    starts = np.array([[1.0, 0.0], [2.0, 1.0]])
+    solve = RK4Events().prepare(problem, problem.interval)
+    both, second = solve(starts.copy()), solve(starts[1:].copy())
+    assert np.array_equal(both.states[1], second.states[0])
+    other = get("bouncing_ball", initial_state=(2, 1), span=case.span).rounded()
+    assert np.abs(both.states[1] - other.sample(case.times))[:20].max() < 1e-12
+
+
+def test_a_motion_that_runs_away_is_reported() -> None:
+    case = get("bouncing_ball").rounded()
+    problem = problem_of(case, (Hybrid,))
+    solution = RK4Events().prepare(problem, problem.interval)(np.array([[1e308, 1e308]]))
+    assert solution.stopped is not None
+    assert "not finite" in solution.stopped
+    assert np.isnan(solution.states).any()
+
+
+@pytest.mark.parametrize("kind", [RK4Events, Dop853Events, scipy_events.RK45])
+@pytest.mark.parametrize("setting", [0.0, -1.0])
+def test_impossible_settings_are_refused(kind: type[Integrator], setting: float) -> None:
+    with pytest.raises(Refused):
+        kind().prepare(PROBLEM, setting)
