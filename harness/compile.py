@@ -37,7 +37,8 @@ class Kernel:
     """A compiled function of a problem and its callers.
 
     `pointer`: the numba dispatcher with signature void(t, y, p, out), to be handed to compiled integrators.
-    `array`: compiled (t, y, p) -> new array. `address`: of a C function void(double t, double *y, double *p, double *out).
+    `array`: compiled (t, y, p) -> new array. `address`: of a C function
+    void(double t, double *y, double *p, double *out), what in-house methods call.
     """
 
     def __init__(self, module: types.ModuleType) -> None:
@@ -83,9 +84,9 @@ def kernel(form: Any, parameters: int, dimension: int, counted: bool = False) ->
         call = f"acceleration(t, ({_items('y', half)}), p)"
         return _kernel({"acceleration": form.acceleration}, call, half, dimension, parameters, counted)
     if isinstance(form, forms.RigidBody):
-        functions = {"inertia": form.inertia, "torque": form.torque, "euler": forms.euler_equations}
+        body: dict[str, Callable[..., Any]] = {"inertia": form.inertia, "torque": form.torque}
         call = "euler(y, inertia(p), torque(t, y, p))"
-        return _kernel(functions, call, 0, dimension, parameters, counted)
+        return _kernel({**body, "euler": forms.euler_equations}, call, 0, dimension, parameters, counted)
     raise ValueError(f"{type(form).__name__} has no right-hand side to compile")
 
 
@@ -186,7 +187,8 @@ def load_module(source: str) -> types.ModuleType:
             file.write(source)
         os.replace(temporary, path)
     specification = importlib.util.spec_from_file_location(name, path)
-    assert specification is not None and specification.loader is not None
+    assert specification is not None
+    assert specification.loader is not None
     module = importlib.util.module_from_spec(specification)
     sys.modules[name] = module
     specification.loader.exec_module(module)

@@ -45,7 +45,7 @@ def fit_order(
     or one for each). Points past the first one that falls under it are left out, whatever they do.
     """
     floors = np.broadcast_to(np.asarray(floor, dtype=np.float64), (len(steps),))
-    usable = []
+    usable: list[tuple[float, float]] = []
     for step, error, least in sorted(zip(steps, errors, floors.tolist(), strict=True), reverse=True):
         if math.isfinite(error) and error < ABOVE_FLOOR * least:
             break

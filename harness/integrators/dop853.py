@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -200,7 +201,7 @@ def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, toler
         third += (b / scale) ** 2
     if fifth == 0.0 and third == 0.0:
         return 0.0
-    return h * fifth / np.sqrt((fifth + 0.01 * third) * y.size)
+    return h * fifth / sqrt((fifth + 0.01 * third) * y.size)
 
 
 def initial_step(
@@ -214,7 +215,7 @@ def initial_step(
         speed += (k[0, i] / scale) ** 2
     if speed != speed or speed == np.inf:
         return np.nan
-    h = 1e-6 if size <= 1e-10 or speed <= 1e-10 else 0.01 * np.sqrt(size / speed)
+    h = 1e-6 if size <= 1e-10 or speed <= 1e-10 else 0.01 * sqrt(size / speed)
     h = min(h, most)
     for i in range(y.size):
         x[i] = y[i] + h * k[0, i]
@@ -222,7 +223,7 @@ def initial_step(
     bend = 0.0
     for i in range(y.size):
         bend += ((slope[i] - k[0, i]) / (tolerance * (1.0 + abs(y[i])))) ** 2
-    largest = max(np.sqrt(bend) / h, np.sqrt(speed)) / np.sqrt(float(y.size))
+    largest = max(sqrt(bend) / h, sqrt(speed)) / sqrt(float(y.size))
     if not largest < np.inf:
         return h
     step = max(1e-6, h * 1e-3) if largest <= 1e-15 else (0.01 / largest) ** (1 / 8)
