@@ -32,6 +32,7 @@ BOUND = 2.0**-78
 """A cell's error over its size: GOAL is asked for where it is tested, BOUND covers rounding and the points between."""
 NEGLIGIBLE = 1e-28
 """A component this far below the state's size has no certified digits; its cells are not refined for its sake."""
+LEAST_CELLS = 8
 CYCLE_DIGITS = 70
 BUDGET = 4000
 """States that a table may cost where no more times than that are asked for; else as many as the times."""
@@ -131,8 +132,8 @@ class _TooDearError(Exception):
 
 def _build(motion: Motion, reach: float, budget: int) -> Cells:
     """Halve the dyadic interval that holds [0, reach] until every cell that begins before `reach` is accepted."""
-    exponent = math.frexp(reach)[1]
-    waiting = [(Fraction(0), Fraction(2) ** exponent)]
+    width = Fraction(2) ** math.frexp(reach)[1] / LEAST_CELLS
+    waiting = [(k * width, width) for k in reversed(range(LEAST_CELLS))]
     edges, rows = [0.0], []
     cost = 0
     while waiting:

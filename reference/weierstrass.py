@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 from gnomon.reference.precision import Number, exact
@@ -45,13 +46,14 @@ def weierstrass(mp: Any, z: Any, g2: Any, g3: Any) -> tuple[Any, Any]:
 def _laurent(mp: Any, z: Any, g2: Any, g3: Any) -> tuple[Any, Any]:
     """z^-2 + sum of c_k z^(2k-2), k >= 2, and its derivative."""
     square = z * z
-    c = [g2 / 20, g3 / 28]
+    c = _coefficients(g2, g3, mp.prec)
     p, slope = 1 / square, -2 / square
     power, negligible, k = mp.one, 0, 2
     # With g2 or g3 zero only every third or second term is there: three in a row must be negligible.
     while negligible < 3:
-        if k > 3:
-            c.append(3 * mp.fsum(c[m - 2] * c[k - m - 2] for m in range(2, k - 1)) / ((2 * k + 1) * (k - 3)))
+        if k - 2 == len(c):
+            total = mp.fsum(c[m - 2] * c[k - m - 2] for m in range(2, k - 1))
+            c.append(3 * total / ((2 * k + 1) * (k - 3)))
         power *= square
         term = c[k - 2] * power
         p += term
@@ -59,6 +61,12 @@ def _laurent(mp: Any, z: Any, g2: Any, g3: Any) -> tuple[Any, Any]:
         negligible = negligible + 1 if abs(term) < mp.eps * abs(p) else 0
         k += 1
     return p, slope / z
+
+
+@lru_cache(maxsize=16)
+def _coefficients(g2: Any, g3: Any, precision: int) -> list[Any]:
+    """The list c_2, c_3, ... of one pair of invariants at one precision, which grows as it is used."""
+    return [g2 / 20, g3 / 28]
 
 
 def solve_quartic(mp: Any, f: Quartic, x0: Number, v0: Number, t: Any) -> tuple[Any, Any]:

@@ -42,7 +42,8 @@ def test_equation_of_motion_is_satisfied(motion, t, residual):
 def test_matrix_exponential_arrives_at_the_same_state(motion, t):
     """Scaling and squaring loses the digits of the matrix's size, 1e13 at most, squared."""
     with mpmath.workdps(130):
-        step, b, k = (mpmath.mpf(x.numerator) / x.denominator for x in (exact(t), motion.damping / motion.mass, motion.stiffness / motion.mass))  # fmt: skip
+        numbers = (exact(t), motion.damping / motion.mass, motion.stiffness / motion.mass)
+        step, b, k = (mpmath.mpf(x.numerator) / x.denominator for x in numbers)
         start = [mpmath.mpf(x.numerator) / x.denominator for x in (motion.x0, motion.v0)]
         there = mpmath.expm(mpmath.matrix([[0, step], [-k * step, -b * step]])) * mpmath.matrix(start)
         for found, right in zip(motion.state(t, 50), there, strict=True):
