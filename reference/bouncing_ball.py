@@ -13,7 +13,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 from gnomon.reference.motion import Motion, decades
@@ -39,6 +39,9 @@ class BouncingBall(Motion):
 
     def impacts(self, t: Fraction) -> int | None:
         """How many impacts lie at or before t; None at and after the limit (or at rest). Decided exactly."""
+        return _impacts(self, t)
+
+    def _impacts(self, t: Fraction) -> int | None:
         if self.rests or (self.e < 1 and self._reached(t, None)):
             return None
         if not self._reached(t, 1):
@@ -190,3 +193,9 @@ class BouncingBall(Motion):
         if self.rests:
             return mp.mpf(0)
         return mp.inf if self.e == 1 else first + u2 / g * mp.mpf(self.e**2 / (1 - self.e**2))
+
+
+@lru_cache(maxsize=1024)
+def _impacts(motion: BouncingBall, t: Fraction) -> int | None:
+    """Kept, because the guard digits, the state and the neighbouring events of one time all ask."""
+    return motion._impacts(t)

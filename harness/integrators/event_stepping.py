@@ -76,7 +76,7 @@ def step_error(h: float, y: Floats, end: Floats, table: Floats, stages: int, k: 
         third += (b / scale) ** 2
     if fifth == 0.0 and third == 0.0:
         return 0.0
-    return h * fifth / np.sqrt((fifth + 0.01 * third) * y.size)
+    return float(h * fifth / np.sqrt((fifth + 0.01 * third) * y.size))
 
 
 def locate(
