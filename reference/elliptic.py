@@ -9,11 +9,18 @@ DLMF 22.20(ii), 19.8(i), 19.22.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 
 def means(mp: Any, mc: Any, m: Any) -> tuple[list[Any], list[Any], list[Any]]:
     """The arithmetic-geometric mean from (1, sqrt(mc), sqrt(m)) until c vanishes at the working precision."""
+    return _means(mp, mc, m, mp.prec)
+
+
+@lru_cache(maxsize=32)
+def _means(mp: Any, mc: Any, m: Any, precision: int) -> tuple[list[Any], list[Any], list[Any]]:
+    """Kept, because a motion asks for the same ones at every time."""
     a, b, c = [mp.one], [mp.sqrt(mc)], [mp.sqrt(m)]
     while abs(c[-1]) > abs(a[-1]) * mp.eps:
         x, y = a[-1], b[-1]

@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
+from math import ceil
 from typing import Any, ClassVar
 
 from gnomon.reference.elliptic import complete_first, incomplete_first, jacobi
@@ -106,7 +107,9 @@ class Pendulum(Motion):
             return Cycle(self._period(mp), (turn, mp.zero))
 
     def _guard(self, t: Fraction) -> float:
-        return 15 + self._depth + decades(t * t * self.g / self.length + self.omega0**2 * t * t) / 2
+        lost = decades(t * t * self.g / self.length + self.omega0**2 * t * t) / 2
+        # In steps of 5: what does not depend on t is then computed at few precisions.
+        return 15 + self._depth + 5 * ceil(lost / 5)
 
     @cached_property
     def _depth(self) -> float:
@@ -150,14 +153,23 @@ class Pendulum(Motion):
         if self.regime == self.SEPARATRIX:
             # pi - theta = 4 atan(e^-x): no cancellation at the top.
             return sign * (mp.pi - 4 * mp.atan(mp.exp(-w * time))), sign * 2 * w * mp.sech(w * time)
-        m, mc = self._moduli(mp)
+        m, mc, turns, start = _start(self, mp, mp.prec)
         k = mp.sqrt(m)
-        theta0, omega0 = mp.mpf(self.theta0), mp.mpf(self.omega0)
         if self.regime == self.ROTATION:
-            start = incomplete_first(mp, theta0 / 2, -mc / m, 1 / m)
             phi, _, _, dn = jacobi(mp, sign * k * w * time + start, -mc / m, 1 / m)
             return 2 * phi, sign * 2 * k * w * dn
-        turns = 2 * mp.pi * mp.nint(theta0 / (2 * mp.pi))
-        start = incomplete_first(mp, mp.atan2(mp.sin((theta0 - turns) / 2) / k, omega0 / (2 * w * k)), mc, m)
         _, sn, cn, dn = jacobi(mp, w * time + start, mc, m)
         return turns + 2 * mp.atan2(k * sn, dn), 2 * k * w * cn
+
+
+@lru_cache(maxsize=32)
+def _start(motion: Pendulum, mp: Any, precision: int) -> tuple[Any, Any, Any, Any]:
+    """m, 1 - m, the turns in theta0 in rad (0 in rotation) and the elliptic argument at the start."""
+    m, mc = motion._moduli(mp)
+    theta0, omega0 = mp.mpf(motion.theta0), mp.mpf(motion.omega0)
+    if motion.regime == motion.ROTATION:
+        return m, mc, mp.zero, incomplete_first(mp, theta0 / 2, -mc / m, 1 / m)
+    turns = 2 * mp.pi * mp.nint(theta0 / (2 * mp.pi))
+    k = mp.sqrt(m)
+    phi = mp.atan2(mp.sin((theta0 - turns) / 2) / k, omega0 / (2 * motion._frequency(mp) * k))
+    return m, mc, turns, incomplete_first(mp, phi, mc, m)
