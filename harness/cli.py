@@ -105,7 +105,7 @@ def run(
     if limit is not None:
         if not 0 < limit < float("inf"):
             raise ValueError(f"--limit {limit:g}: a trial needs a positive number of seconds")
-        chosen_suite = replace(chosen_suite, limit_seconds=limit)
+        chosen_suite = replace(chosen_suite, limit_seconds=limit, variant_limit_seconds=limit)
     chosen = _chosen(case, chosen_suite.variants, parameters)
     integrators = registry.find_all(integrator)
     for one in integrators if integrator else ():

@@ -37,20 +37,25 @@ _SOURCES = ("gnomon.harness.integrators", "gnomon.harness.adapters", "gnomon.har
 class Suite:
     """How much a run does. `launches` counts the launches of default variants; other variants are launched once.
 
-    `block_seconds` is how long a trial's timed calls may take together, `repeats` their largest number.
+    `limit_seconds` is what a trial may take on a default variant, `variant_limit_seconds` on the others. The timed
+    calls of a trial take `block_seconds` together, and are at most `repeats`.
     """
 
     name: str
     launches: int
     variants: bool
     limit_seconds: float
-    block_seconds: float = 0.03
+    variant_limit_seconds: float
+    block_seconds: float = 0.02
     repeats: int = 100
+
+    def limit(self, case: Case) -> float:
+        return self.limit_seconds if case.variant is None else self.variant_limit_seconds
 
 
 SUITES = {
-    "standard": Suite("standard", launches=5, variants=True, limit_seconds=1.0),
-    "quick": Suite("quick", launches=1, variants=False, limit_seconds=0.2, block_seconds=0.01),
+    "standard": Suite("standard", 5, True, 0.5, 0.1),
+    "quick": Suite("quick", 1, False, 0.1, 0.1, block_seconds=0.01),
 }
 
 

@@ -17,7 +17,7 @@ from gnomon.harness.judge import Judge
 from gnomon.harness.plan import Series, Suite, Trial
 from gnomon.harness.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.progress import Progress
-from gnomon.harness.store import Store
+from gnomon.harness.store import Known, Store
 from gnomon.harness.sweep import Sweep
 from gnomon.harness.truth import CaseSpec, Truth, truths
 
@@ -74,7 +74,8 @@ def compare(
             found += registry.find(item)
         else:
             found.append(item() if isinstance(item, type) else item)
-    suite = replace(plan.suite("standard"), name="compare", launches=launches, limit_seconds=limit_seconds)
+    suite = replace(plan.suite("standard"), name="compare", launches=launches)
+    suite = replace(suite, limit_seconds=limit_seconds, variant_limit_seconds=limit_seconds)
     with tempfile.TemporaryDirectory(prefix="gnomon-") as folder:
         return store.load(run(folder, suite, chosen, found))
 
@@ -97,7 +98,7 @@ class _Run:
         self.results, self.number, self.suite, self.truths, self.progress = results, number, suite, truths, progress
         self.judges: dict[CaseSpec, Judge] = {}
         self.work: list[tuple[Series, tuple[Trial, ...], Judge]] = []
-        self.history = results.history(suite.limit_seconds)
+        self.history = results.history()
 
     def plan(self, series: Sequence[Series]) -> None:
         """Record the trials of all series, and at once those of pairs that are left out."""
@@ -110,6 +111,8 @@ class _Run:
             judge = self._judge(spec, one)
             trials = one.trials(judge.problem(one.form))
             rows += [one.describe(trial, **judge.summary()) for trial in trials]
+            for trial in trials:
+                self._reopen(trial, self.suite.limit(one.case))
             if one.left_out is None:
                 self.work.append((one, trials, judge))
             elif (trials[0].key, 1) not in self.history:
@@ -131,6 +134,13 @@ class _Run:
         for launch, one, trials, judge in pending:
             yield Sweep(one, trials, judge, self.suite, launch, self.history, self._record, self.progress.advance)
 
+    def _reopen(self, trial: Trial, limit_seconds: float) -> None:
+        """Forget of a trial what this run must measure anew."""
+        for launch in range(1, self.suite.launches + 1):
+            known = self.history.get((trial.key, launch))
+            if known is not None and not known.settles(limit_seconds):
+                del self.history[trial.key, launch]
+
     def _judge(self, spec: CaseSpec, series: Series) -> Judge:
         if spec not in self.judges:
             self.judges[spec] = Judge(series.case, series.formulation, self.truths[spec])
@@ -139,4 +149,4 @@ class _Run:
     def _record(self, measurement: Mapping[str, Any], settings: Any, states: Any) -> None:
         self.results.add(self.number, measurement, settings, states)
         key = (measurement["trial_key"], measurement["launch"])
-        self.history[key] = (measurement["status"], measurement.get("seconds_median"))
+        self.history[key] = Known(measurement["status"], measurement.get("seconds_median"), None)

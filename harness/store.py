@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,6 +114,18 @@ AND m.measurement = (SELECT max(n.measurement) FROM measurements n
 """
 
 
+class Known(NamedTuple):
+    """What an earlier measurement says of a trial."""
+
+    status: str
+    seconds: float | None
+    limit_seconds: float | None
+
+    def settles(self, limit_seconds: float) -> bool:
+        """Whether the trial need not run again: a higher limit reopens what a lower one cut short."""
+        return self.status not in ("timeout", "skipped") or (self.limit_seconds or 0.0) >= limit_seconds
+
+
 class Store:
     """An open results file. Every write is one transaction, so kill -9 loses at most the trial under way."""
 
@@ -151,17 +163,12 @@ class Store:
                 row = (run, trial["series"], trial["trial_key"])
                 db.execute("INSERT OR IGNORE INTO planned VALUES (?, ?, ?)", row)
 
-    def history(self, limit_seconds: float) -> dict[tuple[str, int], tuple[str, float | None]]:
-        """What need not run again: (trial_key, launch) -> (status, median seconds).
-
-        A higher limit reopens what an earlier one cut short.
-        """
+    def history(self) -> dict[tuple[str, int], Known]:
+        """What is known of every trial and launch, by (trial_key, launch): the last measurement counts."""
         rows = self._connection.execute(
-            "SELECT trial_key, launch, status, seconds_median FROM measurements"
-            " WHERE status NOT IN ('timeout', 'skipped') OR limit_seconds >= ? ORDER BY measurement",
-            (limit_seconds,),
+            "SELECT trial_key, launch, status, seconds_median, limit_seconds FROM measurements ORDER BY measurement"
         )
-        return {(key, launch): (status, seconds) for key, launch, status, seconds in rows}
+        return {(key, launch): Known(*rest) for key, launch, *rest in rows}
 
     def add(
         self,

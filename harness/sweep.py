@@ -9,12 +9,13 @@ from gnomon.harness.integrator import Tolerance
 from gnomon.harness.judge import Judge
 from gnomon.harness.plan import Series, Suite, Trial
 from gnomon.harness.registry import reference
+from gnomon.harness.store import Known
 from gnomon.harness.truth import CaseSpec
 from gnomon.harness.worker import Order, Outcome, Task
 from numpy.typing import NDArray
 
-RELAUNCHED_SECONDS = 0.2
-"""Trials above this are launched once: longer ones differ less from launch to launch than those that matter."""
+RELAUNCHED_SECONDS = 0.05
+"""Trials above this are launched once: what is that slow is on nobody's Pareto front, and would fill the run."""
 MOST_GROWTH = 16.0
 """A prediction takes the last ratio of times, at most this: below a tenth of a millisecond ratios are noise."""
 
@@ -28,7 +29,7 @@ class Record(Protocol):
 
 
 class Sweep:
-    """One launch of a series. `history` is what earlier runs know: (trial_key, launch) -> (status, seconds)."""
+    """One launch of a series. `history` is what earlier runs know by (trial_key, launch)."""
 
     def __init__(
         self,
@@ -37,12 +38,12 @@ class Sweep:
         judge: Judge,
         suite: Suite,
         launch: int,
-        history: Mapping[tuple[str, int], tuple[str, float | None]],
+        history: Mapping[tuple[str, int], Known],
         record: Record,
         finished: Callable[[], None],
     ) -> None:
         self.series, self.judge, self.suite, self.launch, self.record = series, judge, suite, launch, record
-        self.limit_seconds = suite.limit_seconds
+        self.limit_seconds = suite.limit(series.case)
         truth = judge.truth
         spec = CaseSpec.of(series.case, series.formulation)
         self.task = Task(
@@ -62,7 +63,7 @@ class Sweep:
             assert trial.setting is not None
             known = self._history.get((trial.key, self.launch))
             if known is not None:
-                self._note(*known)
+                self._note(known.status, known.seconds)
                 continue
             if self.launch > 1 and not self._worth_relaunching(trial):
                 continue
@@ -81,7 +82,12 @@ class Sweep:
         """Judge an outcome and record it."""
         trial = self._taken()
         tolerance = trial.setting if isinstance(self.series.integrator.sweep, Tolerance) else None
-        measurement, states = self.judge.measure(outcome, tolerance)
+        try:
+            measurement, states = self.judge.measure(outcome, tolerance)
+        except Exception as error:  # an answer that nobody foresaw must not cost the others theirs
+            self._note("crashed", None)
+            self._add(trial, {"status": "crashed", "reason": f"its answer cannot be judged: {error!r}"})
+            return
         self._note(measurement["status"], measurement["seconds_median"])
         self._add(trial, measurement, outcome.settings, states if self.launch == 1 else None)
 
@@ -112,8 +118,8 @@ class Sweep:
         return f"predicted {expected:.2g} s, above the limit of {self.limit_seconds:g} s"
 
     def _worth_relaunching(self, trial: Trial) -> bool:
-        _, seconds = self._history.get((trial.key, 1), ("", None))
-        return seconds is not None and seconds <= RELAUNCHED_SECONDS
+        first = self._history.get((trial.key, 1))
+        return first is not None and first.seconds is not None and first.seconds <= RELAUNCHED_SECONDS
 
     def _repeats(self) -> int:
         """Default variants are timed; on the others times are orders of magnitude."""

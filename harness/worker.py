@@ -31,7 +31,7 @@ Floats = NDArray[np.float64]
 
 MEMORY_BYTES = 16 * 2**30
 """The address space of a worker: far above any sound trial, compiled code and reservations of libraries included."""
-SLOW_SECONDS = 0.1
+SLOW_SECONDS = 0.02
 """A counted run longer than this serves as the warm-up of the timed call, which is then made once."""
 FEWEST_CALLS = 3
 """Timed calls of a trial that is not slow, whatever the block allows: a median of fewer is at the mercy of one."""

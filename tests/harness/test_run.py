@@ -16,7 +16,7 @@ import pytest
 from gnomon.harness import plan, store
 from gnomon.harness.run import compare, run
 
-SUITE = replace(plan.suite("quick"), limit_seconds=0.5, block_seconds=0.002, repeats=5)
+SUITE = replace(plan.suite("quick"), limit_seconds=0.5, variant_limit_seconds=0.5, block_seconds=0.002, repeats=5)
 CASE = "planted:Short"
 BAD = (
     planted.Hangs, planted.HangsInPrepare, planted.Aborts, planted.Exits, planted.NotANumber, planted.TooFew,

@@ -98,8 +98,11 @@ def test_what_a_later_run_replaced_is_left_out(tmp_path: Path) -> None:
             results.plan(run, [trial(key), trial("other", "t")] if key == "before" else [trial(key)])
             results.add(run, {"trial_key": key, "launch": 1, "status": "ok"})
         results.add(run, {"trial_key": "other", "launch": 1, "status": "timeout", "limit_seconds": 1.0})
-        assert set(results.history(1.0)) == {("before", 1), ("after", 1), ("other", 1)}
-        assert set(results.history(2.0)) == {("before", 1), ("after", 1)}, "a higher limit reopens a timeout"
+        known = results.history()
+    assert set(known) == {("before", 1), ("after", 1), ("other", 1)}
+    assert known["before", 1].settles(2.0)
+    assert known["other", 1].settles(1.0)
+    assert not known["other", 1].settles(2.0), "a higher limit reopens a timeout"
     assert set(store.load(tmp_path)["trial_key"]) == {"after", "other"}
     assert set(store.load(tmp_path, superseded=True)["trial_key"]) == {"before", "after", "other"}
 
