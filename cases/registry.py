@@ -21,6 +21,7 @@ _MODULES = {
     "foucault_pendulum_linear": "foucault:FoucaultLinear",
     "foucault_precession": "foucault:FoucaultPrecession",
     "projectile_parabola": "projectile:ProjectileParabola",
+    "projectile_stokes_drag": "stokes:ProjectileStokesDrag",
     "bouncing_ball": "bouncing_ball:BouncingBall",
     "block_incline_friction": "block_incline:BlockInclineFriction",
 }

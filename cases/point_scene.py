@@ -1,0 +1,58 @@
+"""Scenes of one mass point that follow from its equations: a unit mass, free or on a rail, under one force."""
+
+from __future__ import annotations
+
+from gnomon.cases.forms import Equations
+from gnomon.cases.scene import Body, Force, Readings, Scene, SceneForm, Slider, Vector
+
+UP = (0, 2)
+"""Where plane states (x, y up) stand in the engine's space, z up."""
+SPACE = (0, 1, 2)
+
+
+def free_point(equations: Equations, axes: tuple[int, ...], *more: str) -> SceneForm:
+    """A free point of mass 1 with state (position..., velocity...), pushed by what the equations say of velocity.
+
+    `axes` are the engine's axes of the state's coordinates; `more` are tokens beyond `velocity_force`.
+    """
+    half = len(axes)
+
+    def placed(values: tuple[float, ...]) -> Vector:
+        point = [0.0, 0.0, 0.0]
+        for axis, value in zip(axes, values, strict=True):
+            point[axis] = value
+        return point[0], point[1], point[2]
+
+    def picked(vector: Vector) -> tuple[float, ...]:
+        return tuple(vector[axis] for axis in axes)
+
+    def build(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+        def push(t: float, position: Vector, velocity: Vector) -> Vector:
+            return placed(equations(t, (*picked(position), *picked(velocity)), parameters)[half:])
+
+        body = Body("point", 1.0, (0.0, 0.0, 0.0), placed(state[:half]), velocity=placed(state[half:]))
+        return Scene((0.0, 0.0, 0.0), (body,), forces=(Force("point", "velocity_force", push),))
+
+    def observe(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+        position, _, velocity, _ = readings.bodies["point"]
+        return (*picked(position), *picked(velocity))
+
+    return SceneForm(build, observe, frozenset({"velocity_force", *more}), conservative=False)
+
+
+def railed_point(equations: Equations, *more: str) -> SceneForm:
+    """A point of mass 1 on a rail with state (x, v), pushed by what the equations say of v."""
+
+    def build(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+        def push(t: float, position: Vector, velocity: Vector) -> Vector:
+            return equations(t, (position[0], velocity[0]), parameters)[1], 0.0, 0.0
+
+        rail = Slider("rail", "point", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), *state)
+        body = Body("point", 1.0, (0.0, 0.0, 0.0))
+        force = Force("point", "velocity_force", push)
+        return Scene((0.0, 0.0, 0.0), (body,), sliders=(rail,), forces=(force,))
+
+    def observe(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+        return readings.joints["rail"]
+
+    return SceneForm(build, observe, frozenset({"slider", "velocity_force", *more}), conservative=False)
