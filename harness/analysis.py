@@ -215,15 +215,18 @@ def orders(reduced: pd.DataFrame) -> pd.DataFrame:
     for key, series in fixed.groupby(SERIES, dropna=False):
         errors = series["error_max"].to_numpy(float)
         floor = float(np.nanmax([series["conditioning"].max(), series["floor"].max(), 0.0]))
-        if _levelled(series["setting"].to_numpy(float), errors, float(series["order_declared"].iloc[0])):
-            floor = max(floor, float(errors.min()))  # round-off, above the conditioning
+        floor = max(floor, _plateau(series["setting"].to_numpy(float), errors, float(series["order_declared"].iloc[0])))
         fitted = fit_order(series["setting"].tolist(), errors.tolist(), floor)
         rows.append((*key, math.nan if fitted is None else fitted[0], series["order_declared"].iloc[0]))
     return pd.DataFrame(rows, columns=[*SERIES, "order", "declared"])
 
 
-def _levelled(steps: Floats, errors: Floats, order: float) -> bool:
-    """Whether a sweep, loosest first, ends on a plateau: its last slope is less than half of the declared order."""
-    if len(errors) < 2 or not math.isfinite(order):
-        return False
-    return bool(errors[-1] > errors[-2] * (steps[-1] / steps[-2]) ** (order / 2))
+def _plateau(steps: Floats, errors: Floats, order: float) -> float:
+    """The largest error at which a sweep, loosest first, levels off: where its slope falls below half of the order.
+
+    Only errors below 1e-6 count, where a slope that low is round-off and not yet a coarse step. 0 where none does.
+    """
+    if not math.isfinite(order):
+        return 0.0
+    levelled = errors[1:] > errors[:-1] * (steps[1:] / steps[:-1]) ** (order / 2)
+    return float(np.max(errors[1:][levelled & (errors[:-1] < 1e-6)], initial=0.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import fcntl
 import itertools
 import json
 import os
@@ -13,8 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from gnomon.harness.report import write_report
 
-CHROMIUM = next((path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None)
+CHROMIUM = next(
+    (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
+)
 FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--hide-scrollbars"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--remote-debugging-pipe"),
@@ -35,12 +39,17 @@ class Browser:
         assert CHROMIUM is not None
         to_browser, self._write = os.pipe()
         self._read, from_browser = os.pipe()
-        # Chromium reads its commands from descriptor 3 and writes to 4.
-        shell = f'exec "$0" "$@" 3<&{to_browser} 4>&{from_browser}'
-        command = ["timeout", "-s", "KILL", str(DEADLINE), "sh", "-c", shell, CHROMIUM, *FLAGS, f"--user-data-dir={profile}"]
+
+        def place() -> None:
+            """Chromium reads from descriptor 3 and writes to 4; copies keep the two from overwriting each other."""
+            copies = [fcntl.fcntl(descriptor, fcntl.F_DUPFD, 10) for descriptor in (to_browser, from_browser)]
+            for copy, wanted in zip(copies, (3, 4), strict=True):
+                os.dup2(copy, wanted)
+
         self._process = subprocess.Popen(
-            [*command, "about:blank"],
-            pass_fds=(to_browser, from_browser),
+            ["timeout", "-s", "KILL", str(DEADLINE), CHROMIUM, *FLAGS, f"--user-data-dir={profile}", "about:blank"],
+            preexec_fn=place,
+            close_fds=False,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
@@ -101,7 +110,7 @@ class Browser:
         for event in self.events:
             method, parameters = event.get("method"), event.get("params", {})
             if method == "Runtime.exceptionThrown":
-                found.append(json.dumps(parameters["exceptionDetails"])[:500])
+                found.append(str(parameters["exceptionDetails"].get("exception", parameters["exceptionDetails"])))
             if method == "Runtime.consoleAPICalled" and parameters["type"] in ("error", "warning", "assert"):
                 found.append(json.dumps(parameters["args"])[:500])
             if method == "Log.entryAdded" and parameters["entry"]["level"] == "error":
@@ -138,3 +147,53 @@ def browser(tmp_path: Path) -> Iterator[Browser]:
     opened = Browser(tmp_path / "profile")
     yield opened
     opened.close()
+
+
+@pytest.mark.parametrize(("width", "height"), [(1400, 900), (390, 844)])
+def test_page_in_a_browser(browser: Browser, synthetic_results: Path, tmp_path: Path, width: int, height: int) -> None:
+    page = write_report(synthetic_results, tmp_path / "reports")
+    browser.open(page, width, height)
+    assert browser.value("gnomonCharts.built") == 0, "charts below the fold are built before they are seen"
+    assert browser.value("document.documentElement.scrollWidth") == width
+
+    shown = browser.value(SCROLLED)
+    assert shown >= 4
+    assert browser.value("gnomonCharts") == {"built": shown, "failed": 0}
+    drawn = """[...document.querySelectorAll('.chart[data-state="built"]')].every((figure) => {
+        const canvas = figure.querySelector("canvas"), marks = figure.querySelectorAll("svg path").length;
+        return canvas ? canvas.width > 100 && canvas.height > 50 : marks > 30; })"""
+    assert browser.value(drawn)
+    assert browser.value("document.documentElement.scrollWidth") == width
+
+    # The other axis and another scene are drawn in place.
+    built = browser.value("gnomonCharts.built")
+    browser.value(
+        """(async () => {
+        const panel = document.querySelector('.panel[data-group="work"]:not([hidden])');
+        panel.querySelector('[data-axis="calls"]').click();
+        const select = panel.querySelector("select");
+        select.value = select.options[select.options.length - 1].value;
+        select.dispatchEvent(new Event("change"));
+        while (gnomonCharts.built + gnomonCharts.failed < WANTED) await new Promise(requestAnimationFrame);
+    })()""".replace("WANTED", str(built + 2))
+    )
+    assert browser.value("gnomonCharts.failed") == 0
+    browser.picture(tmp_path / f"page_{width}.png")
+    assert (tmp_path / f"page_{width}.png").stat().st_size > 20_000
+
+    assert browser.complaints() == []
+    assert browser.requests() == [page.resolve().as_uri()]
+
+
+def test_the_browser_sees_what_it_must_not(browser: Browser, tmp_path: Path) -> None:
+    """A console error, an exception and a request to the network are noticed, or the test above could not fail."""
+    page = tmp_path / "bad.html"
+    page.write_text(
+        '<link rel="icon" href="data:,"><img src="http://gnomon.invalid/a.png">'
+        "<script>console.error('planted'); undefined_function();</script>"
+    )
+    browser.open(page, 1400, 900)
+    complaints = " ".join(browser.complaints())
+    assert "planted" in complaints
+    assert "undefined_function" in complaints
+    assert "http://gnomon.invalid/a.png" in browser.requests()

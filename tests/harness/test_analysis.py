@@ -1,0 +1,91 @@
+"""Time at equal error, ratios, orders and verdicts on sweeps whose answers are known."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from gnomon.harness import analysis
+from gnomon.harness.store import load
+
+
+def _rows(name: str, errors: list[float], seconds: list[float], **columns: Any) -> pd.DataFrame:
+    """The rows of one series, a setting halved from one to the next, in two launches 10 % apart."""
+    launches = []
+    for launch, factor in enumerate((1.0, 1.1)):
+        rows = pd.DataFrame({"error_max": errors, "seconds_median": np.array(seconds) * factor})
+        rows["setting"] = 0.5 ** np.arange(len(errors))
+        launches.append(rows.assign(launch=launch))
+    fixed = {"case": "c", "variant": "default", "formulation": "standard", "library": "l", "integrator": name}
+    fixed |= {"integrator_id": f"l:{name}", "policy": "", "status": "ok", "reason": "", "sampling": "grid"}
+    fixed |= {"setting_kind": "step", "settings_changed": "{}", "order_declared": 2, "floor": 1e-17}
+    fixed |= {"conditioning": 1e-15, "rhs_calls": 1, "steps": 1, "turns": 0, "error_end": 0.0, "error_rms": 0.0}
+    fixed |= {"seconds_low": 1.0, "seconds_high": 1.0, "prepare_seconds": 0.0}
+    return analysis.tidy(pd.concat(launches).assign(**(fixed | columns)))
+
+
+def test_interpolation_is_linear_in_the_logarithms() -> None:
+    errors, seconds = [1e-2, 1e-4, 1e-6], [1.0, 4.0, 16.0]
+    found, bound = analysis.time_at(errors, seconds, 1e-3)
+    assert found == pytest.approx(2.0)
+    assert not bound
+    assert analysis.time_at(errors, seconds, 1e-1) == (1.0, True)
+    assert math.isnan(analysis.time_at(errors, seconds, 1e-9)[0])
+
+
+def test_a_lucky_setting_is_credited_with_what_tighter_ones_hold() -> None:
+    lucky = [1e-2, 1e-9, 1e-4, 1e-5, 1e-6]
+    assert analysis.credited(lucky).tolist() == [1e-2, 1e-4, 1e-4, 1e-5, 1e-6]
+    found, _ = analysis.time_at(lucky, [1.0, 2.0, 4.0, 8.0, 16.0], 1e-6)
+    assert found == pytest.approx(16.0)
+
+
+def test_one_lucky_setting_at_the_end_does_not_cut_the_sweep() -> None:
+    assert analysis.credited([1e-2, 1e-4, 1e-12, 1e-7, 1e-8]).tolist() == [1e-2, 1e-4, 1e-7, 1e-7, 1e-8]
+
+
+def test_settings_beyond_round_off_are_left_out() -> None:
+    held = analysis.credited([1e-4, 1e-8, 1e-12, 2e-12, 1e-10, 1e-9])
+    assert held.tolist() == [1e-4, 1e-8, 2e-12, 2e-12, math.inf, math.inf]
+
+
+def test_equal_error_takes_launches_apart_and_claims_nothing_below_1_2() -> None:
+    one = _rows("one", [1e-2, 1e-4], [1.0, 2.0])
+    near = _rows("near", [1e-2, 1e-4], [1.15, 2.3])
+    far = _rows("far", [1e-2, 1e-4], [1.3, 2.6])
+    table = analysis.equal_error(pd.concat([one, near, far]), targets=[1e-2]).set_index("integrator_id")
+    assert table.loc["l:one", "seconds"] == pytest.approx(1.05)
+    assert (table.loc["l:one", "low"], table.loc["l:one", "high"]) == (1.0, pytest.approx(1.1))
+    assert table["tied"].to_dict() == {"l:one": True, "l:near": True, "l:far": False}
+    assert table.loc["l:far", "ratio"] == pytest.approx(1.3)
+
+
+def test_order_is_measured_above_the_plateau_of_round_off() -> None:
+    errors = [max(1e-3 * 0.25**k, 3e-13 * 0.9**k) for k in range(20)]
+    rows = analysis.settings(_rows("verlet", errors, [1.0] * 20, conditioning=1e-16))
+    assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0, abs=0.01)]
+
+
+def test_verdicts() -> None:
+    good = _rows("good", [1e-2, 1e-4], [1.0, 2.0])
+    cut = _rows("cut", [1e-2, 1e-4], [1.0, 2.0])
+    cut.loc[cut["setting"] < 1, "status"] = "skipped"
+    broken = _rows("broken", [1e-2, 1e-4], [1.0, 2.0])
+    broken.loc[broken["setting"] == 1, ["status", "reason"]] = ["diverged", "why"]
+    never = _rows("never", [2.0, 1.0], [1.0, 2.0], status="inaccurate")
+    matrix = analysis.status_matrix(analysis.settings(pd.concat([good, cut, broken, never])))
+    verdicts = matrix.set_index("integrator_id")["verdict"].to_dict()
+    assert verdicts == {"l:good": "ok", "l:cut": "ok", "l:broken": "partly", "l:never": "inaccurate"}
+    assert matrix.set_index("integrator_id").loc["l:broken", "reason"] == "why"
+
+
+def test_a_stored_run_is_read(synthetic_results: Path) -> None:
+    frame = analysis.tidy(load(synthetic_results))
+    table = analysis.equal_error(frame)
+    assert (table["ratio"] >= 1).all()
+    assert (table.groupby(["case", "variant", "target"])["ratio"].min() == 1).all()
+    assert set(analysis.trust(analysis.settings(frame))["integrator_id"]) == set(frame["integrator_id"])
