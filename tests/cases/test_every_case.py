@@ -1,0 +1,181 @@
+"""What every case promises, over its whole domain: the tests that a new case gets for free."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import pytest
+from gnomon.cases import Case, case_class, get, names
+from gnomon.cases.forms import FirstOrder
+from gnomon.cases.numbers import Range
+from gnomon.harness import certify
+from gnomon.reference.precision import exact, working
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+NAMES = names()
+SMOOTH = tuple(name for name in NAMES if get(name).hybrid is None)
+AUTONOMOUS = tuple(name for name in SMOOTH if case_class(name).autonomous)
+REVERSIBLE = tuple(name for name in SMOOTH if get(name).reversed(get(name).initial_state) is not None)
+AGREED = 40
+"""Digits asked of a random draw, below the 45 of the certificates: its span may hold more growth."""
+fractions = st.fractions(min_value=0, max_value=1, max_denominator=997)
+
+
+@st.composite
+def cases(draw: st.DrawFn, name: str) -> Case:
+    """A case with numbers from its domain."""
+    kind = case_class(name)
+    labels = [p.name for p in kind.parameter_list] + [c.name for c in kind.state]
+    numbers = {}
+    for label in labels:
+        low, high = kind.domain.ranges.get(label, Range()).typical
+        number = draw(st.floats(low, high))
+        # Nearer to zero an exact motion is as right as elsewhere, but may need thousands of digits on its way.
+        numbers[label] = number if abs(number) > 1e-15 else 0.0
+    assume(kind.domain.admits({label: Fraction(value) for label, value in numbers.items()}))
+    state = [numbers.pop(c.name) for c in kind.state]
+    try:
+        return get(name, initial_state=state, **numbers)
+    except ValueError as error:
+        if "span" in str(error):
+            assume(False)
+        raise
+
+
+def agreed(first: Any, second: Any, case: Case) -> float:
+    """Digits in which two states agree, relative to the size of the motion."""
+    with working(3 * certify.DIGITS) as mp:
+        return certify._agreed(
+            (mp.mpf(a) - mp.mpf(b), size) for a, b, size in zip(first, second, certify._sizes(case), strict=True)
+        )
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_exact_motion_satisfies_the_equations(name: str) -> None:
+    @given(cases(name), fractions)
+    def check(case: Case, share: Fraction) -> None:
+        assert certify._residual(case, certify._equations(case), case.span * share) >= AGREED
+        assert certify._start(case) >= AGREED
+
+    check()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_digits_asked_for_are_right(name: str) -> None:
+    @given(cases(name), fractions)
+    def check(case: Case, share: Fraction) -> None:
+        assert certify._rounding(case, [case.span * share]) >= AGREED
+
+    check()
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_constant_invariants_stay_constant(name: str) -> None:
+    @given(cases(name), fractions)
+    def check(case: Case, share: Fraction) -> None:
+        if any(invariant.law == "constant" for invariant in case.invariants.values()):
+            assert certify._invariants(case, [case.span * share]) >= AGREED
+
+    check()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_decaying_invariants_do_not_grow(name: str) -> None:
+    @given(cases(name), fractions, fractions)
+    def check(case: Case, one: Fraction, other: Fraction) -> None:
+        parameters = tuple(float(v) for v in case.parameter_values())
+        for label, invariant in case.invariants.items():
+            if invariant.law != "decays":
+                continue
+            values = []
+            for t in sorted((case.span * one, case.span * other)):
+                state = tuple(float(x) for x in case.exact(t, 20))
+                values.append(invariant.function(float(t), state, parameters)[0])
+            # evaluated in doubles: a few roundings of its terms
+            assert values[1] <= values[0] + 1e-13 * (abs(values[0]) + sum(x * x for x in certify._sizes(case))), label
+
+    check()
+
+
+@pytest.mark.parametrize("name", AUTONOMOUS)
+def test_motions_compose(name: str) -> None:
+    """x(t + s) is x(s) from x(t): the state after t, to 100 digits, starts the same motion."""
+
+    @given(cases(name), fractions)
+    def check(case: Case, share: Fraction) -> None:
+        t = case.span * share
+        halfway = [exact(x) for x in case.exact(t, 120)]
+        try:
+            rest = case.with_numbers(halfway, case.parameters)
+        except ValueError:
+            return  # rounded out of the domain, where the start stands on its edge
+        assert agreed(rest.exact(case.span - t, 50), case.exact(case.span, 50), case) >= AGREED
+
+    check()
+
+
+@pytest.mark.parametrize("name", REVERSIBLE)
+def test_the_reversed_motion_retraces_it(name: str) -> None:
+    @given(cases(name), fractions)
+    def check(case: Case, share: Fraction) -> None:
+        t = case.span * share
+        there = case.reversed([exact(x) for x in case.exact(t, 120)])
+        assert there is not None
+        back = case.with_numbers(*there)
+        returned = back.reversed(back.exact(t, 50))
+        assert returned is not None
+        assert agreed(returned[0], case.initial_state, case) >= AGREED
+
+    check()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_equations_read_the_state_and_parameters_that_the_case_declares(name: str) -> None:
+    case = get(name).rounded()
+    state = tuple(map(float, case.initial_state))
+    parameters = tuple(map(float, case.parameter_values()))
+    for form in case.all_forms():
+        if isinstance(form, FirstOrder):
+            rates = form.equations(0.0, state, parameters)
+            assert len(rates) == len(case.state)
+            assert all(map(math.isfinite, map(float, rates)))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_variant_can_be_built_rounded_and_sampled(name: str) -> None:
+    stresses = set()
+    for variant in case_class(name).variants:
+        case = get(name, variant.name).rounded()
+        assert all(Fraction(float(value)) == value for value in case.numbers.values())
+        assert len(case.times) == 64
+        assert all(map(mpmath.isfinite, case.exact(float(case.times[-1]))))
+        assert variant.stresses
+        stresses.add(variant.stresses)
+    assert len(stresses) == len(case_class(name).variants)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_bad_numbers_are_refused_by_name(name: str) -> None:
+    case = get(name)
+    for parameter in case.parameters:
+        with pytest.raises(ValueError, match=parameter):
+            get(name, **{parameter: math.nan})
+        with pytest.raises(ValueError, match=parameter):
+            get(name, **{parameter: "a lot"})
+    with pytest.raises(ValueError, match="no parameter 'wrong'"):
+        get(name, wrong=1)
+    with pytest.raises(ValueError, match="no variant 'wrong'"):
+        get(name, "wrong")
+    with pytest.raises(ValueError, match="initial state"):
+        get(name, initial_state=[1])
+    with pytest.raises(ValueError, match="span"):
+        get(name, span=-1)
+    for label, allowed in case.domain.ranges.items():
+        for edge in (allowed.low - 1, allowed.high + 1):
+            if math.isfinite(edge) and label in case.parameters:
+                with pytest.raises(ValueError, match=label):
+                    get(name, **{label: edge})

@@ -1,0 +1,16 @@
+"""Settings shared by all tests."""
+
+from __future__ import annotations
+
+import os
+
+from hypothesis import HealthCheck, settings
+
+# The ordinary run draws the same examples every time; HYPOTHESIS_PROFILE=thorough draws new ones, and more.
+# Exact motions are slow and joint rules reject draws: neither is a fault of the test.
+_EXPECTED = [HealthCheck.too_slow, HealthCheck.filter_too_much]
+settings.register_profile(
+    "repeatable", max_examples=15, deadline=None, derandomize=True, suppress_health_check=_EXPECTED
+)
+settings.register_profile("thorough", max_examples=200, deadline=None, suppress_health_check=_EXPECTED)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
