@@ -11,7 +11,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from gnomon.reference.motion import Cycle, Motion
+import numpy as np
+from gnomon.reference.motion import MANY, Cycle, Floats, Motion
 from gnomon.reference.precision import Number, exact, publish, working
 from gnomon.reference.universal import laguerre_step, rough_root, universal_functions
 
@@ -84,6 +85,19 @@ class Kepler(Motion):
                 return float(20 + lost + 2 * mp.log10(1 + size / self._pericentre(mp)))
         closeness = self._closeness(t)
         return float(20 + lost + 2 * closeness)
+
+    def sample(self, times: Floats) -> Floats:
+        """The nearest doubles to the state at each time (float64, s), shape (len(times), 4)."""
+        if len(times) < MANY:
+            return self.sample_each(times)
+        if not self.angular_momentum:  # raises where a time is beyond the collision
+            for extreme in (float(np.min(times)), float(np.max(times))):
+                self._closeness(Fraction(extreme))
+        if self.conic > 0:
+            from gnomon.reference import ellipse  # compiles; not wanted before many times are asked for
+
+            return ellipse.sample(self, times)
+        return super().sample(times) if self.angular_momentum else self.sample_each(times)
 
     def _cycle(self, mp: Any) -> Cycle | None:
         if self.conic <= 0 or not self.angular_momentum:
