@@ -21,8 +21,8 @@ Floats = NDArray[np.float64]
 LEAST_TOLERANCE = 1e-15
 """About four units of round-off: no step can be held to less."""
 
-MOST_STEPS = 50_000_000
-"""About ten seconds: past that the tolerance is out of proportion to the span."""
+MOST_STEPS = 5_000_000
+"""A few seconds: past that the tolerance is out of proportion to the span, or the equations are stiff."""
 
 NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 1, 2, 3
 REASONS = {
@@ -118,54 +118,54 @@ def integrate(
             if not (h > 0.0 and h < np.inf):
                 reason = NOT_FINITE
                 break
-            # The step is rounded so that t + h is exact, and the last one ends at the last sample.
-            h = times[-1] - t if t + h >= times[-1] else (t + h) - t
+            if t + h / 4 <= t:
+                reason = STEP_TOO_SMALL
+                break
+            # The step is h rounded so that t + step is exact; the last one ends at the last sample.
+            step = times[-1] - t if t + h >= times[-1] else (t + h) - t
             attempts += 1
             if attempts > MOST_STEPS:
                 reason = TOO_MANY_STEPS
                 break
-            if t + h <= t:
-                reason = STEP_TOO_SMALL
-                break
             for j in range(1, WEIGHTS):
-                stage(f, t, h, y, p, table, j, x, slope, k)
+                stage(f, t, step, y, p, table, j, x, slope, k)
             for i in range(dimension):
                 total = 0.0
                 for m in range(WEIGHTS):
                     total += table[WEIGHTS, m + 1] * k[m, i]
-                change[i] = h * total + low[i]
+                change[i] = step * total + low[i]
                 end[i] = y[i] + change[i]
-            error = error_norm(h, y, end, table, k, tolerance)
+            error = error_norm(step, y, end, table, k, tolerance)
             if not error < np.inf:
-                h *= 0.1
+                h = min(h, step) / 10
                 rejected = True
                 continue
             if error > 1.0:
-                h /= min(SHRINK_MOST, error ** (1 / 8 - 0.2 * BETA) / SAFETY)
+                h = min(h, step) / min(SHRINK_MOST, error ** (1 / 8 - 0.2 * BETA) / SAFETY)
                 rejected = True
                 continue
-            call(f, t + h, end, p, slope)
+            call(f, t + step, end, p, slope)
             for i in range(dimension):
                 if not abs(slope[i]) < np.inf:
                     reason = NOT_FINITE
                 k[WEIGHTS, i] = slope[i]
                 low[i] = change[i] - (end[i] - y[i])
-            if times[sample] <= t + h:
-                for j in range(WEIGHTS + 1, LAST):
-                    stage(f, t, h, y, p, table, j, x, slope, k)
-                while sample < times.size and times[sample] <= t + h:
-                    interpolate((times[sample] - t) / h, h, y, end, table, k, out[n, sample])
-                    sample += 1
             if reason != 0:
                 break
+            if times[sample] <= t + step:
+                for j in range(WEIGHTS + 1, LAST):
+                    stage(f, t, step, y, p, table, j, x, slope, k)
+                while sample < times.size and times[sample] <= t + step:
+                    interpolate((times[sample] - t) / step, step, y, end, table, k, out[n, sample])
+                    sample += 1
             taken += 1
-            t += h
+            t += step
             for i in range(dimension):
                 y[i] = end[i]
                 k[0, i] = k[WEIGHTS, i]
             factor = error ** (1 / 8 - 0.2 * BETA) / before**BETA / SAFETY
             factor = max(1 / GROW_MOST, min(SHRINK_MOST, factor))
-            h /= max(1.0, factor) if rejected else factor
+            h = step / (max(1.0, factor) if rejected else factor)
             before = max(error, 1e-4)
             rejected = False
         if reason != 0 and stop[0] == 0:

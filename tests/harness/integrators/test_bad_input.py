@@ -11,7 +11,7 @@ import pytest
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.registry import get
 from gnomon.harness.integrator import Integrator, Problem, Refused
-from gnomon.harness.integrators.dop853 import Dop853
+from gnomon.harness.integrators.dop853 import MOST_STEPS, Dop853
 from gnomon.harness.integrators.explicit import RK4
 from gnomon.harness.integrators.gauss import Gauss4
 from gnomon.harness.integrators.splitting import StormerVerlet
@@ -84,6 +84,18 @@ def test_equations_that_fail_end_the_trajectory(method: type[Integrator], settin
     finite = np.isfinite(solution.states[0, :, 0])
     assert not finite[-1]
     assert np.all(np.diff(finite.astype(int)) <= 0), "finite states, then none"
+
+
+def test_a_step_that_shrinks_on_the_way_to_infinity_ends_at_the_spacing_of_times() -> None:
+    solution = Dop853().prepare(scalar(squared), 1e-8)(np.array([[1.0]]))
+    assert solution.stopped == "the step size fell below the spacing of times, before sample 33"
+
+
+def test_adaptive_steps_are_limited_in_number() -> None:
+    """On stiff equations stability bounds the step: 3e7 would be needed."""
+    solution = Dop853().prepare(scalar(stiff), 1e-6)(np.array([[1.0]]))
+    assert solution.stopped is not None
+    assert solution.stopped.startswith(f"more than {MOST_STEPS} steps")
 
 
 def test_one_trajectory_that_fails_leaves_the_others() -> None:
