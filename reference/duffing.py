@@ -140,7 +140,7 @@ class DuffingMotion(Motion):
     @cached_property
     def _depth(self) -> float:
         """Digits between the energy and that of the separatrix, where there is one."""
-        if self.alpha == 0 or self.beta == 0:
+        if self.beta == 0 or (self.beta > 0 and self.alpha >= 0):
             return 0.0
         gap = self.discriminant if self.beta < 0 else self.beta * abs(self.doubled_energy)
         return decades(self.alpha**2 / gap) if gap else 0.0
@@ -153,7 +153,7 @@ class DuffingMotion(Motion):
 
     def _guard(self, t: Fraction) -> float:
         rate = abs(self.alpha) + abs(self.beta) * self.x0**2 + self.v0**2
-        lost = 30 + 4 * self._depth + decades(t * t * rate)
+        lost = 30 + 2 * self._depth + decades(t * t * rate)
         if self.periodic:
             return lost
         with working(15) as mp:  # towards a saddle x shrinks like e^(-sqrt|alpha| t), which the formula takes from 1

@@ -36,6 +36,8 @@ MOTIONS = {
     "homoclinic, inwards": duffing(-1, Fraction(3, 2), Fraction(1), -Fraction(1, 2)),
     "heteroclinic": duffing(1, -0.5, 0, 1),
     "next to escape": duffing(1, -0.5, 0, "0.999999999999"),
+    "1e-60 from escape": duffing(1, -0.5, 0, 1 - Fraction(1, 10**60)),
+    "1e-60 off the saddle, over it": duffing(-1, 1, "1e-60", "1.1e-60"),
     "1e-8 off the saddle": duffing(-1, 1, 1e-8, 0),
     "1e-12 off the saddle": duffing(-1, 1, 1e-12, 0),
     "1e-12 off the saddle, over it": duffing(-1, 1, 1e-12, 1.1e-12),
