@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 @pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit", "euler_top"])
 def test_the_error_follows_the_tolerance(name: str) -> None:
-    """Six decades of tolerance: the estimate is of order 7, the error of order 8, so it falls by six to seven decades."""
+    """Over six decades of tolerance the error, of order 8 where the estimate is of 7, falls by six to seven."""
     case = get(name).rounded()
     problem, exact = problem_of(case, Dop853.accepts), case.sample(case.times)
     errors = []
