@@ -73,8 +73,10 @@ def show(
     plot: Annotated[Path | None, typer.Option(help="Draw the motion to this file: .svg, .png or .html.")] = None,
 ) -> None:
     """Print a case: equations, parameters, quantities, variants; draw its motion to a file."""
-    from gnomon.harness.show import describe, draw
+    from gnomon.harness.show import DRAWINGS, describe, draw
 
+    if plot is not None and plot.suffix not in DRAWINGS:
+        raise ValueError(f"{plot}: a drawing is {', '.join(DRAWINGS)}")
     (chosen,) = _chosen([case], False, parameters, rounded=False)
     describe(chosen[0], out)
     if plot is not None:

@@ -17,6 +17,7 @@ from rich.markup import escape
 from rich.syntax import Syntax
 from rich.table import Table
 
+DRAWINGS = (".svg", ".png", ".html")
 POINTS = 1200
 DRAWN_SCALES = 80.0
 """A drawing covers at most so many time scales: beyond that it is a black bar."""
@@ -45,15 +46,10 @@ def describe(case: Case, out: Console) -> None:
 
 
 def draw(case: Case, path: Path) -> None:
-    """Draw the exact motion over time to .svg, .png or .html, one panel for each group of coordinates.
-
-    Raises ValueError for another ending of the file name.
-    """
+    """Draw the exact motion over time to a file of one of the DRAWINGS, one panel for each group of coordinates."""
     import altair
     import pandas
 
-    if path.suffix not in (".svg", ".png", ".html"):
-        raise ValueError(f"{path}: a drawing is .svg, .png or .html")
     span = min(float(case.times[-1]), DRAWN_SCALES * case.time_scale)
     times = np.linspace(0.0, span, POINTS)
     states = case.sample(times)

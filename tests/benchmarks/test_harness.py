@@ -1,0 +1,89 @@
+"""What the harness adds to a trial: judging, storing, and the way through a worker process."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from gnomon.harness import plan
+from gnomon.harness.judge import Judge
+from gnomon.harness.pool import Pool
+from gnomon.harness.store import Store
+from gnomon.harness.sweep import Sweep
+from gnomon.harness.truth import CaseSpec, truth
+from gnomon.harness.worker import Outcome
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "harness"))
+
+import planted
+
+pytestmark = pytest.mark.benchmark
+TRIALS = 100
+
+
+class Idle(planted.Sound):
+    """Answers at once: what a trial of it takes is overhead."""
+
+    name = "idle"
+    counts_rhs = False
+
+    def prepare(self, problem: Any, setting: float) -> Any:
+        solve = super().prepare(problem, problem.interval)
+        known = {}
+
+        def idle(initial_states: Any) -> Any:
+            if not known:
+                known["solution"] = solve(initial_states)
+            known["solution"].states[0, 0] = initial_states[0]
+            return known["solution"]
+
+        return idle
+
+
+@pytest.fixture(scope="module")
+def judge() -> Judge:
+    case = planted.Short().rounded()
+    return Judge(case, None, truth(CaseSpec.of(case)))
+
+
+def outcome(judge: Judge) -> Outcome:
+    states = judge.truth.exact * (1 + 1e-9)
+    return Outcome(states, None, None, 100, 400, (1e-5,) * 50, 1e-3, None)
+
+
+def test_judging_a_trial(benchmark: Callable[..., Any], judge: Judge) -> None:
+    judged = outcome(judge)
+    row, _ = benchmark(judge.measure, judged, 1e-9)
+    assert row["status"] == "ok"
+
+
+def test_storing_a_trial(benchmark: Callable[..., Any], judge: Judge, tmp_path: Path) -> None:
+    row, states = judge.measure(outcome(judge), None)
+    with Store(tmp_path / "results.sqlite") as results:
+        run = results.begin_run("benchmark", "", {})
+        series = plan.Series(judge.case, None, planted.Sound())
+        (trial, *_) = series.trials(judge.problem(series.form))
+        results.plan(run, [series.describe(trial)])
+        benchmark(results.add, run, {"trial_key": trial.key, "launch": 1, **row}, {}, states)
+
+
+def test_a_trial_through_a_worker(benchmark: Any, judge: Judge) -> None:
+    """A hundred trials that take no time, through one worker: message, set-up of the problem, judgement."""
+    suite = replace(plan.suite("quick"), repeats=1, block_seconds=0.0)
+    series = plan.Series(judge.case, None, Idle())
+    (first, *_) = series.trials(judge.problem(series.form))
+    trials = [plan.Trial(str(k), first.setting) for k in range(TRIALS)]
+    statuses: list[str] = []
+
+    def hundred() -> None:
+        def record(row: Any, settings: Any, states: Any) -> None:
+            statuses.append(row["status"])
+
+        Pool(1, "fork").run([Sweep(series, trials, judge, suite, 1, {}, record, lambda: None)])
+
+    benchmark.pedantic(hundred, rounds=3, warmup_rounds=1)
+    assert len(statuses) == 4 * TRIALS

@@ -1,0 +1,129 @@
+"""The command line: what people read, and one clear line with exit code 2 for what is wrong."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import sys
+from pathlib import Path
+
+import pytest
+from gnomon.harness import cli, store
+
+
+def gnomon(*arguments: str) -> int:
+    """Run the command line in this process and return its exit code."""
+    before, sys.argv = sys.argv, ["gnomon", *arguments]
+    try:
+        cli.main()
+    except SystemExit as end:
+        return int(end.code or 0)
+    finally:
+        sys.argv = before
+    return 0
+
+
+@pytest.fixture
+def text_file(tmp_path: Path) -> str:
+    path = tmp_path / "notes.sqlite"
+    path.write_text("no database, though it is as long as the header of one would have to be, to be safe" * 5)
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["show", "pendulum_simpel"], "no case is named 'pendulum_simpel'; did you mean pendulum_simple"),
+        (["show", "pendulum_simple/separatrx"], "has no variant 'separatrx'; did you mean separatrix"),
+        (["show", "pendulum_simple", "--set", "g=-1"], "g = -1 is outside (0, inf)"),
+        (["show", "pendulum_simple", "--set", "g=nan"], "g = 'nan' is not a number"),
+        (["show", "pendulum_simple", "--set", "length=1"], "has no parameter 'length'"),
+        (["show", "pendulum_simple", "--set", "g"], "write name=value"),
+        (["show", "pendulum_simple", "--plot", "motion.docx"], "a drawing is docx: a drawing is .svg, .png, .html"),
+        (["run", "--case", "pendulum_simple", "--integrator", "RK44"], "did you mean RK4 or RK45"),
+        (["run", "--integrator", "no_such_module:Thing"], "give package.module:Class"),
+        (["run", "--integrator", "planted:SUITE"], "give package.module:Class"),
+        (["run", "--suite", "slow"], "no suite is called 'slow'"),
+        (["run", "--limit", "-1", "--case", "pendulum_simple"], "a trial needs a positive number of seconds"),
+        (["report", "no_such_folder"], "no results here"),
+        (["export", "no_such_folder"], "no results here"),
+        (["compare", "no_such_folder", "no_such_folder"], "no results here"),
+    ],
+)
+def test_wrong_usage_is_one_clear_line(arguments: list[str], message: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert gnomon(*arguments) == 2
+    captured = capfd.readouterr()
+    assert captured.out == ""
+    (line,) = captured.err.strip().splitlines()
+    assert line.startswith("error: ")
+    assert message in line
+
+
+def test_foreign_files_are_named(text_file: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    foreign = tmp_path / "foreign.sqlite"
+    with sqlite3.connect(foreign) as db:
+        db.execute("CREATE TABLE t (x)")
+    for arguments in (
+        ["report", text_file],
+        ["export", str(foreign)],
+        ["run", "--case", "pendulum_simple", "--out", text_file],
+    ):
+        assert gnomon(*arguments) == 2
+        (line,) = capfd.readouterr().err.strip().splitlines()[-1:]
+        assert line.startswith("error: ")
+        assert "gnomon" in line
+
+
+def test_a_missing_library_that_is_named_is_wrong_usage(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    from gnomon.harness import registry
+
+    monkeypatch.setattr(registry, "_importable", lambda library: library != "pybullet")
+    assert gnomon("run", "--case", "pendulum_simple", "--integrator", "pybullet") == 2
+    assert "pybullet has wheels up to CPython 3.11 only" in capfd.readouterr().err
+
+
+def test_unknown_options_are_wrong_usage() -> None:
+    assert gnomon("run", "--no-such-option") == 2
+    assert gnomon("export", "x", "--format", "xls") == 2
+
+
+def test_list_names_every_case_and_integrator(capfd: pytest.CaptureFixture[str]) -> None:
+    from gnomon.harness import registry
+
+    from gnomon import cases
+
+    assert gnomon("list") == 0
+    text = capfd.readouterr().out
+    for name in (*cases.names(), *registry.everything()):
+        assert name in text
+
+
+def test_show_prints_equations_numbers_and_variants(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    drawing = tmp_path / "motion.svg"
+    assert gnomon("show", "pendulum_simple", "--set", "L=2", "--plot", str(drawing)) == 0
+    text = capfd.readouterr().out
+    for part in ("-(g / length) * sin(theta)", "9.81", "period", "separatrix", "energy", "theta from the downward"):
+        assert part in text
+    assert drawing.read_text().startswith("<svg")
+
+
+def test_run_export_and_compare_work_together(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    run = ("run", "--case", "planted:Short", "--integrator", "planted:Sound", "--suite", "quick", "--limit", "0.05")
+    assert gnomon(*run, "--out", str(tmp_path)) == 0
+    assert "measurements" in capfd.readouterr().out
+    target = tmp_path / "rows.json"
+    assert gnomon("export", str(tmp_path), "--format", "json", "--to", str(target)) == 0
+    rows = json.loads(target.read_text())
+    assert len(rows) == len(store.load(tmp_path))
+    assert {row["integrator_id"] for row in rows} == {"planted:sound"}
+    assert gnomon("compare", str(tmp_path), str(tmp_path)) == 0
+    assert "0 regressions" in capfd.readouterr().out
+
+
+def test_doctor_says_what_is_here(capfd: pytest.CaptureFixture[str]) -> None:
+    assert gnomon("doctor") == 0
+    text = capfd.readouterr().out
+    assert "numpy" in text
+    assert "rebound" in text

@@ -1,0 +1,133 @@
+"""What an answer is worth: status, errors, drift, and the clock of a formulation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from gnomon.harness.judge import Judge, _to_time
+from gnomon.harness.truth import CaseSpec, truth
+
+from gnomon import cases
+
+CASE = cases.get("pendulum_simple").rounded()
+
+
+@pytest.fixture(scope="module")
+def judge() -> Judge:
+    return Judge(CASE, None, truth(CaseSpec.of(CASE)))
+
+
+def test_the_exact_motion_is_ok_and_within_its_floor(judge: Judge) -> None:
+    row = judge.score(judge.truth.exact.copy())
+    assert (row["status"], row["error_max"], row["turns"]) == ("ok", 0.0, 0)
+    assert row["invariant_drift"]["energy"] < 1e-15
+
+
+@pytest.mark.parametrize(
+    ("error", "status"), [(0.09, "ok"), (0.11, "inaccurate"), (0.99, "inaccurate"), (1.1, "diverged")]
+)
+def test_thresholds(judge: Judge, error: float, status: str) -> None:
+    found, reason = judge.status(np.concatenate((np.zeros(63), [error])))
+    assert found == status
+    assert (reason == "") == (status == "ok")
+
+
+def test_what_the_conditioning_excuses_is_ok(judge: Judge) -> None:
+    truth_ = judge.truth
+    excused = type(truth_)(**{**vars(truth_), "conditioning": np.full(64, 0.2)})
+    status, _ = Judge(CASE, None, excused).status(np.full(64, 1.9))
+    assert status == "ok"
+    assert Judge(CASE, None, excused).status(np.full(64, 2.1))[0] == "diverged"
+
+
+def test_states_that_are_not_finite_name_the_time(judge: Judge) -> None:
+    states = judge.truth.exact.copy()
+    states[10, 1] = math.inf
+    row = judge.score(states)
+    assert row["status"] == "diverged"
+    assert f"{judge.truth.times[10]:.6g}" in row["reason"]
+
+
+def test_wild_states_are_diverged(judge: Judge) -> None:
+    assert judge.score(judge.truth.exact * 1e200)["status"] == "diverged"
+    assert judge.score(np.full_like(judge.truth.exact, 1e308))["status"] == "diverged"
+
+
+def test_a_shift_in_time_is_phase_and_a_larger_swing_is_shape(judge: Judge) -> None:
+    late = CASE.sample(judge.truth.times - 1e-4 * CASE.time_scale)
+    row = judge.score(late)
+    # along the flow to second order in the shift
+    assert row["error_shape"] < 1e-3 * row["error_phase"]
+    assert row["error_phase"] >= row["error_max"] * 0.999
+    wider = judge.truth.exact.copy()
+    form = judge._equations
+    rates = np.array([form(0.0, tuple(x), judge.parameters) for x in wider])
+    groups = CASE.metric.groups
+    scales = np.array([groups[0].scale, groups[1].scale])
+    across = (rates / scales)[:, ::-1] * [-1, 1]
+    row = judge.score(wider + 1e-6 * across / np.linalg.norm(across, axis=1, keepdims=True) * scales)
+    assert row["error_phase"] < 1e-12
+    assert row["error_shape"] == pytest.approx(1e-6, rel=1e-9)
+
+
+def test_a_turn_too_many_is_reported_apart(judge: Judge) -> None:
+    states = judge.truth.exact.copy()
+    states[-1, 0] += 4 * math.pi
+    row = judge.score(states)
+    assert row["turns"] == 2
+    # adding 4 pi rounds theta by an ulp of 16
+    assert row["error_max"] < 1e-14
+
+
+def test_drift_is_relative_and_sees_one_bad_sample(judge: Judge) -> None:
+    states = judge.truth.exact.copy()
+    states[20, 1] *= 1 + 1e-6
+    drift = judge.drift(states)["energy"]
+    omega = judge.truth.exact[20, 1]
+    energy = 2 * 9.81 * math.sin(1.0) ** 2
+    assert drift[20] == pytest.approx(omega**2 * 1e-6 / energy, rel=1e-3)
+    assert np.max(np.delete(drift, 20)) < 1e-15
+
+
+def test_an_invariant_that_decays_may_not_grow() -> None:
+    case = cases.get("damped_oscillator").rounded()
+    decaying = [name for name, invariant in case.invariants.items() if invariant.law == "decays"]
+    assert decaying, "the case has one"
+    judge = Judge(case, None, truth(CaseSpec.of(case)))
+    exact = judge.drift(judge.truth.exact)[decaying[0]]
+    assert np.max(exact) < 1e-15
+    grown = judge.truth.exact.copy()
+    grown[30:] = grown[:34]
+    assert np.max(judge.drift(grown)[decaying[0]]) > 1e-3
+
+
+def test_the_size_of_an_invariant_that_vanishes_is_that_of_its_terms() -> None:
+    case = cases.get("kepler_orbit", "parabolic").rounded()
+    judge = Judge(case, None, truth(CaseSpec.of(case)))
+    for name, drift in judge.drift(judge.truth.exact * (1 + 1e-6)).items():
+        assert np.max(drift) < 1e-4, name
+
+
+def test_one_step_of_the_formulation_corrects_the_clock() -> None:
+    def equations(s: float, y: tuple[float, ...], parameters: tuple[float, ...]) -> tuple[float, ...]:
+        x, _ = y
+        return x * (2 + x), 2 + x  # dx/dt = x
+
+    start, wanted = (math.e**0.3, 0.3), 0.3 + 1e-3
+    x, t = _to_time(equations, (), start, 1, wanted)
+    assert abs(t - wanted) <= math.ulp(wanted)
+    # the fifth power of the step, with a constant of order one
+    assert x == pytest.approx(math.exp(wanted), rel=1e-14)
+
+
+def test_a_formulation_is_judged_as_the_case() -> None:
+    case = cases.get("kepler_orbit").rounded()
+    formulation = next(f for f in case.formulations if f.clock is not None)
+    judge = Judge(case, formulation, truth(CaseSpec.of(case, formulation)))
+    assert np.all(judge.truth.conditioning >= truth(CaseSpec.of(case)).conditioning * (1 - 1e-12))
+    assert not np.allclose(np.diff(judge.truth.problem_times), judge.truth.problem_times[0])
+    start = judge.truth.start
+    decoded = formulation.decode(start[np.newaxis], judge.parameters)[0]
+    np.testing.assert_allclose(decoded, [float(x) for x in case.initial_state], rtol=0, atol=1e-15)
