@@ -89,7 +89,8 @@ def _divide(a: float, a_low: float, b: float, b_low: float) -> tuple[float, floa
     q = a / b
     p, p_low = multiply(b, b_low, q, 0.0)
     r, r_low = add(a, a_low, -p, -p_low)
-    return quick_two_sum(q, (r + r_low) / b)
+    s, s_low = quick_two_sum(q, (r + r_low) / b)
+    return s, s_low
 
 
 @njit(error_model="numpy")  # type: ignore[untyped-decorator]
@@ -145,7 +146,7 @@ def _anomaly(M: float, small: float, e: float) -> float:
         E -= step
         if abs(step) < 1e-14 * E:
             break
-    return E if M > 0 else -E
+    return float(E) if M > 0 else -float(E)
 
 
 @njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]

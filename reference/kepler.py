@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from gnomon.reference.motion import MANY, Cycle, Floats, Motion
+from gnomon.reference.motion import MANY, Floats, Motion
 from gnomon.reference.precision import Number, exact, publish, working
 from gnomon.reference.universal import laguerre_step, rough_root, universal_functions
 
@@ -98,11 +98,6 @@ class Kepler(Motion):
 
             return ellipse.sample(self, times)
         return super().sample(times) if self.angular_momentum else self.sample_each(times)
-
-    def _cycle(self, mp: Any) -> Cycle | None:
-        if self.conic <= 0 or not self.angular_momentum:
-            return None
-        return Cycle(self._period(mp), [mp.mpf(0)] * 4)
 
     def _elements(self, mp: Any) -> tuple[Any, Any, Any, Any]:
         """r0, alpha = 1/a, s0 = r.v / sqrt(mu), sqrt(mu)."""
