@@ -39,7 +39,7 @@ def text_file(tmp_path: Path) -> str:
         (["show", "pendulum_simple", "--set", "g=nan"], "g = 'nan' is not a number"),
         (["show", "pendulum_simple", "--set", "length=1"], "has no parameter 'length'"),
         (["show", "pendulum_simple", "--set", "g"], "write name=value"),
-        (["show", "pendulum_simple", "--plot", "motion.docx"], "a drawing is docx: a drawing is .svg, .png, .html"),
+        (["show", "pendulum_simple", "--plot", "motion.docx"], "motion.docx: a drawing is .svg, .png, .html"),
         (["run", "--case", "pendulum_simple", "--integrator", "RK44"], "did you mean RK4 or RK45"),
         (["run", "--integrator", "no_such_module:Thing"], "give package.module:Class"),
         (["run", "--integrator", "planted:SUITE"], "give package.module:Class"),
