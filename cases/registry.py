@@ -22,6 +22,8 @@ _MODULES = {
     "foucault_precession": "foucault:FoucaultPrecession",
     "projectile_parabola": "projectile:ProjectileParabola",
     "projectile_stokes_drag": "stokes:ProjectileStokesDrag",
+    "projectile_quadratic_drag": "quadratic_drag:ProjectileQuadraticDrag",
+    "vertical_quadratic_drag": "quadratic_drag:VerticalQuadraticDrag",
     "bouncing_ball": "bouncing_ball:BouncingBall",
     "block_incline_friction": "block_incline:BlockInclineFriction",
 }

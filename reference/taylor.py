@@ -102,7 +102,8 @@ def _precision(bits: int) -> Iterator[None]:
 
 def _step(series: list[list[Any]], order: int) -> Fraction:
     """The radius of convergence, estimated from the last two coefficients, over e^2; a short dyadic number."""
-    size = max(_magnitude(coefficients[0]) for coefficients in series)
+    levels = (max(_magnitude(coefficients[k]) for coefficients in series) for k in range(order))
+    size = next((level for level in levels if level != -math.inf), 0.0)  # a start at zero has the size of its rate
     logs = []
     for k in (order - 1, order):
         largest = max(_magnitude(coefficients[k]) for coefficients in series)
