@@ -13,6 +13,7 @@ import altair as alt
 import numpy as np
 import pandas as pd
 from gnomon.harness.style import GRID, INK, LETTERS, PALE, QUIET, STATUS_COLOURS, dressed, records
+from gnomon.harness.tables import short_text
 
 SECONDS = {-9: "1 ns", -8: "10 ns", -7: "100 ns", -6: "1 µs", -5: "10 µs", -4: "100 µs", -3: "1 ms", -2: "10 ms"}
 SECONDS |= {-1: "0.1 s", 0: "1 s", 1: "10 s", 2: "100 s", 3: "1000 s"}
@@ -170,7 +171,7 @@ def status_map(matrix: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> a
     words = base.mark_text(fontSize=10).encode(text="cell:N", color=dark)
     return dressed(
         alt.layer(cells, words).properties(
-            width={"step": 27},
+            width={"step": _step(table)},
             height={"step": 18},
             datasets={
                 "cells": _kept(table, "scene", "integrator_id", "verdict", "cell", "ok", "settings", "best", "reason")
@@ -205,11 +206,16 @@ def trust_map(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt
     words = base.mark_text(fontSize=10.5).encode(text="cell:N", color=ink)
     return dressed(
         alt.layer(cells, words).properties(
-            width={"step": 27},
+            width={"step": _step(table)},
             height={"step": 21},
             datasets={"cells": _kept(reached, "scene", "integrator_id", "cell", "lost", "best", "attainable")},
         )
     )
+
+
+def _step(table: pd.DataFrame) -> int:
+    """Width of a column of a map: as wide as all of them fit beside the names of the scenes, and readable."""
+    return max(21, min(27, 850 // max(table["integrator_id"].nunique(), 1)))
 
 
 def _digits(error: float) -> str:
@@ -283,7 +289,7 @@ def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
     table = long[long["size"] > 0].assign(
         decades=lambda rows: np.log10(rows["size"]),
         place=lambda rows: rows["ladder"] + " as " + rows["label"],
-        words=lambda rows: [f"{error:.2g}" for error in rows["size"]],
+        words=lambda rows: [short_text(error) for error in rows["size"]],
         over=lambda rows: rows["over"].map(spans),
     )
     base = alt.Chart(alt.NamedData("rungs"))

@@ -5,15 +5,23 @@
   window.gnomonCharts = statusOf;
   const options = { actions: { export: true, source: false, compiled: false, editor: false } };
 
-  // Points travel as columns, repeated words once.
+  // Data travel as columns, repeated words once.
   function rows(columns) {
-    const column = (name) => (columns[name].codes ? columns[name].codes.map((code) => columns[name].words[code]) : columns[name]);
     const names = Object.keys(columns);
-    const values = names.map(column);
-    return values[0].map((_, i) => Object.fromEntries(names.map((name, k) => [name, name === "failed" ? values[k][i] === 1 : values[k][i]])));
+    const values = names.map((name) => {
+      const column = columns[name];
+      return column.codes ? column.codes.map((code) => (code < 0 ? null : column.words[code])) : column;
+    });
+    return (values[0] || []).map((_, i) => Object.fromEntries(names.map((name, k) => [name, values[k][i]])));
   }
 
-  // A scale of all integrators of the case is cut down to those that this scene has, so that the legend has no strangers.
+  function unpacked(packed) {
+    const spec = structuredClone(packed);
+    for (const name of Object.keys(spec.datasets)) spec.datasets[name] = rows(spec.datasets[name]);
+    return spec;
+  }
+
+  // A scale of all integrators is cut down to those that this scene has, so that the legend has no strangers.
   function restrict(node, present) {
     if (!node || typeof node !== "object") return;
     const scale = node.scale;
@@ -27,10 +35,9 @@
 
   function workSpec(figure) {
     const panel = figure.closest(".panel");
-    const { specs, scenes } = charts.work[figure.dataset.work];
-    const scene = scenes[panel.querySelector("select").value];
+    const scene = charts.work.cases[figure.dataset.work][panel.querySelector("select").value];
     const axis = panel.querySelector('[data-axis][aria-pressed="true"]').dataset.axis;
-    const spec = structuredClone(specs[axis]);
+    const spec = unpacked(charts.work.specs[axis]);
     const points = rows(scene.points);
     spec.datasets.points = points;
     spec.datasets.limits = scene.limits;
@@ -45,7 +52,7 @@
   }
 
   function otherSpec(figure) {
-    const spec = structuredClone(charts.others[figure.dataset.chart]);
+    const spec = unpacked(charts.others[figure.dataset.chart]);
     if (typeof spec.width === "number") spec.width = "container";
     return spec;
   }

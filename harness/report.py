@@ -208,7 +208,10 @@ def page_context(
         "script": _source("report.js"),
         "vega": vl_convert.javascript_bundle().replace("</script", "<\\/script"),
         "charts": _json(
-            {"work": _work_data(run, work), "others": {n: c.to_dict(validate=False) for n, c in charts.items()}}
+            {
+                "work": _work_data(run, work),
+                "others": {n: _packed(c.to_dict(validate=False)) for n, c in charts.items()},
+            }
         ),
     }
 
@@ -221,8 +224,8 @@ def ladder_rows(rungs: pd.DataFrame) -> list[dict[str, Any]]:
         rows.append(
             rung
             | {
-                "error": tables.error_text(rung["error"]) if rung["error"] else "0",
-                "early": tables.error_text(rung["early"]) if rung["early"] else "0",
+                "error": tables.short_text(rung["error"]) if rung["error"] else "0",
+                "early": tables.short_text(rung["early"]) if rung["early"] else "0",
                 "cost": cost,
                 "seconds": tables.time_text(rung["seconds"]),
             }
@@ -265,41 +268,42 @@ def write_figures(
 
 
 def _work_data(run: Run, work: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """Specifications and data of the work-precision diagrams: data as columns, the specification once a case."""
-    found = {}
-    for name, scenes in work.items():
-        if not scenes:
-            continue
-        look = style.present(run.look, {name for scene in scenes.values() for name in scene["points"]["series"]})
-        empty = pd.DataFrame()
-        specs = {
-            axis: figures.work_precision(empty, look, {}, axis).to_dict(validate=False) for axis in ("time", "calls")
-        }
-        data = {
+    """Two specifications with all integrators, which the page cuts down to those of a scene, and the scenes' data."""
+    specs = {
+        axis: _packed(figures.work_precision(pd.DataFrame(), run.look, {}, axis).to_dict(validate=False))
+        for axis in ("time", "calls")
+    }
+    cases = {
+        name: {
             label: {
-                "points": {
-                    column: _short(scene["points"][column])
-                    for column in ("series", "setting", "status", "time", "calls", "error", "failed")
-                },
+                "points": _columns(style.records(scene["points"])),
                 "limits": [
                     {"limit": word, "at": round(float(np.log10(at)), 3)} for word, at in scene["limits"].items()
                 ],
             }
             for label, scene in scenes.items()
         }
-        found[name] = {"specs": specs, "scenes": data}
-    return found
+        for name, scenes in work.items()
+    }
+    return {"specs": specs, "cases": cases}
 
 
-def _short(column: pd.Series[Any]) -> Any:
-    """A column in few characters: repeated words as [words, numbers], numbers to four figures."""
-    if column.name in ("series", "status"):
-        codes, words = pd.factorize(column)
-        return {"words": list(words), "codes": codes.tolist()}
-    if column.name == "failed":
-        return column.astype(int).tolist()
-    digits = 4 if column.name == "setting" else 5
-    return [None if not np.isfinite(value) else float(f"{value:.{digits}g}") for value in column.astype(float)]
+def _packed(spec: dict[str, Any]) -> dict[str, Any]:
+    """The specification with its data as columns."""
+    return spec | {"datasets": {name: _columns(rows) for name, rows in spec["datasets"].items()}}
+
+
+def _columns(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Rows as columns in few characters: words as their numbers in a list, floats to five figures."""
+    columns: dict[str, Any] = {}
+    for name in rows[0] if rows else ():
+        values = [row[name] for row in rows]
+        if any(isinstance(value, str) for value in values):
+            codes, words = pd.factorize(pd.Series(values, dtype=object))
+            columns[name] = {"words": list(words), "codes": codes.tolist()}
+        else:
+            columns[name] = [float(f"{value:.5g}") if isinstance(value, float) else value for value in values]
+    return columns
 
 
 def _json(value: Any) -> str:

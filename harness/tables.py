@@ -48,6 +48,13 @@ def error_text(error: float) -> str:
     return f"{mantissa}e{int(exponent)}"
 
 
+def short_text(value: float) -> str:
+    """A number to two figures, as it reads most easily: 0.43, 12, 1.2e-9."""
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.2g}" if 0.01 <= value < 100 else f"{value:.0f}" if 100 <= value < 1000 else error_text(value)
+
+
 def ratio_text(ratio: float) -> str:
     """A ratio to two or three figures."""
     if not math.isfinite(ratio):
@@ -159,10 +166,10 @@ def stability_rows(
         best = Cell(error_text(trial["best"]), kind="none" if not math.isfinite(trial["best"]) else "")
         if math.isfinite(trial["best"]):
             above = trial["best"] / max(trial["attainable"], 1e-300)
-            best.note = f"{_power(above)} × attainable" if above >= 1 else "at the attainable"
-        over = Cell(_power(trial["over_tolerance"]), "")
+            best.note = f"{short_text(above)} × attainable" if above >= 1 else "at the attainable"
+        over = Cell(short_text(trial["over_tolerance"]), "")
         if math.isfinite(trial["worst_over_tolerance"]):
-            over.note = f"worst {_power(trial['worst_over_tolerance'])}"
+            over.note = f"worst {short_text(trial['worst_over_tolerance'])}"
         rows.append(Row(key[-1], [status, _order(measured, key), best, over, *_drift(drifts.get(key))], group=key[2]))
     return rows
 
@@ -181,12 +188,6 @@ def _order(measured: pd.DataFrame, key: tuple[str, ...]) -> Cell:
     if not math.isfinite(found["order"]):
         return Cell("–", declared, "none")
     return Cell(f"{found['order']:.2f}", declared)
-
-
-def _power(value: float) -> str:
-    if not math.isfinite(value):
-        return "–"
-    return f"{value:.2g}" if 0.01 <= value < 100 else f"{value:.0f}" if 100 <= value < 1000 else error_text(value)
 
 
 def _drift(laws: pd.DataFrame | None) -> list[Cell]:

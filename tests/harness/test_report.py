@@ -72,12 +72,12 @@ def test_charts_carry_every_scene(written: Path) -> None:
     data = re.search(r'<script type="application/json" id="charts">(.*?)</script>', text, re.DOTALL)
     assert data is not None
     charts = json.loads(data[1])
-    assert {name: set(work["scenes"]) for name, work in charts["work"].items()} == {
+    assert {name: set(scenes) for name, scenes in charts["work"]["cases"].items()} == {
         "pendulum_simple": {"default", "separatrix", "long"},
         "kepler_orbit": {"default", "e09"},
         "bouncing_ball": {"default"},
     }
-    points = charts["work"]["kepler_orbit"]["scenes"]["default"]["points"]
+    points = charts["work"]["cases"]["kepler_orbit"]["default"]["points"]
     assert len({len(points[name]) for name in ("setting", "time", "calls", "error", "failed")}) == 1
     assert {"status", "trust", "tolerance"} <= set(charts["others"])
 
