@@ -34,7 +34,7 @@ NEGLIGIBLE = 1e-28
 """A component this far below the state's size has no certified digits; its cells are not refined for its sake."""
 LEAST_CELLS = 8
 CYCLE_DIGITS = 70
-BUDGET = 4000
+BUDGET = 8000
 """States that a table may cost where no more times than that are asked for; else as many as the times."""
 MAX_TURNS = 10**7
 BITS = 400
@@ -110,17 +110,22 @@ def _powers(cycle: Cycle | None, turns: Floats) -> Floats:
 
 
 _kept: dict[tuple[Motion, int, bool], Cells] = {}
+_too_dear: dict[tuple[Motion, int, bool], int] = {}
+"""The largest budget that was not enough."""
 
 
 def _cells(motion: Motion, reach: float, budget: int, cyclic: bool) -> Cells | None:
     """The cells from 0 to `reach`, kept in memory and on disk; None where they cost more than `budget` states."""
     exponent = math.frexp(reach)[1]
     key = (motion, exponent, cyclic)
+    if budget <= _too_dear.get(key, -1):
+        return None
     if key not in _kept:
         name = f"table {motion!r} {exponent} {cyclic} {fingerprint('gnomon.reference')}"
         try:
             entry = cached(name, lambda: Entry(vars(_build(motion, reach if cyclic else 2.0**exponent, budget))))
         except _TooDearError:
+            _too_dear[key] = budget
             return None
         _kept[key] = Cells(**entry.arrays)
     return _kept[key]
