@@ -1,0 +1,49 @@
+"""The README's integrator runs as it stands there, by path and by entry point."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+README = Path(__file__).parent.parent / "README.md"
+LONGEST = 30
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """A folder with the README's file and the metadata that installing it would leave."""
+    (source,) = (block for block in re.findall(r"```python\n(.*?)```", README.read_text(), re.S) if "class " in block)
+    assert len(source.splitlines()) <= LONGEST
+    (tmp_path / "midpoint.py").write_text(source)
+    (entry,) = re.findall(r"```\n(\[project\.entry-points.*?)```", README.read_text(), re.S)
+    metadata = tmp_path / "midpoint-1.0.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: midpoint\nVersion: 1.0\n")
+    (metadata / "entry_points.txt").write_text(
+        entry.replace('[project.entry-points."gnomon.integrators"]', "[gnomon.integrators]").replace('"', "")
+    )
+    return tmp_path
+
+
+@pytest.mark.parametrize("named", ["midpoint:Midpoint", "Midpoint"])
+def test_the_integrator_of_the_readme_runs(project: Path, named: str) -> None:
+    from gnomon.harness import load
+
+    environment = os.environ | {"PYTHONPATH": str(project)}
+    results = project / "mine.sqlite"
+    command = [str(Path(sys.executable).parent / "gnomon")]
+    command += ["run", "--suite", "quick", "--case", "pendulum_simple", "--integrator", named, "--out", str(results)]
+    done = subprocess.run(command, cwd=project, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    table = load(results)
+    assert set(table["integrator_id"]) == {"mine:Midpoint"}
+    good = table[table["status"] == "ok"].sort_values("setting")
+    assert len(good) >= 3
+    # second order: half the step, a quarter of the error, at the small steps
+    ratio = good["error_max"].iloc[1] / good["error_max"].iloc[0]
+    assert 3.5 < ratio < 4.5
