@@ -52,9 +52,6 @@ def main() -> None:
         message = " ".join(str(error).split())
         problems.print(f"[bold red]error:[/] {escape(message)}")
         sys.exit(2)
-    except KeyboardInterrupt:
-        problems.print("interrupted; the same command goes on from here")
-        sys.exit(130)
 
 
 @app.command("list")
@@ -114,7 +111,11 @@ def run(
         reason = registry.missing(one)
         if reason is not None:
             raise ValueError(f"{one.id} cannot run here: {reason}")
-    path = run_(out_path, chosen_suite, chosen, integrators, Progress(), workers)
+    try:
+        path = run_(out_path, chosen_suite, chosen, integrators, Progress(), workers)
+    except KeyboardInterrupt:
+        problems.print("interrupted; the same command goes on from here")
+        raise typer.Exit(130) from None
     _summarize(path)
 
 

@@ -39,8 +39,6 @@ def own() -> dict[str, Integrator]:
     """The integrators that come with gnomon, by id, in the order of the modules."""
     found: dict[str, Integrator] = {}
     for name in MODULES:
-        if importlib.util.find_spec(name) is None:
-            continue
         for item in importlib.import_module(name).INTEGRATORS:
             integrator = _instance(item, name)
             if integrator.id in found:
