@@ -12,6 +12,7 @@ import typer
 
 if TYPE_CHECKING:
     from gnomon.cases import Case
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -22,6 +23,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Reads integrators of classical mechanics against exact motions, in error and in speed.",
 )
+INTEGRATORS_WIDTH = 96
+"""The ids are to be copied, so they are never cut."""
 out = Console(soft_wrap=True)
 problems = Console(stderr=True, soft_wrap=True)
 
@@ -60,7 +63,7 @@ def list_(what: Annotated[Listed | None, typer.Argument(help="One of the two; bo
     if what in (None, Listed.cases):
         out.print(_cases_table())
     if what in (None, Listed.integrators):
-        out.print(_integrators_table())
+        out.print(_integrators_table(), width=max(out.width, INTEGRATORS_WIDTH))
 
 
 @app.command()
@@ -238,28 +241,26 @@ def _chosen(
 def _cases_table() -> Table:
     from gnomon import cases
 
-    table = Table(title="Cases")
+    table = Table(title="Cases", box=SIMPLE_HEAD, padding=(0, 1))
     table.add_column("case", no_wrap=True)
-    for column in ("title", "Beatty", "variants"):
-        table.add_column(column)
+    table.add_column("title")
+    table.add_column("variants")
     for name in cases.names():
         kind = cases.case_class(name)
-        table.add_row(name, kind.title, kind.section, ", ".join(variant.name for variant in kind.variants))
+        table.add_row(name, kind.title, ", ".join(variant.name for variant in kind.variants))
     return table
 
 
 def _integrators_table() -> Table:
     from gnomon.harness import registry
 
-    table = Table(title="Integrators")
+    table = Table(title="Integrators", box=SIMPLE_HEAD, padding=(0, 1))
     table.add_column("id", no_wrap=True)
-    for column in ("order", "accepts", "sampling", "what it is"):
-        table.add_column(column)
+    table.add_column("order", justify="right")
+    table.add_column("accepts", no_wrap=True)
     for identity, one in registry.everything().items():
         accepted = ", ".join(kind.__name__ for kind in one.accepts)
-        what = (type(one).__doc__ or "").strip().partition("\n")[0]
-        order = "" if one.order is None else str(one.order)
-        table.add_row(escape(identity), order, accepted, one.sampling, escape(what))
+        table.add_row(escape(identity), "" if one.order is None else str(one.order), accepted)
     return table
 
 
