@@ -63,7 +63,7 @@ def list_(what: Annotated[Listed | None, typer.Argument(help="One of the two; bo
     if what in (None, Listed.cases):
         out.print(_cases_table())
     if what in (None, Listed.integrators):
-        out.print(_integrators_table(), width=max(out.width, INTEGRATORS_WIDTH))
+        Console(width=max(out.width, INTEGRATORS_WIDTH)).print(_integrators_table())
 
 
 @app.command()
