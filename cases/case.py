@@ -303,4 +303,5 @@ class Case:
         return next((form for form in self.forms if isinstance(form, SecondOrder)), None)
 
     def __repr__(self) -> str:
-        return f"<{self.id}: {', '.join(f'{k}={float(v):g}' for k, v in self.numbers.items())}, span {float(self.span):g} s>"
+        numbers = ", ".join(f"{name}={float(value):g}" for name, value in self.numbers.items())
+        return f"<{self.id}: {numbers}, span {float(self.span):g} s>"

@@ -8,7 +8,6 @@ DLMF 22.20(ii), 19.8(i), 19.22.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -60,9 +59,3 @@ def jacobi(mp: Any, u: Any, mc: Any, m: Any) -> tuple[Any, Any, Any, Any]:
     phi = amplitude(mp, u, mc, m)
     sine, cosine = mp.sin(phi), mp.cos(phi)
     return phi, sine, cosine, mp.sqrt(cosine**2 + mc * sine**2)
-
-
-def hyperbolic(mp: Any, x: Any) -> Sequence[Any]:
-    """The limit mc = 0: sn = tanh, cn = dn = sech."""
-    sech = 1 / mp.cosh(x)
-    return mp.tanh(x), sech, sech
