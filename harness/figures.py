@@ -215,7 +215,7 @@ def trust_map(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt
 
 def _step(table: pd.DataFrame) -> int:
     """Width of a column of a map: as wide as all of them fit beside the names of the scenes, and readable."""
-    return max(21, min(27, 850 // max(table["integrator_id"].nunique(), 1)))
+    return max(21, min(27, 850 // max(len(set(table["integrator_id"])), 1)))
 
 
 def _digits(error: float) -> str:

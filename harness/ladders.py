@@ -23,7 +23,8 @@ def worth(full: Case) -> list[dict[str, Any]]:
     rungs = full.ladder
     if not rungs:
         return []
-    early = np.arange(1, 65) * (min(2 * math.pi * full.time_scale, float(full.times[-1])) / 64)
+    period = min(2 * math.pi * full.time_scale, float(full.times[-1]))
+    early = np.asarray(np.arange(1, 65) * period / 64, dtype=np.float64)
     effects = [rung.effect for rung in rungs[1:]] + ["the full model"]
     names = [rung.case.name for rung in rungs]
     rows = []
@@ -69,7 +70,12 @@ def ladders(cases: Iterable[Case], equal: pd.DataFrame, reduced: pd.DataFrame) -
         for row in found:
             rows.append(row | cost(case.name, row["model"], equal, reduced))
         if found:
-            last = {"ladder": case.name, "model": case.name, "label": case.name, "effect": "the full model"}
+            last: dict[str, Any] = {
+                "ladder": case.name,
+                "model": case.name,
+                "label": case.name,
+                "effect": "the full model",
+            }
             last |= {"lacks": "", "error": 0.0, "early": 0.0}
             rows.append(last | cost(case.name, case.name, equal, reduced))
     return pd.DataFrame(rows)

@@ -145,12 +145,14 @@ def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
 
 
 def policy_points(run: Run) -> pd.DataFrame:
-    """Engines under each policy at the decimal steps, on the scenes that state decimal sample times."""
+    """Engines under each policy at the decimal steps, where two policies gave an answer (diverged is one)."""
     found = tables.with_scenes(analysis.policies(run.reduced).assign(formulation=""))
     near = np.zeros(len(found), dtype=bool)
     for step in DECIMAL_STEPS:
         near |= np.isclose(found["setting"].to_numpy(float), step, rtol=1e-9)
-    return found[near].rename(columns={"library": "engine", "setting": "step"})
+    answered = found[near & (found["error"].notna() | (found["status"] == "diverged"))]
+    several = answered.groupby(["scene", "library", "setting"])["policy"].transform("nunique") > 1
+    return answered[several].rename(columns={"library": "engine", "setting": "step"})
 
 
 def page_context(
@@ -206,7 +208,7 @@ def page_context(
         "benchmarks": _benchmarks(_extra("benchmarks.json", folder, run.path.parent)),
         "css": _source("report.css"),
         "script": _source("report.js"),
-        "vega": vl_convert.javascript_bundle().replace("</script", "<\\/script"),
+        "vega": vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;").replace("</script", "<\\/script"),
         "charts": _json(
             {
                 "work": _work_data(run, work),
