@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 RELAUNCHED_SECONDS = 0.05
 """Trials above this are launched once: what is that slow is on nobody's Pareto front, and would fill the run."""
 MOST_GROWTH = 16.0
-"""A prediction takes the last ratio of times, at most this: below a tenth of a millisecond ratios are noise."""
+"""A prediction takes ratios of times up to this: below a tenth of a millisecond they are noise."""
 
 
 class Record(Protocol):
@@ -88,7 +89,7 @@ class Sweep:
             self._note("crashed", None)
             self._add(trial, {"status": "crashed", "reason": f"its answer cannot be judged: {error!r}"})
             return
-        self._note(measurement["status"], measurement["seconds_median"])
+        self._note(measurement["status"], measurement["seconds_low"])
         self._add(trial, measurement, outcome.settings, states if self.launch == 1 else None)
 
     def failed(self, status: str, reason: str, output: str) -> None:
@@ -108,11 +109,11 @@ class Sweep:
             self._seconds.append(seconds)
 
     def _predicted(self) -> str | None:
-        """Why the next setting would pass the limit, by the growth of the last two; None where it would not."""
+        """Why the next setting would pass the limit, by the smaller growth of the last two; None where it would not."""
         if len(self._seconds) < 2:
             return None
-        before, last = self._seconds[-2:]
-        expected = last * min(max(last / before, 1.0), MOST_GROWTH)
+        ratios = [after / before for before, after in itertools.pairwise(self._seconds[-3:])]
+        expected = self._seconds[-1] * min(max(min(ratios), 1.0), MOST_GROWTH)
         if expected <= self.limit_seconds:
             return None
         return f"predicted {expected:.2g} s, above the limit of {self.limit_seconds:g} s"
