@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from dataclasses import replace
 from enum import StrEnum
@@ -49,6 +50,7 @@ Settings = Annotated[list[str] | None, typer.Option("--set", help="A parameter o
 
 def main() -> None:
     """Run the command line; wrong usage is one line and exit code 2, never a traceback."""
+    sys.path.append(os.getcwd())  # so that a user's own module:Class is found where they stand
     try:
         app()
     except (ValueError, OSError) as error:
