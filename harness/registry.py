@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import warnings
 from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib.metadata import entry_points
@@ -48,8 +49,16 @@ def own() -> dict[str, Integrator]:
 
 
 def registered() -> dict[str, Integrator]:
-    """The integrators of the entry point group `gnomon.integrators`, by id."""
-    return {i.id: i for i in (_instance(point.load(), point.name) for point in entry_points(group=GROUP))}
+    """The integrators of the entry point group `gnomon.integrators`, by id; one that cannot be loaded is a warning."""
+    found: dict[str, Integrator] = {}
+    for point in entry_points(group=GROUP):
+        try:
+            integrator = _instance(point.load(), point.name)
+        except Exception as error:  # somebody's broken package must not take everybody's run away
+            warnings.warn(f"integrator {point.name} ({point.value}) cannot be loaded: {error}", stacklevel=2)
+            continue
+        found[integrator.id] = integrator
+    return found
 
 
 def everything() -> dict[str, Integrator]:

@@ -6,6 +6,7 @@ import importlib
 import itertools
 import sys
 from fractions import Fraction
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
@@ -170,6 +171,18 @@ def test_a_name_stands_for_all_policies_and_a_path_for_a_class() -> None:
     (one,) = registry.find("planted:Sound")
     assert isinstance(one, planted.Sound)
     assert registry.dereference(*registry.reference(one)).id == one.id
+
+
+def test_an_entry_point_registers_an_integrator_and_a_broken_one_costs_nobody_else(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    points = [
+        EntryPoint("broken", "no_such_module:Thing", registry.GROUP),
+        EntryPoint("sound", "planted:Sound", registry.GROUP),
+    ]
+    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    with pytest.warns(UserWarning, match="no_such_module"):
+        assert set(registry.registered()) == {"planted:sound"}
 
 
 def test_every_integrator_is_found_again_by_a_worker() -> None:
