@@ -110,7 +110,7 @@ def work_precision(points: pd.DataFrame, look: pd.DataFrame, limits: dict[str, f
     )
     margin = alt.Chart(alt.NamedData("margin"))
     band = margin.mark_rect(color=PALE).encode(y=alt.Y("low:Q"), y2="high:Q")
-    heading = margin.mark_text(align="left", baseline="top", dx=5, dy=4, color=QUIET, fontSize=10.5).encode(
+    heading = margin.mark_text(align="left", baseline="bottom", dx=1, dy=-3, color=QUIET, fontSize=10.5).encode(
         y="high:Q", x=alt.value(0), text="text:N"
     )
     rules = alt.Chart(alt.NamedData("limits"))
@@ -224,9 +224,11 @@ def _digits(error: float) -> str:
 
 def _grid(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt.Chart:
     """Integrators across, scenes down, in their given order; hard variants stand indented under their case."""
-    indented = "indexof(datum.value, '/') < 0 ? datum.value : slice(datum.value, indexof(datum.value, '/') + 1)"
-    bold = alt.condition("indexof(datum.value, '/') < 0", alt.value(600), alt.value(400))
-    ink = alt.condition("indexof(datum.value, '/') < 0", alt.value(INK), alt.value(QUIET))
+    cases = [name for name in scenes if "/" not in name]
+    under = f"indexof({cases}, split(datum.value, '/')[0]) >= 0 && indexof(datum.value, '/') >= 0"
+    indented = f"{under} ? slice(datum.value, indexof(datum.value, '/') + 1) : datum.value"
+    bold = alt.condition(under, alt.value(400), alt.value(600))
+    ink = alt.condition(under, alt.value(QUIET), alt.value(INK))
     return alt.Chart(alt.NamedData("cells")).encode(
         x=alt.X(
             "integrator_id:N",
@@ -299,7 +301,7 @@ def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
         "decades:Q",
         title="error of the simpler model against the full one",
         scale=alt.Scale(zero=False, nice=True, padding=40),
-        axis=alt.Axis(tickMinStep=1, labelExpr="datum.value == 0 ? '1' : '1e' + datum.value"),
+        axis=alt.Axis(tickMinStep=1, labelExpr="datum.value % 1 ? '' : datum.value == 0 ? '1' : '1e' + datum.value"),
     )
     legend = alt.Legend(title=None, orient="top")
     domain = [spans["early"], spans["error"]]

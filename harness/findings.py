@@ -8,7 +8,7 @@ from gnomon.harness.analysis import CLAIM, TARGETS
 from gnomon.harness.tables import ratio_text
 
 
-def findings(equal: pd.DataFrame, policies: pd.DataFrame, step: float) -> list[str]:
+def findings(equal: pd.DataFrame, policies: pd.DataFrame) -> list[str]:
     """The run in a few sentences, each counted from its rows."""
     own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     said = []
@@ -37,8 +37,11 @@ def findings(equal: pd.DataFrame, policies: pd.DataFrame, step: float) -> list[s
             + " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
             + " as long as the fastest."
         )
-    at = policies[np.isclose(policies["step"], step)] if len(policies) else policies
-    if len(at) and {"as shipped", "configured"} <= set(at["policy"]):
+    if policies.empty:
+        return said
+    step = float(policies.groupby("step")["scene"].nunique().idxmax())  # the step that most scenes were compared at
+    at = policies[np.isclose(policies["step"], step)]
+    if {"as shipped", "configured"} <= set(at["policy"]):
         wide = at.pivot_table(index=["engine", "scene"], columns="policy", values="error", aggfunc="min")
         both = wide.dropna(subset=["as shipped", "configured"])
         if len(both):

@@ -67,12 +67,11 @@ class Run:
 
     @cached_property
     def cases(self) -> list[Case]:
-        """The cases of the run, rebuilt from their stored numbers; those that cannot be imported here are left out."""
+        """The default cases of the run, rebuilt from their stored numbers; what cannot be imported here is left out."""
         found = []
-        for name in self.names:
-            row = self.frame[self.frame["case"] == name].sort_values("variant").iloc[0]
+        for row in self.frame[self.frame["variant"] == ""].drop_duplicates("case").to_dict("records"):
             try:
-                found.append(rebuilt(name, row["variant"], json.loads(row["numbers"]), float(row["span"])))
+                found.append(rebuilt(row["case"], "", json.loads(row["numbers"]), float(row["span"])))
             except ValueError:
                 continue
         return found
@@ -183,7 +182,7 @@ def page_context(
         "results": run.path.name,
         "history": history[-1],
         "environment": history[-1]["environment"],
-        "findings": findings.findings(run.equal, policy_points(run), DECIMAL_STEPS[1]),
+        "findings": findings.findings(run.equal, policy_points(run)),
         "targets": [tables.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
         "cases": case_list,
         "counts": {
