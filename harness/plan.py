@@ -54,7 +54,7 @@ class Suite:
 
 
 SUITES = {
-    "standard": Suite("standard", 5, True, 0.5, 0.1),
+    "standard": Suite("standard", 5, True, 0.4, 0.05),
     "quick": Suite("quick", 1, False, 0.1, 0.1, block_seconds=0.01),
 }
 
