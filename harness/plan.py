@@ -55,7 +55,7 @@ class Suite:
 
 SUITES = {
     "standard": Suite("standard", 5, True, 0.4, 0.05),
-    "quick": Suite("quick", 1, False, 0.1, 0.1, block_seconds=0.01),
+    "quick": Suite("quick", 1, False, 0.05, 0.05, block_seconds=0.01),
 }
 
 
