@@ -26,6 +26,13 @@ _MODULES = {
     "vertical_quadratic_drag": "quadratic_drag:VerticalQuadraticDrag",
     "bouncing_ball": "bouncing_ball:BouncingBall",
     "block_incline_friction": "block_incline:BlockInclineFriction",
+    "rotating_pendulum": "hoop:RotatingPendulum",
+    "bearing_reaction_torque_stability": "hoop:BearingReactionTorqueStability",
+    "gyrocompass": "hoop:Gyrocompass",
+    "small_vibrations_3dof_chain": "small_vibrations:SmallVibrationsChain",
+    "small_vibrations_mdof": "small_vibrations:SmallVibrations",
+    "bead_rotating_wire_vertical_plane": "bead_wire:BeadOnRotatingWire",
+    "rayleigh_dissipation_mdof": "rayleigh:RayleighDissipation",
 }
 
 
