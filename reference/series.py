@@ -8,7 +8,6 @@ a node. Works over any numbers with the four operations and, as methods, sqrt, e
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import starmap
 from operator import mul
 from typing import Any
 
@@ -49,10 +48,9 @@ class Tape:
         stop = k - last - 1
         return sum(map(mul, a[first : last + 1], b[k - first : stop if stop >= 0 else None : -1]), self.zero)
 
-    def weighted(self, a: list[Any], b: list[Any], k: int) -> Any:
-        """The sum of i a[i] b[k-i] for i from 1 to k, over k: the integral of a' b."""
-        terms = zip(range(1, k + 1), a[1 : k + 1], b[k - 1 :: -1] if k else [], strict=False)
-        return sum(starmap(lambda i, x, y: i * x * y, terms), self.zero) / k
+    def weighted(self, slopes: list[Any], b: list[Any], k: int) -> Any:
+        """The sum of i a[i] b[k-i] for i from 1 to k, over k, with slopes[i] = i a[i]: the integral of a' b."""
+        return self.inner(slopes, b, 1, k, k) / k
 
 
 class Series:
@@ -139,8 +137,8 @@ class Series:
         return root
 
     def exp(self) -> Series:
-        a = self.c
-        result = self.tape.node(lambda k: self.tape.weighted(a, result.c, k) if k else a[0].exp())
+        a, slopes = self.c, self._slopes()
+        result = self.tape.node(lambda k: self.tape.weighted(slopes, result.c, k) if k else a[0].exp())
         return result
 
     def sin(self) -> Series:
@@ -163,9 +161,9 @@ class Series:
         return 1 - 2 / ((2 * self).exp() + 1)
 
     def _circular(self) -> tuple[Series, Series]:
-        a = self.c
-        sine = self.tape.node(lambda k: self.tape.weighted(a, cosine.c, k) if k else a[0].sin())
-        cosine = self.tape.node(lambda k: -self.tape.weighted(a, sine.c, k) if k else a[0].cos())
+        a, slopes = self.c, self._slopes()
+        sine = self.tape.node(lambda k: self.tape.weighted(slopes, cosine.c, k) if k else a[0].sin())
+        cosine = self.tape.node(lambda k: -self.tape.weighted(slopes, sine.c, k) if k else a[0].cos())
         return sine, cosine
 
     def log(self) -> Series:
@@ -185,5 +183,10 @@ class Series:
 
     def _integral(self, derivative: Series, name: str) -> Series:
         """A function by its name at the first coefficient and by its derivative beyond."""
+        a, slopes = self.c, self._slopes()
+        return self.tape.node(lambda k: self.tape.weighted(slopes, derivative.c, k) if k else getattr(a[0], name)())
+
+    def _slopes(self) -> list[Any]:
+        """The coefficients k a[k], which grow with a."""
         a = self.c
-        return self.tape.node(lambda k: self.tape.weighted(a, derivative.c, k) if k else getattr(a[0], name)())
+        return self.tape.node(lambda k: a[k] * k).c
