@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-class Refused(Exception):
+class Refused(Exception):  # noqa: N818 - named for the status that it becomes
     """Raised by an integrator that declines a problem or a setting; the message says why. Status `refused`."""
 
 
@@ -100,12 +100,15 @@ Solve = Callable[[Floats], Solution]
 class Integrator(ABC):
     """An integrator: a declaration of what it is and accepts, and `prepare`.
 
-    1. `prepare(problem, setting)` is not timed: build, compile, switch off what is not needed. It sees no initial state.
-    2. It returns `solve`, which is timed. `solve` takes copies of initial states, float64 (n, dim), and returns a Solution.
+    1. `prepare(problem, setting)` is not timed: build, compile, switch off what is not needed. It sees no initial
+       state.
+    2. It returns `solve`, which is timed. `solve` takes copies of initial states, float64 (n, dim), and returns a
+       Solution.
     3. `solve` may carry attributes: `reset()` (timed, shown apart), `close()`, and `settings`, a mapping of the engine
        settings that differ from the engine's default.
     4. Raise `Refused` for what it declines. Anything else that it raises is status `crashed`.
     5. `counts_rhs` is False where the library owns its equations: right-hand sides are then not counted.
+    6. Times are multiples of `problem.interval` where `problem.uniform`; with a clock or decimal times they are not.
     """
 
     name: ClassVar[str]

@@ -11,12 +11,13 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
+FILES = ("pyproject.toml", "README.md", "LICENSE")
 FOLDERS = ("src/gnomon/", "reference/", "cases/", "harness/")
 
 
 def tracked() -> list[str]:
     listing = subprocess.run(
-        ["git", "ls-files", "--cached", "--others", "--exclude-standard", *FOLDERS, "pyproject.toml", "README.md", "LICENSE"],
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard", *FOLDERS, *FILES],
         cwd=ROOT, capture_output=True, text=True, check=True,
     )  # fmt: skip
     return [name for name in listing.stdout.splitlines() if (ROOT / name).exists()]
