@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from importlib.metadata import entry_points
 
 from gnomon.cases.case import Case
+from gnomon.cases.check import Check
 from gnomon.cases.numbers import nearest
 from gnomon.reference.precision import Number
 
@@ -26,6 +27,9 @@ _MODULES = {
     "vertical_quadratic_drag": "quadratic_drag:VerticalQuadraticDrag",
     "charge_in_E_and_B": "charge:ChargeInFields",
     "relativistic_charge": "charge:RelativisticChargeCase",
+    "forced_oscillator": "forced:ForcedOscillator",
+    "second_order_linear_ode": "forced:SecondOrderLinearOde",
+    "time_varying_force": "forced:TimeVaryingForce",
     "inertial_straight_line": "rotating_fall:InertialStraightLine",
     "free_fall_first_order": "rotating_fall:FreeFallFirstOrder",
     "free_fall_rotating_earth": "rotating_fall:FreeFallRotatingEarth",
@@ -39,7 +43,24 @@ _MODULES = {
     "small_vibrations_mdof": "small_vibrations:SmallVibrations",
     "bead_rotating_wire_vertical_plane": "bead_wire:BeadOnRotatingWire",
     "rayleigh_dissipation_mdof": "rayleigh:RayleighDissipation",
+    "two_body": "two_body:TwoBody",
+    "chain_off_table": "chain_edge:ChainOffTable",
+    "chain_over_pulley": "chain_edge:ChainOverPulley",
+    "chain_in_circular_tube": "equivalent_pendulum:ChainInCircularTube",
+    "moment_of_momentum_pendulum": "equivalent_pendulum:MomentOfMomentumPendulum",
+    "lagrange_top": "lagrange_top:LagrangeTopCase",
+    "lagrange_top_attitude": "lagrange_top:LagrangeTopAttitude",
+    "lagrange_top_sleeping_separatrix": "lagrange_top:LagrangeTopSleepingSeparatrix",
+    "double_pendulum": "double_pendulum:DoublePendulum",
 }
+
+
+_CHECKS = {
+    "inertia_tensor_special_bodies": "checks_inertia:InertiaTensorSpecialBodies",
+    "inertia_composite_parallel_axis": "checks_inertia:InertiaCompositeParallelAxis",
+    "inertia_transformation_principal": "checks_inertia:InertiaTransformationPrincipal",
+}
+"""Rows without motion."""
 
 
 def names() -> tuple[str, ...]:
@@ -89,3 +110,25 @@ def get(
     Raises ValueError for an unknown name, variant or parameter and for numbers outside the domain.
     """
     return case_class(name)(variant, initial_state, span, **parameters)
+
+
+def checks() -> tuple[str, ...]:
+    """The names of all checks: rows of the catalogue without motion."""
+    return tuple(_CHECKS)
+
+
+def check_class(name: str) -> type[Check]:
+    """The class of a check by its name. Raises ValueError for an unknown name, with the nearest valid ones."""
+    if name not in _CHECKS:
+        raise ValueError(f"no check is named {name!r}; {nearest(name, checks())}")
+    module, _, attribute = _CHECKS[name].partition(":")
+    found: type[Check] = getattr(importlib.import_module(f"gnomon.cases.{module}"), attribute)
+    return found
+
+
+def get_check(name: str, variant: str | None = None, **parameters: Number) -> Check:
+    """A check with exact numbers (SI units). A variant's numbers are overridden by those given.
+
+    Raises ValueError for an unknown name, variant or parameter and for numbers outside the domain.
+    """
+    return check_class(name)(variant, **parameters)
