@@ -121,7 +121,7 @@ Form = FirstOrder | SecondOrder | RigidBody | NBody | Hybrid
 
 
 def first_order(form: Form) -> FirstOrder | None:
-    """The first-order form that a stronger form implies, in any arithmetic; None where there is none (Hybrid, NBody)."""
+    """The first-order form that a form implies, in any arithmetic; None where there is none (Hybrid, NBody)."""
     if isinstance(form, FirstOrder):
         return form
     if isinstance(form, SecondOrder):
