@@ -94,7 +94,7 @@ def run(
     integrator: Annotated[
         list[str] | None, typer.Option(help="An id, name, library or package.module:Class; repeatable.")
     ] = None,
-    suite: Annotated[str, typer.Option(help="standard or quick.")] = "standard",
+    suite: Annotated[str, typer.Option(help="standard, quick or catalogue.")] = "standard",
     out_path: Annotated[Path, typer.Option("--out", help="The results: a folder or a file.sqlite.")] = Path("runs"),
     limit: Annotated[float | None, typer.Option(help="Seconds that one trial may take.")] = None,
     workers: Annotated[int, typer.Option(help="Trials at a time.", min=1)] = 2,
@@ -110,7 +110,7 @@ def run(
         if not 0 < limit < float("inf"):
             raise ValueError(f"--limit {limit:g}: a trial needs a positive number of seconds")
         chosen_suite = replace(chosen_suite, limit_seconds=limit, variant_limit_seconds=limit)
-    chosen = _chosen(case, chosen_suite.variants, parameters)
+    chosen = _chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
     integrators = registry.find_all(integrator)
     for one in integrators if integrator else ():
         reason = registry.missing(one)

@@ -44,6 +44,8 @@ class Suite:
     """
 
     name: str
+    cases: tuple[str, ...]
+    """The cases it runs where none is named; empty for all."""
     launches: int
     variants: bool
     limit_seconds: float
@@ -55,9 +57,27 @@ class Suite:
         return self.limit_seconds if case.variant is None else self.variant_limit_seconds
 
 
+FOUNDATION = (
+    "pendulum_simple",
+    "kepler_orbit",
+    "cycloidal_pendulum",
+    "foucault_pendulum_linear",
+    "damped_oscillator",
+    "euler_top",
+    "projectile_parabola",
+    "bouncing_ball",
+    "block_incline_friction",
+    # the rungs of their ladders
+    "harmonic_oscillator",
+    "duffing_unforced",
+    "foucault_precession",
+)
+"""Cases that between them exercise every form."""
+
 SUITES = {
-    "standard": Suite("standard", 5, True, 0.4, 0.05),
-    "quick": Suite("quick", 1, False, 0.05, 0.05, block_seconds=0.01),
+    "standard": Suite("standard", FOUNDATION, 5, True, 0.4, 0.05),
+    "quick": Suite("quick", FOUNDATION, 1, False, 0.05, 0.05, block_seconds=0.01),
+    "catalogue": Suite("catalogue", (), 1, True, 0.1, 0.05),
 }
 
 
@@ -236,7 +256,8 @@ def choose(
 ) -> list[tuple[Case, str]]:
     """The cases that `names` stand for, binary64 where `rounded`, each with a label for changed parameters.
 
-    A name is that of a case (all of its variants where `variants`), `case/variant`, or `package.module:Case`.
+    A name is that of a case (all of its variants where `variants`), `case/variant`, or `package.module:Case`; no names
+    stand for all cases.
     """
     label = "".join(f" {name}={value}" for name, value in parameters.items())
     found = []
