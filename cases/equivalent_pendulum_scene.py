@@ -1,0 +1,18 @@
+"""The pendulum on an accelerated support as a physics engine is given it: a hinge at rest in the apparent gravity."""
+
+from __future__ import annotations
+
+from gnomon.cases.pendulum_scene import pendulum_reading
+from gnomon.cases.scene import Body, Hinge, Scene, SceneForm
+
+
+def carried_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    theta, omega = state
+    g, length, ax, ay = parameters
+    bob = Body("bob", 1.0, (0.0, 0.0, 0.0))
+    hinge = Hinge("pivot", "bob", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -length), theta, omega)
+    # theta grows to the side of -x, to which the support is accelerated.
+    return Scene((ax, 0.0, -(g + ay)), (bob,), hinges=(hinge,))
+
+
+SCENE = SceneForm(carried_scene, pendulum_reading, frozenset({"hinge"}))
