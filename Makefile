@@ -9,6 +9,7 @@ RUN := runs/standard.sqlite
 .PHONY: report test test-all lint types unit bench clean
 
 report: $(VENV)/installed
+	$(BIN)/gnomon certify --to runs/certificates.json
 	$(BIN)/gnomon run --suite standard --out $(RUN)
 	$(BIN)/gnomon report $(RUN) --to reports
 
