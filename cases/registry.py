@@ -48,10 +48,16 @@ _MODULES = {
     "chain_over_pulley": "chain_edge:ChainOverPulley",
     "chain_in_circular_tube": "equivalent_pendulum:ChainInCircularTube",
     "moment_of_momentum_pendulum": "equivalent_pendulum:MomentOfMomentumPendulum",
+    "two_mass_spring": "pair:TwoMassSpring",
+    "center_of_mass_motion": "pair:CenterOfMassMotion",
+    "dumbbell_free_flight": "pair:DumbbellFreeFlight",
+    "atwood_pulley_systems": "uniform:AtwoodPulleySystems",
+    "wedge_block_energy_momentum": "uniform:WedgeBlock",
     "lagrange_top": "lagrange_top:LagrangeTopCase",
     "lagrange_top_attitude": "lagrange_top:LagrangeTopAttitude",
     "lagrange_top_sleeping_separatrix": "lagrange_top:LagrangeTopSleepingSeparatrix",
     "double_pendulum": "double_pendulum:DoublePendulum",
+    "spherical_pendulum": "spherical_pendulum:SphericalPendulumCase",
 }
 
 

@@ -1,0 +1,105 @@
+"""The spherical pendulum, in angles; also the nonlinear Foucault pendulum at the pole, after phi -> phi - Om t."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import cos, sin
+from typing import Any, ClassVar
+
+from gnomon.cases.case import Case, Invariant, Variant
+from gnomon.cases.forms import FirstOrder, Values
+from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.reference.lagrange_top import SphericalPendulum
+from gnomon.reference.precision import Number
+
+
+def spherical_equations(t: Any, state: Values, parameters: Values) -> Values:
+    theta, omega, _phi = state
+    g, length, h = parameters
+    s = sin(theta)
+    return omega, h * h * cos(theta) / (s * s * s) - g / length * s, h / (s * s)
+
+
+def spherical_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Over m L^2, from the lowest point."""
+    theta, omega, _phi = state
+    g, length, h = parameters
+    s, half = sin(theta), sin(theta / 2)
+    return (omega * omega / 2 + h * h / (2 * s * s) + 2 * g / length * half * half,)
+
+
+class SphericalPendulumCase(Case):
+    name = "spherical_pendulum"
+    title = "Spherical pendulum"
+    section = "6.17, 11.10"
+    conventions = "theta from the downward vertical; h = sin^2(theta) phi' is constant and not zero; phi continuous."
+    state = (
+        Coordinate("theta", "rad", "angle", "tilt"),
+        Coordinate("omega", "rad/s", "angular velocity"),
+        Coordinate("phi", "rad", "angle", "azimuth"),
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("L", "m", 1, "length of the rod"),
+        Parameter("h", "1/s", "0.5", "sin^2(theta) phi', momentum about the vertical over m L^2"),
+    )
+    default_state = (1, 0, 0)
+    domain = Domain(
+        {
+            "g": positive(),
+            "L": positive(),
+            "h": Range(typical=(-5.0, 5.0)),
+            "theta": Range(0.0, math.pi, low_open=True, typical=(0.1, 3.0)),
+            "omega": Range(typical=(-5.0, 5.0)),
+        },
+        (Rule("h is not 0 (a plane swing is pendulum_simple)", lambda n: n["h"] != 0),),
+    )
+    variants = (
+        Variant("near_pole", "h = 1e-6: passes 1e-6 rad from the lowest point, phi jumps by pi", {"h": "1e-6"}),
+        Variant("over_the_top", "passes close to both poles", {"h": "0.01"}, (1, 7, 0)),
+        Variant("conical", "a circle to 1e-16: two roots nearly coincide", {"h": 3.017132507336929}),
+        Variant("thin_ellipse", "amplitude 0.01: precesses by (3/8)(ab/L^2) a radian", {"h": "1e-5"}, ("0.01", 0, 0)),
+        Variant("upper_half", "circles above the point of suspension at first", {"h": 1}, ("2.5", 1, 0)),
+        Variant("long_1e4", "10,000 polar periods: phase error"),
+    )
+    invariants: ClassVar = {"energy": Invariant(spherical_energy)}
+    _CYCLES: ClassVar[dict[str, str]] = {"long_1e4": "10000.37", "near_pole": "3.37"}
+
+    def motion(self) -> SphericalPendulum:
+        return self._exact
+
+    @cached_property
+    def _exact(self) -> SphericalPendulum:
+        return SphericalPendulum(*self.parameter_values(), *self.initial_state)
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(spherical_equations),)
+
+    @property
+    def time_scale(self) -> float:
+        """Of a small swing, or of the azimuth where it is fastest, next to a pole."""
+        g, length, h = map(float, self.parameter_values())
+        low, high = self._exact.heights(30) or (0, 0)
+        nearest = min(float((1 - low) * (1 + low)), float((1 - high) * (1 + high)))
+        return 1 / max(math.sqrt(g / length), abs(h) / nearest)
+
+    def natural_span(self) -> Number:
+        """10.37 polar periods."""
+        cycles = float(self._CYCLES.get(self.variant or "", "10.37"))
+        return float(self._exact.nutation_period(20) or 1) * cycles
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`azimuth_advance` is per polar period; pi in the limit of a thin ellipse."""
+        motion = self._exact
+        return {
+            "polar_period": motion.nutation_period(digits),
+            "azimuth_advance": motion.precession_per_nutation(digits),
+        }
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        theta, omega, phi = state
+        return (theta, -omega, phi), self.parameters | {"h": -self.parameters["h"]}
