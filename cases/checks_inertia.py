@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any, ClassVar
+from itertools import pairwise
+from typing import Any
 
 import flint
 from gnomon.cases.check import Check, Numbers, Setting
@@ -13,7 +14,6 @@ from gnomon.reference import bodies, inertia
 from gnomon.reference.precision import Number
 from gnomon.reference.principal import is_inertia, multiplicity, principal_moments
 from gnomon.reference.vectors import (
-    AXES,
     PLANES,
     apply,
     components,
@@ -31,9 +31,9 @@ class InertiaTensorSpecialBodies(Check):
     title = "Inertia tensors of special bodies"
     section = "9.3-9.5, App. D"
     conventions = (
-        "Each body has mass m; principal moments about its centre of mass (cone_apex: about the apex); z is the axis of "
-        "revolution. a, b, c: edges of the box, semi-axes of the ellipsoid, a, b: edges of the lamina. r: radius, of the "
-        "torus its tube; inner: inner radius of the tube; h: height; R: radius of the torus' middle circle."
+        "Each body has mass m; principal moments about its centre of mass (cone_apex: about the apex); z is the axis "
+        "of revolution. a, b, c: edges of the box, semi-axes of the ellipsoid, a, b: edges of the lamina. r: radius, of "
+        "the torus its tube; inner: inner radius of the tube; h: height; R: radius of the torus' middle circle."
     )
     parameter_list = (
         Parameter("m", "kg", "2.5", "mass"),
@@ -258,9 +258,8 @@ class InertiaTransformationPrincipal(Check):
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
         """Eigenvalues by QR; the tensor of six equimomental points, turned; the moment from distances to the axis."""
         matrix = mp.matrix(symmetric(components(p, "I", PLANES)))
-        values, vectors = mp.eigsy(matrix)
-        values = sorted(values)
-        near = [mp.fabs(b - a) <= mp.fabs(values[2]) * mp.mpf(10) ** (10 - mp.dps) for a, b in zip(values, values[1:])]
+        values = sorted(mp.eigsy(matrix, eigvals_only=True))
+        near = [mp.fabs(b - a) <= mp.fabs(values[2]) * mp.mpf(10) ** (10 - mp.dps) for a, b in pairwise(values)]
         points = _points(mp, *mp.eigsy(matrix))
         n = mp.matrix(components(p, "n"))
         n = n / mp.norm(n)

@@ -58,6 +58,8 @@ _MODULES = {
     "lagrange_top_sleeping_separatrix": "lagrange_top:LagrangeTopSleepingSeparatrix",
     "double_pendulum": "double_pendulum:DoublePendulum",
     "spherical_pendulum": "spherical_pendulum:SphericalPendulumCase",
+    "symmetric_top_torque_free": "symmetric_top:SymmetricTopTorqueFree",
+    "rigid_body_stokes_medium": "stokes_body:RigidBodyStokesMedium",
 }
 
 
@@ -65,6 +67,13 @@ _CHECKS = {
     "inertia_tensor_special_bodies": "checks_inertia:InertiaTensorSpecialBodies",
     "inertia_composite_parallel_axis": "checks_inertia:InertiaCompositeParallelAxis",
     "inertia_transformation_principal": "checks_inertia:InertiaTransformationPrincipal",
+    "com_rigid_body": "checks_centres:ComRigidBody",
+    "moment_equipollent": "checks_centres:MomentEquipollent",
+    "gravity_field_particle_body": "checks_gravity:GravityFieldParticleBody",
+    "weight_local_gravity": "checks_gravity:WeightLocalGravity",
+    "apparent_gravity_earth": "checks_frames:ApparentGravityEarth",
+    "frame_transformation": "checks_frames:FrameTransformation",
+    "material_frame_indifference": "checks_frames:MaterialFrameIndifference",
 }
 """Rows without motion."""
 

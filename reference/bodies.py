@@ -68,7 +68,7 @@ def lamina(f: Any, u: Any, v: Any, w: Any, a: Any, b: Any) -> Point:
 
 @dataclass(frozen=True)
 class Body:
-    """A map, the names of its sizes, the edges of u, v, w, and whether moments are about the origin (else the centre)."""
+    """A map, the names of its sizes, edges of u, v, w; moments are about the centre of mass or the origin."""
 
     place: Callable[..., Point]
     sizes: tuple[str, ...]

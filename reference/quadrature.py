@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import flint
@@ -41,7 +42,7 @@ def integral(mp: Any, f: Callable[[Any], Any], edges: Sequence[Any], nodes_per_d
     """
     count = math.ceil(nodes_per_digit * mp.dps)
     total: Any = None
-    for low, high in zip(edges, edges[1:], strict=False):
+    for low, high in pairwise(edges):
         for x, weight in gauss_legendre(mp, low, high, count):
             value = f(x)
             if isinstance(value, (list, tuple)):
@@ -51,15 +52,19 @@ def integral(mp: Any, f: Callable[[Any], Any], edges: Sequence[Any], nodes_per_d
     return total
 
 
+def unit_steps(low: Any, high: Any) -> list[Any]:
+    """Edges from low to high, at most 1 apart."""
+    pieces = max(1, math.ceil(high - low))
+    return [low + (high - low) * k / pieces for k in range(pieces + 1)]
+
+
 def integral_near(mp: Any, f: Callable[[Any], Any], low: Any, high: Any, centre: Any, delta: Any) -> Any:
     """The integral over [low, high] of a function with a singularity at the complex point centre +- i delta."""
     begin, end = (mp.asinh((x - centre) / delta) for x in (low, high))
-    pieces = max(1, math.ceil(end - begin))
-    edges = [begin + (end - begin) * k / pieces for k in range(pieces + 1)]
 
     def stretched(u: Any) -> Any:
         x, jacobian = centre + delta * mp.sinh(u), delta * mp.cosh(u)
         value = f(x)
         return [v * jacobian for v in value] if isinstance(value, (list, tuple)) else value * jacobian
 
-    return integral(mp, stretched, edges)
+    return integral(mp, stretched, unit_steps(begin, end))
