@@ -16,7 +16,8 @@ FUNCTIONS = (
 
 def rebind(function: Callable[..., Any], arithmetic: dict[str, Any]) -> Callable[..., Any]:
     """The same function with `arithmetic` ({"sin": ...}) in place of `math`, its helpers and closures included."""
-    return _rebound(function, arithmetic, {})
+    rebound: Callable[..., Any] = _rebound(function, arithmetic, {})
+    return rebound
 
 
 def _rebound(function: Any, arithmetic: dict[str, Any], done: dict[Any, Any]) -> Any:

@@ -81,7 +81,7 @@ class InertiaTensorSpecialBodies(Check):
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
         """Quadrature over the volume of each body: its centre of mass, then its tensor."""
-        found = {}
+        found: dict[str, Any] = {}
         for name, body in bodies.BODIES.items():
             points = bodies.masses(mp, body, [getattr(p, size) for size in body.sizes])
             origin = (0, 0, 0) if body.about_origin else bodies.centre(mp, points)

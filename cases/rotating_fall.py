@@ -113,7 +113,7 @@ class FreeFallRotatingEarth(Case):
             "lat": Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)),
         }
     )
-    variants = (
+    variants: ClassVar[tuple[Variant, ...]] = (
         Variant("day", "24 h thrown upward: twice round in the frame", {}, (0, 0, 0, 100, 200, 300), 86400),
         Variant("fast", "a turntable at 10 rad/s: gyrations and drift instead of a fall", {"Om": 10}, span=11),
         Variant("slow", "1e-12 rad/s: a deflection of 4e-10 m beside a fall of 158 m", {"Om": "1e-12"}),
@@ -132,7 +132,8 @@ class FreeFallRotatingEarth(Case):
     @cached_property
     def _exact(self) -> RotatingFall:
         x, y, z, vx, vy, vz = self.initial_state
-        return RotatingFall((x, y, z), (vx, vy, vz), *self.parameter_values(), centrifugal=self._centrifugal)
+        g, rate, latitude = self.parameter_values()
+        return RotatingFall((x, y, z), (vx, vy, vz), g, rate, latitude, self._centrifugal)
 
     def motion(self) -> RotatingFall:
         return self._exact
@@ -177,12 +178,8 @@ class FreeFallRotatingEarth(Case):
     def ladder(self) -> tuple[Rung, ...]:
         x, y, z, *thrown = self.initial_state
         still = self.with_numbers(self.initial_state, self.parameters | {"Om": Fraction(0)})
-        first = FreeFallFirstOrder(
-            initial_state=(x, y, z, *thrown),
-            span=self.span,
-            **self.parameters,
-            **dict(zip(("ux", "uy", "uz"), thrown, strict=True)),
-        )
+        numbers: dict[str, Any] = self.parameters | dict(zip(("ux", "uy", "uz"), thrown, strict=True))
+        first = FreeFallFirstOrder(initial_state=(x, y, z, *thrown), span=self.span, **numbers)
         return (
             Rung(still, same_state, "gravity on an Earth at rest"),
             Rung(first, same_state, "the Coriolis force of the unperturbed velocity"),
@@ -194,7 +191,7 @@ class FreeFallCentrifugal(FreeFallRotatingEarth):
     title = "Uniform gravity fixed in a uniformly turning frame, with the centrifugal force"
     section = "5.14-5.17, 6.15, 6.18"
     conventions = "As free_fall_rotating_earth, the origin on the axis: the centrifugal force varies with the place."
-    variants = (
+    variants: ClassVar[tuple[Variant, ...]] = (
         Variant("fast", "a turntable at 10 rad/s: thrown outward in a spiral", {"Om": 10}, span="5.3"),
         Variant("slow", "1e-12 rad/s: the textbook formula loses 46 digits", {"Om": "1e-12"}),
         Variant("day", "24 h thrown upward", {}, (0, 0, 0, 100, 200, 300), 86400),
@@ -213,7 +210,8 @@ class FreeFallCentrifugal(FreeFallRotatingEarth):
 
     @property
     def ladder(self) -> tuple[Rung, ...]:
-        earth = FreeFallRotatingEarth(initial_state=self.initial_state, span=self.span, **self.parameters)
+        numbers: dict[str, Any] = dict(self.parameters)
+        earth = FreeFallRotatingEarth(initial_state=self.initial_state, span=self.span, **numbers)
         return (*earth.ladder, Rung(earth, same_state, "the Coriolis force, exactly"))
 
 

@@ -46,9 +46,9 @@ class Hoop(BallMotion):
             return self.REST
         if self.theta0 == 0:
             excess = self.omega0**2 / 2 - self.pull - self._highest
-            if excess == 0 and (self.pull, self.lift) != (0, 0):
+            if excess == 0 and (self.pull or self.lift):
                 return self.SEPARATRIX
-            return self.ROTATION if excess > 0 or (self.pull, self.lift) == (0, 0) else self.LIBRATION
+            return self.ROTATION if excess > 0 or not (self.pull or self.lift) else self.LIBRATION
         return self.ROTATION if sign(lambda: self._energy() - ball(self._highest)) > 0 else self.LIBRATION
 
     def period(self, digits: int = 15) -> Any:

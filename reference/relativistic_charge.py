@@ -72,10 +72,11 @@ class RelativisticCharge(BallMotion):
         rate = self.q_m
         ex, ey, ez = (rate * e / self.c for e in self.electric)
         bx, by, bz = (rate * b for b in self.magnetic)
-        field = ((0, ex, ey, ez), (ex, 0, bz, -by), (ey, -bz, 0, bx), (ez, by, -bx, 0))
+        o = Fraction(0)
+        field = ((o, ex, ey, ez), (ex, o, bz, -by), (ey, -bz, o, bx), (ez, by, -bx, o))
         # The last column carries U(0), so that one exponential gives both e^(F tau) and its integral on U(0).
         start = [self._time_part(), *map(ball, self.proper)]
-        rows = [[*(ball(Fraction(x)) for x in row), u] for row, u in zip(field, start, strict=True)]
+        rows = [[*(ball(x) for x in row), u] for row, u in zip(field, start, strict=True)]
         matrix = flint.arb_mat(5, 5, [x for row in rows for x in row] + [flint.arb(0)] * 5)
         grown = (matrix * tau).exp()
         way = [grown[i, 4] for i in range(4)]
