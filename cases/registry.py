@@ -60,6 +60,8 @@ _MODULES = {
     "spherical_pendulum": "spherical_pendulum:SphericalPendulumCase",
     "symmetric_top_torque_free": "symmetric_top:SymmetricTopTorqueFree",
     "rigid_body_stokes_medium": "stokes_body:RigidBodyStokesMedium",
+    "holonomic_constraint_dae": "cartesian_pendulum:HolonomicConstraintDae",
+    "billiard_ball": "billiard:BilliardBallCase",
 }
 
 
