@@ -288,7 +288,7 @@ class LagrangeTopAttitude(Case):
     title = "Heavy symmetric (Lagrange) top as a rigid body"
     section = "11.12.4"
     conventions = (
-        "w are body components, the third along the symmetry axis; R, row by row, takes body components to space, z up, "
+        "w are body components, the third along the symmetry axis; R, row by row, takes body to space, z up, "
         "R' = R hat(w). R(0) need not be orthogonal. W = m g l. The initial state has phi = psi = 0: from th0, thd0, "
         "phd0, psd0 it is w = (thd0, phd0 sin th0, psd0 + phd0 cos th0), R = Rx(th0), rounded."
     )

@@ -89,7 +89,7 @@ def test_momenta_and_energy_of_the_body_far_out(name):
     "numbers", [(1, "0.5", 1, 2, "1.7", "0.6", "0.3"), (1, "0.5", 1, 1, 1, "0.6", "0.5"), (1, 2, 3, -1, "0.2", 3, 0)]
 )
 def test_angles_and_body_agree(numbers):
-    """R33 = cos(theta), R13 = sin(theta) sin(phi), R31 = sin(theta) sin(psi); two ways with their own special points."""
+    """R33 = cos(theta), R13 = sin(theta) sin(phi), R31 = sin(theta) sin(psi): two formulas."""
     i1, i3, weight, a, b, tilt, rate = map(exact, numbers)
     angles = LagrangeTop(i1, i3, weight, a, b, tilt, rate, Fraction(0), Fraction(0))
     with mpmath.workdps(90):
