@@ -284,19 +284,19 @@ def tolerance_strip(points: pd.DataFrame, look: pd.DataFrame) -> alt.LayerChart:
 def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
     """What each simpler model errs by, over one period and over the span; crudest first.
 
-    `rungs`: ladder (the full case), label, lacks, error, early.
+    `rungs`: ladder (the full case), effect, lacks, error, early.
     """
     spans = {"error": "over the whole span", "early": "over the first period"}
-    long = rungs.melt(["ladder", "label", "lacks"], list(spans), "over", "size")
+    long = rungs.melt(["ladder", "effect", "lacks"], list(spans), "over", "size")
     table = long[long["size"] > 0].assign(
         decades=lambda rows: np.log10(rows["size"]),
-        place=lambda rows: rows["ladder"] + " as " + rows["label"],
+        place=lambda rows: rows["ladder"] + ": " + rows["effect"],
         words=lambda rows: [short_text(error) for error in rows["size"]],
         over=lambda rows: rows["over"].map(spans),
     )
     base = alt.Chart(alt.NamedData("rungs"))
-    places = list(dict.fromkeys(rungs["ladder"] + " as " + rungs["label"]))
-    y = alt.Y("place:N", title=None, sort=places, axis=alt.Axis(labelLimit=330, ticks=False, domain=False))
+    places = list(dict.fromkeys(rungs["ladder"] + ": " + rungs["effect"]))
+    y = alt.Y("place:N", title=None, sort=places, axis=alt.Axis(labelLimit=480, ticks=False, domain=False))
     x = alt.X(
         "decades:Q",
         title="error of the simpler model against the full one",
