@@ -134,7 +134,7 @@ def _event_conditioning(case: Case, neighbours: list[Case], n: int) -> float:
 
 def _kept(what: str, case: Case, times: Floats, build: Callable[[], Floats]) -> Floats:
     """The array of `build`, from disk where neither the numbers nor the sources have changed since."""
-    code = _code(type(case).__module__)
+    code = source_digest(type(case).__module__)
     if code is None:
         return build()
     numbers = [str(value) for value in (*case.initial_state, *case.parameters.values(), case.span)]
@@ -144,7 +144,7 @@ def _kept(what: str, case: Case, times: Floats, build: Callable[[], Floats]) -> 
 
 
 @cache
-def _code(module: str) -> str | None:
+def source_digest(module: str) -> str | None:
     """A hash of the packages and of the case's own module; None where that has no source, as in a notebook."""
     try:
         own = inspect.getsource(importlib.import_module(module))

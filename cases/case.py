@@ -104,6 +104,8 @@ class Case:
     natural_sizes: ClassVar[Mapping[str, float]] = {}
     """The size by which a group that stays zero is divided; 1 SI unit where none is stated."""
     autonomous: ClassVar[bool] = True
+    certified_digits: ClassVar[int] = 45
+    """Digits that its certificate must show: 45 for a closed form, 30 for an integration."""
 
     def __init__(
         self,
@@ -247,6 +249,11 @@ class Case:
         copy = type(self)(initial_state=initial_state, span=self.span, **named)
         copy.variant = self.variant
         return copy
+
+    def with_span(self, span: Number) -> Case:
+        """The same case over another span."""
+        named: dict[str, Any] = dict(self.parameters)
+        return type(self)(initial_state=self.initial_state, span=span, **named)
 
     @cached_property
     def _motion(self) -> Motion:

@@ -184,7 +184,7 @@ def certify(
     certifying.write(certificates, to)
     failed = [certificate for certificate in certificates if not certificate.passed]
     if failed:
-        out.print(f"{len(failed)} below {certifying.REQUIRED} digits")
+        out.print(f"{len(failed)} below the digits required of them")
         raise typer.Exit(1)
 
 
