@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 import flint
+from gnomon.reference.vectors import square
 
 
 def rod_midplane(mu: Any, length: Any, d: Any) -> Any:
@@ -17,8 +18,8 @@ def rod_midplane(mu: Any, length: Any, d: Any) -> Any:
 
 def _ring_elliptic(a: Any, rho: Any, z: Any) -> tuple[Any, Any, Any, Any]:
     """K(m), E(m), the largest and the smallest distance squared, for a ring of radius a."""
-    far = (a + rho) ** 2 + z * z
-    near = (a - rho) ** 2 + z * z
+    far = square(a + rho) + z * z
+    near = square(a - rho) + z * z
     m = 4 * a * rho / far
     # K by the arithmetic-geometric mean of 1 and sqrt(1 - m), which is given without cancellation.
     K = flint.arb.pi() / 2 / flint.arb(1).agm((near / far).sqrt())

@@ -33,6 +33,11 @@ def scale(factor: Any, a: Vector) -> tuple[Any, ...]:
     return tuple(factor * x for x in a)
 
 
+def square(x: Any) -> Any:
+    """x x: the power `**` of a ball that holds 0 is no number."""
+    return x * x
+
+
 def dot(a: Vector, b: Vector) -> Any:
     products = [x * y for x, y in zip(a, b, strict=True)]
     return sum(products[1:], products[0])
