@@ -85,6 +85,7 @@ def serve(connection: Connection, task: Task) -> None:
     """The main function of the child: one Order after another, until the parent ends it."""
     die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.setpgid(0, 0)  # a terminal's Ctrl-C would reach libraries that put in a handler of their own, as REBOUND does
     _redirect(task.output)
     _limit_resources()
     try:
