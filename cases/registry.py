@@ -37,6 +37,8 @@ _MODULES = {
     "bouncing_ball": "bouncing_ball:BouncingBall",
     "block_incline_friction": "block_incline:BlockInclineFriction",
     "coulomb_friction_oscillator": "coulomb:CoulombFrictionOscillator",
+    "stick_slip_belt": "stick_slip:StickSlipBelt",
+    "torpedo_firing_pin": "firing_pin:TorpedoFiringPin",
     "rotating_pendulum": "hoop:RotatingPendulum",
     "bearing_reaction_torque_stability": "hoop:BearingReactionTorqueStability",
     "gyrocompass": "hoop:Gyrocompass",
@@ -71,6 +73,15 @@ _MODULES = {
     "rigid_body_stokes_medium": "stokes_body:RigidBodyStokesMedium",
     "holonomic_constraint_dae": "cartesian_pendulum:HolonomicConstraintDae",
     "billiard_ball": "billiard:BilliardBallCase",
+    "spring_pendulum": "spring_pendulum:SpringPendulum",
+    "swinging_atwood": "swinging_atwood:SwingingAtwood",
+    "ignorable_coordinates": "ignorable:ParticleOnCone",
+    "particle_on_paraboloid": "ignorable:ParticleOnParaboloid",
+    "sliding_ladder": "sliding_rod:SlidingLadderCase",
+    "rigid_link_plane_motion": "sliding_rod:RigidLinkPlaneMotion",
+    "foucault_pendulum_centrifugal": "foucault_centrifugal:FoucaultInPlaneCentrifugal",
+    "bouncing_ball_incline": "bouncing_incline:BouncingBallIncline",
+    "hanging_springs": "springs:HangingSpringsCase",
 }
 
 

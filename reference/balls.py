@@ -6,7 +6,6 @@ Balls: Johansson, Arb: efficient arbitrary-precision midpoint-radius interval ar
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -19,6 +18,8 @@ from gnomon.reference.precision import publish, working
 
 SMALL = 130
 """Bits below the largest component at which a component needs no digits of its own: it may be an exact zero."""
+NOTHING = 2**12
+"""A ball around zero narrower than 2**-4096 counts as zero: no unit makes that much of anything."""
 MOST_BITS = 2**17
 """More than any motion in a sensible domain needs."""
 
@@ -75,6 +76,18 @@ def sign(compute: Callable[[], Any]) -> int:
     raise ArithmeticError(f"{value} cannot be told from zero")
 
 
+def floor_of(compute: Callable[[], Any]) -> int:
+    """The integer part of `compute()`, by precision enough; ArithmeticError where it may be an integer itself."""
+    bits = 64
+    while bits <= 2**13:
+        with precision(bits):
+            found = compute().floor().unique_fmpz()
+        if found is not None:
+            return int(found)
+        bits *= 2
+    raise ArithmeticError("a number cannot be told from an integer")
+
+
 class BallMotion(Motion):
     """A motion whose state is a formula in balls, `_balls(t)`, at the precision in force."""
 
@@ -95,16 +108,10 @@ class BallMotion(Motion):
 
 def _sharp(values: Sequence[Any], wanted: int) -> bool:
     largest = max((abs(x.mid()) for x in values), default=flint.arb(0))
-    floor = largest * flint.arb(2) ** -(wanted + SMALL)
+    floor = (largest * flint.arb(2) ** -(wanted + SMALL)).max(flint.arb(2) ** -NOTHING)
     return all(x.rel_accuracy_bits() >= wanted or x.rad() <= floor for x in values)
 
 
 def _dyadic(x: Any) -> tuple[int, int]:
     mantissa, exponent = x.mid().man_exp()
     return int(mantissa), int(exponent)
-
-
-def isqrt_exact(value: Fraction) -> Fraction | None:
-    """The square root of a nonnegative rational where it is rational."""
-    root = Fraction(math.isqrt(value.numerator), math.isqrt(value.denominator))
-    return root if root * root == value else None
