@@ -102,6 +102,12 @@ _CHECKS = {
     "rotor_dynamic_balance": "checks_bodies:RotorDynamicBalance",
     "work_energy_rigid_body": "checks_bodies:WorkEnergyRigidBody",
     "generalized_impulse": "checks_bodies:GeneralizedImpulse",
+    "projectile_coriolis_first_order": "checks_perturbation:ProjectileCoriolisFirstOrder",
+    "falkland_gunnery": "checks_perturbation:FalklandGunnery",
+    "stability_pendulum_linearisation": "checks_perturbation:StabilityPendulumLinearisation",
+    "rod_tension_circular": "checks_particles:RodTensionCircular",
+    "moment_momentum_moving_point": "checks_particles:MomentMomentumMovingPoint",
+    "internal_potential_energy": "checks_particles:InternalPotentialEnergy",
 }
 """Rows without motion."""
 
