@@ -13,7 +13,7 @@ from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import Separable, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule
 from gnomon.reference.duffing import DuffingMotion
-from gnomon.reference.precision import Number
+from gnomon.reference.precision import Number, publish, working
 
 
 def cubic_acceleration(t: Any, q: Values, parameters: Values) -> Values:
@@ -116,6 +116,10 @@ class DuffingUnforced(Case):
         motion = self._exact
         least, largest = motion.turning_points(digits)
         found = {"least_x": least, "largest_x": largest, "energy": motion.energy(digits)}
+        alpha, beta = self.parameters["alpha"], self.parameters["beta"]
+        if alpha > 0 > beta:  # a softening spring lets go at the hilltops x^2 = alpha/|beta|
+            with working(digits + 10) as mp:
+                found["escape_energy"] = publish([mp.mpf(-(alpha**2) / (4 * beta))], digits)[0]
         if motion.periodic:
             found |= {"period": motion.period(digits), "modulus_squared": motion.modulus_squared(digits)}
         return found

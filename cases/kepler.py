@@ -9,11 +9,12 @@ from math import sqrt
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.case import Case, Invariant, Variant
+from gnomon.cases.case import Case, Invariant, Rung, Variant
 from gnomon.cases.forms import FirstOrder, Form, NBody, Separable, Values
 from gnomon.cases.formulation import Floats, Formulation
 from gnomon.cases.kepler_scene import SCENE
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.projectile import ProjectileParabola
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.kepler import Kepler
 from gnomon.reference.precision import Number
@@ -98,6 +99,11 @@ def without_clock(y: Floats, parameters: Sequence[float]) -> Floats:
     return y[..., :4]
 
 
+def upright(states: Floats) -> Floats:
+    """From (across, up) to this case's axes, where x is up."""
+    return states[:, [1, 0, 3, 2]]
+
+
 def pericentre_start(e: float) -> tuple[Number, ...]:
     """a = 1, mu = 1, at pericentre; the numbers are rounded here, and it is the rounded ones that count."""
     distance = Fraction(str(e))
@@ -150,6 +156,13 @@ class KeplerOrbit(Case):
             {"mu": 2},
             (1, 0, 0, 2 * (1 + 1e-12)),
             span=100,
+        ),
+        Variant(
+            "throw",
+            "a throw at the surface of the Earth: the orbit that a parabola is taken for",
+            {"mu": "3.986004418e14"},
+            (6371000, 0, 300, 400),
+            span=61,
         ),
         Variant("plunge", "falls from rest until 0.07 % before the collision", initial_state=(1, 0, 0, 0), span="1.11"),
         # Spans whose 64 samples, rounded to 20 bits, fall on evenly spread phases.
@@ -256,6 +269,16 @@ class KeplerOrbit(Case):
                 "sundman", (FirstOrder(sundman_equations),), with_clock, without_clock, 4, self.motion().sundman
             ),
         )
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """Uniform gravity, for a throw from the x axis that is short beside an orbit."""
+        x, y, vx, vy = self.initial_state
+        mu = self.parameters["mu"]
+        if y != 0 or x <= 0 or self.span**2 * mu > x**3 / 10:
+            return ()
+        flat = ProjectileParabola(initial_state=(y, x, vy, vx), span=self.span, g=mu / x**2)
+        return (Rung(flat, upright, "uniform gravity: the parabola"),)
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         x, y, vx, vy = state
