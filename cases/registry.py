@@ -25,6 +25,8 @@ _MODULES = {
     "projectile_stokes_drag": "stokes:ProjectileStokesDrag",
     "projectile_quadratic_drag": "quadratic_drag:ProjectileQuadraticDrag",
     "vertical_quadratic_drag": "quadratic_drag:VerticalQuadraticDrag",
+    "ink_jet_printer": "droplets:InkJetPrinter",
+    "millikan_oil_drop": "droplets:MillikanOilDrop",
     "charge_in_E_and_B": "charge:ChargeInFields",
     "relativistic_charge": "charge:RelativisticChargeCase",
     "forced_oscillator": "forced:ForcedOscillator",
