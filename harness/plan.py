@@ -26,6 +26,8 @@ STANDARD = "standard"
 """The name of a case's own formulation in results."""
 DEFAULT = "default"
 """The name of the variant without a name in results."""
+LONG = 1000.0
+"""Time scales in a span beyond which a variant needs more time than the others."""
 FEWEST = 8
 """A sweep has at least this many settings."""
 DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
@@ -39,7 +41,7 @@ _SOURCES = ("gnomon.harness.integrators", "gnomon.harness.adapters", "gnomon.har
 class Suite:
     """How much a run does. `launches` counts the launches of default variants; other variants are launched once.
 
-    `limit_seconds` is what a trial may take on a default variant, `variant_limit_seconds` on the others. The timed
+    `limit_seconds` is what a trial may take on a default variant, `variant_limit_seconds` on the others, at least. The timed
     calls of a trial take `block_seconds` together, and are at most `repeats`.
     """
 
@@ -54,7 +56,11 @@ class Suite:
     repeats: int = 100
 
     def limit(self, case: Case) -> float:
-        return self.limit_seconds if case.variant is None else self.variant_limit_seconds
+        """Seconds for one trial of a case; a variant gets more where its span is longer than 1000 time scales."""
+        if case.variant is None:
+            return self.limit_seconds
+        length = float(case.span) / case.time_scale / LONG
+        return min(self.limit_seconds, self.variant_limit_seconds * max(1.0, length))
 
 
 FOUNDATION = (
