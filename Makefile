@@ -5,6 +5,8 @@ BIN := $(VENV)/bin
 UV := $(shell command -v uv 2>/dev/null)
 SOURCES := $(shell find reference cases harness src -type f -not -path '*/__pycache__/*')
 RUN := runs/standard.sqlite
+# The optional libraries to compare with: make report EXTRAS=dev,peers
+EXTRAS ?= dev
 
 .PHONY: report test test-all lint types unit bench clean
 
@@ -36,9 +38,9 @@ bench: $(VENV)/installed
 $(VENV)/installed: pyproject.toml $(SOURCES) | $(BIN)/python
 	rm -rf build src/gnomon.egg-info
 ifdef UV
-	VIRTUAL_ENV=$(VENV) $(UV) pip install --quiet --reinstall-package gnomon '.[dev]'
+	VIRTUAL_ENV=$(VENV) $(UV) pip install --quiet --reinstall-package gnomon '.[$(EXTRAS)]'
 else
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[$(EXTRAS)]'
 endif
 	rm -rf build src/gnomon.egg-info
 	mkdir -p runs
