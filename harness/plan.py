@@ -41,8 +41,8 @@ _SOURCES = ("gnomon.harness.integrators", "gnomon.harness.adapters", "gnomon.har
 class Suite:
     """How much a run does. `launches` counts the launches of default variants; other variants are launched once.
 
-    `limit_seconds` is what a trial may take on a default variant, `variant_limit_seconds` on the others, at least. The timed
-    calls of a trial take `block_seconds` together, and are at most `repeats`.
+    `limit_seconds` is what a trial may take on a default variant, `variant_limit_seconds` on the others, at least. The
+    timed calls of a trial take `block_seconds` together, and are at most `repeats`.
     """
 
     name: str
