@@ -177,3 +177,10 @@ def test_exactly_critical_is_exactly_critical():
 def test_stiff_rates(variant, rate):
     quantities = get("damped_oscillator", variant).rounded().quantities(30)
     assert (quantities["slow_rate"], quantities["fast_rate"]) == (1, 10**rate)
+
+
+def test_escape_energy_is_that_of_the_heteroclinic_motion():
+    """A softening spring lets go at the energy of the hilltops, which the variant has exactly."""
+    found = get("duffing_unforced", "heteroclinic").quantities()
+    assert found["escape_energy"] == found["energy"] == 0.5
+    assert "escape_energy" not in get("duffing_unforced").quantities()

@@ -1,0 +1,77 @@
+"""Every row of the catalogue is a case or a check: `catalogue_rows.json` held against what is registered."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from gnomon.cases import case_class, check_class, checks, names
+
+ROWS = json.loads((Path(__file__).parent / "catalogue_rows.json").read_text())
+MISSING = frozenset(
+    {
+        "amusement_park",
+        "bead_leaving_sphere",
+        "belt_driven_machine",
+        "dynamics_of_free_rigid_body_in_gravity",
+        "engineering_design_analysis",
+        "flywheel",
+        "gyrocompass_damped",
+        "impulse_instantaneous",
+        "pendulum_quadratic_damping",
+        "planet_tunnel",
+        "radial_fall_inverse_square",
+        "restitution_impact_1d_2d",
+        "rolling_bodies",
+        "rolling_disc",
+        "rotation_fixed_axis_compound_pendulum",
+        "sliding_can",
+        "work_energy_spring_block",
+    }
+)
+"""Names that are still to come. A name that is there must leave this list."""
+LISTED = {name for row in ROWS for name in row["names"]}
+
+
+def test_every_row_is_there():
+    registered = {*names(), *checks()}
+    absent = [
+        f"row {row['number']} ({row['section']}): {name}"
+        for row in ROWS
+        for name in row["names"]
+        if name not in registered
+    ]
+    unknown = [line for line in absent if line.rsplit(" ", 1)[1] not in MISSING]
+    assert not unknown, "missing from the catalogue: " + "; ".join(unknown)
+
+
+def test_what_is_listed_as_missing_is_missing():
+    there = sorted(MISSING & {*names(), *checks()})
+    assert not there, f"no longer missing, so take them off the list: {', '.join(there)}"
+    assert MISSING <= LISTED
+
+
+def test_rows_are_numbered_without_gaps():
+    numbers = {int(re.match(r"\d+", row["number"])[0]) for row in ROWS}
+    assert numbers == {*range(1, 44), *range(50, 99)}  # 44 to 49 are unused
+
+
+@pytest.mark.parametrize("name", sorted(LISTED - MISSING))
+def test_a_case_names_the_section_of_its_row(name):
+    """At least one section, such as 6.17, stands in both."""
+    kind = case_class(name) if name in names() else check_class(name)
+    for row in ROWS:
+        if name in row["names"]:
+            assert sections(row["section"]) & sections(kind.section), (row["section"], kind.section)
+
+
+def sections(text: str) -> set[tuple[int, int]]:
+    """Chapter and section of every number in the text, those within a range such as 5.14-5.17 included."""
+    found = set()
+    for first, last in re.findall(r"(\d+\.\d+)[.\d]*(?:-(\d+\.\d+))?", text):
+        chapter, low = map(int, first.split("."))
+        high = int(last.split(".")[1]) if last else low
+        found |= {(chapter, number) for number in range(low, high + 1)}
+    return found
