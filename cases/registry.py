@@ -89,6 +89,8 @@ _MODULES = {
     "foucault_pendulum_centrifugal": "foucault_centrifugal:FoucaultInPlaneCentrifugal",
     "bouncing_ball_incline": "bouncing_incline:BouncingBallIncline",
     "hanging_springs": "springs:HangingSpringsCase",
+    "chaplygin_sleigh": "nonholonomic:ChaplyginSleighCase",
+    "knife_edge_incline": "nonholonomic:KnifeEdgeIncline",
 }
 
 
