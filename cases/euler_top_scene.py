@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from gnomon.cases.scene import Body, Quaternion, Readings, Scene, SceneForm
+from gnomon.cases.scene import Body, Quaternion, Readings, Scene, SceneForm, Vector
 
 Matrix = tuple[float, ...]
 """Nine entries, row by row."""
@@ -24,14 +24,15 @@ def euler_top_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> 
 
 
 def euler_top_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
-    _, attitude, _, (wx, wy, wz) = readings.bodies["top"]
+    _, attitude, _, spin = readings.bodies["top"]
     r = matrix(attitude)
-    in_body = (
-        r[0] * wx + r[3] * wy + r[6] * wz,
-        r[1] * wx + r[4] * wy + r[7] * wz,
-        r[2] * wx + r[5] * wy + r[8] * wz,
-    )
-    return *in_body, *r
+    return (*in_body(r, spin), *r)
+
+
+def in_body(r: Matrix, vector: Vector) -> Vector:
+    """The body components of a vector in space."""
+    x, y, z = vector
+    return r[0] * x + r[3] * y + r[6] * z, r[1] * x + r[4] * y + r[7] * z, r[2] * x + r[5] * y + r[8] * z
 
 
 def quaternion(r: Matrix) -> Quaternion:

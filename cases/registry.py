@@ -33,6 +33,7 @@ _MODULES = {
     "second_order_linear_ode": "forced:SecondOrderLinearOde",
     "time_varying_force": "forced:TimeVaryingForce",
     "inertial_straight_line": "rotating_fall:InertialStraightLine",
+    "radial_fall_inverse_square": "radial:RadialFallInverseSquare",
     "free_fall_first_order": "rotating_fall:FreeFallFirstOrder",
     "free_fall_rotating_earth": "rotating_fall:FreeFallRotatingEarth",
     "free_fall_rotating_frame_centrifugal": "rotating_fall:FreeFallCentrifugal",
@@ -91,6 +92,9 @@ _MODULES = {
     "hanging_springs": "springs:HangingSpringsCase",
     "chaplygin_sleigh": "nonholonomic:ChaplyginSleighCase",
     "knife_edge_incline": "nonholonomic:KnifeEdgeIncline",
+    "rotation_fixed_axis_compound_pendulum": "compound_pendulum:CompoundPendulum",
+    "rolling_sphere_in_bowl": "compound_pendulum:RollingSphereInBowl",
+    "dynamics_of_free_rigid_body_in_gravity": "free_body:DynamicsOfFreeRigidBodyInGravity",
 }
 
 
