@@ -109,7 +109,10 @@ def _growth(motion: CertifiedMotion, t: Fraction) -> float:
     coarse, fine = (_path(motion, digits, t < 0) for digits in (COARSE, LEVELS[0]))
     places = [t * k / COMPARED for k in range(1, COMPARED + 1)]
     pairs = [(coarse.value(s), fine.value(s)) for s in places]
-    sizes = [max(map(abs, column)) or 1 for column in zip(motion.start, *(b for _, b in pairs), strict=True)]
+    sizes = [max(map(abs, column)) for column in zip(motion.start, *(b for _, b in pairs), strict=True)]
+    largest = max(sizes) or Fraction(1)
+    # A component that stays at nothing, or at round-off, has no digits of its own.
+    sizes = [size if size * 10**COMPARED > largest else largest for size in sizes]
     worst = max(abs(x - y) / size for a, b in pairs for x, y, size in zip(a, b, sizes, strict=True))
     lost = COARSE + math.log10(worst) if worst * 10**COARSE > 1 else 0.0
     if lost > COARSE - 3:
