@@ -32,8 +32,6 @@ FEWEST = 8
 """A sweep has at least this many settings."""
 DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 """Steps on the variants `engines`, whose sample times are multiples of 0.01 s."""
-TRUTH_SOURCES = ("gnomon.reference", "gnomon.cases")
-"""The packages whose source the exact motion of a case depends on."""
 _SOURCES = ("gnomon.harness.integrators", "gnomon.harness.adapters", "gnomon.harness.compile")
 
 
@@ -153,7 +151,7 @@ class Series:
             self.formulation_name,
             coding,
             source.of_value(self.form),
-            source.of_module(type(self.case).__module__, TRUTH_SOURCES),
+            source.of_module(type(self.case.motion()).__module__, ("gnomon.reference",)),
             self.integrator.id,
             source.of_module(module, within),
             json.dumps(library_versions(self.integrator)),
