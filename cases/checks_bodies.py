@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar
 
 from gnomon.cases.check import Check, Setting
 from gnomon.cases.checks_frames import second_derivative
@@ -66,7 +66,7 @@ class RotorDynamicBalance(Check):
             ),
         }
 
-    natural_sizes: Mapping[str, float] = {"force": 1.0}
+    natural_sizes: ClassVar[Mapping[str, float]] = {"force": 1.0}
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
         """The disc as particles: their accelerations by second differences, summed to a force and a moment."""
@@ -140,7 +140,7 @@ class WorkEnergyRigidBody(Check):
         Setting("apex", "thrown so that the power vanishes at t", {"g": 10, "vz": 20, "t": 2}),
     )
     guard = 50
-    natural_sizes: Mapping[str, float] = {"power": 100.0, "work": 100.0}
+    natural_sizes: ClassVar[Mapping[str, float]] = {"power": 100.0, "work": 100.0}
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
         # All rational: the rotation's energy is that of the start, whatever the body does in between.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar
 
 from gnomon.cases.check import Check, Setting
 from gnomon.cases.numbers import Domain, Parameter, Range, Rule, positive
@@ -40,7 +40,7 @@ class ProjectileCoriolisFirstOrder(Check):
         },
         (Rule("the throw has a horizontal velocity", lambda p: bool(p["vx"] or p["vy"])),),
     )
-    variants = (
+    variants: ClassVar[tuple[Setting, ...]] = (
         Setting("equator", "no lateral deflection from level flight: east and up alone", {"lat": 0}),
         Setting("drop", "all but dropped from 158.5 m: east by 27 mm", {"vx": 0, "vy": "1e-6", "vz": 0, "t": "5.6846"}),
         Setting("slow", "Om t = 1e-12: what is left out is 1e-24", {"Om": "1e-13", "t": 10}),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar
 
 import flint
 from gnomon.cases.check import Check, Numbers, Setting
@@ -164,7 +164,7 @@ class ConservativeForceTest(Check):
         Setting("far_outside", "no turn about the origin: no work", {"X": 50}),
         Setting("long_helix", "1000 rad", {"phi": 1000}),
     )  # fmt: skip
-    natural_sizes: Mapping[str, float] = {"circle": 2 * 3.141592653589793}
+    natural_sizes: ClassVar[Mapping[str, float]] = {"circle": 2 * 3.141592653589793}
     guard = 40
 
     def formulas(self, p: Any) -> Mapping[str, Any]:

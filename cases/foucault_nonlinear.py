@@ -136,7 +136,7 @@ class FoucaultNonlinear(IntegratedCase):
             return ()
         length = self.parameters["L"]
         start = [length * value for value in (ex, ey, vx, vy)]
-        plane = {"initial_state": start, "span": self.span, **self.parameters}
+        plane: dict[str, Any] = {"initial_state": start, "span": self.span, **self.parameters}
         size = float(length)
 
         def lifted(states: Floats) -> Floats:

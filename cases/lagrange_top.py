@@ -365,7 +365,8 @@ class LagrangeTopAttitude(Case):
     @cached_property
     def _exact(self) -> TopAttitude:
         w1, w2, w3, *attitude = self.initial_state
-        return TopAttitude(*self.parameter_values(), (w1, w2, w3), tuple(attitude))
+        i1, i3, weight = self.parameter_values()
+        return TopAttitude(i1, i3, weight, (w1, w2, w3), tuple(attitude))
 
     @property
     def forms(self) -> tuple[RigidBody, ...]:

@@ -165,7 +165,7 @@ class SlidingLadderCase(Case):
         return tuple(found)
 
     def same_course(self, other: Case) -> bool:
-        return (other.initial_state == (0, 0)) == self._exact.stands
+        return (not any(other.initial_state)) == self._exact.stands
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`centre_velocity` is the horizontal one, which stays once the wall has let go."""
@@ -210,7 +210,8 @@ class RigidLinkPlaneMotion(Case):
 
     @cached_property
     def _exact(self) -> FallingRod:
-        return FallingRod(*self.parameter_values(), self.initial_state[0])
+        g, length = self.parameter_values()
+        return FallingRod(g, length, self.initial_state[0])
 
     def motion(self) -> FallingRod:
         return self._exact

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from fractions import Fraction
 from functools import cached_property
 from math import sqrt
 from typing import Any, ClassVar
@@ -113,6 +112,6 @@ class RigidBodyStokesMedium(Case):
 
     @property
     def ladder(self) -> tuple[Rung, ...]:
-        moments: dict[str, Fraction] = {name: self.parameters[name] for name in ("I1", "I2", "I3")}
+        moments: dict[str, Any] = {name: self.parameters[name] for name in ("I1", "I2", "I3")}
         free = EulerTopCase(initial_state=self.initial_state, span=self.span, **moments)
         return (Rung(free, lambda states: states, "no medium: the torque-free body"),)

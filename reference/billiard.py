@@ -38,7 +38,7 @@ class BilliardBall(BallMotion):
 
     @property
     def slides(self) -> bool:
-        return self.slip != (0, 0)
+        return any(self.slip)
 
     @property
     def will_roll(self) -> bool:

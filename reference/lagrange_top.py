@@ -63,7 +63,8 @@ class Nutation(BallMotion):
         def gained() -> Sequence[Any]:
             motion = nutation_of(self, flint.ctx.prec)
             period = motion.period()
-            return [period, *self._shift(*motion.advance(), period)]
+            advance: Any = motion.advance()
+            return [period, *self._shift(*advance, period)]
 
         period, *shift = refined(mp, gained)
         return Cycle(period, shift)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar
 
 import flint
 from gnomon.reference.balls import BallMotion, ball
@@ -20,7 +20,7 @@ Row = Sequence[Any]
 class LinearMotion(BallMotion):
     """A subclass states `_system()`; the state is the first `dimension` components of y."""
 
-    dimension: int
+    dimension: ClassVar[int]
 
     @abstractmethod
     def _system(self) -> tuple[Sequence[Row], Row]:

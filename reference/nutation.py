@@ -205,7 +205,7 @@ def nutation(start: Start) -> Steady | Homoclinic | Nutating:
 def amplitude(u: Any, m: Any, mc: Any) -> Any:
     """am(u | m) by the arithmetic-geometric mean (DLMF 22.20(ii)), with a bound of what ends it."""
     a, b, c = flint.arb(1), mc.sqrt(), m.sqrt()
-    ratios = []
+    ratios: list[Any] = []
     while c.is_finite() and c.upper() > flint.arb(2) ** (-flint.ctx.prec - 10) and len(ratios) < 200:
         a, b = (a + b) / 2, (a * b).sqrt()
         c = c * c / (4 * a)
@@ -243,7 +243,11 @@ def _roots(start: Start) -> tuple[Any, Any, Any]:
         known += [half - spread, half + spread]
     elif len(rest) == 4:
         known += _three(rest)
-    found = sorted(known, key=cmp_to_key(lambda x, y: -1 if x.mid() < y.mid() else 1))
+
+    def before(x: Any, y: Any) -> int:
+        return -1 if x.mid() < y.mid() else 1
+
+    found = sorted(known, key=cmp_to_key(before))
     if all(bool(x < y) for x, y in pairwise(found)):
         return found[0], found[1], found[2]
     return flint.arb.nan(), flint.arb.nan(), flint.arb.nan()
