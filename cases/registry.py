@@ -43,6 +43,7 @@ _MODULES = {
     "coulomb_friction_oscillator": "coulomb:CoulombFrictionOscillator",
     "stick_slip_belt": "stick_slip:StickSlipBelt",
     "torpedo_firing_pin": "firing_pin:TorpedoFiringPin",
+    "sliding_can": "sliding_can:SlidingCanCase",
     "rotating_pendulum": "hoop:RotatingPendulum",
     "bearing_reaction_torque_stability": "hoop:BearingReactionTorqueStability",
     "gyrocompass": "hoop:Gyrocompass",
@@ -55,6 +56,8 @@ _MODULES = {
     "chain_over_pulley": "chain_edge:ChainOverPulley",
     "chain_in_circular_tube": "equivalent_pendulum:ChainInCircularTube",
     "moment_of_momentum_pendulum": "equivalent_pendulum:MomentOfMomentumPendulum",
+    "bead_leaving_sphere": "contact_loss:BeadLeavingSphere",
+    "amusement_park": "contact_loss:AmusementPark",
     "rubber_tube_thin": "rubber_tube:RubberTubeThin",
     "rubber_tube_thick": "rubber_tube:RubberTubeThick",
     "slider_rotating_slot": "slot:SliderRotatingSlot",
@@ -95,6 +98,10 @@ _MODULES = {
     "rotation_fixed_axis_compound_pendulum": "compound_pendulum:CompoundPendulum",
     "rolling_sphere_in_bowl": "compound_pendulum:RollingSphereInBowl",
     "dynamics_of_free_rigid_body_in_gravity": "free_body:DynamicsOfFreeRigidBodyInGravity",
+    "belt_driven_machine": "machines:BeltDrivenMachine",
+    "flywheel": "machines:FlywheelCase",
+    "flywheel_coast_down": "machines:FlywheelCoastDown",
+    "gyrocompass_damped": "gyrocompass_damped:GyrocompassDamped",
 }
 
 
