@@ -63,8 +63,8 @@ class Nutation(BallMotion):
         def gained() -> Sequence[Any]:
             motion = nutation_of(self, flint.ctx.prec)
             period = motion.period()
-            advance: Any = motion.advance()
-            return [period, *self._shift(*advance, period)]
+            plus, minus = motion.advance()
+            return [period, *self._shift(plus, minus, period)]
 
         period, *shift = refined(mp, gained)
         return Cycle(period, shift)
