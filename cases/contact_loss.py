@@ -1,0 +1,237 @@
+"""A particle that slides off a sphere, and one that falls out of a loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import cached_property
+from math import cos, pi, sin, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.case import Case, Event, Variant
+from gnomon.cases.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.reference.contact_loss import ContactLoss
+from gnomon.reference.precision import Number, working
+from mpmath import mpf
+
+
+def on_sphere(t: Any, state: Values, parameters: Values) -> Values:
+    """theta'' = (g/R) sin(theta)."""
+    theta, _, omega, _ = state
+    g, radius = parameters
+    return omega, 0, g / radius * sin(theta), 0
+
+
+def off_sphere(t: Any, state: Values, parameters: Values) -> Values:
+    """Free flight in polar coordinates, r = R + h."""
+    theta, h, omega, u = state
+    g, radius = parameters
+    r = radius + h
+    return omega, u, (g * sin(theta) - 2 * u * omega) / r, r * omega * omega - g * cos(theta)
+
+
+def sphere_force(t: Any, state: Values, parameters: Values) -> Values:
+    """Normal force over the mass."""
+    theta, _, omega, _ = state
+    g, radius = parameters
+    return (g * cos(theta) - radius * omega * omega,)
+
+
+def in_loop(t: Any, state: Values, parameters: Values) -> Values:
+    """theta'' = -(g/R) sin(theta)."""
+    theta, _, omega, _ = state
+    g, radius = parameters
+    return omega, 0, -g / radius * sin(theta), 0
+
+
+def across_loop(t: Any, state: Values, parameters: Values) -> Values:
+    """Free flight in polar coordinates, r = R - h."""
+    theta, h, omega, u = state
+    g, radius = parameters
+    r = radius - h
+    return omega, u, (2 * u * omega - g * sin(theta)) / r, -r * omega * omega - g * cos(theta)
+
+
+def loop_force(t: Any, state: Values, parameters: Values) -> Values:
+    theta, _, omega, _ = state
+    g, radius = parameters
+    return (radius * omega * omega + g * cos(theta),)
+
+
+def as_it_is(t: Any, state: Values, parameters: Values) -> Values:
+    theta, h, omega, u = state
+    return theta, h, omega, u
+
+
+def sphere_start(t: Any, state: Values, parameters: Values) -> str:
+    return "contact" if state[1] == 0 and state[3] == 0 else "flight"
+
+
+def _normal_force(n: Mapping[str, Fraction], side: int) -> bool:
+    """Whether side g cos(theta) + R omega^2 has the sign of contact, decided with 60 digits."""
+    with working(60) as mp:
+        pull = mp.mpf(n["g"]) * mp.cos(mp.mpf(n["theta"]))
+        return bool(pull + side * mp.mpf(n["R"] * n["omega"] ** 2) > 0)
+
+
+class _ContactLossCase(Case):
+    state = (
+        Coordinate("theta", "rad", "angle"),
+        Coordinate("h", "m", "length"),
+        Coordinate("omega", "rad/s", "angular velocity"),
+        Coordinate("u", "m/s", "velocity"),
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("R", "m", 1, "radius"),
+    )
+    _INSIDE: ClassVar[bool]
+    _SLIDES: ClassVar[Mode]
+    _FLIES: ClassVar[Mode]
+    _FORCE: ClassVar[Any]
+
+    @cached_property
+    def _exact(self) -> ContactLoss:
+        theta, _, omega, _ = self.initial_state
+        g, radius = self.parameter_values()
+        return ContactLoss(g, radius, theta, omega, self._INSIDE)
+
+    def motion(self) -> ContactLoss:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        kind = type(self)
+        return (
+            Hybrid(
+                modes=(kind._SLIDES, kind._FLIES),
+                start=sphere_start,
+                transitions=(Transition("leaves", "contact", kind._FORCE, -1, as_it_is, "flight"),),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"flight"}),
+            ),
+        )
+
+    @property
+    def time_scale(self) -> float:
+        g, radius = map(float, self.parameter_values())
+        return sqrt(radius / g)
+
+    def events(self, digits: int = 15) -> tuple[Event, ...]:
+        """`leaves`, where the normal force vanishes."""
+        motion = self._exact
+        if not motion.leaves or motion.leaving_time(20) > self.span:
+            return ()
+        there = (motion.leaving_angle(digits), mpf(0), motion.leaving_rate(digits), mpf(0))
+        return (Event(motion.leaving_time(digits), "leaves", there, there),)
+
+    def same_course(self, other: Case) -> bool:
+        return isinstance(other, _ContactLossCase) and other._exact.leaves == self._exact.leaves
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self._exact
+        if not motion.leaves:
+            return {}
+        return {
+            "leaving_time": motion.leaving_time(digits),
+            "leaving_angle": motion.leaving_angle(digits),
+            "leaving_rate": motion.leaving_rate(digits),
+        }
+
+
+class BeadLeavingSphere(_ContactLossCase):
+    """A particle that slides down a smooth sphere until it leaves it."""
+
+    name = "bead_leaving_sphere"
+    title = "Particle sliding off a smooth sphere, contact-loss event"
+    section = "6.3.4, 7.5, 7.11.1"
+    conventions = "theta from the top. h is the height over the surface, zero until contact is lost, and u its rate."
+    default_state = ("0.1", 0, 0, 0)
+    domain = Domain(
+        {
+            "g": positive(1.0, 10.0),
+            "R": positive(0.5, 3.0),
+            "theta": Range(low=0.0, high=pi / 2, typical=(0.01, 0.7)),
+            "h": Range(0.0, 0.0, typical=(0.0, 0.0)),
+            "omega": Range(low=0.0, typical=(0.0, 1.0)),
+            "u": Range(0.0, 0.0, typical=(0.0, 0.0)),
+        },
+        (Rule("R omega^2 < g cos(theta) (the sphere still carries)", lambda n: _normal_force(n, -1)),),
+    )
+    variants = (
+        Variant(
+            "near_top",
+            "released 1e-9 rad from the top: 21 e-foldings before anything moves",
+            initial_state=("1e-9", 0, 0, 0),
+        ),
+        Variant("at_top", "exactly at the top: must not slide", initial_state=(0, 0, 0, 0)),
+        Variant("launched", "starts at the top with speed", initial_state=(0, 0, 1, 0)),
+    )
+    _INSIDE = False
+    _SLIDES = Mode("contact", on_sphere)
+    _FLIES = Mode("flight", off_sphere)
+    _FORCE = staticmethod(sphere_force)
+
+    def natural_span(self) -> Number:
+        """Until half a time scale after contact is lost; ten time scales at the top."""
+        motion = self._exact
+        return float(motion.leaving_time()) + 0.5 * self.time_scale if motion.leaves else 10 * self.time_scale
+
+
+class AmusementPark(_ContactLossCase):
+    """A particle in a smooth vertical loop, too slow to stay in contact."""
+
+    name = "amusement_park"
+    title = "Loop-the-loop: contact loss inside a vertical circle"
+    section = "6.3.4"
+    conventions = (
+        "theta from the bottom. h is the distance from the loop, zero until contact is lost, and u its rate. The motion "
+        "ends before the next contact."
+    )
+    default_state = (0, 0, "6.5", 0)
+    domain = Domain(
+        {
+            "g": positive(5.0, 10.0),
+            "R": positive(0.5, 2.0),
+            "theta": Range(low=0.0, high=pi / 2, typical=(0.0, 1.0)),
+            "h": Range(0.0, 0.0, typical=(0.0, 0.0)),
+            "omega": Range(low=0.0, typical=(1.0, 8.0)),
+            "u": Range(0.0, 0.0, typical=(0.0, 0.0)),
+        },
+        (Rule("R omega^2 + g cos(theta) > 0 (the loop carries at the start)", lambda n: _normal_force(n, 1)),),
+    )
+    variants = (
+        Variant("through", "fast enough: contact is kept all round", initial_state=(0, 0, "7.2", 0)),
+        Variant(
+            "just_short",
+            "1e-9 below sqrt(5 g/R): leaves 1e-4 rad before the top, where the force only touches zero",
+            {"g": 5},
+            (0, 0, "4.999999995", 0),
+        ),
+        Variant("swings", "too slow to reach the side: a pendulum", initial_state=(0, 0, 4, 0)),
+    )
+    _INSIDE = True
+    _SLIDES = Mode("contact", in_loop)
+    _FLIES = Mode("flight", across_loop)
+    _FORCE = staticmethod(loop_force)
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        motion = self._exact
+        if motion.leaves and self.span >= Fraction(float(motion.leaving_time() + motion.flight_time())):
+            raise ValueError(
+                f"{self.name}: span = {float(self.span):g} s reaches the next contact; give a span that ends before "
+                f"{float(motion.leaving_time() + motion.flight_time()):.10g} s"
+            )
+
+    def natural_span(self) -> Number:
+        """Nine tenths of the flight; ten time scales where contact is kept."""
+        motion = self._exact
+        if not motion.leaves:
+            return 10 * self.time_scale
+        return float(motion.leaving_time()) + 0.9 * float(motion.flight_time())
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        found = super().quantities(digits)
+        return found | {"flight_time": self._exact.flight_time(digits)} if found else found

@@ -1,0 +1,87 @@
+"""Motions in a well: their equations, a period by an independent quadrature, and the ends of the swing."""
+
+from __future__ import annotations
+
+import mpmath
+import pytest
+from gnomon.reference.precision import exact
+from gnomon.reference.wells import (
+    CartPendulum,
+    Catenary,
+    HangingMass,
+    Logarithmic,
+    Parabola,
+    Quartic,
+    SpringDumbbell,
+    ThickTube,
+)
+
+
+def made(kind, *numbers):
+    return kind(*map(exact, numbers))
+
+
+G = "9.81"
+MOTIONS = {
+    "tube": made(ThickTube, 3, 2, 2, 1),
+    "thin tube": made(ThickTube, "1e-6", 2, 2, 0),
+    "parabola": made(Parabola, G, "0.5", 1, 1),
+    "quartic": made(Quartic, G, 2, 1, 0),
+    "catenary": made(Catenary, G, "0.5", 1, 0),
+    "hanging mass": made(HangingMass, 1, 0, "0.5", 3, G, 1, 1),
+    "logarithmic": made(Logarithmic, 1, 0, "0.5", "0.8", 1),
+    "spring": made(SpringDumbbell, "1.4", 0, 0, 3, 20, 1),
+    "cart": made(CartPendulum, G, 1, 2, 1, 0, 2, 0, 0),
+}
+CASES = [pytest.param(motion, id=name) for name, motion in MOTIONS.items()]
+
+
+@pytest.mark.parametrize("motion", CASES)
+def test_period_by_gauss_legendre_on_each_half(motion):
+    """T = 2 int sqrt(M/(2 (E - V))) dx with x = low + y^2 and high - y^2, in mpmath, to 25 digits."""
+    with mpmath.workdps(70):
+        low, high = motion._edges(mpmath.mp)
+        energy, middle = motion._energy(mpmath.mp), (low + high) / 2
+
+        def integrand(edge, side):
+            def of(y):
+                with mpmath.workdps(70):  # E - V cancels at the ends
+                    x = edge + side * y * y
+                    left = energy - motion._potential(mpmath.mp, x)
+                    return 2 * y * mpmath.sqrt(motion._mass(mpmath.mp, x) / (2 * left))
+
+            return of
+
+        with mpmath.workdps(30):
+            root = mpmath.sqrt(middle - low)
+            halves = [
+                mpmath.quad(integrand(edge, side), [0, root / 2, root], method="gauss-legendre")
+                for edge, side in ((low, 1), (high, -1))
+            ]
+        assert abs(2 * sum(halves) / motion.period(40) - 1) < mpmath.mpf(10) ** -25
+
+
+@pytest.mark.parametrize("motion", CASES)
+def test_energy_is_kept_and_the_swing_ends_at_the_turning_points(motion):
+    """x' is the derivative of x: differences over 1e-25 s; and half a period after a turn comes the other one."""
+    with mpmath.workdps(80):
+        t, step = exact("1.7"), exact("1e-25")
+        index = 1 if isinstance(motion, CartPendulum) else 0
+        before, here, after = (motion.state(s, 75) for s in (t - step, t, t + step))
+        x, v = here[index], here[len(here) // 2 + index]
+        size = abs(motion._energy(mpmath.mp)) + 1
+        assert abs((after[index] - before[index]) / (2 * mpmath.mpf("1e-25")) - v) < mpmath.mpf(10) ** -44 * size
+        energy = motion._mass(mpmath.mp, x) * v**2 / 2 + motion._potential(mpmath.mp, x)
+        assert abs(energy - motion._energy(mpmath.mp)) < mpmath.mpf(10) ** -68 * size
+
+
+def test_circle_is_rest():
+    assert made(HangingMass, 1, 0, 0, 2, 10, "2.5", 1).rests
+    r, theta, _, omega = made(HangingMass, 1, 0, 0, 2, 10, "2.5", 1).state(1000)
+    assert (r, theta, omega) == (1, 2000, 2)
+
+
+def test_thin_tube_is_isochronous():
+    """For gam -> 0 the period is pi/w but for terms of order gam."""
+    with mpmath.workdps(30):
+        assert abs(MOTIONS["thin tube"].period(20) * 2 / mpmath.pi - 1) < 1e-5
