@@ -80,7 +80,7 @@ class DoublePendulum(IntegratedCase):
     )
     invariants: ClassVar = {"energy": Invariant(double_pendulum_energy)}
 
-    _SCALES: ClassVar = {"light_above": 3.37}
+    _SCALES: ClassVar = {"light_above": 1.87}
 
     @property
     def forms(self) -> tuple[FirstOrder, ...]:

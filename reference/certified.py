@@ -24,7 +24,7 @@ from gnomon.reference.taylor import MAX_STEPS, Field, _Flow, _fraction, _step, _
 
 COARSE = 24
 """Digits of the integration that measures growth."""
-LEVELS = (36, 56, 78, 150, 240)
+LEVELS = (40, 56, 78, 150, 240)
 """Working digits: few levels, so that one integration serves many questions."""
 MARGIN = 4
 COMPARED = 16
