@@ -56,6 +56,7 @@ _MODULES = {
     "chain_over_pulley": "chain_edge:ChainOverPulley",
     "chain_in_circular_tube": "equivalent_pendulum:ChainInCircularTube",
     "moment_of_momentum_pendulum": "equivalent_pendulum:MomentOfMomentumPendulum",
+    "work_energy_spring_block": "spring_block:WorkEnergySpringBlock",
     "bead_leaving_sphere": "contact_loss:BeadLeavingSphere",
     "amusement_park": "contact_loss:AmusementPark",
     "rubber_tube_thin": "rubber_tube:RubberTubeThin",
@@ -102,6 +103,8 @@ _MODULES = {
     "flywheel": "machines:FlywheelCase",
     "flywheel_coast_down": "machines:FlywheelCoastDown",
     "gyrocompass_damped": "gyrocompass_damped:GyrocompassDamped",
+    "rolling_bodies": "rolling:RollingBodies",
+    "yo_yo": "rolling:YoYo",
 }
 
 

@@ -85,7 +85,7 @@ class Flywheel(LinearMotion):
     def _system(self) -> tuple[Sequence[Row], Row]:
         """With 1, cos(W t) and sin(W t) as components."""
         load = self.M / self.inertia
-        rows = [
+        rows: list[Row] = [
             [0, 1, 0, 0, 0],
             [0, -self.c / self.inertia, load, load * self.p, 0],
             [0, 0, 0, 0, 0],
