@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from gnomon.cases import Case
+    from gnomon.cases import Case, Check
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
@@ -34,6 +34,7 @@ class Listed(StrEnum):
     """What `gnomon list` lists."""
 
     cases = "cases"
+    checks = "checks"
     integrators = "integrators"
 
 
@@ -60,25 +61,34 @@ def main() -> None:
 
 
 @app.command("list")
-def list_(what: Annotated[Listed | None, typer.Argument(help="One of the two; both without it.")] = None) -> None:
-    """List cases and integrators."""
+def list_(what: Annotated[Listed | None, typer.Argument(help="One of these; all without it.")] = None) -> None:
+    """List cases, checks (rows without motion) and integrators."""
     if what in (None, Listed.cases):
         out.print(_cases_table())
+    if what in (None, Listed.checks):
+        out.print(_checks_table())
     if what in (None, Listed.integrators):
         Console(width=max(out.width, INTEGRATORS_WIDTH)).print(_integrators_table())
 
 
 @app.command()
 def show(
-    case: Annotated[str, typer.Argument(help="A case, case/variant or package.module:Case.")],
+    case: Annotated[str, typer.Argument(help="A case, case/variant or package.module:Case; a check or check/variant.")],
     parameters: Settings = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the motion to this file: .svg, .png or .html.")] = None,
 ) -> None:
     """Print a case: equations, parameters, quantities, variants; draw its motion to a file."""
+    from gnomon import cases
     from gnomon.harness.show import DRAWINGS, describe, draw
+    from gnomon.harness.show_check import describe_check
 
     if plot is not None and plot.suffix not in DRAWINGS:
         raise ValueError(f"{plot}: a drawing is {', '.join(DRAWINGS)}")
+    if case.partition("/")[0] in cases.checks():
+        if plot is not None:
+            raise ValueError(f"{case} is a check, without motion: there is nothing to draw")
+        describe_check(_chosen_check(case, parameters), out)
+        return
     (chosen,) = _chosen([case], False, parameters, rounded=False)
     describe(chosen[0], out)
     if plot is not None:
@@ -229,15 +239,28 @@ def _chosen(
 ) -> list[tuple[Case, str]]:
     from gnomon.harness import plan
 
+    given = _given(parameters)
+    for reserved in {"variant", "initial_state", "span"} & set(given):
+        raise ValueError(f"--set {reserved}: not a parameter; a variant is chosen by case/variant")
+    return plan.choose(names, variants, rounded=rounded, **given)
+
+
+def _given(parameters: list[str] | None) -> dict[str, str]:
+    """The numbers of `--set name=value`."""
     given: dict[str, str] = {}
     for text in parameters or ():
         name, equals, value = text.partition("=")
         if not equals:
             raise ValueError(f"--set {text}: write name=value")
         given[name.strip()] = value.strip()
-    for reserved in {"variant", "initial_state", "span"} & set(given):
-        raise ValueError(f"--set {reserved}: not a parameter; a variant is chosen by case/variant")
-    return plan.choose(names, variants, rounded=rounded, **given)
+    return given
+
+
+def _chosen_check(name: str, parameters: list[str] | None) -> Check:
+    from gnomon import cases
+
+    check, _, variant = name.partition("/")
+    return cases.get_check(check, variant or None, **_given(parameters))
 
 
 def _cases_table() -> Table:
@@ -249,6 +272,19 @@ def _cases_table() -> Table:
     table.add_column("variants")
     for name in cases.names():
         kind = cases.case_class(name)
+        table.add_row(name, kind.title, ", ".join(variant.name for variant in kind.variants))
+    return table
+
+
+def _checks_table() -> Table:
+    from gnomon import cases
+
+    table = Table(title="Checks, without motion", box=SIMPLE_HEAD, padding=(0, 1))
+    table.add_column("check", no_wrap=True)
+    table.add_column("title")
+    table.add_column("variants")
+    for name in cases.checks():
+        kind = cases.check_class(name)
         table.add_row(name, kind.title, ", ".join(variant.name for variant in kind.variants))
     return table
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 Numbers = Mapping[str, float]
 
 
-class Unsupported(Exception):
+class Unsupported(Exception):  # noqa: N818
     """Raised by an opponent for numbers that it cannot be given; the message says why."""
 
 

@@ -10,6 +10,7 @@ import importlib.util
 import json
 import statistics
 import time
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from gnomon.harness.opponent import Opponent, Unsupported
 from gnomon.reference.precision import exact, working
 
 REPEATS = 5
+INACCURATE = 0.1
 COLUMNS = ("check", "variant", "opponent", "library", "quantity", "error", "seconds", "status", "reason")
 
 OPPONENTS: tuple[Opponent, ...] = (*opponents_inertia.OPPONENTS, *opponents_fields.OPPONENTS)
@@ -34,7 +36,9 @@ def run_checks(
 
     One row for each quantity with columns COLUMNS; `seconds` is the median of `repeats` calls that give all quantities
     of the row's opponent at once. A failure is a row with its status: `refused` (unsupported by the opponent, with the
-    reason), `crashed` (it raised), `diverged` (not finite), `not_installed`.
+    reason), `crashed` (it
+    raised), `inaccurate` (error above 0.1), `diverged` (not
+    finite), `not_installed`.
     """
     rows = []
     for check in everything() if chosen is None else chosen:
@@ -82,18 +86,24 @@ def _measure(check: Check, opponent: Opponent, repeats: int) -> list[dict[str, A
         return [row(status="not_installed", reason=f"{opponent.library} is not installed")]
     numbers = {name: float(value) for name, value in check.parameters.items()}
     try:
-        found = opponent.compute(numbers)
-        seconds = _median(lambda: opponent.compute(numbers), repeats)
+        # Warnings are for people at a prompt; here the error tells the same.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = opponent.compute(numbers)
+            seconds = _median(lambda: opponent.compute(numbers), repeats)
     except Unsupported as refusal:
         return [row(status="refused", reason=str(refusal))]
     except Exception as failure:  # whatever a library raises is a result
         return [row(status="crashed", reason=f"{type(failure).__name__}: {failure}")]
-    return [
-        row(name, error, seconds)
-        if error == error
-        else row(name, None, seconds, status="diverged", reason="not finite")
-        for name, error in errors(check, found).items()
-    ]
+    rows = []
+    for name, error in errors(check, found).items():
+        if error != error:
+            rows.append(row(name, None, seconds, status="diverged", reason="not finite"))
+        elif error > INACCURATE:
+            rows.append(row(name, error, seconds, status="inaccurate", reason=f"an error above {INACCURATE}"))
+        else:
+            rows.append(row(name, error, seconds))
+    return rows
 
 
 def _median(call: Callable[[], Any], repeats: int) -> float:

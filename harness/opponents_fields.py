@@ -57,12 +57,14 @@ def field_cubature(p: Numbers) -> dict[str, float]:
         s = points[:, 0]
         return np.asarray(2 * mu / (a * a) * s * z / np.sqrt(s * s + z * z) ** 3)
 
-    potential, outward, along = cubature(ring, [0.0], [math.pi], rule="gk21", rtol=1e-12, atol=0).estimate
+    potential, outward, along = cubature(
+        ring, [0.0], [math.pi], rule="gk21", rtol=1e-12, atol=0, max_subdivisions=500
+    ).estimate
     return {
         "ring_potential": float(potential),
         "ring_excess": float(potential) + mu / math.hypot(rho, z),
         **named("ring", (float(outward), float(along)), ("rho", "z")),
-        "disc": float(cubature(disc, [0.0], [a], rule="gk21", rtol=1e-12, atol=0).estimate),
+        "disc": float(cubature(disc, [0.0], [a], rule="gk21", rtol=1e-12, atol=0, max_subdivisions=500).estimate),
     }
 
 

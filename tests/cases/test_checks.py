@@ -1,0 +1,121 @@
+"""Every check: its closed form against its independent way, over its domain; bad numbers are refused."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from gnomon.cases import check_class, checks, get_check
+from gnomon.cases.check import Check
+from gnomon.cases.numbers import Range
+from gnomon.harness.certify_checks import REQUIRED, certify_check
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+ALL = [(name, variant) for name in checks() for variant in (None, *(v.name for v in check_class(name).variants))]
+
+
+@pytest.mark.parametrize(("name", "variant"), ALL)
+def test_closed_form_agrees_with_its_independent_way(name: str, variant: str | None) -> None:
+    certificate = certify_check(get_check(name, variant))
+    assert certificate.passed, certificate
+    assert certificate.digits >= REQUIRED
+
+
+@pytest.mark.parametrize("name", checks())
+def test_closed_form_holds_over_the_domain(name: str) -> None:
+    kind = check_class(name)
+
+    @settings(max_examples=2)
+    @given(st.data())
+    def holds(data: st.DataObject) -> None:
+        numbers = {}
+        for parameter in kind.parameter_list:
+            low, high = kind.domain.ranges.get(parameter.name, Range()).typical
+            # Multiples of 1e-3 of the range: sizes of zero are natural sizes, not 1e-300.
+            numbers[parameter.name] = low + (high - low) * data.draw(st.integers(1, 999)) / 1000
+        assume(kind.domain.admits({name: Fraction(value) for name, value in numbers.items()}))
+        certificate = certify_check(kind(**numbers))
+        assert certificate.passed, certificate
+
+    holds()
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers", "message"),
+    [
+        ("inertia_tensor_special_bodies", {"m": -1}, "m = -1 is outside"),
+        ("inertia_tensor_special_bodies", {"r": float("nan")}, "not finite"),
+        ("inertia_tensor_special_bodies", {"radius": 1}, "has no parameter 'radius'"),
+        ("inertia_tensor_special_bodies", {"r": 2}, "r <= R"),
+        ("inertia_composite_parallel_axis", {"r": "0.2"}, "the hole lies in the box"),
+        ("inertia_transformation_principal", {"Izz": 9}, "triangle inequality"),
+        ("inertia_transformation_principal", {"nx": 0, "ny": 0, "nz": 0}, "no zero vector"),
+        ("moment_equipollent", {"Fx": 0, "Fy": 0, "Fz": 0}, "a couple has no axis"),
+        ("gravity_field_particle_body", {"r": "6.4e6"}, "the shell's field jumps"),
+        ("com_rigid_body", {"m1": "-0.4"}, "m1 \\+ m2 \\+ m3 is not zero"),
+        ("conservative_force_test", {"X": "1.1", "Y": 0}, "does not pass the origin"),
+        ("hamilton_action", {"mode": "0.5"}, "mode = 0.5 is outside"),
+        ("hamilton_action", {"mode": "1.5"}, "mode is a whole number"),
+        ("work_energy_rigid_body", {"I3": 9}, "triangle inequality"),
+    ],
+)
+def test_bad_numbers_are_named(name: str, numbers: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        get_check(name, **numbers)
+
+
+def test_unknown_names_are_met_with_the_nearest() -> None:
+    with pytest.raises(ValueError, match="did you mean com_rigid_body"):
+        get_check("com_rigid_bodies")
+    with pytest.raises(ValueError, match="has no variant 'exact_doubel'; did you mean exact_double"):
+        get_check("inertia_transformation_principal", "exact_doubel")
+
+
+def test_one_double_beyond_the_triangle_inequality_is_refused() -> None:
+    flat = {"Ixx": 1, "Iyy": 2, "Izz": 3, "Ixy": 0, "Ixz": 0, "Iyz": 0}
+    assert get_check("inertia_transformation_principal", **flat).exact(20)["principal.largest"] == 3
+    with pytest.raises(ValueError, match="triangle inequality"):
+        get_check("inertia_transformation_principal", **flat | {"Izz": 3 + 2**-51})
+
+
+def test_multiplicity_is_decided_exactly() -> None:
+    coinciding = {
+        variant: int(get_check("inertia_transformation_principal", variant).exact()["coinciding"])
+        for variant in ("near_double", "near_double_1e_15", "exact_double", "exact_double_least", "exact_triple")
+    }
+    assert list(coinciding.values()) == [1, 1, 2, 2, 3]
+
+
+def test_numbers_that_the_book_gives() -> None:
+    # A body dropped from 158.5 m at latitude 51 degrees lands 27.5 mm to the east.
+    drop = get_check("projectile_coriolis_first_order", "drop", lat="0.8901179185171081")
+    assert float(drop.exact()["coriolis.x"]) == pytest.approx(0.0275, abs=1e-4)
+    hanging = get_check("generalized_impulse", "percussion").exact(30)
+    assert abs(hanging["first_rate"]) < 1e-25
+    loop = get_check("rod_tension_circular", "loop").exact(30)
+    assert loop["extreme.top"] == 0
+    assert loop["extreme.bottom"] == 60
+
+
+class Wrong(Check):
+    """A check whose two ways differ in the thirtieth digit."""
+
+    name = "wrong"
+    title = section = ""
+    parameter_list = ()
+    domain = check_class("com_rigid_body").domain.__class__({})
+
+    def formulas(self, p: object) -> dict[str, object]:
+        from gnomon.reference.balls import ball
+
+        return {"x": ball(1 + Fraction(1, 10**30))}
+
+    def otherwise(self, mp: object, p: object) -> dict[str, object]:
+        return {"x": 1}
+
+
+def test_an_error_in_the_thirtieth_digit_shows() -> None:
+    certificate = certify_check(Wrong())
+    assert not certificate.passed
+    assert 29 < certificate.ways["independent"] < 31

@@ -1,0 +1,67 @@
+"""The numerical opponents of the checks: right where they should be, and seen to fail where they must."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from gnomon.cases import checks, get_check
+from gnomon.harness import opponents
+from gnomon.harness.opponent import Opponent, Unsupported
+
+
+def errors(check: str, variant: str | None, name: str) -> dict[str, float]:
+    chosen = [one for one in opponents.OPPONENTS if one.name == name and one.check == check]
+    frame = opponents.run_checks([get_check(check, variant)], chosen, repeats=1)
+    return dict(zip(frame["quantity"], frame["error"], strict=True))
+
+
+def test_every_opponent_has_its_check() -> None:
+    assert {one.check for one in opponents.OPPONENTS} <= set(checks())
+
+
+def test_quadrature_of_bodies_keeps_its_tolerance() -> None:
+    found = errors("inertia_tensor_special_bodies", None, "cubature")
+    assert set(found) == {"box", "cylinder", "cone", "torus"}
+    # The tolerance that it is asked for.
+    assert max(found.values()) < 1e-12
+
+
+def test_bullet_gives_shapes_their_inertia_to_rounding() -> None:
+    pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
+    found = errors("inertia_tensor_special_bodies", None, "inertia from shapes")
+    assert set(found) == {"box", "sphere", "cylinder"}
+    # A few operations of half an ulp each; the shapes' margins do not enter.
+    assert max(found.values()) < 1e-15
+
+
+def test_the_cubic_loses_half_the_digits_where_eigh_does_not() -> None:
+    assert errors("inertia_transformation_principal", "near_double", "eigh")["principal"] < 1e-15
+    assert errors("inertia_transformation_principal", "rod", "trigonometric cubic")["principal"] > 1e-10
+
+
+def test_transfer_over_1e8_sizes_cancels() -> None:
+    found = errors("inertia_composite_parallel_axis", "far_1e8", "parallel axes there and back")
+    assert found["about_origin"] < 1e-14
+    assert found["about_centre"] > 1e-3
+
+
+def test_failures_are_rows_with_their_status(tmp_path: Path) -> None:
+    def planted(what: str) -> Opponent:
+        def compute(numbers: object) -> dict[str, float]:
+            if what == "refuses":
+                raise Unsupported("no such shape")
+            if what == "raises":
+                raise RuntimeError("broken")
+            return {"hemisphere": float("nan") if what == "nan" else 1e3}
+
+        library = "no_such_library" if what == "missing" else "numpy"
+        return Opponent(what, library, "com_rigid_body", compute)
+
+    kinds = ("refuses", "raises", "nan", "wrong", "missing")
+    frame = opponents.run_checks([get_check("com_rigid_body")], [planted(kind) for kind in kinds], repeats=1)
+    assert list(frame["status"]) == ["refused", "crashed", "diverged", "inaccurate", "not_installed"]
+    rows = json.loads(opponents.write(frame, tmp_path).read_text())
+    assert [row["reason"] for row in rows][:2] == ["no such shape", "RuntimeError: broken"]
+    assert rows[2]["error"] is None
