@@ -113,6 +113,8 @@ class Kepler(Motion):
         if self.conic > 0:
             period = self._period(mp)
             time -= mp.nint(time / period) * period
+        if not time:
+            return time, (mp.mpf(1), time, time, time), r0  # relative to nothing Newton's method does not end
         sign = -1 if time < 0 else 1  # backwards: the motion from the reversed velocity
         target, s0 = root * abs(time), sign * s0
         dps = mp.dps
