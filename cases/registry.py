@@ -33,6 +33,7 @@ _MODULES = {
     "second_order_linear_ode": "forced:SecondOrderLinearOde",
     "time_varying_force": "forced:TimeVaryingForce",
     "inertial_straight_line": "rotating_fall:InertialStraightLine",
+    "planet_tunnel": "planet_tunnel:PlanetTunnelCase",
     "radial_fall_inverse_square": "radial:RadialFallInverseSquare",
     "free_fall_first_order": "rotating_fall:FreeFallFirstOrder",
     "free_fall_rotating_earth": "rotating_fall:FreeFallRotatingEarth",

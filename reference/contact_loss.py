@@ -106,7 +106,7 @@ class ContactLoss(Motion):
 
 @lru_cache(maxsize=32)
 def _leaving_time(motion: ContactLoss, digits: int) -> Fraction:
-    """Bracketed and bisected in 15 digits, then Newton's method, each step with twice the digits."""
+    """Bracketed and bisected roughly, then Newton's method, each step with twice the digits."""
     scale = (motion.radius / motion.g).limit_denominator(10**6) or Fraction(1, 10**6)
     step = Fraction(int(float(scale) ** 0.5 * 2**20) + 1, 2**22)
     target = motion.leaving_angle(20)
@@ -118,15 +118,17 @@ def _leaving_time(motion: ContactLoss, digits: int) -> Fraction:
     low, high = Fraction(0), step
     while not past(high):
         low, high = high, high + step
-    for _ in range(30):
+    for _ in range(14):
         middle = (low + high) / 2
         low, high = (low, middle) if past(middle) else (middle, high)
-    time, known = high, 7
-    while known < 2 * digits:
-        known = 2 * known
+    time, known = high, 4
+    for _ in range(60):
+        known = min(2 * known, digits)
         with working(known + 20) as mp:
             theta, omega = motion.sliding._state(mp, time)
-            off = mp.acos(motion._leaving_cosine(mp)) - theta
-            time += exact(mp.mpf(off / omega))
+            step = (mp.acos(motion._leaving_cosine(mp)) - theta) / omega
+            time = exact(mp.mpf(time) + step)
+            if known == digits and abs(step) < mp.mpf(10) ** (-digits // 2 - 5) * mp.mpf(time):
+                break  # the next error is the square of this one
     with working(digits + 20) as mp:
         return exact(mp.mpf(time) + 0)

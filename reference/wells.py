@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 from gnomon.reference.precision import working
@@ -142,10 +143,14 @@ class Central(WellMotion):
     def _pull_slope(self, mp: Any, r: Any) -> Any:
         raise NotImplementedError
 
-    @property
+    @cached_property
     def spin(self) -> Fraction:
         """h = r^2 theta'."""
         return self.r**2 * self.omega
+
+    @cached_property
+    def _barrier(self) -> Fraction:
+        return self._turning() * self.spin**2
 
     def _begin(self) -> tuple[Fraction, Fraction]:
         return self.r, self.vr
@@ -154,10 +159,10 @@ class Central(WellMotion):
         return mp.zero, mp.inf
 
     def _potential(self, mp: Any, x: Any) -> Any:
-        return mp.mpf(self._turning() * self.spin**2) / (2 * x**2) + self._pull(mp, x)
+        return mp.mpf(self._barrier) / (2 * x**2) + self._pull(mp, x)
 
     def _slope(self, mp: Any, x: Any) -> Any:
-        return self._pull_slope(mp, x) - mp.mpf(self._turning() * self.spin**2) / x**3
+        return self._pull_slope(mp, x) - mp.mpf(self._barrier) / x**3
 
     def _carried(self, mp: Any, x: Any) -> tuple[Any, ...]:
         return (mp.mpf(self.spin) / x**2,)
@@ -177,7 +182,7 @@ class HangingMass(Central):
     m1: Fraction
     m2: Fraction
 
-    @property
+    @cached_property
     def weight(self) -> Fraction:
         return self.m2 * self.g / (self.m1 + self.m2)
 
