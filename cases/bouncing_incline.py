@@ -37,7 +37,7 @@ def incline_rebound(t: Any, state: Values, parameters: Values) -> Values:
     return x, 0, vx, -e * vy
 
 
-def settle_down(t: Any, state: Values, parameters: Values) -> Values:
+def keep_sliding(t: Any, state: Values, parameters: Values) -> Values:
     x, _y, vx, _vy = state
     return x, 0, vx, 0
 
@@ -150,7 +150,7 @@ class BouncingBallIncline(Case):
                 transitions=(bounce,),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"slide"}),
-                limits=(("bounce", "slide", settle_down),),
+                limits=(("bounce", "slide", keep_sliding),),
             ),
         )
 
