@@ -10,6 +10,7 @@ from typing import Any
 import flint
 from gnomon.cases.check import Check, Setting
 from gnomon.cases.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.reference.balls import ball
 from gnomon.reference.hoop import Hoop
 from gnomon.reference.quadrature import integral, unit_steps
 from gnomon.reference.vectors import add, components, cross, dot, named, scale, subtract
@@ -127,22 +128,25 @@ class MomentMomentumMovingPoint(Check):
     guard = 60
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
-        a, b, v, w, q, u, c = (components(p, name) for name in "abvwquc")
-        t, mass = p.t, p.m1 + p.m2
-        weight = (p.g * 0, p.g * 0, -p.g)
-        centre_start = scale(1 / mass, add(scale(p.m1, a), scale(p.m2, b)))
-        centre_velocity = scale(1 / mass, add(scale(p.m1, v), scale(p.m2, w)))
+        # In rational numbers: what is zero is then exactly so.
+        a, b, v, w, q, u, c = (tuple(self.parameters[name + k] for k in "xyz") for name in "abvwquc")
+        n = self.parameters
+        t, mass = n["t"], n["m1"] + n["m2"]
+        weight = (Fraction(0), Fraction(0), -n["g"])
+        centre_start = scale(1 / mass, add(scale(n["m1"], a), scale(n["m2"], b)))
+        centre_velocity = scale(1 / mass, add(scale(n["m1"], v), scale(n["m2"], w)))
         # The internal forces appear nowhere: that is the theorem.
         centre = add(centre_start, scale(t, centre_velocity), scale(t * t / 2, weight))
         momentum = scale(mass, add(centre_velocity, scale(t, weight)))
         Q, Q_velocity = add(q, scale(t, u), scale(t * t / 2, c)), add(u, scale(t, c))
         arm = subtract(centre, Q)
         moment = cross(arm, scale(mass, weight))
-        return {
+        found = {
             **named("moment", moment),
             **named("rate", subtract(moment, cross(Q_velocity, momentum))),
             **named("relative_rate", subtract(moment, cross(arm, scale(mass, c)))),
         }
+        return {name: ball(value) for name, value in found.items()}
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
         """Rates of H_Q from the motion of both particles, by differences of places and of H_Q."""

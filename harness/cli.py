@@ -78,9 +78,10 @@ def show(
     plot: Annotated[Path | None, typer.Option(help="Draw the motion to this file: .svg, .png or .html.")] = None,
 ) -> None:
     """Print a case: equations, parameters, quantities, variants; draw its motion to a file."""
-    from gnomon import cases
     from gnomon.harness.show import DRAWINGS, describe, draw
     from gnomon.harness.show_check import describe_check
+
+    from gnomon import cases
 
     if plot is not None and plot.suffix not in DRAWINGS:
         raise ValueError(f"{plot}: a drawing is {', '.join(DRAWINGS)}")

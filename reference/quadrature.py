@@ -34,7 +34,7 @@ def gauss_legendre(mp: Any, low: Any, high: Any, count: int) -> list[tuple[Any, 
     return [(middle + half * mp.mpf(x), half * mp.mpf(w)) for x, w in _nodes(count, mp.prec)]
 
 
-def integral(mp: Any, f: Callable[[Any], Any], edges: Sequence[Any], nodes_per_digit: float = 1.5) -> Any:
+def integral(mp: Any, f: Callable[[Any], Any], edges: Sequence[Any], nodes_per_digit: float = 0.8) -> Any:
     """The integral of a function that is smooth between the edges, by one Gauss-Legendre rule on each piece.
 
     The error falls by a constant factor with each node: nodes in proportion to digits, the factor as wide as the
