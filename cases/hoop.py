@@ -175,19 +175,19 @@ class RotatingPendulum(HoopCase):
         ),
         Variant(
             "above_bifurcation",
-            "Om^2 1e-12 above g/R: equilibrium tilted by 1e-6",
-            {"g": 9, "Om": "3.0000000000015"},
-            ("2e-6", 0),
+            "Om^2 1e-6 above g/R: equilibrium tilted by 1.4e-3, a slow swing",
+            {"g": 9, "Om": "3.0000015"},
+            ("0.0018", 0),
         ),
         Variant(
             "homoclinic_inside",
-            "released at the double below 2 pi/3: creeps to the unstable bottom and returns",
+            "released at the double below 2 pi/3: creeps to the unstable bottom",
             {"g": 1, "Om": 2},
             (2.0943951023931953, 0),
         ),
         Variant(
             "homoclinic_outside",
-            "released at the double above 2 pi/3: creeps over the unstable bottom",
+            "released at the double above 2 pi/3: creeps to the unstable bottom, from the other side of the separatrix",
             {"g": 1, "Om": 2},
             (2.0943951023931957, 0),
         ),
@@ -204,8 +204,8 @@ class RotatingPendulum(HoopCase):
     )
     invariants: ClassVar = {"jacobi": Invariant(bead_jacobi)}
     _CYCLES: ClassVar[dict[str, str]] = {
-        "homoclinic_inside": "2.37",
-        "homoclinic_outside": "1.37",
+        "homoclinic_inside": "0.45",
+        "homoclinic_outside": "0.22",
         "near_homoclinic": "2.37",
         "long_1e4": "10000.37",
     }

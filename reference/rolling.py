@@ -41,8 +41,12 @@ class RollingBody(BallMotion):
     def slip_ends(self) -> bool:
         """Whether a slip at the start passes through zero."""
         if self.slip > 0:
-            return self.can_roll and (self.alpha, self.mu) != (0, 0)
-        return self.slip < 0 and (self.alpha, self.mu) != (0, 0)
+            return self.can_roll and self._pushed
+        return self.slip < 0 and self._pushed
+
+    @property
+    def _pushed(self) -> bool:
+        return self.alpha != 0 or self.mu != 0
 
     def slip_time(self, digits: int = 15) -> Any:
         """When it does."""
