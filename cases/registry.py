@@ -57,6 +57,7 @@ _MODULES = {
     "chain_over_pulley": "chain_edge:ChainOverPulley",
     "chain_in_circular_tube": "equivalent_pendulum:ChainInCircularTube",
     "moment_of_momentum_pendulum": "equivalent_pendulum:MomentOfMomentumPendulum",
+    "impulse_instantaneous": "pulse:ImpulseInstantaneous",
     "restitution_impact_1d_2d": "two_blocks:RestitutionImpact",
     "work_energy_spring_block": "spring_block:WorkEnergySpringBlock",
     "bead_leaving_sphere": "contact_loss:BeadLeavingSphere",
