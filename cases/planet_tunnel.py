@@ -1,0 +1,172 @@
+"""A tunnel through the planet."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Any
+
+from gnomon.cases.case import Case, Event, Variant
+from gnomon.cases.forms import Form, Hybrid, Mode, Separable, Transition, Values
+from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.reference.planet_tunnel import PlanetTunnel
+from gnomon.reference.precision import Number
+from mpmath import fneg
+
+
+def tunnel_pull(t: Any, q: Values, parameters: Values) -> Values:
+    """x'' = -(g/R) x."""
+    g, radius = parameters
+    return (-g / radius * q[0],)
+
+
+def tunnel_potential(t: Any, q: Values, parameters: Values) -> Values:
+    g, radius = parameters
+    return (g / radius * q[0] * q[0] / 2,)
+
+
+def in_the_tunnel(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    g, radius = parameters
+    return v, -g / radius * x
+
+
+def above_the_planet(t: Any, state: Values, parameters: Values) -> Values:
+    """x'' = -side g R^2/x^2; the side belongs to the mode."""
+    x, v = state
+    g, radius, side = parameters
+    return v, -side * g * radius * radius / (x * x)
+
+
+def upper_end(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0] - parameters[1],)
+
+
+def lower_end(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0] + parameters[1],)
+
+
+def at_upper_end(t: Any, state: Values, parameters: Values) -> Values:
+    return parameters[1], state[1]
+
+
+def at_lower_end(t: Any, state: Values, parameters: Values) -> Values:
+    return -parameters[1], state[1]
+
+
+def where_it_starts(t: Any, state: Values, parameters: Values) -> str:
+    x, radius = state[0], parameters[1]
+    return "above" if x > radius else "below" if x < -radius else "inside"
+
+
+def comes_back(n: Any) -> bool:
+    """Below the escape speed."""
+    x = abs(n["x"])
+    if x <= n["R"]:
+        return bool(n["v"] ** 2 + n["g"] / n["R"] * x**2 < 3 * n["g"] * n["R"])
+    return bool(n["v"] ** 2 < 2 * n["g"] * n["R"] ** 2 / x)
+
+
+class PlanetTunnelCase(Case):
+    name = "planet_tunnel"
+    title = "Through a planet of uniform density, and above its surface"
+    section = "5.8"
+    conventions = (
+        "x from the centre along a straight tunnel through it; g at the surface; no rotation, no air. The default is dropped "
+        "1000 km above the surface, where the force is continuous and its slope is not."
+    )
+    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity at the surface"),
+        Parameter("R", "m", 6_371_000, "radius of the planet"),
+    )
+    default_state = (7_371_000, 0)
+    domain = Domain(
+        {"g": positive(), "R": positive(1.0, 5.0), "x": Range(typical=(-8.0, 8.0)), "v": Range(typical=(-3.0, 3.0))},
+        (
+            Rule("below the escape speed", comes_back),
+            Rule(
+                "a motion that starts at the surface stays inside (|x| = R only with v = 0)",
+                lambda n: abs(n["x"]) != n["R"] or n["v"] == 0,
+            ),
+        ),
+    )
+    variants = (
+        Variant("inside", "dropped at the surface: harmonic, no event", initial_state=(6_371_000, 0)),
+        Variant("high", "dropped from ten radii: short passages between long falls", initial_state=(63_710_000, 0)),
+        Variant("thrown_out", "leaves the planet from its centre", initial_state=(0, 10_000)),
+        Variant("long_1e5", "100,000 periods inside: phase error", {}, (6_371_000, 0), "506364732"),
+    )
+
+    @cached_property
+    def _exact(self) -> PlanetTunnel:
+        return PlanetTunnel(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> PlanetTunnel:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        """Smooth where the motion stays inside."""
+        if self._exact.inside:
+            return (Separable(tunnel_pull, tunnel_potential),)
+        return (
+            Hybrid(
+                modes=(
+                    Mode("inside", in_the_tunnel),
+                    Mode("above", above_the_planet, (1.0,)),
+                    Mode("below", above_the_planet, (-1.0,)),
+                ),
+                start=where_it_starts,
+                transitions=(
+                    Transition("leaves_up", "inside", upper_end, 1, at_upper_end, "above"),
+                    Transition("enters_down", "above", upper_end, -1, at_upper_end, "inside"),
+                    Transition("leaves_down", "inside", lower_end, -1, at_lower_end, "below"),
+                    Transition("enters_up", "below", lower_end, 1, at_lower_end, "inside"),
+                ),
+                settle=1e-9 * self.time_scale,
+            ),
+        )
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(R/g)."""
+        return math.sqrt(float(self.parameters["R"] / self.parameters["g"]))
+
+    def natural_span(self) -> Number:
+        """10.37 periods; 3.37 where the surface is crossed."""
+        return (10.37 if self._exact.inside else 3.37) * float(self._exact.period())
+
+    def events(self, digits: int = 15) -> tuple[Event, ...]:
+        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
+        if digits not in known:
+            known[digits] = self._listed(digits)
+        return known[digits]
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        motion, found = self._exact, list[Event]()
+        if motion.inside:
+            return ()
+        ends = {side: motion.number(side * motion.R, digits) for side in (1, -1)}
+        speed = motion.surface_speed(digits)
+        for time, enters, side in motion.crossings(self.span, digits):
+            upward = (side > 0) != enters
+            name = ("enters" if enters else "leaves") + ("_up" if upward else "_down")
+            there = (ends[side], speed if upward else fneg(speed, exact=True))
+            found.append(Event(time, name, there, there))
+        return tuple(found)
+
+    def same_course(self, other: Case) -> bool:
+        theirs, mine = PlanetTunnel(*other.parameter_values(), *other.initial_state), self._exact
+        return (theirs.inside, len(other.events())) == (mine.inside, len(self.events()))
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """Of a tunnel along any chord the period is the same, 2 pi sqrt(R/g), where the motion stays inside."""
+        motion = self._exact
+        found = {"period": motion.period(digits)}
+        if motion.inside:
+            return found
+        return found | {
+            "surface_speed": motion.surface_speed(digits),
+            "farthest": motion.number(motion.highest, digits),
+        }
