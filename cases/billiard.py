@@ -135,10 +135,9 @@ class BilliardBallCase(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time of the sliding; without it that of a fall through the radius."""
-        if self._ends:
-            return float(self._exact.rolling_time())
-        return math.sqrt(float(self.parameters["R"] / self.parameters["g"]))
+        """The time of the sliding, at least that of a fall through the radius."""
+        fall = math.sqrt(float(self.parameters["R"] / self.parameters["g"]))
+        return max(fall, float(self._exact.rolling_time())) if self._ends else fall
 
     def natural_span(self) -> Number:
         """2.3 times the sliding; 20 time scales without it."""

@@ -128,10 +128,9 @@ class RollingBodies(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time of the slip; without it that of a fall through the radius."""
-        if self._exact.slip_ends:
-            return float(self._exact.slip_time())
-        return math.sqrt(float(self.parameters["R"] / self.parameters["g"]))
+        """The time of the slip, at least that of a fall through the radius."""
+        fall = math.sqrt(float(self.parameters["R"] / self.parameters["g"]))
+        return max(fall, float(self._exact.slip_time())) if self._exact.slip_ends else fall
 
     def natural_span(self) -> Number:
         """2.3 times the slip; 10 time scales without its end."""
