@@ -25,7 +25,7 @@ def cubature(p: Numbers) -> dict[str, float]:
     """scipy.integrate.cubature: adaptive Gauss-Kronrod over the volume, all moments in one vector-valued integrand."""
     from scipy.integrate import cubature as integrate
 
-    found = {}
+    found: dict[str, float] = {}
     for name in INTEGRATED:
         body = BODIES[name]
         sizes = [p[size] for size in body.sizes]
@@ -105,7 +105,7 @@ def bullet_shapes(p: Numbers) -> dict[str, float]:
             "sphere": {"shapeType": bullet.GEOM_SPHERE, "radius": p["r"]},
             "cylinder": {"shapeType": bullet.GEOM_CYLINDER, "radius": p["r"], "height": p["h"]},
         }
-        found = {}
+        found: dict[str, float] = {}
         for name, shape in shapes.items():
             collision = bullet.createCollisionShape(**shape, physicsClientId=client)
             if collision < 0:
@@ -129,7 +129,7 @@ def transfer_and_back(p: Numbers) -> dict[str, float]:
         ),
     )
     mass = sum(m for m, _, _ in parts)
-    centre = sum(m * place for m, _, place in parts) / mass
+    centre: Any = sum(m * place for m, _, place in parts) / mass
     about_origin = sum(m * (own + _shift(place)) for m, own, place in parts)
     about_centre = about_origin - mass * _shift(centre)
     return {
