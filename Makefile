@@ -11,7 +11,7 @@ EXTRAS ?= dev
 .PHONY: report test test-all lint types unit bench clean
 
 report: $(VENV)/installed
-	$(BIN)/gnomon certify --to runs/certificates.json
+	$(BIN)/gnomon certify --suite standard --to runs/certificates.json
 	$(BIN)/gnomon run --suite standard --out $(RUN)
 	$(BIN)/gnomon report $(RUN) --to reports
 

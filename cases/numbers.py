@@ -10,6 +10,8 @@ from fractions import Fraction
 
 from gnomon.reference.precision import Number, exact
 
+FEW = 20
+"""More valid names than this are not all put into an error message."""
 KINDS = (
     "length",
     "velocity",
@@ -136,4 +138,7 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     """The hint for an unknown name: the nearest valid ones, or all of them where none is near."""
     valid = sorted(valid)
     close = difflib.get_close_matches(name, valid, n=3, cutoff=0.5)
-    return f"did you mean {' or '.join(close)}?" if close else f"valid names: {', '.join(valid)}"
+    if close:
+        return f"did you mean {' or '.join(close)}?"
+    shown = ", ".join(valid[:FEW])
+    return f"valid names: {shown}" if len(valid) <= FEW else f"valid names: {shown} ... {len(valid)} in all, see list"

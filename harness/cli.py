@@ -169,21 +169,35 @@ def compare(
 
 @app.command()
 def certify(
-    case: Annotated[list[str] | None, typer.Argument(help="Cases or case/variant; all without it.")] = None,
+    case: Annotated[
+        list[str] | None, typer.Argument(help="Cases, case/variant or checks; all cases and checks without it.")
+    ] = None,
     to: Annotated[Path, typer.Option(help="Where the certificates go, as JSON.")] = Path("runs/certificates.json"),
-    variants: Annotated[bool, typer.Option(help="All variants of each case too.")] = False,
+    suite: Annotated[str | None, typer.Option(help="Only the cases of this suite.")] = None,
+    everything: Annotated[bool, typer.Option("--all", help="All variants too.")] = False,
 ) -> None:
     """Confirm exact motions by independent ways. Exit code 1 below the required digits."""
     from gnomon.harness import certify as certifying
+    from gnomon.harness import plan
+    from gnomon.harness.certify_checks import certify_check
     from gnomon.harness.progress import Progress
 
-    chosen = _chosen(case, variants, None, rounded=False)
+    from gnomon import cases
+
+    named = case or (list(plan.suite(suite).cases) if suite else [])
+    checks = [name for name in named or cases.checks() if name in cases.checks()]
+    moving = [name for name in named or cases.names() if name not in checks]
+    chosen = _chosen(moving, everything, None, rounded=False) if moving else []
+    settings = [(n, v) for n in checks for v in (None, *(s.name for s in cases.check_class(n).variants if everything))]
     progress = Progress()
-    certificates = []
+    certificates: list[certifying.Certificate] = []
     with progress:
-        progress.begin("certificates", len(chosen))
+        progress.begin("certificates", len(chosen) + len(settings))
         for one, _ in chosen:
             certificates.append(certifying.certify(one))
+            progress.advance()
+        for name, variant in settings:
+            certificates.append(certify_check(cases.get_check(name, variant)))
             progress.advance()
     table = Table("case", "variant", "digits agreed", "by", title="Exact motions, confirmed")
     for certificate in certificates:

@@ -127,3 +127,13 @@ def test_doctor_says_what_is_here(capfd: pytest.CaptureFixture[str]) -> None:
     text = capfd.readouterr().out
     assert "numpy" in text
     assert "rebound" in text
+
+
+def test_certify_takes_cases_and_checks_by_name(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "certificates.json"
+    assert gnomon("certify", "projectile_parabola", "moment_equipollent", "--to", str(path)) == 0
+    certificates = json.loads(path.read_text())
+    assert [c["case"] for c in certificates] == ["projectile_parabola", "moment_equipollent"]
+    assert all(c["passed"] and c["digits"] >= 40 for c in certificates)
+    assert gnomon("certify", "no_such_thing", "--to", str(path)) == 2
+    assert "no case is named 'no_such_thing'" in capfd.readouterr().err
