@@ -16,6 +16,7 @@ MODULES = (
     "gnomon.harness.integrators.explicit",
     "gnomon.harness.integrators.splitting",
     "gnomon.harness.integrators.gauss",
+    "gnomon.harness.integrators.gauss_fast",
     "gnomon.harness.integrators.dop853",
     "gnomon.harness.integrators.lie",
     "gnomon.harness.integrators.hybrid",

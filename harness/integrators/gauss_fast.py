@@ -1,0 +1,97 @@
+"""The fast Gauss method: eight stages in the eight lanes of one vector, steps from the tolerance."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+from gnomon.cases.forms import FirstOrder, SecondOrder
+from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.integrators import gauss_fast_kernel, gauss_fast_text
+from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded
+from gnomon.harness.integrators.gauss import integrals, lagrange, nodes
+from gnomon.reference.precision import working
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+LEAST_TOLERANCE = 1e-16
+
+REASONS = {
+    gauss_fast_text.NOT_FINITE: "the equations gave a value that is not finite",
+    gauss_fast_text.STEP_TOO_SMALL: "the step size fell below the spacing of times",
+    gauss_fast_text.TOO_MANY_STEPS: f"more than {gauss_fast_text.MOST_STEPS} steps",
+    gauss_fast_text.STIFF: "the equations are stiff: convergence of the stages, not accuracy, has limited the steps for too long",
+}
+
+
+class GaussFast(Integrator):
+    """Gauss-Legendre collocation with 8 stages in SIMD lanes, adaptive. Order 16.
+
+    Kuntzmann 1961; Butcher, Mathematics of Computation 18, 1964. Stages by fixed-point iteration from the last step's
+    polynomial (Hairer, Lubich, Wanner, Geometric Numerical Integration, VIII.6). The step size follows the decay of the
+    stage polynomial. Sums are compensated. Samples are steps of their own within a step, of the same order.
+    """
+
+    name, order = "Gauss 8-stage SIMD", 16
+    accepts = (FirstOrder, SecondOrder)
+    sampling = "dense output"
+    sweep = Tolerance(1e-2, 1e-16)
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        if not (math.isfinite(setting) and LEAST_TOLERANCE <= setting < 1):
+            raise Refused(f"tolerance {setting} is not between {LEAST_TOLERANCE:g} and 1")
+        form = problem.form
+        assert isinstance(form, FirstOrder | SecondOrder)
+        form = form.source if isinstance(form, FirstOrder) and form.source is not None else form
+        run = gauss_fast_kernel.compiled(form, len(problem.parameters), problem.dimension, problem.counted)
+        coefficients, buffer, times = table(isinstance(form, SecondOrder)), problem.buffer, problem.times
+
+        def solve(initial: Floats) -> Solution:
+            out = np.full((len(initial), len(times), initial.shape[1]), np.nan)
+            stop = np.zeros(3, dtype=np.int64)
+            taken = run(buffer, coefficients, initial, times, setting, out, stop)
+            return Solution(out, int(taken), reason(stop))
+
+        return solve
+
+
+@cache
+def table(second_order: bool) -> Floats:
+    """The coefficients as the kernel takes them, rounded once from high precision."""
+    with working(DIGITS) as mp:
+        return rounded(rows(mp, second_order))
+
+
+def rows(mp: Any, second_order: bool) -> Table:
+    """Rows of the kernel's table: eight numbers each."""
+    c = nodes(mp, 8)
+    s = range(8)
+    a, b = [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
+    if second_order:
+        a = [[mp.fsum(a[j][m] * a[m][k] for m in s) for k in s] for j in s]
+    # The stage polynomial about its end, where c = 1 + x, from its values at small x: exact, it has degree 7.
+    points = [mp.mpf(k - 4) / 8 for k in s]
+    vandermonde = mp.matrix([[x**k for k in s] for x in points])
+    monomials = vandermonde**-1 * mp.matrix(lagrange(mp, c, [1 + x for x in points]))
+    return [
+        *([a[j][k] for j in s] for k in s),
+        *([monomials[j, k] for j in s] for k in s),
+        *([node**k for node in c] for k in s),
+        c,
+        b,
+        [b[j] * (1 - c[j]) for j in s],
+    ]
+
+
+def reason(stop: NDArray[np.int64]) -> str | None:
+    """In words why a trajectory ended early."""
+    if stop[0] == 0:
+        return None
+    what = f"{REASONS[int(stop[0])]}, before sample {stop[2] + 1}"
+    return what + (f" of trajectory {stop[1] + 1}" if stop[1] else "")
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (GaussFast,)

@@ -1,0 +1,249 @@
+"""The stepping of the fast Gauss method, as source text around the equations of one case.
+
+Eight stages stand in the eight lanes of one vector, one vector for each component; the stepping is written once below
+and expanded: a line with an `@` is repeated for each component of the derivative, with a `%` for each of the state, and
+`<|x@|>` becomes `x0, x1, `. So nothing is looped over or stored in memory inside a step, whatever the dimension.
+
+What a step does:
+
+1. First guesses: the last step's stage polynomial carried on (`carried`: its monomials, times the powers of the ratio
+   of the steps).
+2. Fixed point of f = f(y + h A f), or of a = a(q + h c v + h^2 A^2 a), until the change that the next round would
+   bring is a fraction of the tolerance. Where changes do not shrink the step is tried again shorter.
+3. The error from the decay of the stage polynomial. Let a be the size of its two highest Legendre coefficients and F
+   that of the derivative itself. Coefficient 8, the first that is missing, is about a; collocation at the Gauss nodes
+   squares it (the error of a linear equation is exactly of that form), so that a step errs by about h a^2 / F.
+4. A compensated update, and the next step size.
+
+A sample is a step of its own, taken aside from the start of the step that it lies in, with that step's stage polynomial
+as the first guess: it has the order of the end of a step, and steps are free of the samples.
+"""
+
+from __future__ import annotations
+
+NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, STIFF = 1, 2, 3, 4
+
+MOST_STEPS, MOST_STIFF = 40_000_000, 2_000_000
+"""Attempts for one trajectory, some twenty seconds; and in one run those that convergence alone limits."""
+
+# Rows of the table (rows, 8): columns of the stage matrix, of the monomials of the stage polynomial about its end and of
+# the powers of the nodes; nodes; weights; those of positions.
+STAGES, MONOMIALS, POWERS, NODES, WEIGHTS, POSITIONS = 0, 8, 16, 24, 25, 26
+
+HEAD = f"""
+import numpy as np
+from gnomon.harness.integrators import lanes_math
+from gnomon.harness.integrators.lanes import fma, lane, lanes, product, row, size, total, with_lane
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, STIFF = {NOT_FINITE}, {STEP_TOO_SMALL}, {TOO_MANY_STEPS}, {STIFF}
+MOST_STEPS, MOST_STIFF, MOST_ROUNDS, MOST_CHANGE = {MOST_STEPS}, {MOST_STIFF}, 24, 1e100
+STAGES, MONOMIALS, POWERS, NODES = {STAGES}, {MONOMIALS}, {POWERS}, {NODES}
+WEIGHTS, POSITIONS = {WEIGHTS}, {POSITIONS}
+ROUNDOFF, ONE = 2.0**-52, 0x3FF0000000000000
+SHARE, NOISE, FAST, SLOW = 0.1, 1e2, 0.3, 0.7
+ERRS, LESS, HOLD, LEAP, LEAST, CALM = 0.002, 0.1, 2.0, 1.3, 1e-6, 40
+NEGLIGIBLE = 1e-6
+SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-300
+
+
+@intrinsic
+def bits(typingctx, x):
+    return types.int64(types.float64), lambda c, builder, s, values: builder.bitcast(values[0], ir.IntType(64))
+
+
+@intrinsic
+def double(typingctx, n):
+    return types.float64(types.int64), lambda c, builder, s, values: builder.bitcast(values[0], ir.DoubleType())
+
+
+@njit(OPTIONS)
+def root_15(x):
+    # About x^(1/15) within 1 %: the bits of a double, read as an integer, are nearly its logarithm.
+    return double(ONE + (bits(x) - ONE) // 15)
+
+
+@njit(OPTIONS)
+def powers(r):
+    r2, v = r * r, lanes(1.0)
+    r4 = r2 * r2
+    v = with_lane(with_lane(with_lane(v, 1, r), 2, r2), 3, r2 * r)
+    return with_lane(with_lane(with_lane(with_lane(v, 4, r4), 5, r4 * r), 6, r4 * r2), 7, r4 * r2 * r)
+
+
+@njit(OPTIONS)
+def at(m, x):
+    # The polynomial with the coefficients m.
+    v = lanes(lane(m, 7))
+    for k in range(6, -1, -1):
+        v = fma(v, x, lanes(lane(m, k)))
+    return v
+"""
+
+FIRST_ORDER = {
+    "prepare": "",
+    "place": "x@ = fma(hh, product(table, STAGES, f@), lanes(y[@]))",
+    "moved": "<|h * total(f@ * row(table, WEIGHTS)) + low[@], |>",
+    "rate": "y@",
+    "slope": "equations(lanes(0.0), (<|lanes(y%), |>), p)",
+    "first": "0.1 * largest / fastest if largest > 0.0 and fastest > 0.0 else 1e-3 * end",
+}
+SECOND_ORDER = {
+    "prepare": "b@ = fma(hh * row(table, NODES), lanes(y[N + @]), lanes(y[@]))",
+    "place": "x@ = fma(hh * hh, product(table, STAGES, f@), b@)",
+    "moved": "<|h * y[N + @] + (h * h * total(f@ * row(table, POSITIONS)) + h * low[N + @] + low[@]), |>"
+    "<|h * total(f@ * row(table, WEIGHTS)) + low[N + @], |>",
+    "rate": "y[N + @]",
+    "slope": "equations(lanes(0.0), (<|lanes(y[@]), |>), p)",
+    "first": "0.1 * (largest / fastest + np.sqrt(np.abs(furthest / fastest))) if fastest > 0.0 else 1e-3 * end",
+}
+
+STAGES_OF_A_STEP = """
+@njit(INLINE OPTIONS)
+def NAME(t, h, y, f, p, table, fine, noise):
+    <|f@, |> = f
+    hh = lanes(h)
+    nodes = fma(hh, row(table, NODES), lanes(t))
+    {prepare}
+    before, rate, rounds = 0.0, 0.0, 0
+    while True:
+        {place}
+        g = equations(nodes, (<|x@, |>), p)
+        off = lanes(0.0)
+        g@ = lanes(g[@])
+        off = fma(size(g@ - f@), lanes(fine[@]), off)
+        f@ = g@
+        change = total(off)
+        rounds += 1
+        if rounds > 1:
+            rate = change / before if before > 0.0 else 0.0
+            if change * min(rate, 1.0) <= 1.0 and (rate < SLOW or change < noise):
+                break
+            if not change < MOST_CHANGE or rounds == MOST_ROUNDS or (rounds > 2 and rate > SLOW):
+                rounds = -rounds
+                break
+        before = change
+    return rounds, rate, (<|f@, |>)
+"""
+
+ADVANCE = """
+@njit(OPTIONS)
+def moved(h, y, low, f, table):
+    <|f@, |> = f
+    return ({moved})
+
+
+@njit(SIGNATURE, OPTIONS, cache=True)
+def advance(p_, table, initial, times, tolerance, out, stop):
+    p = (PARAMETERS)
+    end = times[-1]
+    taken = 0
+    for n in range(initial.shape[0]):
+        t, sample, attempts, stiff, reason = 0.0, 0, 0, 0, 0
+        y% = initial[n, %]
+        low% = 0.0
+        y, low = (<|y%, |>), (<|low%, |>)
+        g = {slope}
+        m@ = with_lane(lanes(0.0), 0, lane(lanes(g[@]), 0))
+        size@ = abs(lane(m@, 0))
+        furthest, largest, fastest = 0.0, 0.0, 0.0
+        furthest = max(furthest, abs(y[@]))
+        largest = max(largest, abs({rate}))
+        fastest = max(fastest, size@)
+        h = min({first}, end)
+        last, rejected, calm = h, False, 0
+        while sample < times.size:
+            if not (h > 0.0 and h < np.inf):
+                reason = NOT_FINITE
+                break
+            if t + h / 4 <= t:
+                reason = STEP_TOO_SMALL
+                break
+            # The step is h rounded so that t + step is exact; the last one ends at the last sample.
+            step = end - t if t + h >= end else (t + h) - t
+            after = end if t + h >= end else t + step
+            attempts += 1
+            if attempts > MOST_STEPS:
+                reason = TOO_MANY_STEPS
+                break
+            if stiff > MOST_STIFF:
+                reason = STIFF
+                break
+            largest = 0.0
+            largest = max(largest, size@)
+            least = step * largest * max(LEAST, 16 * ROUNDOFF / tolerance)
+            scale@ = max(max(abs({rate}), step * size@), least) + TINY
+            share = SHARE * max(tolerance, 8 * ROUNDOFF)
+            fine@ = step / (8 * share * scale@)
+            noise = NOISE * ROUNDOFF / share
+            ratios = powers(step / last)
+            f@ = product(table, POWERS, m@ * ratios)
+            rounds, rate, f = stages(t, step, y, (<|f@, |>), p, table, (<|fine@, |>), noise)
+            COUNT abs(rounds)
+            if rounds < 0:
+                stiff += 1
+                h = 0.3 * step
+                rejected = True
+                continue
+            error = 0.0
+            size@ = total(size(f[@])) / 8
+            n@ = product(table, MONOMIALS, f[@])
+            seventh@ = lane(n@, 7) / 3432
+            sixth@ = lane(n@, 6) / 924 - 13 * seventh@
+            error += (seventh@ * seventh@ + LESS * sixth@ * sixth@) / ((size@ + TINY) * scale@)
+            error *= ERRS * step / tolerance
+            wanted = root_15(max(error, TINY)) / SAFETY
+            if not error <= SLACK:
+                h = step * max(SHRINK_MOST, 1 / wanted) if error < np.inf else step * SHRINK_MOST
+                rejected = True
+                continue
+            change = moved(step, y, low, f, table)
+            end% = y% + change[%]
+            left% = change[%] - (end% - y%)
+            finite = 0.0
+            finite += end% - end%
+            if finite != 0.0:
+                reason = NOT_FINITE
+                break
+            m@ = n@
+            while sample < times.size and times[sample] <= after:
+                part = times[sample] - t
+                if times[sample] == after:
+                    out[n, sample, %] = end%
+                else:
+                    x = fma(lanes(part / step), row(table, NODES), lanes(-1.0))
+                    near = (<|at(m@, x), |>)
+                    again, ignored, settled = aside(t, part, y, near, p, table, (<|fine@, |>), noise)
+                    near = settled if again > 0 else near
+                    COUNT abs(again)
+                    change = moved(part, y, low, near, table)
+                    out[n, sample, %] = y% + change[%]
+                sample += 1
+            taken += 1
+            t = after
+            y% = end%
+            low% = left%
+            y, low = (<|y%, |>), (<|low%, |>)
+            last = step
+            grow = 1 / wanted
+            calm = calm + 1 if grow >= 1.0 and not rejected else 0
+            if grow > 1.0:
+                if grow >= HOLD:
+                    grow = min(grow / LEAP, GROW_MOST)
+                elif calm < CALM or grow < 1.1:
+                    grow = 1.0
+            if rate > FAST and rounds > 2:
+                grow = min(grow, max(0.5, FAST / rate))
+            if error > NEGLIGIBLE:
+                stiff = 0
+            elif rate > FAST / 2:
+                stiff += 1
+            h = step * (min(grow, 1.0) if rejected else grow)
+            rejected = False
+        if reason != 0 and stop[0] == 0:
+            stop[0] = reason
+            stop[1] = n
+            stop[2] = sample
+    return taken
+"""

@@ -1,0 +1,195 @@
+"""Eight doubles in one vector, as a type that numba compiles: `<8 x double>`, with operators.
+
+LLVM splits the vector into what the processor has (one register with AVX-512, two with AVX2), lane by lane the same
+bits. Numbers convert to a vector of equal lanes. Products and sums may be contracted into one rounding, nothing else
+is rearranged; where the order of roundings matters `fma` says so. Imported by generated modules alone: it loads numba.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import typing
+from numba.core.typeconv import Conversion
+from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
+
+WIDTH = 8
+DOUBLES = ir.VectorType(ir.DoubleType(), WIDTH)
+INTEGERS = ir.VectorType(ir.IntType(64), WIDTH)
+TABLE = types.float64[:, ::1]
+
+
+class LanesType(types.Type):
+    """The type of eight doubles."""
+
+    def __init__(self) -> None:
+        super().__init__(name="Lanes8")
+
+    def can_convert_from(self, context: Any, other: Any) -> Any:
+        return Conversion.safe if isinstance(other, types.Number) else None
+
+
+LANES = LanesType()
+
+
+@register_model(LanesType)
+class LanesModel(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, kind: LanesType) -> None:
+        super().__init__(manager, kind, DOUBLES)
+
+
+def vector(values: list[float]) -> Any:
+    return ir.Constant(DOUBLES, [ir.Constant(ir.DoubleType(), value) for value in values])
+
+
+def spread(builder: Any, value: Any) -> Any:
+    """A double in every lane."""
+    first = builder.insert_element(ir.Constant(DOUBLES, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
+    return shuffled(builder, first, [0] * WIDTH)
+
+
+def shuffled(builder: Any, value: Any, order: list[int]) -> Any:
+    mask = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), order)
+    return builder.shuffle_vector(value, ir.Constant(DOUBLES, ir.Undefined), mask)
+
+
+def llvm(builder: Any, name: str, *values: Any) -> Any:
+    """An LLVM intrinsic on whole vectors."""
+    kind = ir.FunctionType(DOUBLES, [DOUBLES] * len(values))
+    function = builder.module.globals.get(f"llvm.{name}.v8f64")
+    function = function or ir.Function(builder.module, kind, f"llvm.{name}.v8f64")
+    return builder.call(function, values)
+
+
+@lower_cast(types.Number, LanesType)
+def number_to_lanes(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
+    return spread(builder, context.cast(builder, value, source, types.float64))
+
+
+def _operator(function: Callable[..., Any], arguments: int, emit: Callable[..., Any]) -> None:
+    class Template(typing.templates.ConcreteTemplate):  # type: ignore[misc]
+        cases = [typing.signature(LANES, *[LANES] * arguments)]  # noqa: RUF012
+
+    typing.templates.infer_global(function)(Template)
+
+    @lower_builtin(function, *[LANES] * arguments)
+    def lower(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return emit(builder, *values)
+
+
+for _function in (operator.add, operator.iadd):
+    _operator(_function, 2, lambda builder, a, b: builder.fadd(a, b, flags=("contract",)))
+for _function in (operator.sub, operator.isub):
+    _operator(_function, 2, lambda builder, a, b: builder.fsub(a, b, flags=("contract",)))
+for _function in (operator.mul, operator.imul):
+    _operator(_function, 2, lambda builder, a, b: builder.fmul(a, b, flags=("contract",)))
+for _function in (operator.truediv, operator.itruediv):
+    _operator(_function, 2, lambda builder, a, b: builder.fdiv(a, b))
+_operator(operator.neg, 1, lambda builder, a: builder.fneg(a))
+_operator(operator.pos, 1, lambda builder, a: a)
+
+
+def emitting(arguments: int, emit: Callable[..., Any], kind: Any = LANES) -> Any:
+    """An intrinsic of `arguments` vectors, emitted by `emit(builder, *vectors)`."""
+
+    def typed(*given: Any) -> Any:
+        return kind(*[LANES] * arguments), lambda context, builder, signature, values: emit(builder, *values)
+
+    # The number of arguments is part of an intrinsic's own signature.
+    if arguments == 1:
+        return intrinsic(lambda typingctx, a: typed(a))
+    if arguments == 2:
+        return intrinsic(lambda typingctx, a, b: typed(a, b))
+    return intrinsic(lambda typingctx, a, b, c: typed(a, b, c))
+
+
+fma = emitting(3, lambda builder, a, b, c: llvm(builder, "fma", a, b, c))
+"""a * b + c, rounded once."""
+
+minus = emitting(2, lambda builder, a, b: builder.fsub(a, b))
+"""a - b, never contracted: for differences that are exact or recover a rounding."""
+
+root = emitting(1, lambda builder, a: llvm(builder, "sqrt", a))
+size = emitting(1, lambda builder, a: llvm(builder, "fabs", a))
+
+
+def _total(builder: Any, a: Any) -> Any:
+    """The sum of the lanes, in pairs: always the same order."""
+    for half in (4, 2, 1):
+        a = builder.fadd(a, shuffled(builder, a, [(i + half) % WIDTH for i in range(WIDTH)]))
+    return builder.extract_element(a, ir.Constant(ir.IntType(32), 0))
+
+
+total = emitting(1, _total, types.float64)
+
+
+@intrinsic
+def lanes(typingctx: Any, value: Any) -> Any:
+    """A number in every lane; a vector as it is."""
+    source = value if isinstance(value, LanesType) else types.float64
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return values[0] if source is LANES else spread(builder, values[0])
+
+    return LANES(LANES if isinstance(value, LanesType) else types.float64), generate
+
+
+@intrinsic
+def lane(typingctx: Any, a: Any, index: Any) -> Any:
+    """One lane."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return builder.extract_element(values[0], builder.trunc(values[1], ir.IntType(32)))
+
+    return types.float64(LANES, types.int64), generate
+
+
+@intrinsic
+def with_lane(typingctx: Any, a: Any, index: Any, value: Any) -> Any:
+    """The vector with one lane replaced."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return builder.insert_element(values[0], values[2], builder.trunc(values[1], ir.IntType(32)))
+
+    return LANES(LANES, types.int64, types.float64), generate
+
+
+def _row(context: Any, builder: Any, table: Any, index: Any) -> Any:
+    """Eight doubles of a table (rows, 8)."""
+    data = context.make_array(TABLE)(context, builder, table).data
+    pointer = builder.gep(data, [builder.mul(index, ir.Constant(ir.IntType(64), WIDTH))])
+    return builder.load(builder.bitcast(pointer, ir.PointerType(DOUBLES)), align=8)
+
+
+@intrinsic
+def row(typingctx: Any, table: Any, index: Any) -> Any:
+    """Row `index` of a table (rows, 8)."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return _row(context, builder, *values)
+
+    return LANES(TABLE, types.int64), generate
+
+
+@intrinsic
+def product(typingctx: Any, table: Any, first: Any, a: Any) -> Any:
+    """The matrix whose columns are the eight rows of the table from `first` on, times a vector: eight broadcast FMAs."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        table, first, a = values
+        sums: list[Any] = []
+        for k in range(WIDTH):
+            column = _row(context, builder, table, builder.add(first, ir.Constant(ir.IntType(64), k)))
+            broadcast = shuffled(builder, a, [k] * WIDTH)
+            # Two chains halve the wait for one another's results.
+            if k < 2:
+                sums.append(builder.fmul(column, broadcast))
+            else:
+                sums[k % 2] = llvm(builder, "fma", column, broadcast, sums[k % 2])
+        return builder.fadd(*sums)
+
+    return LANES(TABLE, types.int64, LANES), generate

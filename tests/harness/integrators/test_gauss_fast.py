@@ -1,0 +1,211 @@
+"""The fast Gauss method: functions of lanes to the ulp, order, accuracy, hard orbits, stiffness, the same bits."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from types import FunctionType
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from gnomon.cases.registry import get
+from gnomon.harness.integrator import Refused
+from gnomon.harness.integrators.gauss import Gauss
+from gnomon.harness.integrators.gauss_fast import GaussFast, table
+from gnomon.harness.order import measure_order_exactly
+from gnomon.harness.problem import counting, initial_state, problem_of
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+class EightStages(Gauss):
+    """The same collocation at a fixed step, in the arithmetic that is asked for."""
+
+    name, order, stages = "Gauss 8-stage", 16, 8
+
+
+def solved(name: str, variant: str | None, tolerance: float, sundman: bool = False) -> tuple[float, float, Any]:
+    """Largest error over the samples, conditioning, solution."""
+    case = get(name, variant).rounded()
+    formulation = case.formulations[0] if sundman else None
+    problem = problem_of(case, GaussFast.accepts, formulation)
+    solution = GaussFast().prepare(problem, tolerance)(initial_state(case, formulation)[None])
+    states = solution.states[0][:, : len(case.state)]
+    error = np.max(case.metric.distance(states, case.sample(case.times)))
+    return float(error), float(np.max(case.conditioning(case.times))), solution
+
+
+def applied(function: Callable[[Any], Any], values: Floats) -> Floats:
+    """A function of `math` on eight lanes at a time."""
+    from gnomon.harness.integrators import lanes_math  # noqa: F401  it teaches numba these functions
+    from gnomon.harness.integrators.lanes import lane, row
+    from numba import njit
+
+    function = njit(function) if isinstance(function, FunctionType) else function
+
+    @njit
+    def run(rows: Any, out: Any) -> None:
+        for i in range(rows.shape[0]):
+            found = function(row(rows, i))
+            for j in range(8):
+                out[i, j] = lane(found, j)
+
+    rows = np.ascontiguousarray(values.reshape(-1, 8))
+    out = np.empty_like(rows)
+    run(rows, out)
+    return out.ravel()
+
+
+def worst_ulp(function: Callable[[Any], Any], name: str, values: Floats) -> float:
+    with mpmath.workprec(1200):  # arguments up to 1e300 have that many bits before the point
+        exact = [getattr(mpmath, name)(mpmath.mpf(x)) for x in values.tolist()]
+        found = applied(function, values)
+        return max(float(abs(f - e)) / math.ulp(float(e)) for f, e in zip(found.tolist(), exact, strict=True))
+
+
+RANDOM = np.random.default_rng(20)
+ARGUMENTS = {
+    "small": RANDOM.uniform(-4, 4, 8000),
+    "moderate": RANDOM.uniform(-5e5, 5e5, 8000),
+    "next to multiples of a quarter turn": np.arange(-4000, 4000) * (math.pi / 2),
+    "tiny": 10.0 ** RANDOM.uniform(-300, 0, 800),
+    "large": RANDOM.choice([-1, 1], 800) * 10.0 ** RANDOM.uniform(6, 300, 800),
+}
+
+
+@pytest.mark.parametrize("kind", ARGUMENTS)
+@pytest.mark.parametrize("name", ["sin", "cos"])
+def test_sine_and_cosine_of_lanes(name: str, kind: str) -> None:
+    """Half an ulp for the last rounding, the rest for the polynomial's last product and the reduced argument."""
+    assert worst_ulp(getattr(math, name), name, ARGUMENTS[kind]) < 0.85
+
+
+@pytest.mark.parametrize("reach", [1.0, 50.0, 690.0, 705.0])
+def test_exponential_of_lanes(reach: float) -> None:
+    assert worst_ulp(math.exp, "exp", RANDOM.uniform(-reach, reach, 4000)) < 0.9
+
+
+def test_other_functions_and_operators_of_lanes() -> None:
+    def mixed(x: Any) -> Any:
+        y = 2 * x - 1 / x + x**3 + x**-2 + x**0.5 - 3
+        y += math.atan2(x, 1.0) + math.sqrt(x) + math.tanh(x) - math.log(x)
+        return -y
+
+    x = RANDOM.uniform(1, 2, 800)
+    expected = -(2 * x - 1 / x + x**3 + x**-2 + x**0.5 - 3 + np.arctan2(x, 1.0) + np.sqrt(x) + np.tanh(x) - np.log(x))
+    # Twelve terms of size up to 8, each rounded to 2^-53 of its sum.
+    assert np.abs(applied(mixed, x) - expected).max() < 12 * 8 * 2.0**-53
+
+
+def test_order_in_sixty_digits() -> None:
+    measured = measure_order_exactly(EightStages(), get("pendulum_simple", span=3), (96, 128, 192, 256))
+    assert measured is not None
+    assert measured[0] == pytest.approx(16, abs=0.1)
+
+
+def test_the_table_is_the_rounding_of_the_exact_method() -> None:
+    """Weights and powers of the nodes integrate polynomials up to degree 15; the stage matrix up to degree 7."""
+    first, second = table(False), table(True)
+    nodes, weights = first[24], first[25]
+    for degree in range(16):
+        assert weights @ nodes**degree == pytest.approx(1 / (degree + 1), rel=1e-14)
+    for degree in range(8):
+        power = nodes**degree
+        assert first[:8].T @ power == pytest.approx(nodes ** (degree + 1) / (degree + 1), rel=1e-12, abs=1e-16)
+        if degree < 7:  # the first of the two integrals must be of degree 7 at most for the second one to be exact
+            twice = nodes ** (degree + 2) / ((degree + 1) * (degree + 2))
+            assert second[:8].T @ power == pytest.approx(twice, rel=1e-12, abs=1e-16)
+        # The monomials about the end of the step, evaluated at the nodes.
+        carried = first[8:16].T @ power
+        assert np.polyval(carried[::-1], nodes - 1) == pytest.approx(power, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit", "euler_top", "damped_oscillator"])
+def test_accurate_to_conditioning_at_tight_tolerance(name: str) -> None:
+    error, conditioning, solution = solved(name, None, 1e-15)
+    assert solution.stopped is None
+    # Conditioning is the effect of half an ulp once; some hundred steps round once each, more or less at random.
+    assert error < 10 * conditioning + 1e-15 * math.sqrt(solution.steps)
+
+
+@pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit", "euler_top", "damped_oscillator"])
+def test_the_error_follows_the_tolerance(name: str) -> None:
+    """Over six decades of tolerance: local errors go as its power 17/15, or the iteration's as the tolerance itself."""
+    loose, tight = solved(name, None, 1e-6)[0], solved(name, None, 1e-12)[0]
+    assert 1e-9 < tight / loose < 1e-4
+    assert tight < 1e-12 * 1e4, "ten periods, errors growing with the square of time"
+
+
+@pytest.mark.parametrize(
+    ("variant", "e", "periods"), [("e09", 0.9, 10), ("e0999", 0.999, 10), ("speed_e099", 0.99, 100), ("plunge", 0, 1)]
+)
+def test_survives_close_passages(variant: str, e: float, periods: int) -> None:
+    """An error d of the energy is one of 3 pi d periods in phase, worth (1-e)^(-3/2) times that at a pericentre; d is
+    some ten tolerances, the sum of those of the steps of a passage."""
+    error, _, solution = solved("kepler_orbit", variant, 1e-12)
+    assert solution.stopped is None
+    assert error < 10 * 1e-12 * 3 * math.pi * periods / (1 - e) ** 1.5
+
+
+def test_takes_a_formulation_with_a_clock() -> None:
+    error, _, solution = solved("kepler_orbit", "speed_e099", 1e-13, sundman=True)
+    assert solution.stopped is None
+    assert error < 1e-7
+    direct = solved("kepler_orbit", "speed_e099", 1e-13)[2]
+    assert solution.steps < direct.steps
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-12])
+def test_stiff_equations_end_in_bounded_time(tolerance: float) -> None:
+    error, _, solution = solved("damped_oscillator", "stiff_1e6", tolerance)
+    assert (solution.stopped is None and error < 1e4 * tolerance) or "stiff" in solution.stopped
+
+
+def test_trajectories_together_are_those_one_by_one() -> None:
+    case = get("pendulum_simple").rounded()
+    solve = GaussFast().prepare(problem_of(case, GaussFast.accepts), 1e-9)
+    starts = np.array([[2.0, 0.0], [0.5, 7.0], [-1.0, 0.5]])
+    together = solve(starts).states
+    for start, states in zip(starts, together, strict=True):
+        assert np.array_equal(solve(start[None]).states[0], states)
+    assert np.array_equal(solve(starts).states, together)
+
+
+def test_samples_do_not_change_the_steps() -> None:
+    case = get("kepler_orbit").rounded()
+    problem = problem_of(case, GaussFast.accepts)
+    few = replace(problem, times=problem.times[-1:].copy())
+    both = [GaussFast().prepare(p, 1e-10)(initial_state(case)[None]) for p in (problem, few)]
+    assert both[0].steps == both[1].steps
+    assert np.array_equal(both[0].states[0, -1], both[1].states[0, -1])
+
+
+def test_samples_are_as_good_as_the_steps() -> None:
+    case = get("kepler_orbit").rounded()
+    times = np.linspace(0.0, float(case.times[-1]), 1025)[1:]
+    problem = replace(problem_of(case, GaussFast.accepts), times=times)
+    solution = GaussFast().prepare(problem, 1e-10)(initial_state(case)[None])
+    errors = case.metric.distance(solution.states[0], case.sample(times))
+    ends = solved("kepler_orbit", None, 1e-10)[0]
+    # 64 samples miss the pericentres, where a phase error is worth (1+e)^(1/2)/(1-e)^(3/2) = 5 times the mean.
+    assert np.max(errors) < 10 * ends
+
+
+def test_right_hand_sides_are_counted() -> None:
+    case = get("pendulum_simple").rounded()
+    problem = counting(problem_of(case, GaussFast.accepts))
+    solution = GaussFast().prepare(problem, 1e-9)(initial_state(case)[None])
+    assert problem.buffer[-1] % 8 == 0
+    assert problem.buffer[-1] >= 2 * 8 * solution.steps  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1e-6, math.nan, math.inf, 1e-17, 1.0])
+def test_a_tolerance_that_cannot_be_met(tolerance: float) -> None:
+    problem = problem_of(get("pendulum_simple").rounded(), GaussFast.accepts)
+    with pytest.raises(Refused, match=re.escape(f"tolerance {tolerance}")):
+        GaussFast().prepare(problem, tolerance)
