@@ -23,7 +23,7 @@ INTEGERS = ir.VectorType(ir.IntType(64), WIDTH)
 TABLE = types.float64[:, ::1]
 
 
-class LanesType(types.Type):
+class LanesType(types.Type):  # type: ignore[misc]  # numba has no static types
     """The type of eight doubles."""
 
     def __init__(self) -> None:

@@ -207,8 +207,8 @@ for _function in (
     math.log,
 ):  # fmt: skip
     _lane_by_lane(_function)
-for _function in (math.atan2, math.hypot):
-    _lane_by_lane_of_two(_function)
+for _of_two in (math.atan2, math.hypot):
+    _lane_by_lane_of_two(_of_two)
 
 
 @njit(error_model="numpy")  # type: ignore[misc]
