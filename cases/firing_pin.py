@@ -146,6 +146,12 @@ class TorpedoFiringPin(Case):
 
     def events(self, digits: int = 15) -> tuple[Event, ...]:
         """`strike`, or `stop` short of the primer."""
+        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
+        if digits not in known:
+            known[digits] = self._listed(digits)
+        return known[digits]
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         motion, zero = self._exact, mpf(0)
         if not motion.moves or motion.end_time(20) > self.span:
             return ()

@@ -328,6 +328,12 @@ class TimeVaryingForce(Case):
         return 1.25 * float(self.parameters["off"])
 
     def events(self, digits: int = 15) -> tuple[Event, ...]:
+        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
+        if digits not in known:
+            known[digits] = self._listed(digits)
+        return known[digits]
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         off = self.parameters["off"]
         if off > self.span:
             return ()
