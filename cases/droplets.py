@@ -23,7 +23,7 @@ def between_plates(t: Any, state: Values, parameters: Values) -> Values:
 
 def behind_plates(t: Any, state: Values, parameters: Values) -> Values:
     _x, _y, vx, vy = state
-    *_, nu = parameters
+    nu = parameters[4]
     return vx, vy, -nu * vx, -nu * vy
 
 

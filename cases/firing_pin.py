@@ -27,7 +27,7 @@ def pin_at_rest(t: Any, state: Values, parameters: Values) -> Values:
 
 def way_to_the_primer(t: Any, state: Values, parameters: Values) -> Values:
     x, _v = state
-    *_, gap = parameters
+    gap = parameters[5]
     return (x - gap,)
 
 
@@ -37,7 +37,7 @@ def pin_speed(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def in_the_primer(t: Any, state: Values, parameters: Values) -> Values:
-    *_, gap = parameters
+    gap = parameters[5]
     return gap, 0
 
 

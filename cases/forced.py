@@ -237,7 +237,7 @@ def coasting_mass(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def switch_time(t: Any, state: Values, parameters: Values) -> Values:
-    *_, off = parameters
+    off = parameters[5]
     return (t - off,)
 
 
@@ -246,7 +246,7 @@ def as_before(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def before_the_switch(t: Any, state: Values, parameters: Values) -> str:
-    *_, off = parameters
+    off = parameters[5]
     return "driven" if t < off else "coasting"
 
 

@@ -23,13 +23,13 @@ def slipping(t: Any, state: Values, parameters: Values) -> Values:
 
 def riding(t: Any, state: Values, parameters: Values) -> Values:
     """x' = V."""
-    *_, belt = parameters
+    belt = parameters[5]
     return belt, 0
 
 
 def lag(t: Any, state: Values, parameters: Values) -> Values:
     _x, v = state
-    *_, belt = parameters
+    belt = parameters[5]
     return (v - belt,)
 
 
@@ -42,7 +42,7 @@ def pull(t: Any, state: Values, parameters: Values) -> Values:
 
 def at_belt_speed(t: Any, state: Values, parameters: Values) -> Values:
     x, _v = state
-    *_, belt = parameters
+    belt = parameters[5]
     return x, belt
 
 
