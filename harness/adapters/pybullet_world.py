@@ -212,8 +212,17 @@ class World:
                 drive(force=_dot(rail.axis, law(t, _along(rail.anchor, rail.axis, x), _along(ORIGIN, rail.axis, v))))
 
             return push_along
-        if joint is not None:
-            raise ValueError(f"a force on the hinged body {force.body} is not written; no scene has one")
+        if isinstance(joint, Hinge):
+            hinge, number = joint, self.jointed[joint.name]
+            turn = self._bound("setJointMotorControl2", number, 0, self.api.TORQUE_CONTROL)
+
+            def push_around(t: float) -> None:
+                angle, rate, *_ = self._joint_state(number, 0)
+                _, arm = _turned(hinge.axis, hinge.arm, angle)
+                velocity = _along(ORIGIN, _cross(hinge.axis, arm), rate)
+                turn(force=_dot(hinge.axis, _cross(arm, law(t, _along(hinge.anchor, arm, 1.0), velocity))))
+
+            return push_around
         number, frame = self.bodies[force.body], self.api.WORLD_FRAME
         apply, static = self._bound("applyExternalForce"), force.token == "position_force"
 

@@ -13,7 +13,6 @@ ROWS = json.loads((Path(__file__).parent / "catalogue_rows.json").read_text())
 MISSING = frozenset(
     {
         "engineering_design_analysis",
-        "impulse_instantaneous",
         "pendulum_quadratic_damping",
         "rolling_disc",
     }
