@@ -50,7 +50,7 @@ class Suite:
     variants: bool
     limit_seconds: float
     variant_limit_seconds: float
-    block_seconds: float = 0.02
+    block_seconds: float = 0.01
     repeats: int = 100
 
     def limit(self, case: Case) -> float:
@@ -80,7 +80,7 @@ FOUNDATION = (
 
 SUITES = {
     "standard": Suite("standard", FOUNDATION, 5, True, 0.4, 0.05),
-    "quick": Suite("quick", FOUNDATION, 1, False, 0.05, 0.05, block_seconds=0.01),
+    "quick": Suite("quick", FOUNDATION, 1, False, 0.05, 0.05),
     "catalogue": Suite("catalogue", (), 1, True, 0.1, 0.05),
 }
 

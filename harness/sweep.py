@@ -15,7 +15,7 @@ from gnomon.harness.truth import CaseSpec
 from gnomon.harness.worker import Order, Outcome, Task
 from numpy.typing import NDArray
 
-RELAUNCHED_SECONDS = 0.03
+RELAUNCHED_SECONDS = 0.02
 """Trials above this are launched once: what is that slow is on nobody's Pareto front, and would fill the run."""
 MOST_GROWTH = 16.0
 """A prediction takes ratios of times up to this: below a tenth of a millisecond they are noise."""
@@ -123,8 +123,8 @@ class Sweep:
         return first is not None and first.seconds is not None and first.seconds <= RELAUNCHED_SECONDS
 
     def _repeats(self) -> int:
-        """Default variants are timed; on the others times are orders of magnitude."""
-        return self.suite.repeats if self.series.case.variant is None else min(self.suite.repeats, 5)
+        """Default variants are timed; on the others times are orders of magnitude, and one call tells them."""
+        return self.suite.repeats if self.series.case.variant is None else 1
 
     def _add(self, trial: Trial, measurement: Mapping[str, Any], settings: Any = None, states: Any = None) -> None:
         row = {"trial_key": trial.key, "launch": self.launch, "limit_seconds": self.limit_seconds, **measurement}

@@ -136,7 +136,7 @@ class _Series:
         self.connection.send(("prepared", prepare_seconds))
         try:
             seconds = counted_seconds
-            if others is None or counted_seconds < SLOW_SECONDS:
+            if others is None or (counted_seconds < SLOW_SECONDS and order.repeats > 1):
                 warm = _Call(solve, next(self.moved), self.task)
                 seconds, others = warm.seconds, warm.states
             self.connection.send(("ran", seconds))
@@ -185,10 +185,10 @@ class _Series:
     ) -> tuple[list[_Call], _Call, Floats | None]:
         """The timed calls, the scored one among them, and the states of a call from another initial state.
 
-        A slow call is made once, unless it is much faster than one from another state was: then the method met this
-        state before, at another setting, and the calls that count are made from new ones.
+        A call that is slow or not to be repeated is made once, unless it is much faster than one from another state
+        was: then the method met this state before, at another setting, and the calls that count are made from new ones.
         """
-        slow = estimate > SLOW_SECONDS
+        slow = estimate > SLOW_SECONDS or order.repeats == 1
         calls: list[_Call] = []
         gc.collect()
         gc.disable()
