@@ -23,6 +23,18 @@ def _import_everything() -> None:
     for name in cases.names():
         cases.case_class(name)
     registry.everything()
+    _warm_up()
+
+
+def _warm_up() -> None:
+    """numba builds its tables of types at the first compilation: 0.3 s, which every worker would pay again."""
+    from numba import cfunc
+
+    cfunc("float64(float64)")(_identity)
+
+
+def _identity(x: float) -> float:
+    return x
 
 
 def _quietly() -> None:
