@@ -146,7 +146,8 @@ def status_map(matrix: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> a
     """
     table = matrix.assign(
         cell=[
-            _digits(best) if best > 0 else LETTERS.get(v, "16") for best, v in zip(matrix["best"], matrix["verdict"], strict=True)
+            _digits(best) if best > 0 else LETTERS.get(v, "16")
+            for best, v in zip(matrix["best"], matrix["verdict"], strict=True)
         ]
     )
     present = [name for name in STATUS_COLOURS if name in set(table["verdict"])]
