@@ -162,8 +162,17 @@ def _encoding_effect(case: Case, formulation: Formulation, start: Floats) -> Flo
             continue
         step = np.zeros_like(start)
         step[index] = abs(value) * 2.0**-20
-        slope = formulation.decode(start + step, parameters) - formulation.decode(start - step, parameters)
-        moves = [Fraction(float(d)) * Fraction(math.ulp(value)) / 4 / Fraction(float(step[index])) for d in slope]
+        with np.errstate(invalid="ignore"):
+            slope = formulation.decode(start + step, parameters) - formulation.decode(start - step, parameters)
+            ratio = Fraction(math.ulp(value)) / 4 / Fraction(float(step[index]))
+            if not np.all(np.isfinite(slope)):
+                # At the edge of what decodes, as next to a cusp: one ulp inward, halved.
+                step[index] = math.copysign(math.ulp(value), value)
+                slope, ratio = (
+                    formulation.decode(start, parameters) - formulation.decode(start - step, parameters),
+                    Fraction(1, 2),
+                )
+        moves = [Fraction(float(d)) * ratio for d in slope]
         neighbour = _moved(case, moves)
         if neighbour is not None:
             states = [neighbour.exact(t, 40) for t in case.times.tolist()]
