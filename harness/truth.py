@@ -168,10 +168,8 @@ def _encoding_effect(case: Case, formulation: Formulation, start: Floats) -> Flo
             if not np.all(np.isfinite(slope)):
                 # At the edge of what decodes, as next to a cusp: one ulp inward, halved.
                 step[index] = math.copysign(math.ulp(value), value)
-                slope, ratio = (
-                    formulation.decode(start, parameters) - formulation.decode(start - step, parameters),
-                    Fraction(1, 2),
-                )
+                here = np.array([float(x) for x in case.initial_state])
+                slope, ratio = here - formulation.decode(start - step, parameters), Fraction(1, 2)
         moves = [Fraction(float(d)) * ratio for d in slope]
         neighbour = _moved(case, moves)
         if neighbour is not None:
