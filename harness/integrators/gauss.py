@@ -219,10 +219,22 @@ def lagrange(mp: Any, c: list[Any], points: list[Any]) -> list[list[Any]]:
     return [[mp.fsum(q * x**k for k, q in enumerate(p)) for p in basis(mp, c)] for x in points]
 
 
+class ImplicitMidpoint(Gauss):
+    """One stage: the implicit midpoint rule. Order 2."""
+
+    name, order, stages = "Implicit midpoint", 2, 1
+
+
 class Gauss2(Gauss):
     """Two stages (Hammer and Hollingsworth, 1955). Order 4."""
 
     name, order, stages = "Gauss 2-stage", 4, 2
+
+
+class Gauss3(Gauss):
+    """Three stages. Order 6."""
+
+    name, order, stages = "Gauss 3-stage", 6, 3
 
 
 class Gauss4(Gauss):
@@ -232,4 +244,34 @@ class Gauss4(Gauss):
     sweep = Steps(coarsest=1.0, halvings=8)
 
 
-INTEGRATORS: tuple[type[Integrator], ...] = (Gauss2, Gauss4)
+class Gauss5(Gauss):
+    """Five stages. Order 10."""
+
+    name, order, stages = "Gauss 5-stage", 10, 5
+    sweep = Steps(coarsest=1.0, halvings=7)
+
+
+class Gauss6(Gauss):
+    """Six stages. Order 12."""
+
+    name, order, stages = "Gauss 6-stage", 12, 6
+    sweep = Steps(coarsest=1.0, halvings=7)
+
+
+class Gauss7(Gauss):
+    """Seven stages. Order 14."""
+
+    name, order, stages = "Gauss 7-stage", 14, 7
+    sweep = Steps(coarsest=1.0, halvings=7)
+
+
+class Gauss8(Gauss):
+    """Eight stages. Order 16."""
+
+    name, order, stages = "Gauss 8-stage", 16, 8
+    sweep = Steps(coarsest=2.0, halvings=7)
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (
+    ImplicitMidpoint, Gauss2, Gauss3, Gauss4, Gauss5, Gauss6, Gauss7, Gauss8,
+)  # fmt: skip

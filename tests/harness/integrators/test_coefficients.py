@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases.forms import FirstOrder, SecondOrder
-from gnomon.harness.integrators import dop853_table
+from gnomon.harness.integrators import dop853_table, gauss
 from gnomon.harness.integrators.dop853 import DENSE, ERROR_3, ERROR_5, LAST, rows
 from gnomon.harness.integrators.explicit import RK4
 from gnomon.harness.integrators.fixed_step import rounded
-from gnomon.harness.integrators.gauss import Gauss2, Gauss4
+from gnomon.harness.integrators.gauss import Gauss
 from gnomon.harness.integrators.splitting import BlanesMoan4, Composition, KahanLi6, KahanLi8, StormerVerlet, Suzuki4
 from gnomon.reference.precision import working
 
@@ -81,8 +81,8 @@ def test_blanes_moan_meets_the_conditions_of_order_4() -> None:
             assert abs(coefficient - mp.mpf(1) / factorial(len(word))) < SIXTY, word
 
 
-@pytest.mark.parametrize("method", [Gauss2, Gauss4])
-def test_gauss_tableaus(method: type[Gauss4]) -> None:
+@pytest.mark.parametrize("method", gauss.INTEGRATORS, ids=lambda method: method.name)
+def test_gauss_tableaus(method: type[Gauss]) -> None:
     """B(2s), C(s), symmetry and the condition of symplectic Runge-Kutta methods (Sanz-Serna, BIT 28, 1988)."""
     s = range(method.stages)
     with working(62) as mp:
@@ -99,8 +99,8 @@ def test_gauss_tableaus(method: type[Gauss4]) -> None:
 
 
 @pytest.mark.parametrize("form", [FirstOrder, SecondOrder])
-@pytest.mark.parametrize("method", [Gauss2, Gauss4])
-def test_gauss_starting_values_carry_polynomials_on(method: type[Gauss4], form: Callable[..., Any]) -> None:
+@pytest.mark.parametrize("method", gauss.INTEGRATORS, ids=lambda method: method.name)
+def test_gauss_starting_values_carry_polynomials_on(method: type[Gauss], form: Callable[..., Any]) -> None:
     with working(62) as mp:
         table = method().table(mp, form(len), (), mp.eps)
         c = [row[0] for row in table[: method.stages]]

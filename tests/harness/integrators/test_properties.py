@@ -40,7 +40,7 @@ def henon_heiles_first_order(t: Any, state: Values, parameters: Values) -> Value
 
 FORMS = {SecondOrder: SecondOrder(henon_heiles), FirstOrder: FirstOrder(henon_heiles_first_order)}
 CLAIMS = [
-    (method, FORMS[kind])
+    pytest.param(method, FORMS[kind], marks=[pytest.mark.slow] if method.order > 8 else [])
     for method in FIXED
     for kind in method.accepts
     if kind in FORMS and "symplectic" in method.conserves
