@@ -99,6 +99,7 @@ _MODULES = {
     "hanging_springs": "springs:HangingSpringsCase",
     "chaplygin_sleigh": "nonholonomic:ChaplyginSleighCase",
     "knife_edge_incline": "nonholonomic:KnifeEdgeIncline",
+    "rolling_disc": "rolling_disc:RollingDisc",
     "rotation_fixed_axis_compound_pendulum": "compound_pendulum:CompoundPendulum",
     "rolling_sphere_in_bowl": "compound_pendulum:RollingSphereInBowl",
     "dynamics_of_free_rigid_body_in_gravity": "free_body:DynamicsOfFreeRigidBodyInGravity",

@@ -1,7 +1,6 @@
 """The Kepler problem in a plane, any conic, in universal variables (Beatty, Dynamics, 7.12).
 
-The formulas are Goodyear's (Astron. J. 70, 1965). alpha = 1/a is taken from exact numbers, so orbits near the
-parabola lose nothing.
+The formulas are those of `conic`, Goodyear's (Astron. J. 70, 1965).
 """
 
 from __future__ import annotations
@@ -12,13 +11,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from gnomon.reference.motion import MANY, Floats, Motion
+from gnomon.reference.conic import Conic
+from gnomon.reference.motion import MANY, Floats
 from gnomon.reference.precision import Number, exact, publish, working
-from gnomon.reference.universal import laguerre_step, rough_root, universal_functions
+from gnomon.reference.universal import universal_functions
 
 
 @dataclass(frozen=True)
-class Kepler(Motion):
+class Kepler(Conic):
     """A point at (x, y) with velocity (vx, vy) attracted to the origin by mu / r^2 (m, m/s, m^3/s^2).
 
     With zero angular momentum the motion ends at the collision: a time at or beyond it raises ValueError.
@@ -44,11 +44,6 @@ class Kepler(Motion):
         return self.x * self.vy - self.y * self.vx
 
     @cached_property
-    def conic(self) -> int:
-        """1 for an ellipse, 0 for a parabola, -1 for a hyperbola (degenerate ones included), decided exactly."""
-        return (self._gap > 0) - (self._gap < 0)
-
-    @cached_property
     def _rr(self) -> Fraction:
         return self.x**2 + self.y**2
 
@@ -60,19 +55,11 @@ class Kepler(Motion):
     def _rv(self) -> Fraction:
         return self.x * self.vx + self.y * self.vy
 
-    @cached_property
-    def _gap(self) -> Fraction:
-        """4 mu^2 - r^2 v^4, which has the sign of 2 mu / r - v^2 and is rational."""
-        return 4 * self.mu**2 - self._rr * self._vv**2
-
     # The state
 
     def _state(self, mp: Any, t: Fraction) -> list[Any]:
-        r0, _alpha, s0, root = self._elements(mp)
-        _, (_u0, u1, u2, _u3), r = self._solve(mp, t)
+        f, g, df, dg = self._lagrange(mp, t)
         x, y, vx, vy = (mp.mpf(value) for value in (self.x, self.y, self.vx, self.vy))
-        f, g = 1 - u2 / r0, (r0 * u1 + s0 * u2) / root
-        df, dg = -root * u1 / (r * r0), 1 - u2 / r
         return [f * x + g * vx, f * y + g * vy, df * x + dg * vx, df * y + dg * vy]
 
     def _guard(self, t: Fraction) -> float:
@@ -98,36 +85,6 @@ class Kepler(Motion):
 
             return ellipse.sample(self, times)
         return super().sample(times) if self.angular_momentum else self.sample_each(times)
-
-    def _elements(self, mp: Any) -> tuple[Any, Any, Any, Any]:
-        """r0, alpha = 1/a, s0 = r.v / sqrt(mu), sqrt(mu)."""
-        r0, mu = mp.sqrt(mp.mpf(self._rr)), mp.mpf(self.mu)
-        alpha = mp.mpf(self._gap) / (r0 * mu * (2 * mu + r0 * mp.mpf(self._vv)))
-        root = mp.sqrt(mu)
-        return r0, alpha, mp.mpf(self._rv) / root, root
-
-    def _solve(self, mp: Any, t: Fraction) -> tuple[Any, tuple[Any, Any, Any, Any], Any]:
-        """chi with r0 U1 + s0 U2 + U3 = sqrt(mu) t after whole periods are taken off; U0..U3 there; r."""
-        r0, alpha, s0, root = self._elements(mp)
-        time = mp.mpf(t)
-        if self.conic > 0:
-            period = self._period(mp)
-            time -= mp.nint(time / period) * period
-        if not time:
-            return time, (mp.mpf(1), time, time, time), r0  # relative to nothing Newton's method does not end
-        sign = -1 if time < 0 else 1  # backwards: the motion from the reversed velocity
-        target, s0 = root * abs(time), sign * s0
-        dps = mp.dps
-        with working(20):
-            chi = rough_root(mp, r0, alpha, s0, target)
-        for _ in range(60):
-            u = universal_functions(mp, alpha, chi)
-            step = laguerre_step(mp, r0, alpha, s0, target, u)
-            chi -= step
-            if abs(step) <= abs(chi) * mp.mpf(10) ** (-0.6 * dps):
-                break
-        u0, u1, u2, u3 = universal_functions(mp, alpha, chi)
-        return sign * chi, (u0, sign * u1, u2, sign * u3), r0 * u0 + s0 * u1 + u2
 
     def sundman(self, t: Number, digits: int = 15) -> Any:
         """The integral of dt / r from 0 to t (s/m), the independent variable of Sundman's equations."""
@@ -167,23 +124,6 @@ class Kepler(Motion):
         """The smallest distance of the conic from the centre (m)."""
         return self._quantity(digits, self._pericentre)
 
-    def period(self, digits: int = 15) -> Any:
-        """Of an ellipse (s); ValueError for the other conics."""
-        if self.conic <= 0:
-            raise ValueError("only an ellipse has a period; this orbit is not bound")
-        return self._quantity(digits, self._period)
-
-    def pericentre_time(self, digits: int = 15) -> Any:
-        """The first pericentre at t >= 0 on an ellipse, the only one, of either sign, on the other conics (s)."""
-
-        def formula(mp: Any) -> Any:
-            time = self._pericentre_time(mp)
-            return time + self._period(mp) if time < 0 and self.conic > 0 else time
-
-        with working(20) as mp:
-            guard = 20 + 2 * float(mp.log10(1 + abs(self._elements(mp)[1]) * mp.sqrt(mp.mpf(self._rr))))
-        return self._quantity(digits, formula, guard + 20)
-
     def collision_time(self, digits: int = 15, forward: bool = True) -> Any:
         """When a motion without angular momentum reaches the centre (s, after the start, or before it), or None."""
         if self.angular_momentum:
@@ -209,10 +149,6 @@ class Kepler(Motion):
 
         return self._quantity(digits, formula, 30)
 
-    def _period(self, mp: Any) -> Any:
-        _r0, alpha, _s0, root = self._elements(mp)
-        return 2 * mp.pi / (root * alpha * mp.sqrt(alpha))
-
     def _eccentricity(self, mp: Any) -> Any:
         return mp.hypot(*self._eccentricity_parts(mp))
 
@@ -224,21 +160,6 @@ class Kepler(Motion):
 
     def _pericentre(self, mp: Any) -> Any:
         return mp.mpf(self.angular_momentum**2 / self.mu) / (1 + self._eccentricity(mp))
-
-    def _pericentre_time(self, mp: Any) -> Any:
-        """Of the pericentre nearest in eccentric anomaly."""
-        r0, alpha, s0, root = self._elements(mp)
-        along = 1 - alpha * r0
-        if self.conic > 0:
-            w = mp.sqrt(alpha)
-            chi = -mp.atan2(s0 * w, along) / w
-        elif self.conic == 0:
-            chi = -s0
-        else:
-            w = mp.sqrt(-alpha)
-            chi = -mp.atanh(s0 * w / along) / w
-        _u0, u1, u2, u3 = universal_functions(mp, alpha, chi)
-        return (r0 * u1 + s0 * u2 + u3) / root
 
     def _closeness(self, t: Fraction) -> float:
         """Decades between the collision time and the time that is left; ValueError at and beyond the collision."""
