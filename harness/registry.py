@@ -18,6 +18,7 @@ MODULES = (
     "gnomon.harness.integrators.gauss",
     "gnomon.harness.integrators.gauss_fast",
     "gnomon.harness.integrators.dop853",
+    "gnomon.harness.integrators.taylor",
     "gnomon.harness.integrators.lie",
     "gnomon.harness.integrators.hybrid",
     "gnomon.harness.adapters.scipy_ivp",

@@ -1,0 +1,173 @@
+"""Taylor's method: its coefficients satisfy the equations of every case; errors follow the tolerance."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from math import acos, acosh, asin, asinh, atan, atanh, cos, cosh, exp, hypot, log, sin, sinh, sqrt, tan, tanh
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases import registry
+from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
+from gnomon.cases.forms import FirstOrder, Values
+from gnomon.harness.integrator import Problem, Refused
+from gnomon.harness.integrators.taylor import Taylor, order_for
+from gnomon.harness.integrators.taylor_text import STRIDE, coefficients_text
+from gnomon.harness.problem import accepted_form, initial_state, problem_of
+from gnomon.harness.trace import UNARY
+from gnomon.reference.precision import working
+
+ORDER = 12
+
+
+def every_function(t: Any, state: Values, parameters: Values) -> Values:
+    """What equations may use, on series and on constants; arguments stay inside the domains for states near 1/2."""
+    x, y = state
+    (a,) = parameters
+    first = sin(x) * cos(y) + tan(x / 2) - asin(y / 2) + acos(x / 3) / (2 + atan(x * y))
+    second = sinh(x) - cosh(y) * tanh(x + t) + asinh(x) + acosh(2 + y) - atanh(x / 4)
+    third = sqrt(x + y) ** 3 - exp(-x) * log(1 + y) + hypot(x, y) * a + (x + 1) ** 2.5 - 3 / (y + a) ** 2
+    return first + second, second * third / (sin(a) + 2) - (x + 1) ** -2 + sqrt(a) * t + (x + 1) ** a
+
+
+def constants(t: Any, state: Values, parameters: Values) -> Values:
+    """A derivative without a variable, one that is a literal, one of t alone."""
+    (a,) = parameters
+    return a * a, 1, t * t - exp(t)
+
+
+def coefficients(mp: Any, form: FirstOrder, t: Any, state: Any, parameters: Any, order: int) -> list[list[Any]]:
+    """The recurrences run in mpmath: rows of coefficients of orders 0 to `order`."""
+    text, length = coefficients_text(form, len(state), len(parameters))
+    space: dict[str, Any] = {name: getattr(mp, name) for name in UNARY} | {"ONE": mp.mpf(1)}
+    exec(text, space)
+    w = [mp.mpf(0)] * length
+    space["coefficients"](t, [*state, order], parameters, w)
+    return [w[STRIDE * i : STRIDE * i + order + 1] for i in range(len(state))]
+
+
+def residual(mp: Any, form: FirstOrder, t: Any, state: Any, parameters: Any, order: int, h: Any) -> Any:
+    """The largest component of P'(h) - f(t + h, P(h)) over h^order, P the polynomial: bounded if P is right."""
+    rows = coefficients(mp, form, t, state, parameters, order)
+    value = [mp.fsum(c * h**k for k, c in enumerate(row)) for row in rows]
+    change = [mp.fsum(k * c * h ** (k - 1) for k, c in enumerate(row) if k) for row in rows]
+    slopes = rebind(form.equations, mpmath_arithmetic(mp))(t + h, tuple(value), tuple(parameters))
+    sizes = [1 + max(abs(x), abs(v)) for x, v in zip(change, value, strict=True)]
+    return max(abs(a - b) / s for a, b, s in zip(change, slopes, sizes, strict=True)) / h**order
+
+
+@pytest.mark.parametrize("equations", [every_function, constants])
+def test_coefficients_of_every_function(equations: Any) -> None:
+    form, state = FirstOrder(equations), (Fraction(1, 2), Fraction(2, 5), 1)
+    with working(400) as mp:
+        start = [mp.mpf(x.numerator) / x.denominator for x in state[: 2 + (equations is constants)]]
+        found = [residual(mp, form, mp.mpf(1) / 8, start, [mp.mpf(3) / 4], ORDER, mp.mpf(10) ** -k) for k in (12, 14)]
+    assert abs(found[0] - found[1]) <= 1e-9 * found[0], "C h^order (1 + O(h)), in 400 digits of which h^order takes 168"
+
+
+def first_order_cases() -> list[str]:
+    return [name for name in registry.names() if accepted_form(registry.get(name), (FirstOrder,)) is not None]
+
+
+@pytest.mark.parametrize("name", first_order_cases())
+def test_coefficients_of_every_case(name: str) -> None:
+    """The residual is C h^order; an error in the coefficient of order k would leave one of order k - 1."""
+    case = registry.get(name)
+    form = accepted_form(case, (FirstOrder,))
+    assert isinstance(form, FirstOrder)
+    with working(500) as mp:
+        state = [mp.mpf(x.numerator) / x.denominator for x in case.initial_state]
+        parameters = [mp.mpf(x.numerator) / x.denominator for x in case.parameter_values()]
+        steps = [mp.mpf(case.fastest_time) / 10**k for k in (20, 22)]
+        found = [residual(mp, form, mp.mpf(0), state, parameters, ORDER, h) for h in steps]
+        assert abs(found[0] - found[1]) <= 1e-6 * found[0] + mp.mpf(10) ** -200
+
+
+def error(name: str, variant: str | None, tolerance: float) -> tuple[float, float]:
+    """Error and the case's conditioning."""
+    case = registry.get(name, variant).rounded()
+    solution = Taylor().prepare(problem_of(case, Taylor.accepts), tolerance)(initial_state(case)[None])
+    assert solution.stopped is None
+    distances = case.metric.distance(solution.states[0], case.sample(case.times))
+    return float(np.max(distances)), float(np.max(case.conditioning(case.times)))
+
+
+@pytest.mark.parametrize(
+    ("name", "variant"),
+    [("pendulum_simple", None), ("kepler_orbit", None), ("damped_oscillator", None), ("projectile_parabola", None)],
+)
+def test_errors_fall_with_the_tolerance_to_the_conditioning(name: str, variant: str | None) -> None:
+    errors = {tolerance: error(name, variant, tolerance) for tolerance in (1e-4, 1e-8, 1e-16)}
+    # Local errors of a tolerance add up over some hundred steps, and grow with the motion's own conditioning.
+    for tolerance, (found, attainable) in errors.items():
+        assert found < 1e3 * tolerance + 10 * attainable
+
+
+def test_order_follows_from_the_tolerance() -> None:
+    assert [order_for(10.0**-k) for k in (3, 6, 9, 12, 16)] == [5, 8, 12, 15, 20]
+
+
+def test_the_same_bits_alone_in_an_ensemble_and_again() -> None:
+    case = registry.get("pendulum_simple").rounded()
+    solve = Taylor().prepare(problem_of(case, Taylor.accepts), 1e-10)
+    first = initial_state(case)
+    pair = np.array([first, 0.5 * first])
+    together = solve(pair).states
+    assert np.array_equal(together, solve(pair).states)
+    assert np.array_equal(together[1], solve(pair[1:]).states[0])
+
+
+def scalar(equations: Any) -> Problem:
+    return Problem(FirstOrder(equations), 1, np.zeros(0), np.arange(1, 65) * 0.03125, 1.0)
+
+
+def squared(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (x * x,)
+
+
+def undefined(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (sqrt(-1 - x * x),)
+
+
+def branching(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (x if x else 0,)
+
+
+def stiff(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (-100000000 * x,)
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1e-6, math.nan, math.inf, 1e-18, 1.0])
+def test_a_tolerance_that_cannot_be_met(tolerance: float) -> None:
+    with pytest.raises(Refused, match=f"tolerance {tolerance}"):
+        Taylor().prepare(scalar(squared), tolerance)
+
+
+def test_equations_that_branch_are_refused() -> None:
+    with pytest.raises(Refused, match="must not branch"):
+        Taylor().prepare(scalar(branching), 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("equations", "why"),
+    [(squared, "step size fell below"), (undefined, "not finite"), (stiff, "more than 5000000 steps")],
+)
+def test_failures_end_with_their_reason(equations: Any, why: str) -> None:
+    solution = Taylor().prepare(scalar(equations), 1e-8)(np.array([[1.0]]))
+    assert solution.stopped is not None
+    assert why in solution.stopped
+    assert "before sample" in solution.stopped
+    assert np.isnan(solution.states[0, -1, 0])
+
+
+def test_the_polynomial_between_steps_is_as_good_as_the_step() -> None:
+    """x' = x^2 from -1 is -1/(1 + t)."""
+    problem = scalar(squared)
+    found = Taylor().prepare(problem, 1e-15)(np.array([[-1.0]])).states[0, :, 0]
+    assert np.max(np.abs(found * (1 + problem.times) + 1)) < 4 * np.finfo(float).eps
