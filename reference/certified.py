@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from gnomon.reference.balls import ball, precision
 from gnomon.reference.diskcache import Entry, cached, fingerprint
-from gnomon.reference.motion import Floats, Motion
+from gnomon.reference.motion import MANY, Floats, Motion
 from gnomon.reference.taylor import MAX_STEPS, Field, _Flow, _fraction, _step, _value
 
 COARSE = 24
@@ -92,11 +92,13 @@ class CertifiedMotion(Motion):
         """
         return _growth(self, max(t, self.horizon) if t >= 0 else t)
 
-    def sample(self, times: Floats) -> Floats:
-        """Kept on disk, because the integration is dear."""
+    def sample(self, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
+        """Few states are kept on disk too, because the integration is dear."""
+        if len(times) >= MANY:
+            return Motion.sample(self, times, span, breaks)
         digest = hashlib.sha256(np.ascontiguousarray(times).tobytes()).hexdigest()
         key = f"certified {fingerprint('gnomon.reference')} {self!r} {digest}"
-        return np.asarray(cached(key, lambda: Entry({"states": Motion.sample(self, times)})).arrays["states"])
+        return np.asarray(cached(key, lambda: Entry({"states": self.sample_each(times)})).arrays["states"])
 
 
 @lru_cache(maxsize=24)

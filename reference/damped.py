@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
 
-from gnomon.reference.motion import Cycle, Motion, decades
+from gnomon.reference.motion import Cycle, Motion, Turn, decades
 
 LEAST_CYCLING = 20
 """Above this decay rate over damped frequency a cycle loses e^(-40 pi): no use for a table."""
@@ -115,7 +115,8 @@ class DampedMotion(Motion):
         if self.regime != self.UNDERDAMPED or self.decay**2 > -(LEAST_CYCLING**2) * self.discriminant:
             return None
         period = 2 * mp.pi / self._split(mp)
-        return Cycle(period, (mp.zero, mp.zero), mp.exp(-mp.mpf(self.decay) * period))
+        lost = Turn([[mp.exp(-mp.mpf(self.decay) * period)]], [[0], [1]])
+        return Cycle(period, (mp.zero, mp.zero), [lost])
 
     @property
     def _spread(self) -> float:

@@ -58,11 +58,16 @@ def cached(key: str, build: Callable[[], Entry]) -> Entry:
     if found is not None:
         return found
     entry = build()
+    store_or_warn(key, entry)
+    return entry
+
+
+def store_or_warn(key: str, entry: Entry) -> None:
+    """Keep an entry, or warn that the folder cannot be written."""
     try:
         store(key, entry)
     except OSError as error:
-        warnings.warn(f"{folder()} cannot be written ({error}); results are computed anew each time", stacklevel=2)
-    return entry
+        warnings.warn(f"{folder()} cannot be written ({error}); results are computed anew each time", stacklevel=3)
 
 
 def load(key: str) -> Entry | None:

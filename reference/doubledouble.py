@@ -59,3 +59,12 @@ def multiply(a: float, a_low: float, b: float, b_low: float) -> tuple[float, flo
     p, e = two_product(a, b)
     p, e = quick_two_sum(p, fma(a, b_low, fma(a_low, b, e)))
     return p, e
+
+
+@njit(error_model="numpy")  # type: ignore[untyped-decorator]
+def multiply_add(a: float, a_low: float, b: float, b_low: float, c: float, c_low: float) -> tuple[float, float]:
+    """a * b + c, with an error below 2**-102 (|a b| + |c|): relative to its terms, where they cancel."""
+    p, e = two_product(a, b)
+    s, f = two_sum(p, c)
+    s, f = quick_two_sum(s, f + (fma(a, b_low, fma(a_low, b, e)) + c_low))
+    return s, f

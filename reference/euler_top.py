@@ -15,11 +15,13 @@ from typing import Any
 
 from gnomon.reference.carlson import third
 from gnomon.reference.elliptic import amplitude, complete_first, incomplete_first
-from gnomon.reference.motion import Motion
-from gnomon.reference.precision import working
+from gnomon.reference.motion import Cycle, Motion, Turn
+from gnomon.reference.precision import publish, working
 
 Matrix = list[list[Any]]
 Triple = tuple[Fraction, Fraction, Fraction]
+SINGULAR = 1e-6
+"""An attitude with a determinant so small (squared) is not inverted: nothing real is near it."""
 IDENTITY = tuple(Fraction(int(k % 4 == 0)) for k in range(9))
 
 
@@ -83,6 +85,20 @@ class EulerTop(Motion):
                 lost += 2 * abs(mp.log10(mp.mpf(top.mc))) + mp.log10(1 - mp.mpf(top.n)) + abs(mp.log10(mp.mpf(top.a2)))
             return 10.0 * math.ceil(float(lost) / 10)  # in coarse steps, so that what does not depend on t is kept
 
+    def _cycle(self, mp: Any) -> Cycle | None:
+        """The rates repeat themselves, and R(t + T) = R(0) Q(T) R(0)^-1 R(t)."""
+        start = mp.matrix(3, 3)
+        for k, value in enumerate(self.attitude):
+            start[k // 3, k % 3] = mp.mpf(value)
+        if mp.det(start) ** 2 < SINGULAR or self.kind not in ("general", "symmetric"):
+            return None
+        with mp.workdps(mp.dps + math.ceil(self._guard(Fraction(0)))):
+            period = self._body_period(mp)
+            if period is None:
+                return None
+            gained = start * mp.matrix(self.rates_and_turn(mp, period)[1]) * mp.inverse(start)
+        return Cycle(period, (mp.zero,) * 12, [Turn(gained.tolist(), [(3 + k, 6 + k, 9 + k) for k in range(3)])])
+
     # Two equal moments, or three
 
     @cached_property
@@ -144,13 +160,18 @@ class EulerTop(Motion):
 
     def body_period(self, digits: int = 15) -> Any:
         """After which w repeats itself (s), 4K/p or 2 pi/|Om|; None where w never changes or never returns."""
+        with working(digits + 10) as mp:
+            period = self._body_period(mp)
+            return None if period is None else publish([period], digits)[0]
+
+    def _body_period(self, mp: Any) -> Any:
         if self.kind == "general":
             top = self._ordered
-            return self._quantity(digits, lambda mp: 4 * complete_first(mp, mp.mpf(top.mc)) / top.amplitudes(mp)[3])
+            return 4 * complete_first(mp, mp.mpf(top.mc)) / top.amplitudes(mp)[3]
         if self.kind == "symmetric":
             k = self._axis
             rate = abs((self.moments[k] - self.moments[k - 1]) / self.moments[k - 1] * self.rates[k])
-            return self._quantity(digits, lambda mp: 2 * mp.pi / mp.mpf(rate)) if rate else None
+            return 2 * mp.pi / mp.mpf(rate) if rate else None
         return None
 
     def precession(self, digits: int = 15) -> Any:

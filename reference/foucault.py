@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from gnomon.reference.motion import Motion
+from gnomon.reference.motion import Cycle, Motion, Turn
 from gnomon.reference.precision import publish, working
 
 
@@ -46,6 +46,13 @@ class Foucault(Motion):
             W, s = self._rates(mp)
             phase = (s + abs(W)) * abs(mp.mpf(t))
             return float(15 + mp.log10(1 + phase) + 2 * mp.log10(1 + abs(W) / s + s / mp.sqrt(mp.mpf(self.g / self.L))))
+
+    def _cycle(self, mp: Any) -> Cycle:
+        """Each swing is the last one, turned."""
+        W, s = self._rates(mp)
+        period = 2 * mp.pi / s
+        sine, cosine = mp.sin(W * period), mp.cos(W * period)
+        return Cycle(period, (mp.zero,) * 4, [Turn([[cosine, sine], [-sine, cosine]], [[0, 1], [2, 3]])])
 
     def _rates(self, mp: Any) -> tuple[Any, Any]:
         W = mp.mpf(self.Om) * mp.sin(mp.mpf(self.lat))

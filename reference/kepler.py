@@ -5,6 +5,7 @@ The formulas are those of `conic`, Goodyear's (Astron. J. 70, 1965).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -73,8 +74,8 @@ class Kepler(Conic):
         closeness = self._closeness(t)
         return float(20 + lost + 2 * closeness)
 
-    def sample(self, times: Floats) -> Floats:
-        """The nearest doubles to the state at each time (float64, s), shape (len(times), 4)."""
+    def sample(self, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
+        """Doubles within 0.51 ulp of the state at each time (float64, s), shape (len(times), 4)."""
         if len(times) < MANY:
             return self.sample_each(times)
         if not self.angular_momentum:  # raises where a time is beyond the collision
@@ -84,7 +85,7 @@ class Kepler(Conic):
             from gnomon.reference import ellipse  # compiles; not wanted before many times are asked for
 
             return ellipse.sample(self, times)
-        return super().sample(times) if self.angular_momentum else self.sample_each(times)
+        return super().sample(times, span, breaks) if self.angular_momentum else self.sample_each(times)
 
     def sundman(self, t: Number, digits: int = 15) -> Any:
         """The integral of dt / r from 0 to t (s/m), the independent variable of Sundman's equations."""

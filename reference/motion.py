@@ -19,12 +19,23 @@ MANY = 512
 
 
 @dataclass(frozen=True)
+class Turn:
+    """Each group of components (their indices in the state) is multiplied by the matrix, given row by row."""
+
+    matrix: Sequence[Sequence[Any]]
+    groups: Sequence[Sequence[int]]
+
+
+@dataclass(frozen=True)
 class Cycle:
-    """state(t + period) = factor * state(t) + shift, for all t; numbers of mpmath."""
+    """state(t + period) = turned state(t) + shift, for all t, the turns applied in order; numbers of mpmath.
+
+    Components that are turned have no shift.
+    """
 
     period: Any
     shift: Sequence[Any]
-    factor: Any = 1
+    turns: Sequence[Turn] = ()
 
 
 class Motion(ABC):
@@ -54,17 +65,18 @@ class Motion(ABC):
         """How the motion repeats itself, at the precision of `mp`; None where it does not."""
         return None
 
-    def sample(self, times: Floats) -> Floats:
-        """The nearest doubles to the state at each time (float64, s), shape (len(times), dimension).
+    def sample(self, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
+        """Doubles within 0.51 ulp of the state at each time (float64, s), shape (len(times), dimension).
 
-        Few times are evaluated one by one; many by a table, which is kept on disk.
+        Few times are evaluated one by one; many by a table, which is kept on disk. `span` is how far tables reach
+        (nothing is asked of the motion beyond), `breaks` are times within it at which the motion is not smooth.
         """
         from gnomon.reference import table  # compiles; not wanted before many times are asked for
 
-        return table.sample(self, times) if len(times) >= MANY else self.sample_each(times)
+        return table.sample(self, times, span, breaks) if len(times) >= MANY else self.sample_each(times)
 
     def sample_each(self, times: Floats) -> Floats:
-        """The same without a table: each state in high precision, then rounded."""
+        """The nearest doubles without a table: each state in high precision, then rounded."""
         return np.array([[nearest_double(x) for x in self.state(float(t), SAMPLE_DIGITS)] for t in times])
 
     def _quantity(self, digits: int, formula: Callable[[Any], Any], guard: float = 10) -> Any:

@@ -15,7 +15,8 @@ from functools import cached_property
 from typing import Any
 
 import flint
-from gnomon.reference.balls import BallMotion, ball, floor_of, sign
+from gnomon.reference.balls import BallMotion, ball, floor_of, refined, sign
+from gnomon.reference.motion import Cycle
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,10 @@ class PlanetTunnel(BallMotion):
                     side = self._first * (-1) ** (n % 2) * (1 if enters else -1)
                     found.append((self._derived(digits, time), enters, side))
         return found
+
+    def _cycle(self, mp: Any) -> Cycle:
+        (period,) = refined(mp, lambda: [2 * flint.arb.pi() / self._rate() if self.inside else 2 * self._half()])
+        return Cycle(period, (mp.zero, mp.zero))
 
     def _balls(self, t: Fraction) -> Sequence[Any]:
         rate = self._rate()

@@ -5,94 +5,125 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from gnomon.reference.doubledouble import add, fma, multiply, quick_two_sum, two_product, two_sum
+from gnomon.reference.doubledouble import add, fma, multiply, multiply_add, two_product, two_sum
 from numba import njit
 from numpy.typing import NDArray
 
 SIGNATURE = (
-    "void(float64[::1], float64[::1], float64[:,::1], float64[::1], float64[:,:,::1], float64[:,:,::1], int64,"
-    " float64[:,::1], float64[:,::1], float64[::1], float64[:,::1], float64[:,::1], boolean[::1])"
+    "void(float64[::1], float64[::1], float64[::1], float64[:,::1], float64[::1], float64[:,:,::1], float64[:,:,::1],"
+    " float64[:,::1], float64[:,::1], float64[::1], float64[:,::1], float64[:,:,:,:,::1], float64[:,:,:,:,::1],"
+    " int64[:,:,::1], float64[:,::1], boolean[::1])"
 )
 TINY = 1e-270
 """Below this, the low part of a double-double is subnormal."""
+DOUBT = 2.0**-7
+"""Of an ulp: an error below it leaves the value within 0.51 ulp, whatever the rounding."""
 
 
 @njit(SIGNATURE, cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
 def evaluate(
     times: NDArray[Any],
     turns: NDArray[Any],
-    factors: NDArray[Any],
     edges: NDArray[Any],
+    centres: NDArray[Any],
+    halves: NDArray[Any],
     high: NDArray[Any],
     low: NDArray[Any],
-    doubled: int,
     errors: NDArray[Any],
     rates: NDArray[Any],
     period: NDArray[Any],
     shift: NDArray[Any],
+    blocks: NDArray[Any],
+    steps: NDArray[Any],
+    groups: NDArray[Any],
     values: NDArray[Any],
     sure: NDArray[Any],
 ) -> None:
-    """Fill `values` (len(times), dimension); `sure` tells where every value is certainly the nearest double.
+    """Fill `values` (len(times), dimension); `sure` tells where every value is certainly within 0.51 ulp.
 
-    `turns`: whole cycles before each time. `factors` (count, 2): powers of the cycle's factor, from that of the
-    smallest of `turns` on; empty for a factor of 1.
+    `turns`: whole cycles before each time, at least 0 as an index: the first block belongs to `turns.min()` or 0.
+    `blocks` and `steps` (stages, count, size, size, 2): the power of stage k's matrix for n turns is
+    blocks[k, n // count] steps[k, n % count], with `count` that of the steps. `groups` (stages, groups, size): the
+    components that each stage's matrix is multiplied with; -1 ends a group.
     """
-    cells, dimension, nodes = high.shape
+    dimension, nodes = high.shape[1], high.shape[2]
+    doubled = low.shape[2]
+    stages, per_block, size = steps.shape[0], steps.shape[1], steps.shape[2]
     first = 0.0
     for n in turns:
         first = min(first, n)
+    x, x_low, error = np.empty(dimension), np.empty(dimension), np.empty(dimension)
+    y, y_low, y_error = np.empty(size), np.empty(size), np.empty(size)
+    power = np.empty((size, size, 2))
     for i in range(len(times)):
         n = turns[i]
-        # t - n*period; what is left out is below 2**-104 n*period.
+        sure[i] = False
+        # t - n*period; what is left out is below 2**-103 n*period.
         p, e = two_product(n, period[0])
         phase, below = two_sum(times[i], -p)
         phase, below = add(phase, below, -fma(n, period[1], e), -n * period[2])
-        slip = abs(n) * period[0] * 2.0**-104
-        if phase < edges[0] - slip or phase > edges[cells]:
-            sure[i] = False
+        slip = abs(n) * period[0] * 2.0**-103
+        cell = np.searchsorted(edges, phase, side="right") - 1
+        if cell < 0:
             continue
-        cell = min(max(np.searchsorted(edges, phase, side="right") - 1, 0), cells - 1)
-        half = (edges[cell + 1] - edges[cell]) / 2
-        centre = edges[cell] + half
-        s, s_low = two_sum(phase, -centre)
-        s, s_low = quick_two_sum(s, s_low + below)
-        s, s_low = s / half, s_low / half  # half is a power of two
+        s, s_low = two_sum(phase, -centres[cell, 0])
+        s, s_low = add(s, s_low, below, -centres[cell, 1])
+        s, s_low = s / halves[cell], s_low / halves[cell]  # powers of two
+        if abs(s) > 1.0 or (abs(s) == 1.0 and s * s_low > 0.0):
+            continue  # in a gap between cells
         certain = True
         for d in range(dimension):
-            tail = high[cell, d, nodes - 1]
-            for j in range(nodes - 2, doubled - 1, -1):
+            tail = 0.0
+            for j in range(nodes - 1, doubled - 1, -1):
                 tail = fma(tail, s, high[cell, d, j])
-            x, x_low = tail, 0.0
+            a, a_low = tail, 0.0
             for j in range(doubled - 1, -1, -1):
-                x, x_low = multiply(x, x_low, s, s_low)
-                x, x_low = add(x, x_low, high[cell, d, j], low[cell, d, j])
-            error = errors[cell, d] + rates[cell, d] * slip
-            if len(factors):
-                f, f_low = factors[int(n - first), 0], factors[int(n - first), 1]
-                x, x_low = multiply(x, x_low, f, f_low)
-                error = error * abs(f) + abs(x) * 2.0**-98
-                certain = certain and abs(f) > TINY
+                a, a_low = multiply_add(a, a_low, s, s_low, high[cell, d, j], low[cell, d, j])
+            x[d], x_low[d] = a, a_low
+            error[d] = errors[cell, d] + rates[cell, d] * slip
+        for k in range(stages):
+            index = int(n - first)
+            block, step = index // per_block, index % per_block
+            largest, doubt = 0.0, 0.0
+            for row in range(size):
+                for column in range(size):
+                    a, a_low = 0.0, 0.0
+                    for m in range(size):
+                        f, f_low = blocks[k, block, row, m, 0], blocks[k, block, row, m, 1]
+                        g, g_low = steps[k, step, m, column, 0], steps[k, step, m, column, 1]
+                        largest = max(largest, abs(f))
+                        a, a_low = multiply_add(f, f_low, g, g_low, a, a_low)
+                        doubt = max(doubt, abs(f * g))  # the product may cancel
+                    power[row, column, 0], power[row, column, 1] = a, a_low
+            certain = certain and largest > TINY and doubt > TINY
+            for group in groups[k]:
+                for row in range(size):
+                    if group[row] < 0:
+                        break
+                    a, a_low, off = 0.0, 0.0, 0.0
+                    for column in range(size):
+                        d = group[column]
+                        if d < 0:
+                            break
+                        f, f_low = power[row, column, 0], power[row, column, 1]
+                        a, a_low = multiply_add(x[d], x_low[d], f, f_low, a, a_low)
+                        off += error[d] * abs(f) + abs(x[d]) * (doubt + abs(f)) * 2.0**-98
+                    y[row], y_low[row], y_error[row] = a, a_low, off
+                for row in range(size):
+                    d = group[row]
+                    if d < 0:
+                        break
+                    x[d], x_low[d], error[d] = y[row], y_low[row], y_error[row]
+        for d in range(dimension):
+            a, a_low, off = x[d], x_low[d], error[d]
             if n != 0.0 and shift[d, 0] != 0.0:
-                a, a_low = multiply(n, 0.0, shift[d, 0], shift[d, 1])
-                x, x_low = add(x, x_low, a, a_low)
-                error += abs(a) * 2.0**-98
-            values[i, d] = x
-            if error > 0.0 or x != 0.0:
-                # The nearest double is in doubt within `error` of the midpoint to a neighbour; the nearer midpoint of a
-                # power of two is the one below.
-                gap = abs(x) - np.nextafter(abs(x), 0.0)
-                certain = certain and abs(x) > TINY and abs(x_low) + error < gap / 2
+                b, b_low = multiply(n, 0.0, shift[d, 0], shift[d, 1])
+                a, a_low = add(a, a_low, b, b_low)
+                off += abs(b) * 2.0**-98
+            values[i, d] = a
+            if off > 0.0 or a != 0.0:
+                # The nearer neighbour of a power of two is the one below. Where `off` is no small part of an ulp, the
+                # nearest double is in doubt within `off` of a midpoint.
+                ulp = abs(a) - np.nextafter(abs(a), 0.0)
+                certain = certain and abs(a) > TINY and (off < DOUBT * ulp or abs(a_low) + off < ulp / 2)
         sure[i] = certain
-
-
-@njit("float64[:,::1](float64[:,::1], float64[:,::1])", cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def products(blocks: NDArray[Any], steps: NDArray[Any]) -> NDArray[Any]:
-    """The products of all `blocks` with all `steps`, double-doubles as rows, the index of steps running first."""
-    found = np.empty((len(blocks) * len(steps), 2))
-    for i in range(len(blocks)):
-        for j in range(len(steps)):
-            x, x_low = multiply(blocks[i, 0], blocks[i, 1], steps[j, 0], steps[j, 1])
-            found[i * len(steps) + j, 0] = x
-            found[i * len(steps) + j, 1] = x_low
-    return found

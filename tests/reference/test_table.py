@@ -74,8 +74,8 @@ def test_values_next_to_zeros_are_nearest_doubles_too(counted):
     zeros = (np.arange(40) + 0.5) * np.pi
     times = np.concatenate([zeros, *(zeros + d for d in (1e-9, -1e-6, 1e-3))])
     found = table.sample(motion, times)
-    # The table errs by up to 2^-78 of the amplitude, which leaves values below 2^-25 in doubt: half of these.
-    assert 70 < len(times) - len(counted) <= 80
+    # The table errs by up to 2^-78 of the amplitude: values above 2^-18 are never in doubt, those of 2^-53 always.
+    assert 40 <= len(times) - len(counted) <= 120
     assert np.array_equal(found, motion.sample_each(times))
 
 
@@ -140,7 +140,7 @@ def test_motion_without_a_table_is_evaluated_one_by_one(counted, monkeypatch):
     times = np.linspace(0.01, 1e4, MANY)
     found = motion.sample(times)
     assert len(counted) == MANY
-    monkeypatch.setattr(table, "_build", None)  # not tried again at the same price
+    monkeypatch.setattr(table, "build", None)  # not tried again at the same price
     assert np.array_equal(motion.sample(times), found)
     assert np.array_equal(found, motion.sample_each(times))
 

@@ -1,0 +1,243 @@
+"""Building a table: polynomials through high-precision states of a motion, on intervals halved until they are good.
+
+A cell's polynomial goes through 32 states near Chebyshev's points. Its error is bounded from two sides that know
+nothing of each other: what is left at five further states, and its last two Chebyshev coefficients.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from functools import cache
+from typing import Any, NamedTuple
+
+import flint
+import numpy as np
+from gnomon.reference.balls import ball, precision
+from gnomon.reference.motion import SAMPLE_DIGITS, Floats, Motion
+
+NODES = 32
+BITS = 400
+GOAL = 2.0**-78
+"""A cell is accepted with a bound of its error below this part of its size."""
+SAFETY = 16
+"""Times the largest of the five errors found: at the ends of a cell and between nodes the error is near its maximum."""
+ROUNDED = 2.0**-128
+"""The relative error of states of 40 digits, and of their interpolation."""
+NEGLIGIBLE = 1e-28
+"""A component this far below the state's size has no certified digits; its cells are not refined for its sake."""
+PARTS = 8
+"""An accepted cell is cut in so many, whose polynomials are shorter: quicker to evaluate at no further state."""
+LEAST_CELLS = 8
+NARROWEST = Fraction(1, 2**24)
+"""Of the reach: where no cell so narrow is good, a gap is left, whose times are computed one by one."""
+LEFT_OUT = Fraction(1, 2**14)
+"""Of the reach: the shortest pieces, together so long, are gaps too. Impacts accumulate before a ball rests."""
+
+Piece = tuple[Fraction, Fraction]
+
+
+class Cells(NamedTuple):
+    """Cell i is from edges[i] on where |t - centre| <= half; powers of s = (t - centre) / half.
+
+    `centres` and `low` continue in a second double; `high` is (cells, dimension, powers), `low` ends at lower powers.
+    `errors` and `rates` (cells, dimension) bound the polynomial's error and derivative by time.
+    """
+
+    edges: Floats
+    centres: Floats
+    halves: Floats
+    high: Floats
+    low: Floats
+    errors: Floats
+    rates: Floats
+
+
+class TooDearError(Exception):
+    """A table would cost more states than it saves."""
+
+
+def build(motion: Motion, pieces: Sequence[Piece], budget: int) -> Cells:
+    """The cells of all pieces; raises TooDearError beyond `budget` states."""
+    reach = pieces[-1][1] - pieces[0][0]
+    waiting = [cell for piece in reversed(_long(pieces, reach)) for cell in reversed(list(_roots(*piece, reach)))]
+    found = []
+    cost = 0
+    while waiting:
+        left, width, start, stop = waiting.pop()
+        cost += NODES + len(_checks())
+        if cost > budget + NODES:
+            raise TooDearError
+        fit = _fit(motion, left + width / 2, width / 2)
+        if fit is not None:
+            found += _cut(left, width, start, stop, *fit)
+        elif width > reach * NARROWEST:
+            middle = left + width / 2
+            halves = (middle, width / 2, max(start, middle), stop), (left, width / 2, start, min(stop, middle))
+            waiting += [cell for cell in halves if cell[2] < cell[3]]
+    if not found:
+        raise TooDearError
+    return _trimmed(found)
+
+
+Root = tuple[Fraction, Fraction, Fraction, Fraction]
+"""Left end and width (a power of two) of a cell, and the part of it that counts."""
+
+
+def _long(pieces: Sequence[Piece], reach: Fraction) -> list[Piece]:
+    """All pieces but the shortest."""
+    kept, left_out = list(pieces), Fraction(0)
+    for piece in sorted(pieces, key=lambda piece: piece[1] - piece[0]):
+        left_out += piece[1] - piece[0]
+        if left_out > reach * LEFT_OUT:
+            break
+        kept.remove(piece)
+    return kept
+
+
+def _roots(start: Fraction, stop: Fraction, reach: Fraction) -> Iterator[Root]:
+    """Equal cells that cover a piece without leaving it; the last may overlap the one before."""
+    width = Fraction(2) ** (math.frexp(float(min(stop - start, reach / LEAST_CELLS)))[1] - 1)
+    left = start
+    while stop - left > width:
+        yield left, width, left, left + width
+        left += width
+    yield stop - width, width, left, stop
+
+
+def _fit(motion: Motion, centre: Fraction, half: Fraction) -> tuple[Any, Floats] | None:
+    """Coefficients (NODES, dimension) of powers and bounds of their errors; None where they are not good enough."""
+    with precision(BITS):
+        try:
+            states = _states(motion, [centre + half * s for s in _nodes()])
+            powers = _inverse() * states
+            beside = _states(motion, [centre + half * s for s in _checks()])
+        except (ValueError, ArithmeticError):
+            return None  # where the motion ends within the cell
+        missed = _sizes(_rows(_checks()) * powers - beside)
+        sizes = np.maximum(_sizes(states), _sizes(beside))
+        last = [
+            abs(float(powers[NODES - 1 - k, d].mid())) * 2.0 ** (2 + k - NODES)
+            for k in (0, 1)
+            for d in range(len(sizes))
+        ]
+    errors = SAFETY * missed + np.sum(np.reshape(last, (2, -1)), axis=0) + ROUNDED * sizes
+    matters = sizes > NEGLIGIBLE * np.max(sizes)
+    if not np.all(errors[matters] <= GOAL * sizes[matters]):
+        return None
+    # What does not matter gets a bound that sends its values to high precision; an exact zero stays one.
+    return powers, np.where(matters, errors, sizes)
+
+
+def _cut(
+    left: Fraction, width: Fraction, start: Fraction, stop: Fraction, powers: Any, errors: Floats
+) -> list[tuple[Any, ...]]:
+    """A good cell in PARTS, those that count: edge, centre, half, coefficients high and low, error."""
+    found = []
+    dimension = powers.ncols()
+    for k, matrix in enumerate(_shifts()):
+        begin, end = left + width * k / PARTS, left + width * (k + 1) / PARTS
+        if end <= start or begin >= stop:
+            continue
+        with precision(BITS):
+            moved = matrix * powers
+            middles = [[moved[j, d].mid() for j in range(NODES)] for d in range(dimension)]
+            high = [[float(x) for x in row] for row in middles]
+            low = [
+                [float(x - y) for x, y in zip(row, tops, strict=True)] for row, tops in zip(middles, high, strict=True)
+            ]
+        centre = (begin + end) / 2
+        first = float(centre)
+        found.append(
+            (
+                float(max(begin, start)),
+                (first, float(centre - Fraction(first))),
+                float(width / PARTS / 2),
+                high,
+                low,
+                errors,
+            )
+        )
+    return found
+
+
+def _trimmed(found: list[tuple[Any, ...]]) -> Cells:
+    """Powers that do not count left out, and low parts that do not; both put on the errors."""
+    edges, centres, halves, high, low, errors = (np.array(column) for column in zip(*found, strict=True))
+    parts = np.abs(high)
+    rates = parts @ np.arange(NODES) / halves[:, None]
+    # beyond[..., j]: the sum of all from j on
+    beyond = np.concatenate([np.cumsum(parts[..., ::-1], axis=-1)[..., ::-1], np.zeros_like(parts[..., :1])], axis=-1)
+    sizes = beyond[..., 0]
+    allowed = np.maximum(errors, 2.0**-90 * sizes)
+    kept = _first(beyond <= allowed[..., None])
+    doubled = min(_first(beyond * 2.0**-51 <= np.maximum(errors, 2.0**-82 * sizes)[..., None]), kept)
+    errors = errors + beyond[..., kept] + beyond[..., doubled] * 2.0**-51 + sizes * 2.0**-97
+    return Cells(
+        edges, centres, halves, np.ascontiguousarray(high[..., :kept]), np.ascontiguousarray(low[..., :doubled]),
+        errors, rates,
+    )  # fmt: skip
+
+
+def _first(good: Any) -> int:
+    """The first power, at least one, from which on all cells and components are good."""
+    return max(1, int(np.argmax(np.all(good, axis=(0, 1)))))
+
+
+def _states(motion: Motion, moments: Sequence[Fraction]) -> Any:
+    rows = [[_arb(x) for x in motion.state(t, SAMPLE_DIGITS)] for t in moments]
+    return flint.arb_mat(rows)
+
+
+def _arb(value: Any) -> Any:
+    """An mpf, exactly."""
+    sign, mantissa, exponent, _ = value._mpf_
+    return flint.arb((-int(mantissa) if sign else int(mantissa), int(exponent)))
+
+
+def _sizes(matrix: Any) -> Floats:
+    """The largest magnitude in each column."""
+    rows, columns = matrix.nrows(), matrix.ncols()
+    return np.array([max(abs(float(matrix[i, d].mid())) for i in range(rows)) for d in range(columns)])
+
+
+@cache
+def _nodes() -> tuple[Fraction, ...]:
+    """Chebyshev's points as short dyadic fractions, so that times are exact."""
+    return tuple(Fraction(round(math.cos((2 * k + 1) * math.pi / (2 * NODES)) * 2**20), 2**20) for k in range(NODES))
+
+
+@cache
+def _checks() -> tuple[Fraction, ...]:
+    """The ends of a cell, where a layer too thin for the nodes shows, and points between nodes."""
+    nodes = _nodes()
+    between = [(nodes[k] + nodes[k + 1]) / 2 for k in (0, NODES // 2 - 1, NODES - 2)]
+    return (Fraction(-1), Fraction(1), *between)
+
+
+def _rows(places: Sequence[Fraction]) -> Any:
+    """The matrix from coefficients of powers to values."""
+    return flint.arb_mat([[ball(s**j) for j in range(NODES)] for s in places])
+
+
+@cache
+def _inverse() -> Any:
+    """The matrix from values at the nodes to coefficients of powers."""
+    with precision(BITS):
+        return _rows(_nodes()).inv()
+
+
+@cache
+def _shifts() -> list[Any]:
+    """For each part of a cell, the matrix that makes its coefficients from those of the whole."""
+    found = []
+    for k in range(PARTS):
+        centre = Fraction(2 * k + 1 - PARTS, PARTS)
+        rows = [
+            [centre ** (m - j) * math.comb(m, j) / PARTS**j if m >= j else Fraction(0) for m in range(NODES)]
+            for j in range(NODES)
+        ]
+        with precision(BITS):
+            found.append(flint.arb_mat([[ball(x) for x in row] for row in rows]))
+    return found
