@@ -19,6 +19,7 @@ MODULES = (
     "gnomon.harness.integrators.gauss_fast",
     "gnomon.harness.integrators.dop853",
     "gnomon.harness.integrators.taylor",
+    "gnomon.harness.integrators.radau",
     "gnomon.harness.integrators.lie",
     "gnomon.harness.integrators.hybrid",
     "gnomon.harness.adapters.scipy_ivp",

@@ -5,12 +5,13 @@ From the graph come exact Jacobians (differentiated node by node) and the recurr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 from gnomon.cases.arithmetic import rebind
 from gnomon.cases.forms import FirstOrder
+from gnomon.harness.compile import OPTIONS, load_module
 
 Key = tuple[Any, ...]
 UNARY = (
@@ -182,7 +183,8 @@ def _derivative(graph: Graph, index: int, j: int, known: dict[tuple[int, int], N
     if operation == "neg":
         return -du
     if operation == "pow":
-        return du * where[1] * u ** (where[1] - 1)
+        exponent: float = where[1]
+        return du * exponent * u ** (exponent - 1)
     if len(where) == 2:
         v = Number(graph, where[1])
         dv = known[v.index, j]
@@ -241,23 +243,23 @@ def arguments(node: Key) -> list[int]:
 SYMBOLS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 
 
-def straight_line(trace: Trace, name: str) -> str:
-    """Source text of a plain function `name(t, y, p)` that computes the outputs of a trace, each node once."""
+def straight_line(trace: Trace) -> str:
+    """Source text of a function `kernel(t, y, p, out)` that computes the outputs of a trace, each node once."""
     lines = [f"    n{i} = {expression(trace.graph.nodes[i])}" for i in needed(trace)]
-    outputs = "".join(f"n{x.index}, " for x in trace.outputs)
-    return "\n".join([f"def {name}(t, y, p):", *lines, f"    return ({outputs})\n"])
+    lines += [f"    out[{i}] = n{x.index}" for i, x in enumerate(trace.outputs)]
+    return "\n".join(["def kernel(t, y, p, out):", *lines, ""])
 
 
-def expression(node: Key, suffix: str = "") -> str:
-    """A node in terms of the names of those it acts on."""
+def expression(node: Key) -> str:
+    """A node in terms of the names of those it acts on; ONE is the number one of the arithmetic the text is run in."""
     operation, *where = node
     if operation == "t":
         return "t"
     if operation in ("y", "p"):
         return f"{operation}[{where[0]}]"
     if operation == "number":
-        return repr(where[0])
-    names = [f"n{i}{suffix}" for i in arguments(node)]
+        return f"ONE * {where[0]!r}"
+    names = [f"n{i}" for i in arguments(node)]
     if operation == "pow":
         return f"{names[0]} ** {where[1]!r}"
     if operation == "neg":
@@ -268,11 +270,15 @@ def expression(node: Key, suffix: str = "") -> str:
 
 
 def jacobian_text(form: FirstOrder, dimension: int, parameters: int) -> str:
-    """Source text of `jacobian(t, y, p)`: df/dy row by row, exact."""
+    """Source text of `kernel(t, y, p, out)`: df/dy row by row, exact. Raises ValueError where equations branch."""
     trace = traced(form, dimension, parameters)
-    return straight_line(Trace(trace.graph, jacobian(trace, dimension)), "jacobian")
+    return straight_line(Trace(trace.graph, jacobian(trace, dimension)))
 
 
-def functions_of(text: str) -> Sequence[str]:
-    """The functions of `math` that such a text calls."""
-    return [name for name in UNARY if f" {name}(" in text]
+def compiled(text: str) -> int:
+    """The address of the C function void(double t, double *y, double *p, double *out) of such a text."""
+    used = [name for name in UNARY if f" {name}(" in text]
+    lines = [f"from math import {', '.join(used)}"] if used else []
+    lines += ["from numba import cfunc, types", "POINTER = types.CPointer(types.float64)", "ONE = 1.0"]
+    lines.append(f"@cfunc(types.void(types.float64, POINTER, POINTER, POINTER), {OPTIONS})")
+    return int(load_module("\n".join([*lines, text])).kernel.address)

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.forms import FirstOrder
-from gnomon.harness.compile import load_module
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
 from gnomon.harness.integrators.stepping import call, compiled_whole
-from gnomon.harness.integrators.taylor_text import STRIDE, module_text
+from gnomon.harness.integrators.taylor_text import STRIDE, coefficients_text
+from gnomon.harness.trace import compiled
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -75,10 +75,10 @@ def compiled_coefficients(form: FirstOrder, dimension: int, parameters: int) -> 
     Raises Refused for equations that have none.
     """
     try:
-        text, length = module_text(form, dimension, parameters)
+        text, length = coefficients_text(form, dimension, parameters)
     except ValueError as error:
         raise Refused(str(error)) from None
-    return int(load_module(text).kernel.address), length
+    return compiled(text), length
 
 
 SIGNATURE = (

@@ -9,8 +9,7 @@ its own sums.
 from __future__ import annotations
 
 from gnomon.cases.forms import FirstOrder
-from gnomon.harness.compile import OPTIONS
-from gnomon.harness.trace import Graph, Number, Trace, arguments, expression, functions_of, needed, slope, traced
+from gnomon.harness.trace import Graph, Number, Trace, arguments, expression, needed, slope, traced
 
 STRIDE = 24
 """Room for the coefficients of one node: orders 0 to 23."""
@@ -91,14 +90,14 @@ class Recurrences:
 
 
 def coefficients_text(form: FirstOrder, dimension: int, parameters: int) -> tuple[str, int]:
-    """Source text of `coefficients(t, y, p, w)` and the length that `w` must have.
+    """Source text of `kernel(t, y, p, w)` and the length that `w` must have.
 
     y: the state and after it the highest order; w gets y_i's coefficient of order k at STRIDE i + k. The text uses a
     global ONE, the number one of the arithmetic that it is run in. Raises ValueError for equations it cannot trace.
     """
     r = Recurrences(form, dimension, parameters)
     stored = _stored(r)
-    lines = [f"    n{i} = {_at_zero(r, i)}" for i in r.order]
+    lines = [f"    n{i} = {expression(r.graph.nodes[i])}" for i in r.order]
     lines += [f"    w[{r.row(i)}] = n{i}" for i in r.order if i in stored]
     lines += [f"    w[{STRIDE * i}] = y[{i}]\n    w[{STRIDE * i + 1}] = n{x.index}" for i, x in _outputs(r)]
     lines += [f"    for k in range(1, int(y[{dimension}])):", "        per, ahead = ONE / k, ONE / (k + 1)"]
@@ -113,7 +112,7 @@ def coefficients_text(form: FirstOrder, dimension: int, parameters: int) -> tupl
     for i, x in _outputs(r):
         following = f"a{x.index} * ahead" if x.index in r.varying else "0 * ONE"
         lines.append(f"        w[{STRIDE * i} + k + 1] = {following}")
-    text = "\n".join(["def coefficients(t, y, p, w):", *lines, ""])
+    text = "\n".join(["def kernel(t, y, p, w):", *lines, ""])
     return text, STRIDE * len(r.rows)
 
 
@@ -135,11 +134,6 @@ def _stored(r: Recurrences) -> set[int]:
                 found.add(r.derivative[i])
                 found.add(r.slope_node(where[0]))
     return {i for i in found if i is not None and i in r.varying and r.graph.nodes[i][0] != "y"}
-
-
-def _at_zero(r: Recurrences, i: int) -> str:
-    node = r.graph.nodes[i]
-    return f"ONE * {node[1]!r}" if node[0] == "number" else expression(node)
 
 
 def _linear(r: Recurrences, i: int) -> str:
@@ -223,13 +217,3 @@ def _sums(terms: list[tuple[str, str]]) -> list[str]:
         *(f"            {name} += {term}" for name, term in terms),
         *(f"        {name} += {name}o" for name, _ in terms),
     ]
-
-
-def module_text(form: FirstOrder, dimension: int, parameters: int) -> tuple[str, int]:
-    """The module that holds the same, compiled as a C function `kernel(t, y, p, w)`, and the length of w."""
-    text, length = coefficients_text(form, dimension, parameters)
-    used = functions_of(text)
-    lines = [f"from math import {', '.join(used)}"] if used else []
-    lines += ["from numba import cfunc, types", "POINTER = types.CPointer(types.float64)", "ONE = 1.0"]
-    lines.append(f"@cfunc(types.void(types.float64, POINTER, POINTER, POINTER), {OPTIONS})")
-    return "\n".join([*lines, text.replace("def coefficients", "def kernel", 1)]), length

@@ -44,7 +44,7 @@ def coefficients(mp: Any, form: FirstOrder, t: Any, state: Any, parameters: Any,
     space: dict[str, Any] = {name: getattr(mp, name) for name in UNARY} | {"ONE": mp.mpf(1)}
     exec(text, space)
     w = [mp.mpf(0)] * length
-    space["coefficients"](t, [*state, order], parameters, w)
+    space["kernel"](t, [*state, order], parameters, w)
     return [w[STRIDE * i : STRIDE * i + order + 1] for i in range(len(state))]
 
 
