@@ -53,6 +53,7 @@ _MODULES = {
     "bead_rotating_wire_vertical_plane": "bead_wire:BeadOnRotatingWire",
     "rayleigh_dissipation_mdof": "rayleigh:RayleighDissipation",
     "two_body": "two_body:TwoBody",
+    "equilateral_three_body": "three_body:EquilateralThreeBody",
     "chain_off_table": "chain_edge:ChainOffTable",
     "chain_over_pulley": "chain_edge:ChainOverPulley",
     "chain_in_circular_tube": "equivalent_pendulum:ChainInCircularTube",
