@@ -10,7 +10,7 @@ from math import sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
-from gnomon.cases.forms import FirstOrder, Values
+from gnomon.cases.forms import Charged, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.point_scene import SPACE, free_point
 from gnomon.cases.scene import SceneForm
@@ -21,6 +21,12 @@ from mpmath import mpf
 
 TURNS = 10.37 * 2 * math.pi
 FIELDS = ("Ex", "Ey", "Ez", "Bx", "By", "Bz")
+
+
+def uniform_fields(t: Any, place: Values, parameters: Values) -> Values:
+    """(q/m) E and (q/m) B, the same everywhere and always."""
+    q_m, ex, ey, ez, bx, by, bz = parameters
+    return q_m * ex, q_m * ey, q_m * ez, q_m * bx, q_m * by, q_m * bz
 
 
 def lorentz_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -120,8 +126,8 @@ class ChargeInFields(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(lorentz_equations),)
+    def forms(self) -> tuple[Charged, ...]:
+        return (Charged(lorentz_equations, fields=uniform_fields),)
 
     @property
     def scene(self) -> SceneForm:
@@ -156,6 +162,16 @@ class ChargeInFields(Case):
         x, y, z, vx, vy, vz = state
         turned = {name: -self.parameters[name] for name in FIELDS[3:]}
         return (x, y, z, -vx, -vy, -vz), self.parameters | turned
+
+
+def relativistic_fields(t: Any, place: Values, parameters: Values) -> Values:
+    """(q/m) E and (q/m) B, q over the rest mass."""
+    q_m, _c, ex, ey, ez, bx, by, bz = parameters
+    return q_m * ex, q_m * ey, q_m * ez, q_m * bx, q_m * by, q_m * bz
+
+
+def speed_of_light(parameters: Values) -> Values:
+    return (parameters[1],)
 
 
 def relativistic_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -256,8 +272,8 @@ class RelativisticChargeCase(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(relativistic_equations),)
+    def forms(self) -> tuple[Charged, ...]:
+        return (Charged(relativistic_equations, fields=relativistic_fields, light=speed_of_light),)
 
     @property
     def time_scale(self) -> float:

@@ -29,6 +29,18 @@ class FirstOrder:
     source: SecondOrder | RigidBody | None = None
 
 
+@dataclass(frozen=True, kw_only=True)
+class Charged(FirstOrder):
+    """A charge in electromagnetic fields, state (place, velocity), or (place, u = gamma velocity) with `light`.
+
+    `fields(t, place, parameters)` -> (ax, ay, az, wx, wy, wz): charge over mass times E and B, so that
+    u' = a + v x w. `light(parameters)` -> (c,): the speed of light where the motion is relativistic.
+    """
+
+    fields: Equations
+    light: Callable[[Values], Values] | None = None
+
+
 @dataclass(frozen=True)
 class SecondOrder:
     """q'' = acceleration(t, q, parameters)."""

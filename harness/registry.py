@@ -20,6 +20,7 @@ MODULES = (
     "gnomon.harness.integrators.dop853",
     "gnomon.harness.integrators.taylor",
     "gnomon.harness.integrators.radau",
+    "gnomon.harness.integrators.boris",
     "gnomon.harness.integrators.lie",
     "gnomon.harness.integrators.hybrid",
     "gnomon.harness.adapters.scipy_ivp",

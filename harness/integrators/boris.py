@@ -1,0 +1,163 @@
+"""Boris's method and its relatives: a charge drifts, is pushed by E and turned by B, each in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import sqrt, tan
+from typing import Any, ClassVar
+
+from gnomon.cases.forms import Charged, Form
+from gnomon.cases.scene import SceneForm
+from gnomon.harness.compile import Kernel, function_kernel
+from gnomon.harness.integrator import Integrator, Problem
+from gnomon.harness.integrators.fixed_step import FixedStep, Table
+from gnomon.harness.integrators.splitting import KahanLi6, Suzuki4
+from gnomon.harness.integrators.stepping import call
+
+RATIONAL, EXACT, MEAN = 0, 1, 2
+"""How the magnetic field turns u: by 2 atan(angle/2); by the angle; by the first with gamma of the mean u."""
+
+
+def boris_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """Rows of `table`: lengths gamma of the symmetric steps; how to turn, the speed of light (0: not relativistic).
+
+    Each symmetric step of gamma h: half a drift, half a push, the whole turn, half a push, half a drift.
+    """
+    turning, light = table[1, 0], table[1, 1]
+    for i in range(6):
+        increment[i] = 0.0
+    now = t
+    for j in range(table.shape[1]):
+        length = table[0, j] * h
+        if length == 0.0:
+            continue
+        half = length / 2
+        drift(half, y, light, increment)
+        for i in range(3):
+            x[i] = y[i] + increment[i]
+        call(f, now + half, x, p, slope)
+        for i in range(3):
+            increment[3 + i] += half * slope[i]
+        turn(half, y, slope, turning, light, increment)
+        for i in range(3):
+            increment[3 + i] += half * slope[i]
+        drift(half, y, light, increment)
+        now += length
+    return True
+
+
+def drift(length: Any, y: Any, light: Any, increment: Any) -> None:
+    """The place moves by u/gamma."""
+    u1, u2, u3 = y[3] + increment[3], y[4] + increment[4], y[5] + increment[5]
+    scale = length
+    if light > 0.0:
+        scale = length / sqrt(1 + (u1 * u1 + u2 * u2 + u3 * u3) / (light * light))
+    increment[0] += scale * u1
+    increment[1] += scale * u2
+    increment[2] += scale * u3
+
+
+def turn(half: Any, y: Any, fields: Any, turning: Any, light: Any, increment: Any) -> None:
+    """Over twice `half` the magnetic field turns u about itself: u + (u + u x T) x S, S = 2 T/(1 + T^2).
+
+    It is a rotation by 2 atan |T|, so |u| stays.
+    """
+    u1, u2, u3 = y[3] + increment[3], y[4] + increment[4], y[5] + increment[5]
+    a, b, c = half * fields[3], half * fields[4], half * fields[5]
+    square = a * a + b * b + c * c
+    if square == 0.0:
+        return
+    scale = 1 + 0 * square
+    if light > 0.0:
+        gamma_square = 1 + (u1 * u1 + u2 * u2 + u3 * u3) / (light * light)
+        if turning == MEAN:
+            along = (u1 * a + u2 * b + u3 * c) / light
+            left = gamma_square - square
+            gamma_square = (left + sqrt(left * left + 4 * (square + along * along))) / 2
+        scale = 1 / sqrt(gamma_square)
+    if turning == EXACT:
+        angle = sqrt(square) * scale
+        scale = scale * tan(angle) / angle
+    a, b, c = a * scale, b * scale, c * scale
+    v1, v2, v3 = u1 + u2 * c - u3 * b, u2 + u3 * a - u1 * c, u3 + u1 * b - u2 * a
+    share = 2 / (1 + a * a + b * b + c * c)
+    increment[3] += share * (v2 * c - v3 * b)
+    increment[4] += share * (v3 * a - v1 * c)
+    increment[5] += share * (v1 * b - v2 * a)
+
+
+class ChargeMethod(FixedStep):
+    """A step for a charge: the function that it calls gives the fields."""
+
+    accepts = (Charged,)
+    conserves = ("reversible",)
+    compensated = True
+    step = boris_step
+    turning: ClassVar[int]
+
+    def equations(self, form: Form) -> Callable[..., Any]:
+        assert isinstance(form, Charged)
+        return form.fields
+
+    def widths(self, form: Form, dimension: int) -> tuple[int, int]:
+        return 3, 6
+
+    def kernel(self, problem: Problem) -> Kernel:
+        assert not isinstance(problem.form, SceneForm)
+        return function_kernel(self.equations(problem.form), 3, len(problem.parameters), 6, problem.counted)
+
+    def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
+        assert isinstance(form, Charged)
+        light = mp.mpf(0 if form.light is None else form.light(tuple(parameters))[0])
+        return [*self.coefficients(mp), [mp.mpf(self.turning), light]]
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        return [[mp.mpf(1)]]
+
+
+class Boris(ChargeMethod):
+    """Boris's rotation (Birdsall and Langdon, Plasma Physics via Computer Simulation, 1985, 15-4). Order 2.
+
+    Staggered in time as usual, synchronised by half drifts; relativistic with gamma of the middle of the push.
+    """
+
+    name, order, turning = "Boris", 2, RATIONAL
+
+
+class HigueraCary(ChargeMethod):
+    """Boris's rotation with gamma of the mean velocity: E x B drifts come out right. Order 2.
+
+    Higuera and Cary, Physics of Plasmas 24, 052104, 2017. Where nothing is relativistic it is Boris's method.
+    """
+
+    name, order, turning = "Higuera-Cary", 2, MEAN
+
+    def unsupported(self, form: Form | SceneForm) -> str | None:
+        relativistic = isinstance(form, Charged) and form.light is not None
+        return None if relativistic else "the charge is not relativistic: there it is Boris's method"
+
+
+class VolumePreserving4(ChargeMethod):
+    """Five symmetric steps with exact gyration, in Suzuki's lengths (He et al., J. Comput. Phys. 305, 2016). Order 4."""
+
+    name, order, turning = "Volume-preserving 4", 4, EXACT
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        return [Suzuki4.lengths(mp)]
+
+
+class VolumePreserving6(ChargeMethod):
+    """Nine symmetric steps with exact gyration, in Kahan and Li's lengths (Math. Comput. 66, 1997). Order 6."""
+
+    name, order, turning = "Volume-preserving 6", 6, EXACT
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        return [KahanLi6.lengths(mp)]
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (Boris, HigueraCary, VolumePreserving4, VolumePreserving6)
