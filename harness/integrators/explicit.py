@@ -63,6 +63,30 @@ class ExplicitEuler(RungeKutta):
     weights = ("1",)
 
 
+class ExplicitMidpoint(RungeKutta):
+    """The explicit midpoint method (Runge, Mathematische Annalen 46, 1895). Order 2."""
+
+    name, order = "Explicit midpoint", 2
+    stages = ((), ("1/2",))
+    weights = ("0", "1")
+
+
+class Heun2(RungeKutta):
+    """Heun's method, the explicit trapezoidal rule (Zeitschrift fuer Mathematik und Physik 45, 1900). Order 2."""
+
+    name, order = "Heun", 2
+    stages = ((), ("1",))
+    weights = ("1/2", "1/2")
+
+
+class Kutta3(RungeKutta):
+    """Kutta's method of three stages (Zeitschrift fuer Mathematik und Physik 46, 1901). Order 3."""
+
+    name, order = "RK3", 3
+    stages = ((), ("1/2",), ("-1", "2"))
+    weights = ("1/6", "2/3", "1/6")
+
+
 class RK4(RungeKutta):
     """The classical Runge-Kutta method (Kutta, Zeitschrift fuer Mathematik und Physik 46, 1901). Order 4."""
 
@@ -71,4 +95,4 @@ class RK4(RungeKutta):
     weights = ("1/6", "1/3", "1/3", "1/6")
 
 
-INTEGRATORS: tuple[type[Integrator], ...] = (ExplicitEuler, RK4)
+INTEGRATORS: tuple[type[Integrator], ...] = (ExplicitEuler, ExplicitMidpoint, Heun2, Kutta3, RK4)

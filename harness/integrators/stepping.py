@@ -16,6 +16,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from functools import cache
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -151,9 +152,28 @@ def compiled(method: Step) -> Callable[..., int]:
 
 
 @cache
-def compiled_whole(method: Callable[..., int], signature: str) -> Callable[..., int]:
-    """A function that does its own stepping, compiled with `call` as above."""
-    parts = sources(method)
+def compiled_whole(
+    method: Callable[..., int],
+    signature: str,
+    constants: tuple[tuple[str, int], ...] = (),
+    pieces: tuple[Callable[..., Any], ...] = (),
+) -> Callable[..., int]:
+    """A function that does its own stepping, compiled with `call` as above.
+
+    `pieces` take the places of the functions of the same names that it calls, `constants` of the numbers of the same
+    names that it and they read.
+    """
+    bound = FunctionType(method.__code__, {**method.__globals__, **{piece.__name__: piece for piece in pieces}})
+    values = dict(constants)
+    parts = [
+        f"{name} = {values[name]!r}" if (name := part.partition(" = ")[0]) in values else part
+        for part in sources(bound)
+    ]
+    inlined = tuple(f"def {piece.__name__}(" for piece in pieces)
+    parts = [
+        part.replace("@njit(", "@njit(forceinline=True, ", 1) if any(d in part for d in inlined) else part
+        for part in parts
+    ]
     parts[-1] = parts[-1].replace("@njit(", f'@njit("{signature}", ', 1)
     run: Callable[..., int] = getattr(load_module("\n".join(parts)), method.__name__)
     return run

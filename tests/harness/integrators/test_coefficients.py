@@ -7,16 +7,16 @@ from itertools import product
 from math import factorial
 from typing import Any
 
-import numpy as np
 import pytest
 from gnomon.cases.forms import FirstOrder, SecondOrder
-from gnomon.harness.integrators import dop853_table, gauss
+from gnomon.harness.integrators import dop853_table, explicit, gauss
 from gnomon.harness.integrators.dop853 import DENSE, ERROR_3, ERROR_5, LAST, rows
-from gnomon.harness.integrators.explicit import RK4
+from gnomon.harness.integrators.explicit import RungeKutta
 from gnomon.harness.integrators.fixed_step import rounded
 from gnomon.harness.integrators.gauss import Gauss
 from gnomon.harness.integrators.splitting import BlanesMoan4, Composition, KahanLi6, KahanLi8, StormerVerlet, Suzuki4
 from gnomon.reference.precision import working
+from order_conditions import matrix, nystrom_trees, rk_residuals, trees
 
 SIXTY = 1e-57
 """Coefficients are given to 60 digits; sums of up to seventeen of size 1 and their products lose two or three."""
@@ -110,78 +110,32 @@ def test_gauss_starting_values_carry_polynomials_on(method: type[Gauss], form: C
                 assert abs(carried - (1 + c[i]) ** q) < 1000 * SIXTY, "the polynomial is evaluated up to x = 2"
 
 
-def tree_conditions(order: int) -> list[tuple[int, Callable[..., Any], int]]:
-    """All rooted trees up to an order as (order, elementary weight of c, A; gamma)."""
-    by_order: dict[int, list[tuple[Any, ...]]] = {1: [()]}
-    for n in range(2, order + 1):
-        by_order[n] = sorted(set(_forests(n - 1, n - 1, by_order)))
-    return [(n, _weight(tree), _density(tree)) for n, trees in by_order.items() for tree in trees]
+def test_the_trees_are_as_many_as_they_should_be() -> None:
+    """Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, tables II.2.1 and II.14.3."""
+    assert [len(trees(n)) for n in range(1, 11)] == [1, 1, 2, 4, 9, 20, 48, 115, 286, 719]
+    assert [len(nystrom_trees(n)) for n in range(1, 11)] == [1, 1, 2, 3, 6, 10, 20, 36, 72, 137]
 
 
-def _forests(total: int, largest: int, by_order: dict[int, list[tuple[Any, ...]]]) -> list[tuple[Any, ...]]:
-    if total == 0:
-        return [()]
-    return [
-        tuple(sorted((tree, *rest)))
-        for size in range(min(total, largest), 0, -1)
-        for tree in by_order[size]
-        for rest in _forests(total - size, size, by_order)
-    ]
-
-
-def _size(tree: tuple[Any, ...]) -> int:
-    return 1 + sum(map(_size, tree))
-
-
-def _density(tree: tuple[Any, ...]) -> int:
-    density = _size(tree)
-    for branch in tree:
-        density *= _density(branch)
-    return density
-
-
-def _weight(tree: tuple[Any, ...]) -> Callable[[Any, Any], Any]:
-    def vector(branch: tuple[Any, ...], a: Any, ones: Any) -> Any:
-        product_of = ones
-        for below in branch:
-            product_of = product_of * a.dot(vector(below, a, ones))
-        return product_of
-
-    return lambda a, ones: vector(tree, a, ones)
-
-
-def tableau(mp: Any, stages: Sequence[Sequence[Any]]) -> Any:
-    a = np.full((len(stages), len(stages)), mp.mpf(0), dtype=object)
-    for row, values in zip(a, stages, strict=True):
-        row[: len(values)] = values[: len(row)]
-    return a
-
-
-def test_there_are_200_trees_up_to_order_8() -> None:
-    assert len(tree_conditions(8)) == 1 + 1 + 2 + 4 + 9 + 20 + 48 + 115
-
-
-def test_rk4_meets_the_conditions_of_order_4() -> None:
+@pytest.mark.parametrize("method", explicit.INTEGRATORS, ids=lambda method: method.name)
+def test_explicit_methods_meet_the_conditions_of_their_order_and_no_more(method: type[RungeKutta]) -> None:
     with working(62) as mp:
-        table = RK4.coefficients(mp)
-        a, b = tableau(mp, [row[1:] for row in table[:-1]]), np.array(table[-1][1:], dtype=object)
-        for _, weight, density in tree_conditions(4):
-            assert abs(b.dot(weight(a, np.full(4, mp.mpf(1), dtype=object))) - mp.mpf(1) / density) < SIXTY
+        table = method.coefficients(mp)
+        a = matrix(mp, [row[1:] for row in table[:-1]])
+        found = [(n, abs(value)) for n, value in rk_residuals(a, table[-1][1:], method.order + 1, mp.mpf(1))]
+        assert max(value for n, value in found if n <= method.order) < SIXTY
+        assert max(value for n, value in found if n > method.order) > 1e-3
 
 
 def test_dop853_meets_the_conditions_of_order_8_and_its_errors_those_of_5_and_3() -> None:
     with working(62) as mp:
         table = rows(mp)
-        a = tableau(mp, [row[1:13] for row in table[:12]])
-        ones = np.full(12, mp.mpf(1), dtype=object)
-        weights, fifth, third = (np.array(table[row][1:13], dtype=object) for row in (12, ERROR_5, ERROR_3))
-        for order, weight, density in tree_conditions(8):
-            value = weight(a, ones)
-            assert abs(weights.dot(value) - mp.mpf(1) / density) < THIRTY
-            if order <= 5:
-                assert abs(fifth.dot(value)) < THIRTY, "the embedded formula of order 5 cancels"
-            if order <= 3:
-                assert abs(third.dot(value)) < THIRTY
+        a = matrix(mp, [row[1:13] for row in table[:12]])
+        weights = table[12][1:13]
+        formulas = [weights]
+        for row in (ERROR_5, ERROR_3):
+            formulas.append([b - e for b, e in zip(weights, table[row][1:13], strict=True)])
+        for formula, order in zip(formulas, (8, 5, 3), strict=True):
+            assert all(abs(value) < THIRTY for _, value in rk_residuals(a, formula, order, mp.mpf(1)))
 
 
 def test_dop853_dense_output_is_of_order_7() -> None:

@@ -1,0 +1,214 @@
+"""Adaptive one-step methods: the loop that they share, its controller and its limits.
+
+A family (`embedded`, `nystrom`) writes the pieces of a step as plain functions, and each method is the loop compiled
+around them once, with the method's own counts of stages as constants:
+
+    first_step(f, y, p, k, x, slope, tolerance, most) -> h, nan where the equations are not finite; k[0] is set
+    attempt(f, t, h, y, low, p, table, tolerance, x, slope, k, change, end) -> the estimated error over the tolerance
+    arrive(f, t, end, p, x, slope, k) -> whether the slope at the end of the step, k[STAGES], is finite
+    open_step(f, t, h, y, p, table, x, slope, k)                                once in a step that holds samples
+    between(f, t, h, ahead, y, low, end, p, table, x, slope, k, spare, out)     once a sample: the state at t + ahead
+
+`low` is what the sums so far have lost to round-off; `change` is by how much the state changes, `low` included.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.forms import SecondOrder
+from gnomon.harness import compile as compiling
+from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded
+from gnomon.harness.integrators.stepping import compiled_whole
+from gnomon.reference.precision import working
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+LEAST_TOLERANCE = 1e-15
+"""About four units of round-off: no step can be held to less."""
+
+MOST_STEPS = 5_000_000
+"""A few seconds: past that the tolerance is out of proportion to the span, or the equations are stiff."""
+
+NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 1, 2, 3
+REASONS = {
+    NOT_FINITE: "the equations gave a value that is not finite",
+    STEP_TOO_SMALL: "the step size fell below the spacing of times",
+    TOO_MANY_STEPS: f"more than {MOST_STEPS} steps",
+}
+
+SAFETY, SHRINK_MOST, GROW_MOST = 0.9, 3.0, 6.0
+BETA = 0.04
+"""The integral part of the PI controller (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4)."""
+
+ERROR_ORDER = WIDTHS = LAST = 0
+"""Of each method, when it is compiled: the power of the step by which its estimated error falls, how many widths of a
+slope make a state, the rows of `k`."""
+
+
+class Adaptive(Integrator):
+    """A one-step method that holds its estimated error to the tolerance, relative and absolute; sums are compensated.
+
+    The norm of the error is the root mean square over the components. A subclass gives its table of coefficients, the
+    constants that it is compiled with, and the functions of its family.
+    """
+
+    sampling = "dense output"
+    sweep = Tolerance(1e-3, 1e-14)
+    pieces: ClassVar[tuple[Callable[..., Any], ...]]
+
+    @classmethod
+    @abstractmethod
+    def rows(cls, mp: Any) -> Table:
+        """The table of coefficients in the mpmath context `mp`."""
+
+    @classmethod
+    @abstractmethod
+    def constants(cls) -> tuple[tuple[str, int], ...]:
+        """The names that the family's functions read as constants, with their values for this method."""
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        check_tolerance(setting)
+        second = isinstance(problem.form, SecondOrder)
+        kernel = compiling.acceleration(problem) if second else compiling.right_hand_side(problem)
+        run = compiled_whole(integrate, SIGNATURE, self.constants(), self.pieces)
+        with working(DIGITS) as mp:
+            table = rounded(self.rows(mp))
+        address, buffer, times = kernel.address, problem.buffer, problem.times
+
+        def solve(initial: Floats) -> Solution:
+            out = np.full((len(initial), len(times), initial.shape[1]), np.nan)
+            stop = np.zeros(2, dtype=np.int64)
+            steps = run(address, buffer, table, initial, times, setting, out, stop)
+            return Solution(out, int(steps), reason(stop))
+
+        return solve
+
+
+def check_tolerance(setting: float, least: float = LEAST_TOLERANCE) -> None:
+    """Raises Refused for a tolerance that is no number from `least` to below 1."""
+    if not (math.isfinite(setting) and least <= setting < 1):
+        raise Refused(f"tolerance {setting} is not between {least:g} and 1")
+
+
+def reason(stop: NDArray[np.int64]) -> str | None:
+    """In words why a trajectory ended early."""
+    return f"{REASONS[int(stop[0])]}, before sample {stop[1] + 1}" if stop[0] else None
+
+
+SIGNATURE = (
+    "int64(intp, float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1])"
+)
+
+
+def integrate(
+    f: Any,
+    p: Floats,
+    table: Floats,
+    initial: Floats,
+    times: Floats,
+    tolerance: float,
+    out: Floats,
+    stop: NDArray[np.int64],
+) -> int:
+    """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps accepted.
+
+    `stop` gets the reason and the sample where a trajectory ended early.
+    """
+    dimension = initial.shape[1]
+    width = dimension // WIDTHS
+    y, low, end = np.empty(dimension), np.empty(dimension), np.empty(dimension)
+    change, spare = np.empty(dimension), np.empty(dimension)
+    x, slope, k = np.empty(width), np.empty(width), np.empty((LAST, width))
+    taken = 0
+    for n in range(initial.shape[0]):
+        y[:] = initial[n]
+        low[:] = 0.0
+        t, sample, attempts = 0.0, 0, 0
+        h = first_step(f, y, p, k, x, slope, tolerance, times[-1])
+        before = 1e-4
+        rejected = False
+        reason = 0
+        while sample < times.size:
+            if not (h > 0.0 and h < np.inf):
+                reason = NOT_FINITE
+                break
+            if t + h / 4 <= t:
+                reason = STEP_TOO_SMALL
+                break
+            # The step is h rounded so that t + step is exact; the last one ends at the last sample.
+            step = times[-1] - t if t + h >= times[-1] else (t + h) - t
+            attempts += 1
+            if attempts > MOST_STEPS:
+                reason = TOO_MANY_STEPS
+                break
+            error = attempt(f, t, step, y, low, p, table, tolerance, x, slope, k, change, end)
+            if not error < np.inf:
+                h = min(h, step) / 10
+                rejected = True
+                continue
+            if error > 1.0:
+                h = min(h, step) / min(SHRINK_MOST, error ** (1 / ERROR_ORDER - 0.2 * BETA) / SAFETY)
+                rejected = True
+                continue
+            if not arrive(f, t + step, end, p, x, slope, k):
+                reason = NOT_FINITE
+                break
+            if times[sample] <= t + step:
+                open_step(f, t, step, y, p, table, x, slope, k)
+                while sample < times.size and times[sample] <= t + step:
+                    between(f, t, step, times[sample] - t, y, low, end, p, table, x, slope, k, spare, out[n, sample])
+                    sample += 1
+            taken += 1
+            t += step
+            for i in range(dimension):
+                low[i] = change[i] - (end[i] - y[i])
+                y[i] = end[i]
+            for i in range(width):
+                k[0, i] = k[STAGES, i]
+            factor = error ** (1 / ERROR_ORDER - 0.2 * BETA) / before**BETA / SAFETY
+            factor = max(1 / GROW_MOST, min(SHRINK_MOST, factor))
+            h = step / (max(1.0, factor) if rejected else factor)
+            before = max(error, 1e-4)
+            rejected = False
+        if reason != 0 and stop[0] == 0:
+            stop[0] = reason
+            stop[1] = sample
+    return taken
+
+
+STAGES = 0
+"""Of each method: its stages up to the end of the step, whose slope is k[STAGES] and begins the next."""
+
+
+def first_step(f: Any, y: Any, p: Any, k: Any, x: Any, slope: Any, tolerance: float, most: float) -> float:
+    """Of each family; stands here for the name alone, as do the four below."""
+    raise NotImplementedError
+
+
+def attempt(
+    f: Any, t: float, h: float, y: Any, low: Any, p: Any, table: Any, tolerance: float, x: Any, slope: Any, k: Any,
+    change: Any, end: Any,
+) -> float:  # fmt: skip
+    raise NotImplementedError
+
+
+def arrive(f: Any, t: float, end: Any, p: Any, x: Any, slope: Any, k: Any) -> bool:
+    raise NotImplementedError
+
+
+def open_step(f: Any, t: float, h: float, y: Any, p: Any, table: Any, x: Any, slope: Any, k: Any) -> None:
+    raise NotImplementedError
+
+
+def between(
+    f: Any, t: float, h: float, ahead: float, y: Any, low: Any, end: Any, p: Any, table: Any, x: Any, slope: Any,
+    k: Any, spare: Any, out: Any,
+) -> None:  # fmt: skip
+    raise NotImplementedError
