@@ -107,6 +107,7 @@ _MODULES = {
     "belt_driven_machine": "machines:BeltDrivenMachine",
     "flywheel": "machines:FlywheelCase",
     "flywheel_coast_down": "machines:FlywheelCoastDown",
+    "engineering_design_analysis": "governor:EngineeringDesignAnalysis",
     "gyrocompass_damped": "gyrocompass_damped:GyrocompassDamped",
     "rolling_bodies": "rolling:RollingBodies",
     "yo_yo": "rolling:YoYo",

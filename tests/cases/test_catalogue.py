@@ -12,7 +12,6 @@ from gnomon.cases import case_class, check_class, checks, names
 ROWS = json.loads((Path(__file__).parent / "catalogue_rows.json").read_text())
 MISSING = frozenset(
     {
-        "engineering_design_analysis",
         "pendulum_quadratic_damping",
     }
 )
