@@ -121,9 +121,10 @@ def evaluate(
                 a, a_low = add(a, a_low, b, b_low)
                 off += abs(b) * 2.0**-98
             values[i, d] = a
-            if off > 0.0 or a != 0.0:
-                # The nearer neighbour of a power of two is the one below. Where `off` is no small part of an ulp, the
-                # nearest double is in doubt within `off` of a midpoint.
-                ulp = abs(a) - np.nextafter(abs(a), 0.0)
-                certain = certain and abs(a) > TINY and (off < DOUBT * ulp or abs(a_low) + off < ulp / 2)
+            # An ulp is at least 2**-53 of its number.
+            if (off < DOUBT * 2.0**-53 * abs(a) and abs(a) > TINY) or (off == 0.0 and a == 0.0):
+                continue
+            # The nearest double is in doubt within `off` of a midpoint; the nearer neighbour of a power of two is the
+            # one below.
+            certain = certain and abs(a) > TINY and abs(a_low) + off < (abs(a) - np.nextafter(abs(a), 0.0)) / 2
         sure[i] = certain
