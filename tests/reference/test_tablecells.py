@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -98,7 +99,7 @@ def test_the_first_cells_cover_a_piece_and_stay_within_it(start, length):
 def test_only_the_shortest_pieces_are_left_out():
     """Impacts that accumulate: the lengths fall by a half each."""
     ends = [1 - Fraction(1, 2**k) for k in range(60)]
-    pieces = list(zip(ends, ends[1:], strict=False))
+    pieces = list(pairwise(ends))
     kept = _long(pieces, Fraction(1))
     assert kept == pieces[: len(kept)]
     assert 0 < 1 - sum(b - a for a, b in kept) <= Fraction(1, 2**13)
