@@ -107,9 +107,10 @@ def test_order_in_a_magnetic_bottle(method: type[FixedStep], form: Charged) -> N
     )
     with working(30) as mp:
         truth = np.array([nearest_double(mp.mpf(x.numerator) / x.denominator) for x in found[0]])
-    counts = [2, 3, 4, 6, 8, 12, 16, 24, 32, 64, 128, 256]
+    counts = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 64, 128, 256]
     errors = [float(np.max(np.abs(states(method(), form, n)[31] - truth))) for n in counts]
-    measured = fit_order([0.125 / n for n in counts], errors, floor=1e-14)
+    # Sums are compensated: a few ulps of a state of size 2 are left.
+    measured = fit_order([0.125 / n for n in counts], errors, floor=4e-15)
     assert measured is not None
     assert measured[0] == pytest.approx(method.order, abs=0.1)
 
