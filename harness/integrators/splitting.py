@@ -91,6 +91,28 @@ class StormerVerlet(Composition):
     half = ()
 
 
+class PositionVerlet(Splitting):
+    """Störmer-Verlet in position form, drift-kick-drift (Tuckerman, Berne, Martyna, J. Chem. Phys. 97, 1992). Order 2."""
+
+    name, order, conserves = "Position Verlet", 2, ("symplectic", "reversible")
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        half = mp.mpf(1) / 2
+        return [[mp.mpf(0), mp.mpf(1)], [half, half]]
+
+
+class ForestRuth4(Composition):
+    """Three Verlet steps, the middle one backwards (Forest and Ruth, Physica D 43, 1990). Order 4."""
+
+    name, order = "Forest-Ruth 4", 4
+
+    @classmethod
+    def lengths(cls, mp: Any) -> list[Any]:
+        outer = 1 / (2 - mp.cbrt(2))
+        return [outer, 1 - 2 * outer, outer]
+
+
 class Suzuki4(Composition):
     """Five Verlet steps of order 4, each shorter than the step (Suzuki, Physics Letters A 146, 1990). Order 4."""
 
@@ -100,6 +122,30 @@ class Suzuki4(Composition):
     def lengths(cls, mp: Any) -> list[Any]:
         outer = 1 / (4 - mp.cbrt(4))
         return [outer, outer, 1 - 4 * outer, outer, outer]
+
+
+class McLachlanAtela4(Splitting):
+    """Four stages of least error (McLachlan and Atela, Nonlinearity 5, 1992). Order 4.
+
+    The paper prints 19 digits; these solve the conditions of order 4 to 60 digits, the nearest to the print.
+    """
+
+    name, order, conserves = "McLachlan-Atela 4", 4, ("symplectic",)
+    kicks = (
+        "0.13449619927743108920547866796401532079138753239894125821562987",
+        "-0.2248198030794208058164903083049938953319385313651974711300396",
+        "0.756320000515668291111678821505315608545910515179127370480067",
+    )
+    drifts = (
+        "0.51535283743112293640037136933130383226483902331827640374889774",
+        "-0.08578201941297364607029239136435776297565089607003913796640787",
+        "0.44158302361646652425307674196756387992184707682877562577617118",
+    )
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        rows = [[mp.mpf(text) for text in texts] for texts in (cls.kicks, cls.drifts)]
+        return [[*row, 1 - mp.fsum(row)] for row in rows]
 
 
 class BlanesMoan4(Splitting):
@@ -124,6 +170,70 @@ class BlanesMoan4(Splitting):
         a.append(mp.mpf(1) / 2 - mp.fsum(a))
         b.append(1 - 2 * mp.fsum(b))
         return cls.palindrome([*b, *reversed(b[:-1])], [*a, *reversed(a)])
+
+
+class BlanesMoan6(Splitting):
+    """Eleven-stage Runge-Kutta-Nyström splitting SRKN11b (Blanes and Moan, J. Comput. Appl. Math. 142, 2002). Order 6.
+
+    The paper prints 15 digits; these solve the conditions of order 6 to 60 digits, the nearest to the print.
+    """
+
+    name, order, conserves, compensated = "Blanes-Moan 6", 6, ("symplectic", "reversible"), True
+    kicks = (
+        "0.041464998518262843298778133914704936723936175943344961005660128",
+        "0.19812867191806654113672647318149696061253521636787924678145169",
+        "-0.040006192104152686888828363535944839375694177760994167916455649",
+        "0.075253984301580341127878878527042755541751208428237835700936736",
+        "-0.011511387420687770062443201501289199552592637810078202935253411",
+    )
+    drifts = (
+        "0.12322977594627115156108638033336675259052493506632400183290093",
+        "0.29055379779955827036641416932791618333021012549376493630722324",
+        "-0.12704921262541691566250505382748593447301974790937436380156904",
+        "-0.24633176106207540419497348910406286259601062828773676247964847",
+        "0.35720887279592775261986034961931046283688937146325047146608727",
+    )
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        b = [mp.mpf(text) for text in cls.kicks]
+        a = [mp.mpf(text) for text in cls.drifts]
+        b.append(mp.mpf(1) / 2 - mp.fsum(b))
+        a.append(1 - 2 * mp.fsum(a))
+        return cls.palindrome([*b, *reversed(b)], [*a, *reversed(a[:-1])])
+
+
+class Yoshida6(Composition):
+    """Seven Verlet steps, solution A (Yoshida, Physics Letters A 150, 1990). Order 6.
+
+    The paper prints 15 digits; these solve the order conditions to 60 and agree with the print.
+    """
+
+    name, order, compensated = "Yoshida 6", 6, True
+    half = (
+        "0.7845136104775572638194976338663498757768244174514933845679478",
+        "0.23557321335935813368479318297853460168646808210340111900349313",
+        "-1.1776799841788710069464156809643157346392692526345984844753685",
+    )
+
+
+class Yoshida8(Composition):
+    """Fifteen Verlet steps, solution D (Yoshida, Physics Letters A 150, 1990). Order 8.
+
+    The paper prints 15 digits; these solve the order conditions to 60 and agree with the print to 13.
+    """
+
+    name, order, compensated = "Yoshida 8", 8, True
+    sweep = Steps(coarsest=1.0, halvings=8)
+    half = (
+        "0.91484424622979156674879348984750960451811970872885837179725993",
+        "0.2536933365662113541461460206899420760976531647324740966322676",
+        "-1.4448522368606051576947306575373903549559101017955056024889062",
+        "-0.15824063536805017520406677675975424775544511567575156808209837",
+        "1.9381391376225259865791864874436417609535933574476502720727931",
+        "-1.9606102329753108076076333763996636407924328198260053019104148",
+        "0.10279984939179644069811513160122586291101560127844276827170206",
+    )
 
 
 class KahanLi6(Composition):
@@ -161,4 +271,7 @@ class KahanLi8(Composition):
     )
 
 
-INTEGRATORS: tuple[type[Integrator], ...] = (SymplecticEuler, StormerVerlet, Suzuki4, BlanesMoan4, KahanLi6, KahanLi8)
+INTEGRATORS: tuple[type[Integrator], ...] = (
+    SymplecticEuler, StormerVerlet, PositionVerlet, ForestRuth4, McLachlanAtela4, Suzuki4, BlanesMoan4,
+    Yoshida6, KahanLi6, BlanesMoan6, Yoshida8, KahanLi8,
+)  # fmt: skip

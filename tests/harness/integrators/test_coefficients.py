@@ -9,14 +9,14 @@ from typing import Any
 
 import pytest
 from gnomon.cases.forms import FirstOrder, SecondOrder
-from gnomon.harness.integrators import dop853_table, explicit, gauss
+from gnomon.harness.integrators import dop853_table, explicit, gauss, splitting
 from gnomon.harness.integrators.dop853 import DENSE, ERROR_3, ERROR_5, LAST, rows
 from gnomon.harness.integrators.explicit import RungeKutta
 from gnomon.harness.integrators.fixed_step import rounded
 from gnomon.harness.integrators.gauss import Gauss
-from gnomon.harness.integrators.splitting import BlanesMoan4, Composition, KahanLi6, KahanLi8, StormerVerlet, Suzuki4
+from gnomon.harness.integrators.splitting import Composition, Splitting
 from gnomon.reference.precision import working
-from order_conditions import matrix, nystrom_trees, rk_residuals, trees
+from order_conditions import matrix, nystrom_residuals, nystrom_trees, rk_residuals, trees
 
 SIXTY = 1e-57
 """Coefficients are given to 60 digits; sums of up to seventeen of size 1 and their products lose two or three."""
@@ -51,7 +51,7 @@ def exponential_products(factors: Sequence[dict[int, Any]], weight: int, one: An
     return series
 
 
-@pytest.mark.parametrize("method", [StormerVerlet, Suzuki4, KahanLi6, KahanLi8])
+@pytest.mark.parametrize("method", [m for m in splitting.INTEGRATORS if issubclass(m, Composition)])
 def test_compositions_meet_the_order_conditions(method: type[Composition]) -> None:
     """A symmetric method is exp(h X1 + h^3 X3 + ...): the product over gamma must be exp(h X1) up to its order."""
     with working(62) as mp:
@@ -64,21 +64,24 @@ def test_compositions_meet_the_order_conditions(method: type[Composition]) -> No
             assert abs(value - wanted) < SIXTY, word
 
 
-def test_blanes_moan_meets_the_conditions_of_order_4() -> None:
+@pytest.mark.parametrize("method", splitting.INTEGRATORS, ids=lambda method: method.name)
+def test_splittings_are_nystrom_methods_of_their_order_and_no_more(method: type[Splitting]) -> None:
+    """Kick m, at the time c_m, has moved q by (c_j - c_m) h^2 b_m when kick j comes: a matrix of a Nyström method."""
     with working(62) as mp:
-        kicks, drifts = BlanesMoan4.coefficients(mp)
-        assert list(kicks) == list(kicks)[::-1]
-        assert list(drifts[:-1]) == list(drifts[:-1])[::-1]
-        words: dict[str, Any] = {"": mp.mpf(1)}
-        for letter, value in [pair for k, d in zip(kicks, drifts, strict=True) for pair in (("k", k), ("d", d))]:
-            grown: dict[str, Any] = {}
-            for word, coefficient in words.items():
-                for n in range(5 - len(word)):
-                    longer = word + letter * n
-                    grown[longer] = grown.get(longer, 0) + coefficient * value**n / factorial(n)
-            words = grown
-        for word, coefficient in words.items():
-            assert abs(coefficient - mp.mpf(1) / factorial(len(word))) < SIXTY, word
+        kicks, drifts = method.coefficients(mp)
+        drifts = list(drifts)
+        if "reversible" in method.conserves:
+            if drifts[-1] == 0:
+                assert [list(kicks), drifts[:-1]] == [list(kicks)[::-1], drifts[-2::-1]]
+            else:
+                assert [list(kicks[1:]), drifts] == [list(kicks)[:0:-1], drifts[::-1]]
+        c = [mp.fsum(drifts[:j]) for j in range(len(kicks))]
+        a = matrix(mp, [[kicks[m] * (c[j] - c[m]) for m in range(j)] for j in range(len(c))])
+        positions = [kick * (1 - node) for kick, node in zip(kicks, c, strict=True)]
+        found = [(n, abs(v)) for n, v in nystrom_residuals(a, c, positions, kicks, method.order + 1)]
+        assert abs(mp.fsum(drifts) - 1) < SIXTY
+        assert max(value for n, value in found if n <= method.order) < SIXTY
+        assert max(value for n, value in found if n > method.order) > 1e-6
 
 
 @pytest.mark.parametrize("method", gauss.INTEGRATORS, ids=lambda method: method.name)

@@ -13,7 +13,7 @@ from gnomon.harness.integrators.dop853 import rows
 from gnomon.harness.integrators.explicit import RK4, RungeKutta
 from gnomon.harness.integrators.fixed_step import FixedStep, Table
 from gnomon.harness.integrators.gauss import Gauss4
-from gnomon.harness.integrators.splitting import KahanLi6, KahanLi8
+from gnomon.harness.integrators.splitting import KahanLi6, KahanLi8, Yoshida8
 from gnomon.harness.order import fit_order, measure_order, measure_order_exactly
 
 METHODS = tuple(m for m in (*explicit.INTEGRATORS, *splitting.INTEGRATORS, *gauss.INTEGRATORS) if m.order <= 8)
@@ -59,7 +59,7 @@ class MistypedBelowBinary64(KahanLi8):
 
 def pendulum(order: int) -> Case:
     """Long enough for steps at which a method of high order stands clear of round-off, short for the others."""
-    return get("pendulum_simple", span=16 if order >= 8 else 3)
+    return get("pendulum_simple", span=16 if order >= 8 else 8 if order >= 6 else 3)
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
@@ -75,6 +75,7 @@ def test_order_in_binary64(method: type[FixedStep]) -> None:
     ("method", "counts"),
     [
         (KahanLi8, (48, 64, 96, 128)),
+        (Yoshida8, (96, 128, 192, 256)),
         (Gauss4, (48, 64, 96, 128)),
         # Its error of order 8 is so small that the next one hides it until steps are far below those of binary64.
         (Dop853Step, (768, 1024, 1536, 2048)),
