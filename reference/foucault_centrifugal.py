@@ -5,6 +5,7 @@ x'' = 2 W y' - (g/L - Om^2) x, y'' = -2 W x' - (g/L - W^2) y, W = Om sin(lat): n
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -12,6 +13,7 @@ from typing import Any
 
 from gnomon.reference.balls import ball
 from gnomon.reference.linear import LinearMotion, Row
+from gnomon.reference.motion import Cycle
 
 
 @dataclass(frozen=True)
@@ -32,3 +34,6 @@ class FoucaultCentrifugal(LinearMotion):
         north = turn * turn - ball(self.g / self.L)
         rows: list[list[Any]] = [[0, 0, 1, 0], [0, 0, 0, 1], [east, 0, 0, 2 * turn], [0, north, -2 * turn, 0]]
         return rows, self.start
+
+    def _cycle(self, mp: Any) -> Cycle:
+        return self._strobed(mp, Fraction(2 * math.pi * math.sqrt(self.L / self.g)))

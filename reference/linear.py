@@ -12,7 +12,8 @@ from fractions import Fraction
 from typing import Any, ClassVar
 
 import flint
-from gnomon.reference.balls import BallMotion, ball
+from gnomon.reference.balls import BallMotion, ball, refined
+from gnomon.reference.motion import Cycle, Turn
 
 Row = Sequence[Any]
 
@@ -32,6 +33,18 @@ class LinearMotion(BallMotion):
         matrix = flint.arb_mat(size, size, [_entry(x) for row in rows for x in row])
         grown = (matrix * ball(t)).exp() * flint.arb_mat(size, 1, [_entry(x) for x in start])
         return [grown[i, 0] for i in range(self.dimension)]
+
+    def _strobed(self, mp: Any, period: Fraction) -> Cycle:
+        """Without load any time is as good as a period: y(t + T) = exp(A T) y(t)."""
+        size = self.dimension
+
+        def grown() -> list[Any]:
+            matrix = flint.arb_mat(size, size, [_entry(x) for row in self._system()[0] for x in row])
+            return list((matrix * ball(period)).exp().entries())
+
+        entries = refined(mp, grown)
+        turn = Turn([entries[size * i : size * (i + 1)] for i in range(size)], [range(size)])
+        return Cycle(mp.mpf(period), (mp.zero,) * size, [turn])
 
 
 def _entry(x: Any) -> Any:
