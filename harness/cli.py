@@ -120,7 +120,7 @@ def run(
     if limit is not None:
         if not 0 < limit < float("inf"):
             raise ValueError(f"--limit {limit:g}: a trial needs a positive number of seconds")
-        chosen_suite = replace(chosen_suite, limit_seconds=limit, variant_limit_seconds=limit)
+        chosen_suite = chosen_suite.within(limit)
     chosen = _chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
     integrators = registry.find_all(integrator)
     for one in integrators if integrator else ():
@@ -128,7 +128,7 @@ def run(
         if reason is not None:
             raise ValueError(f"{one.id} cannot run here: {reason}")
     try:
-        path = run_(out_path, chosen_suite, chosen, integrators, Progress(), workers)
+        path = run_(out_path, chosen_suite, chosen, integrators, Progress(), workers, siblings=bool(case or integrator))
     except KeyboardInterrupt:
         problems.print("interrupted; the same command goes on from here")
         raise typer.Exit(130) from None

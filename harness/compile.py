@@ -31,24 +31,37 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 OPTIONS = 'error_model="numpy", fastmath={"contract"}, cache=True'
 SIGNATURE = "void(float64, float64[::1], float64[::1], float64[::1])"
+ARRAY_SIGNATURE = "float64[::1](float64, float64[::1], float64[::1])"
 
 
 class Kernel:
-    """A compiled function of a problem and its callers.
-
-    `pointer`: the numba dispatcher with signature void(t, y, p, out), to be handed to compiled integrators.
-    `array`: compiled (t, y, p) -> new array. `address`: of a C function
-    void(double t, double *y, double *p, double *out), what in-house methods call.
-    """
+    """A compiled function of a problem and its callers, each compiled or loaded only where it is asked for."""
 
     def __init__(self, module: types.ModuleType) -> None:
-        self.pointer: Any = module.kernel
-        self.array: Any = module.array
         self.module = module
 
     @property
     def address(self) -> int:
+        """Of a C function void(double t, double *y, double *p, double *out): what in-house methods call."""
         return int(self.module.c_kernel.address)
+
+    @property
+    def pointer(self) -> Any:
+        """Compiled (t, y, p, out) -> None."""
+        return _ready(self.module.kernel, SIGNATURE)
+
+    @property
+    def array(self) -> Any:
+        """Compiled (t, y, p) -> new array."""
+        return _ready(self.module.array, ARRAY_SIGNATURE)
+
+
+def _ready(dispatcher: Any, signature: str) -> Any:
+    """A function of a generated module compiled for this signature and no other: nothing is left to the first call."""
+    if not dispatcher.signatures:
+        dispatcher.compile(signature)
+    dispatcher.disable_compile()
+    return dispatcher
 
 
 def cache_folder() -> Path:
@@ -100,7 +113,19 @@ def function_kernel(
     function: Callable[..., Any], states: int, parameters: int, outputs: int, counted: bool = False
 ) -> Kernel:
     """Any plain function (t, state, parameters) -> tuple of `outputs` values, compiled."""
-    return _kernel({"function": function}, "function(t, y, p)", 0, states, parameters, counted, outputs)
+    return call_kernel({"function": function}, "function(t, y, p)", states, parameters, outputs, counted)
+
+
+def call_kernel(
+    functions: dict[str, Callable[..., Any]],
+    call: str,
+    states: int,
+    parameters: int,
+    outputs: int,
+    counted: bool = False,
+) -> Kernel:
+    """A call, written in the names of plain `functions` and t, y, p, that gives a tuple of `outputs`, compiled."""
+    return _kernel(functions, call, 0, states, parameters, counted, outputs)
 
 
 def _kernel(
@@ -123,8 +148,8 @@ def _kernel(
     body = textwrap.indent("\n".join(lines), "    ")
     source = (
         f"{gather(functions)}\n\n"
-        f'@njit("{SIGNATURE}", {OPTIONS})\ndef kernel(t, y_, p_, out):\n{body}\n\n'
-        f'@njit("float64[::1](float64, float64[::1], float64[::1])", {OPTIONS})\n'
+        f"@njit({OPTIONS})\ndef kernel(t, y_, p_, out):\n{body}\n\n"
+        f"@njit({OPTIONS})\n"
         f"def array(t, y_, p_):\n    out = np.empty({outputs})\n    kernel(t, y_, p_, out)\n    return out\n\n"
         f"POINTER = types.CPointer(types.float64)\n"
         f"@cfunc(types.void(types.float64, POINTER, POINTER, POINTER), cache=True)\n"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -30,6 +30,7 @@ LONG = 1000.0
 """Time scales in a span beyond which a variant needs more time than the others."""
 FEWEST = 8
 """A sweep has at least this many settings."""
+SIBLING = ("skipped", "a suite takes this integrator on default settings only; name it to run it here")
 DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 """Steps on the variants `engines`, whose sample times are multiples of 0.01 s."""
 _SOURCES = ("gnomon.harness.integrators", "gnomon.harness.adapters", "gnomon.harness.compile")
@@ -39,8 +40,9 @@ _SOURCES = ("gnomon.harness.integrators", "gnomon.harness.adapters", "gnomon.har
 class Suite:
     """How much a run does. `launches` counts the launches of default variants; other variants are launched once.
 
-    `limit_seconds` is what a trial may take on a default variant, `variant_limit_seconds` on the others, at least. The
-    timed calls of a trial take `block_seconds` together, and are at most `repeats`.
+    `limit_seconds` is what a trial may take on a default variant, `variant_limit_seconds` on the others, up to
+    `long_limit_seconds` where the span is long. The timed calls of a trial take `block_seconds` together, and are at
+    most `repeats`.
     """
 
     name: str
@@ -50,15 +52,25 @@ class Suite:
     variants: bool
     limit_seconds: float
     variant_limit_seconds: float
-    block_seconds: float = 0.01
-    repeats: int = 100
+    long_limit_seconds: float = 0.2
+    block_seconds: float = 0.005
+    repeats: int = 40
+
+    def within(self, limit_seconds: float) -> Suite:
+        """The same with one limit for every trial."""
+        return replace(
+            self,
+            limit_seconds=limit_seconds,
+            variant_limit_seconds=limit_seconds,
+            long_limit_seconds=limit_seconds,
+        )
 
     def limit(self, case: Case) -> float:
         """Seconds for one trial of a case; a variant gets more where its span is longer than 1000 time scales."""
         if case.variant is None:
             return self.limit_seconds
         length = float(case.span) / case.time_scale / LONG
-        return min(self.limit_seconds, self.variant_limit_seconds * max(1.0, length))
+        return min(self.long_limit_seconds, self.variant_limit_seconds * max(1.0, length))
 
 
 FOUNDATION = (
@@ -80,7 +92,7 @@ FOUNDATION = (
 
 SUITES = {
     "standard": Suite("standard", FOUNDATION, 5, True, 0.4, 0.05),
-    "quick": Suite("quick", FOUNDATION, 1, False, 0.05, 0.05),
+    "quick": Suite("quick", FOUNDATION, 1, False, 0.05, 0.05, block_seconds=0.002),
     "catalogue": Suite("catalogue", (), 1, True, 0.1, 0.05),
 }
 
@@ -225,11 +237,15 @@ def _steps(sweep: Steps, interval: float, time_scale: float) -> tuple[float, ...
 
 
 def pairs(
-    chosen: Sequence[tuple[Case, str]], integrators: Sequence[Integrator], formulations: bool = True
+    chosen: Sequence[tuple[Case, str]],
+    integrators: Sequence[Integrator],
+    formulations: bool = True,
+    siblings: bool = True,
 ) -> list[Series]:
     """Every case, given with a label for its variant, in every formulation through every integrator.
 
-    Pairs that cannot run are in the list too, with the reason.
+    Pairs that cannot run are in the list too, with the reason; so are, where `siblings` is False, hard variants with
+    an integrator that is a sibling of another.
     """
     found = []
     for case, label in chosen:
@@ -239,7 +255,10 @@ def pairs(
                 form = accepted_form(case, integrator.accepts, formulation)
                 if formulation is not None and form is None:
                     continue  # the pair is accounted for in the case's own formulation
-                found.append(Series(case, formulation, integrator, _left_out(case, integrator, form), label))
+                left_out = _left_out(case, integrator, form)
+                if left_out is None and case.variant is not None and not (siblings or integrator.everywhere):
+                    left_out = SIBLING
+                found.append(Series(case, formulation, integrator, left_out, label))
     return found
 
 

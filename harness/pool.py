@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, Protocol
 
-from gnomon.harness.processes import context
+from gnomon.harness.processes import context, main_hidden
 from gnomon.harness.worker import Order, Outcome, Task, serve, take_output
 
 PREPARE_SECONDS = 60.0
@@ -91,7 +91,8 @@ class Pool:
         job.task = replace(job.task, output=str(path))
         ours, theirs = self._context.Pipe()
         process = self._context.Process(target=serve, args=(theirs, job.task), daemon=True)
-        process.start()
+        with main_hidden(not job.task.spec.in_main):
+            process.start()
         theirs.close()
         slot = _Slot(job, process, ours, order, 0.0)
         self._slots.append(slot)

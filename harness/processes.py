@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import multiprocessing
 import os
 import signal
 import sys
 import threading
+import types
+from collections.abc import Iterator
 from typing import Any
 
 
@@ -17,6 +20,21 @@ def context(method: str = "forkserver") -> Any:
     if method == "forkserver":
         found.set_forkserver_preload(["gnomon.harness.preload"])
     return found
+
+
+@contextlib.contextmanager
+def main_hidden(hidden: bool) -> Iterator[None]:
+    """Children started within import gnomon and not the script that runs, which then needs no `__main__` guard.
+
+    Not where `hidden` is False: what a child needs may be defined in that script.
+    """
+    main = sys.modules["__main__"]
+    if hidden:
+        sys.modules["__main__"] = types.ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 def die_with_parent() -> None:

@@ -32,15 +32,18 @@ def run(
     progress: Progress | None = None,
     workers: int = WORKERS,
     prepare_seconds: float = PREPARE_SECONDS,
+    siblings: bool = True,
 ) -> Path:
     """Run every chosen case (see `plan.choose`) through every integrator; returns the path of the results file.
+
+    Where `siblings` is False, integrators that declare it stay away from hard variants (`Integrator.everywhere`).
 
     What is in the file already is not repeated. An interruption at any moment leaves a file from which the same call
     goes on. A case whose exact motion cannot be computed raises ValueError once all others are done.
     """
     progress = progress or Progress(quiet=True)
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
-    series = plan.pairs(chosen, integrators)
+    series = plan.pairs(chosen, integrators, siblings=siblings)
     with progress, Store(path) as results:
         known, broken = _truths(series, progress)
         number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe())
@@ -74,8 +77,7 @@ def compare(
             found += registry.find(item)
         else:
             found.append(item() if isinstance(item, type) else item)
-    suite = replace(plan.suite("standard"), name="compare", launches=launches)
-    suite = replace(suite, limit_seconds=limit_seconds, variant_limit_seconds=limit_seconds)
+    suite = replace(plan.suite("standard").within(limit_seconds), name="compare", launches=launches)
     with tempfile.TemporaryDirectory(prefix="gnomon-") as folder:
         return store.load(run(folder, suite, chosen, found))
 

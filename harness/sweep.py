@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
-from gnomon.harness.integrator import Tolerance
+from gnomon.harness.integrator import Steps, Tolerance
 from gnomon.harness.judge import Judge
 from gnomon.harness.plan import Series, Suite, Trial
 from gnomon.harness.registry import reference
@@ -54,7 +54,7 @@ class Sweep:
         self._finished = finished
         self._waiting = list(trials)
         self._current: Trial | None = None
-        self._seconds: list[float] = []
+        self._timed: list[tuple[float, float]] = []
         self._stopped: str | None = None
 
     def next(self) -> Order | None:
@@ -64,11 +64,11 @@ class Sweep:
             assert trial.setting is not None
             known = self._history.get((trial.key, self.launch))
             if known is not None:
-                self._note(known.status, known.seconds)
+                self._note(known.status, known.seconds, trial.setting)
                 continue
             if self.launch > 1 and not self._worth_relaunching(trial):
                 continue
-            reason = self._stopped or self._predicted()
+            reason = self._stopped or self._predicted(trial.setting)
             if reason is not None:
                 self._stopped = reason
                 self._add(trial, {"status": "skipped", "reason": reason})
@@ -89,7 +89,7 @@ class Sweep:
             self._note("crashed", None)
             self._add(trial, {"status": "crashed", "reason": f"its answer cannot be judged: {error!r}"})
             return
-        self._note(measurement["status"], measurement["seconds_low"])
+        self._note(measurement["status"], measurement["seconds_low"], trial.setting)
         self._add(trial, measurement, outcome.settings, states if self.launch == 1 else None)
 
     def failed(self, status: str, reason: str, output: str) -> None:
@@ -102,18 +102,23 @@ class Sweep:
         trial, self._current = self._current, None
         return trial
 
-    def _note(self, status: str, seconds: float | None) -> None:
+    def _note(self, status: str, seconds: float | None, setting: float | None = None) -> None:
         if status in ("timeout", "not_installed"):
             self._stopped = f"the setting before it is {status}"
-        if seconds is not None:
-            self._seconds.append(seconds)
+        if seconds is not None and setting is not None:
+            self._timed.append((setting, seconds))
 
-    def _predicted(self) -> str | None:
-        """Why the next setting would pass the limit, by the smaller growth of the last two; None where it would not."""
-        if len(self._seconds) < 2:
+    def _predicted(self, setting: float) -> str | None:
+        """Why the next setting would pass the limit, by the smallest growth that is likely; None where it would not."""
+        if not self._timed:
             return None
-        ratios = [after / before for before, after in itertools.pairwise(self._seconds[-3:])]
-        expected = self._seconds[-1] * min(max(min(ratios), 1.0), MOST_GROWTH)
+        ratios = [after / before for (_, before), (_, after) in itertools.pairwise(self._timed[-3:])]
+        before, seconds = self._timed[-1]
+        if isinstance(self.series.integrator.sweep, Steps):  # the work is in proportion to the number of steps
+            ratios.append(before / setting)
+        if not ratios:
+            return None
+        expected = seconds * min(max(min(ratios), 1.0), MOST_GROWTH)
         if expected <= self.limit_seconds:
             return None
         return f"predicted {expected:.2g} s, above the limit of {self.limit_seconds:g} s"

@@ -17,7 +17,7 @@ from gnomon.cases import Case
 from gnomon.cases.formulation import Formulation
 from gnomon.harness import source
 from gnomon.harness.problem import initial_state, problem_of
-from gnomon.harness.processes import context, die_with_parent
+from gnomon.harness.processes import context, die_with_parent, main_hidden
 from gnomon.reference import diskcache
 from numpy.typing import NDArray
 
@@ -67,6 +67,11 @@ class CaseSpec:
             None if formulation is None else formulation.name,
         )
 
+    @property
+    def in_main(self) -> bool:
+        """Whether the case is defined in the script that runs."""
+        return self.path.startswith("__main__:")
+
     def build(self) -> tuple[Case, Formulation | None]:
         kind = cases.case_class(self.path)
         case = kind(initial_state=self.initial_state, span=self.span, **dict(self.parameters))
@@ -101,7 +106,8 @@ def truths(specs: Sequence[CaseSpec], progress: Callable[[], None]) -> dict[Case
         return found
     workers = min(os.cpu_count() or 1, len(missing))
     with ProcessPoolExecutor(workers, mp_context=context(), initializer=_quiet_child) as pool:
-        waiting = {pool.submit(truth, spec): spec for spec in missing}
+        with main_hidden(not any(spec.in_main for spec in missing)):
+            waiting = {pool.submit(truth, spec): spec for spec in missing}
         for future in as_completed(waiting):
             error = future.exception()
             found[waiting[future]] = f"{type(error).__name__}: {error}" if error is not None else future.result()

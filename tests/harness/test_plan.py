@@ -56,6 +56,16 @@ def test_tolerances_go_from_loosest_to_tightest(sweep: Tolerance) -> None:
     assert all(a > b for a, b in itertools.pairwise(found))
 
 
+def test_a_sibling_stays_away_from_hard_variants_unless_it_is_named() -> None:
+    class Sibling(planted.Sound):
+        name, everywhere = "Sibling", False
+
+    chosen = [(CASE, ""), (cases.get("pendulum_simple", "engines").rounded(), "")]
+    in_suite = plan.pairs(chosen, [Sibling()], formulations=False, siblings=False)
+    assert [series.left_out for series in in_suite] == [None, plan.SIBLING]
+    assert [series.left_out for series in plan.pairs(chosen, [Sibling()], formulations=False)] == [None, None]
+
+
 def test_a_pair_takes_the_most_structured_form_that_is_accepted() -> None:
     class Splitting(planted.Sound):
         accepts = (Separable,)

@@ -156,6 +156,19 @@ def measurements(path: Path) -> list[tuple[str, int]]:
         return list(db.execute("SELECT trial_key, launch FROM measurements ORDER BY measurement"))
 
 
+def test_a_script_needs_no_main_guard(tmp_path: Path) -> None:
+    """Its exact motion is not on disk yet, so that both kinds of child processes are started."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from gnomon import cases\n"
+        "from gnomon.harness import compare\n"
+        f"case = cases.get('harmonic_oscillator', span='{tmp_path.stat().st_mtime_ns % 1000 + 5000}/1000')\n"
+        "print(*compare(case, 'gnomon:RK4')['status'])\n"
+    )
+    ran = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, check=False)
+    assert (ran.stdout.split(), ran.returncode) == (["ok"] * 11, 0), ran.stderr
+
+
 def test_the_second_run_repeats_nothing(tmp_path: Path) -> None:
     chosen = plan.choose([CASE], False)
     path = run(tmp_path, SUITE, chosen, [planted.Sound()])

@@ -116,3 +116,11 @@ def test_an_answer_that_cannot_be_judged_is_a_crash_of_its_own(judge: Judge) -> 
     assert log.statuses == ["crashed"]
     assert "cannot be judged" in log.rows[0]["reason"]
     assert log.sweep.next() is not None
+
+
+def test_the_work_of_a_step_size_is_known_from_one_before(judge: Judge) -> None:
+    log = Log(judge)
+    log.sweep.next()
+    log.answer(0.6)
+    assert log.sweep.next() is None
+    assert log.rows[1]["reason"] == "predicted 1.2 s, above the limit of 1 s"
