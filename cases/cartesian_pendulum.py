@@ -9,7 +9,7 @@ from math import pi, sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
-from gnomon.cases.forms import FirstOrder, Values
+from gnomon.cases.forms import Constrained, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.reference.cartesian_pendulum import CartesianPendulum
 from gnomon.reference.precision import Number
@@ -21,6 +21,21 @@ def cartesian_pendulum_equations(t: Any, state: Values, parameters: Values) -> V
     (g,) = parameters
     lam = (vx * vx + vy * vy - g * y) / (x * x + y * y)
     return vx, vy, -lam * x, -lam * y - g
+
+
+def gravity_in_the_plane(t: Any, place: Values, parameters: Values) -> Values:
+    (g,) = parameters
+    return 0, -g
+
+
+def circle(t: Any, place: Values, parameters: Values) -> Values:
+    x, y = place
+    return (x * x + y * y,)
+
+
+def circle_gradient(t: Any, place: Values, parameters: Values) -> Values:
+    x, y = place
+    return 2 * x, 2 * y
 
 
 def cartesian_pendulum_energy(t: Any, state: Values, parameters: Values) -> Values:
@@ -98,8 +113,12 @@ class HolonomicConstraintDae(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(cartesian_pendulum_equations),)
+    def forms(self) -> tuple[Constrained, ...]:
+        return (
+            Constrained(
+                cartesian_pendulum_equations, force=gravity_in_the_plane, constraint=circle, gradient=circle_gradient
+            ),
+        )
 
     @property
     def time_scale(self) -> float:

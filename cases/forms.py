@@ -41,6 +41,19 @@ class Charged(FirstOrder):
     light: Callable[[Values], Values] | None = None
 
 
+@dataclass(frozen=True, kw_only=True)
+class Constrained(FirstOrder):
+    """Coordinates of unit mass under one holonomic constraint: q'' = force - lam gradient, constraint(q) = constant.
+
+    State (q..., q'...), tangent to the constraint. `force(t, q, parameters)` without the constraint's own,
+    `constraint` -> (g,), `gradient` -> dg/dq. `equations` are those of index 1, with the multiplier eliminated.
+    """
+
+    force: Equations
+    constraint: Equations
+    gradient: Equations
+
+
 @dataclass(frozen=True)
 class SecondOrder:
     """q'' = acceleration(t, q, parameters)."""

@@ -11,7 +11,9 @@ from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import FirstOrder, Values
+from gnomon.cases.formulation import Formulation
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.spherical_cartesian import CARTESIAN
 from gnomon.reference.lagrange_top import SphericalPendulum
 from gnomon.reference.precision import Number
 
@@ -78,6 +80,10 @@ class SphericalPendulumCase(Case):
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(spherical_equations),)
+
+    @property
+    def formulations(self) -> tuple[Formulation, ...]:
+        return (CARTESIAN,)
 
     @property
     def time_scale(self) -> float:

@@ -23,6 +23,7 @@ MODULES = (
     "gnomon.harness.integrators.radau",
     "gnomon.harness.integrators.taylor",
     "gnomon.harness.integrators.boris",
+    "gnomon.harness.integrators.rattle",
     "gnomon.harness.integrators.lie",
     "gnomon.harness.integrators.hybrid",
     "gnomon.harness.adapters.scipy_ivp",
