@@ -41,7 +41,7 @@ def sample(motion: Motion, times: Floats, span: float | None = None, breaks: Seq
     cells = _cells(motion, _pieces(cycle, farthest, span, breaks), max(BUDGET, len(times)))
     if cells is None:
         return motion.sample_each(times)
-    dimension = cells.high.shape[1]
+    dimension = cells.high.shape[2]
     values = np.zeros((len(times), dimension))
     sure = np.empty(len(times), dtype=np.bool_)
     period = np.zeros(3) if cycle is None else _parts(cycle.period, 3)

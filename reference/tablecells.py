@@ -41,7 +41,7 @@ Piece = tuple[Fraction, Fraction]
 class Cells(NamedTuple):
     """Cell i is from edges[i] on where |t - centre| <= half; powers of s = (t - centre) / half.
 
-    `centres` and `low` continue in a second double; `high` is (cells, dimension, powers), `low` ends at lower powers.
+    `centres` and `low` continue in a second double; `high` is (cells, powers, dimension), `low` ends at lower powers.
     `errors` and `rates` (cells, dimension) bound the polynomial's error and derivative by time.
     """
 
@@ -135,30 +135,20 @@ def _cut(
 ) -> list[tuple[Any, ...]]:
     """A good cell in PARTS, those that count: edge, centre, half, coefficients high and low, error."""
     found = []
-    dimension = powers.ncols()
     for k, matrix in enumerate(_shifts()):
         begin, end = left + width * k / PARTS, left + width * (k + 1) / PARTS
         if end <= start or begin >= stop:
             continue
         with precision(BITS):
-            moved = matrix * powers
-            middles = [[moved[j, d].mid() for j in range(NODES)] for d in range(dimension)]
+            middles = [[x.mid() for x in row] for row in (matrix * powers).tolist()]
             high = [[float(x) for x in row] for row in middles]
             low = [
                 [float(x - y) for x, y in zip(row, tops, strict=True)] for row, tops in zip(middles, high, strict=True)
             ]
         centre = (begin + end) / 2
         first = float(centre)
-        found.append(
-            (
-                float(max(begin, start)),
-                (first, float(centre - Fraction(first))),
-                float(width / PARTS / 2),
-                high,
-                low,
-                errors,
-            )
-        )
+        middle = (first, float(centre - Fraction(first)))
+        found.append((float(max(begin, start)), middle, float(width / PARTS / 2), high, low, errors))
     return found
 
 
@@ -166,23 +156,20 @@ def _trimmed(found: list[tuple[Any, ...]]) -> Cells:
     """Powers that do not count left out, and low parts that do not; both put on the errors."""
     edges, centres, halves, high, low, errors = (np.array(column) for column in zip(*found, strict=True))
     parts = np.abs(high)
-    rates = parts @ np.arange(NODES) / halves[:, None]
-    # beyond[..., j]: the sum of all from j on
-    beyond = np.concatenate([np.cumsum(parts[..., ::-1], axis=-1)[..., ::-1], np.zeros_like(parts[..., :1])], axis=-1)
-    sizes = beyond[..., 0]
-    allowed = np.maximum(errors, 2.0**-90 * sizes)
-    kept = _first(beyond <= allowed[..., None])
-    doubled = min(_first(beyond * 2.0**-51 <= np.maximum(errors, 2.0**-82 * sizes)[..., None]), kept)
-    errors = errors + beyond[..., kept] + beyond[..., doubled] * 2.0**-51 + sizes * 2.0**-97
-    return Cells(
-        edges, centres, halves, np.ascontiguousarray(high[..., :kept]), np.ascontiguousarray(low[..., :doubled]),
-        errors, rates,
-    )  # fmt: skip
+    rates = np.einsum("cjd,j->cd", parts, np.arange(float(NODES))) / halves[:, None]
+    # beyond[:, j]: the sum of all from j on
+    beyond = np.cumsum(np.pad(parts, ((0, 0), (0, 1), (0, 0)))[:, ::-1], axis=1)[:, ::-1]
+    sizes = beyond[:, 0]
+    kept = _first(beyond <= np.maximum(errors, 2.0**-90 * sizes)[:, None])
+    doubled = min(_first(beyond * 2.0**-51 <= np.maximum(errors, 2.0**-82 * sizes)[:, None]), kept)
+    errors = errors + beyond[:, kept] + beyond[:, doubled] * 2.0**-51 + sizes * 2.0**-97
+    high, low = (np.ascontiguousarray(x) for x in (high[:, :kept], low[:, :doubled]))
+    return Cells(edges, centres, halves, high, low, errors, rates)
 
 
 def _first(good: Any) -> int:
     """The first power, at least one, from which on all cells and components are good."""
-    return max(1, int(np.argmax(np.all(good, axis=(0, 1)))))
+    return max(1, int(np.argmax(np.all(good, axis=(0, 2)))))
 
 
 def _states(motion: Motion, moments: Sequence[Fraction]) -> Any:

@@ -46,8 +46,8 @@ def evaluate(
     blocks[k, n // count] steps[k, n % count], with `count` that of the steps. `groups` (stages, groups, size): the
     components that each stage's matrix is multiplied with; -1 ends a group.
     """
-    dimension, nodes = high.shape[1], high.shape[2]
-    doubled = low.shape[2]
+    nodes, dimension = high.shape[1], high.shape[2]
+    doubled = low.shape[1]
     stages, per_block, size = steps.shape[0], steps.shape[1], steps.shape[2]
     first = 0.0
     for n in turns:
@@ -72,15 +72,16 @@ def evaluate(
         if abs(s) > 1.0 or (abs(s) == 1.0 and s * s_low > 0.0):
             continue  # in a gap between cells
         certain = True
+        # All components side by side: they fill the lanes of the machine's vectors.
         for d in range(dimension):
-            tail = 0.0
-            for j in range(nodes - 1, doubled - 1, -1):
-                tail = fma(tail, s, high[cell, d, j])
-            a, a_low = tail, 0.0
-            for j in range(doubled - 1, -1, -1):
-                a, a_low = multiply_add(a, a_low, s, s_low, high[cell, d, j], low[cell, d, j])
-            x[d], x_low[d] = a, a_low
+            x[d], x_low[d] = 0.0, 0.0
             error[d] = errors[cell, d] + rates[cell, d] * slip
+        for j in range(nodes - 1, doubled - 1, -1):
+            for d in range(dimension):
+                x[d] = fma(x[d], s, high[cell, j, d])
+        for j in range(doubled - 1, -1, -1):
+            for d in range(dimension):
+                x[d], x_low[d] = multiply_add(x[d], x_low[d], s, s_low, high[cell, j, d], low[cell, j, d])
         for k in range(stages):
             index = int(n - first)
             block, step = index // per_block, index % per_block

@@ -43,15 +43,15 @@ def test_the_error_of_every_polynomial_is_within_its_bound(motion):
         centre = Fraction(cells.centres[i, 0]) + Fraction(cells.centres[i, 1])
         truth = motion.state(centre + place * Fraction(cells.halves[i]), 60)
         for d, x in enumerate(truth):
-            powers = [Fraction(c) for c in cells.high[i, d]]
-            for j, c in enumerate(cells.low[i, d]):
+            powers = [Fraction(c) for c in cells.high[i, :, d]]
+            for j, c in enumerate(cells.low[i, :, d]):
                 powers[j] += Fraction(c)
             # The bound covers the kernel's rounding too, which is absent here.
             assert abs(polynomial(powers, place) - exact(x)) <= Fraction(cells.errors[i, d])
 
 
 def test_a_polynomial_motion_keeps_no_more_powers_than_it_has():
-    assert build(MOTIONS["polynomial"], [(Fraction(0), Fraction(10))], BUDGET).high.shape[2] <= 4
+    assert build(MOTIONS["polynomial"], [(Fraction(0), Fraction(10))], BUDGET).high.shape[1] <= 4
 
 
 @dataclass(frozen=True)
