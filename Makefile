@@ -26,10 +26,10 @@ types: $(VENV)/installed
 	$(BIN)/mypy -p gnomon
 
 unit: $(VENV)/installed
-	$(BIN)/pytest -m "not slow" --benchmark-disable
+	$(BIN)/pytest -n auto --dist loadfile -m "not slow" --benchmark-disable
 
 test-all: lint types
-	$(BIN)/pytest --benchmark-disable
+	$(BIN)/pytest -n auto --dist loadfile --benchmark-disable
 
 bench: $(VENV)/installed
 	$(BIN)/pytest tests/benchmarks --benchmark-only --benchmark-json=runs/benchmarks.json
