@@ -20,6 +20,7 @@ MODULES = (
     "gnomon.harness.integrators.explicit_pairs",
     "gnomon.harness.integrators.dop853",
     "gnomon.harness.integrators.nystrom",
+    "gnomon.harness.integrators.stormer",
     "gnomon.harness.integrators.radau",
     "gnomon.harness.integrators.taylor",
     "gnomon.harness.integrators.boris",

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from gnomon.cases.registry import get
 from gnomon.harness.integrator import Integrator
-from gnomon.harness.integrators import dop853, explicit, explicit_pairs, gauss, lie, nystrom, splitting
+from gnomon.harness.integrators import dop853, explicit, explicit_pairs, gauss, lie, nystrom, splitting, stormer
 from gnomon.harness.problem import initial_state, problem_of
 
 ADAPTIVE = (*explicit_pairs.INTEGRATORS, *dop853.INTEGRATORS, *nystrom.INTEGRATORS)
-SMOOTH = (*explicit.INTEGRATORS, *splitting.INTEGRATORS, *gauss.INTEGRATORS, *ADAPTIVE)
+SMOOTH = (*explicit.INTEGRATORS, *splitting.INTEGRATORS, *gauss.INTEGRATORS, *stormer.INTEGRATORS, *ADAPTIVE)
 
 
 def solve_repeatedly(benchmark: Any, method: type[Integrator], name: str) -> None:

@@ -1,0 +1,57 @@
+"""Störmer's multistep methods: coefficients, measured order, one right-hand side a step, no drift of round-off."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from gnomon.cases.registry import get
+from gnomon.harness.integrators.stormer import STARTER, Stormer, Stormer8, Stormer12, adams_weights, stormer_weights
+from gnomon.harness.order import measure_order_exactly
+from gnomon.harness.problem import counting, initial_state, problem_of
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 12])
+def test_formulas_are_exact_for_polynomials_and_for_no_more(count: int) -> None:
+    """With a = t^m, q = t^(m+2) / ((m+1)(m+2)) and v = t^(m+1) / (m+1), from t = 0 to 1."""
+    for m in range(count + 1):
+        wanted = Fraction(1 + (-1) ** m, (m + 1) * (m + 2))
+        found = sum(w * Fraction(-j) ** m for j, w in enumerate(stormer_weights(count)))
+        # The term of the first difference is zero: one acceleration gives what two do.
+        assert (found == wanted) == (m < max(count, 2))
+        found = sum(w * Fraction(1 - j) ** m for j, w in enumerate(adams_weights(count)))
+        assert (found == Fraction(1, m + 1)) == (m < count)
+
+
+def test_the_first_weights_are_the_known_ones() -> None:
+    """Störmer's of four accelerations, (14, -5, 4, -1) / 12 (Hairer, Norsett, Wanner III.10.11); Adams-Moulton's."""
+    assert stormer_weights(4) == tuple(Fraction(n, 12) for n in (14, -5, 4, -1))
+    assert adams_weights(4) == tuple(Fraction(n, 24) for n in (9, 19, -5, 1))
+
+
+@pytest.mark.parametrize(("method", "coarsest"), [(Stormer8, 384), (Stormer12, 768)])
+def test_order_in_sixty_digits(method: type[Stormer], coarsest: int) -> None:
+    counts = [coarsest * n // 12 for n in (12, 16, 24, 32)]
+    measured = measure_order_exactly(method(), get("kepler_orbit", span=1), counts)
+    assert measured is not None
+    assert measured[0] == pytest.approx(method.order, abs=0.15), "the next term, a hundred times larger, is smaller by the step"
+
+
+@pytest.mark.parametrize("method", [Stormer8, Stormer12])
+def test_a_step_costs_one_right_hand_side(method: type[Stormer]) -> None:
+    case = get("pendulum_simple").rounded()
+    problem = counting(problem_of(case, method.accepts))
+    solution = method().prepare(problem, problem.interval / 8)(initial_state(case)[None])
+    assert solution.steps == 8 * 64
+    assert problem.buffer[-1] == 8 * 64 + 1 + (method.order - 1) * (len(STARTER.stages) - 1)
+
+
+@pytest.mark.parametrize("method", [Stormer8, Stormer12])
+def test_round_off_stays_near_the_conditioning(method: type[Stormer]) -> None:
+    """At 6.5e4 steps, where plain sums of positions would lose 1e-16 times the square of their number: 4e-7."""
+    case = get("pendulum_simple").rounded()
+    problem = problem_of(case, method.accepts)
+    solution = method().prepare(problem, problem.interval / 1024)(initial_state(case)[None])
+    error = np.max(case.metric.distance(solution.states[0], case.sample(case.times)))
+    assert error < 20 * np.max(case.conditioning(case.times))
