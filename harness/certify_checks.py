@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from gnomon.cases.check import Check
-from gnomon.harness.certify import DIGITS, Certificate
+from gnomon.harness.agreement import DIGITS
+from gnomon.harness.certify import Certificate
 from gnomon.reference.precision import working
 
 REQUIRED = 40

@@ -174,38 +174,38 @@ def certify(
     to: Annotated[Path, typer.Option(help="Where the certificates go, as JSON.")] = Path("runs/certificates.json"),
     suite: Annotated[str | None, typer.Option(help="Only the cases of this suite.")] = None,
     everything: Annotated[bool, typer.Option("--all", help="All variants too.")] = False,
+    opponents: Annotated[
+        Path | None,
+        typer.Option(help="Measure the numerical opponents of the checks too, and write them here, as JSON."),
+    ] = None,
+    workers: Annotated[int, typer.Option(help="Processes at a time.", min=1)] = 2,
 ) -> None:
     """Confirm exact motions by independent ways. Exit code 1 below the required digits."""
     from gnomon.harness import certify as certifying
-    from gnomon.harness import plan
-    from gnomon.harness.certify_checks import certify_check
+    from gnomon.harness import certify_all, plan
     from gnomon.harness.progress import Progress
 
-    from gnomon import cases
-
-    named = case or (list(plan.suite(suite).cases) if suite else [])
-    checks = [name for name in named or cases.checks() if name in cases.checks()]
-    moving = [name for name in named or cases.names() if name not in checks]
-    chosen = _chosen(moving, everything, None, rounded=False) if moving else []
-    settings = [(n, v) for n in checks for v in (None, *(s.name for s in cases.check_class(n).variants if everything))]
+    settings = certify_all.settings(case or (plan.suite(suite).cases if suite else ()), everything)
     progress = Progress()
     certificates: list[certifying.Certificate] = []
     with progress:
-        progress.begin("certificates", len(chosen) + len(settings))
-        for one, _ in chosen:
-            certificates.append(certifying.certify(one))
-            progress.advance()
-        for name, variant in settings:
-            certificates.append(certify_check(cases.get_check(name, variant)))
+        progress.begin("certificates", len(settings))
+        for certificate in certify_all.certificates(settings, workers):
+            certificates.append(certificate)
             progress.advance()
     table = Table("case", "variant", "digits agreed", "by", title="Exact motions, confirmed")
     for certificate in certificates:
         ways = ", ".join(f"{way} {digits:.0f}" for way, digits in certificate.ways.items())
         colour = "green" if certificate.passed else "red"
-        table.add_row(certificate.case, certificate.variant, f"[{colour}]{certificate.digits:.0f}[/]", ways)
+        digits = f"[{colour}]{certificate.digits:.0f}[/]"
+        table.add_row(certificate.case, certificate.variant, digits, ways or escape(certificate.note))
     out.print(table)
+    seconds = sum(certificate.seconds for certificate in certificates)
+    out.print(f"{len(certificates)} certificates in {seconds / 60:.1f} minutes of processor time", highlight=False)
     to.parent.mkdir(parents=True, exist_ok=True)
     certifying.write(certificates, to)
+    if opponents is not None:
+        _measure_opponents({name for name, _ in settings}, opponents)
     failed = [certificate for certificate in certificates if not certificate.passed]
     if failed:
         out.print(f"{len(failed)} below the digits required of them")
@@ -257,6 +257,15 @@ def _chosen(
     for reserved in {"variant", "initial_state", "span"} & set(given):
         raise ValueError(f"--set {reserved}: not a parameter; a variant is chosen by case/variant")
     return plan.choose(names, variants, rounded=rounded, **given)
+
+
+def _measure_opponents(names: set[str], to: Path) -> None:
+    """All settings of the checks among the names, alone on the machine: their times are compared."""
+    from gnomon.harness import opponents
+
+    chosen = [check for check in opponents.everything() if check.name in names]
+    opponents.write(opponents.run_checks(chosen), to)
+    out.print(f"opponents of the checks: {to}", highlight=False)
 
 
 def _given(parameters: list[str] | None) -> dict[str, str]:

@@ -58,9 +58,9 @@ def everything() -> list[Check]:
     return found
 
 
-def write(frame: pandas.DataFrame, folder: Path) -> Path:
-    """The table as `checks.json` in `folder`, one object each row, for the report."""
-    path = folder / "checks.json"
+def write(frame: pandas.DataFrame, path: Path) -> Path:
+    """The table as JSON, one object each row, for the report."""
+    path.parent.mkdir(parents=True, exist_ok=True)
     rows = frame.astype(object).where(frame.notna(), None).to_dict("records")
     path.write_text(json.dumps(rows, indent=1) + "\n")
     return path

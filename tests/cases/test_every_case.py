@@ -11,7 +11,7 @@ import pytest
 from gnomon.cases import Case, case_class, get, names
 from gnomon.cases.forms import FirstOrder
 from gnomon.cases.numbers import Range
-from gnomon.harness import certify
+from gnomon.harness import agreement, certify
 from gnomon.reference.precision import exact, working
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -59,9 +59,9 @@ def examples(name: str) -> Any:
 
 def agreed(first: Any, second: Any, case: Case) -> float:
     """Digits in which two states agree, relative to the size of the motion."""
-    with working(3 * certify.DIGITS) as mp:
-        return certify._agreed(
-            (mp.mpf(a) - mp.mpf(b), size) for a, b, size in zip(first, second, certify._sizes(case), strict=True)
+    with working(3 * agreement.DIGITS) as mp:
+        return agreement.agreed(
+            (mp.mpf(a) - mp.mpf(b), size) for a, b, size in zip(first, second, agreement.sizes(case), strict=True)
         )
 
 
@@ -70,8 +70,8 @@ def test_exact_motion_satisfies_the_equations(name: str) -> None:
     @examples(name)
     @given(cases(name), fractions)
     def check(case: Case, share: Fraction) -> None:
-        assert certify._residual(case, certify._equations(case), case.span * share) >= enough(case)
-        assert certify._start(case) >= enough(case)
+        assert agreement.residual(case, agreement.first_order_equations(case), case.span * share) >= enough(case)
+        assert certify.start(case) >= enough(case)
 
     check()
 
@@ -81,7 +81,7 @@ def test_the_digits_asked_for_are_right(name: str) -> None:
     @examples(name)
     @given(cases(name), fractions)
     def check(case: Case, share: Fraction) -> None:
-        assert certify._rounding(case, [case.span * share]) >= enough(case)
+        assert certify.rounding(case, [case.span * share]) >= enough(case)
 
     check()
 
@@ -92,7 +92,7 @@ def test_constant_invariants_stay_constant(name: str) -> None:
     @given(cases(name), fractions)
     def check(case: Case, share: Fraction) -> None:
         if any(invariant.law == "constant" for invariant in case.invariants.values()):
-            assert certify._invariants(case, [case.span * share]) >= enough(case)
+            assert certify.invariants(case, [case.span * share]) >= enough(case)
 
     check()
 
@@ -111,7 +111,7 @@ def test_decaying_invariants_do_not_grow(name: str) -> None:
                 state = tuple(float(x) for x in case.exact(t, 20))
                 values.append(invariant.function(float(t), state, parameters)[0])
             # evaluated in doubles: a few roundings of its terms
-            assert values[1] <= values[0] + 1e-13 * (abs(values[0]) + sum(x * x for x in certify._sizes(case))), label
+            assert values[1] <= values[0] + 1e-13 * (abs(values[0]) + sum(x * x for x in agreement.sizes(case))), label
 
     check()
 
@@ -130,7 +130,7 @@ def test_motions_compose(name: str) -> None:
         except ValueError:
             return  # rounded out of the domain, where the start stands on its edge
         assert agreed(
-            rest.exact(case.span - t, certify.asked(case)), case.exact(case.span, certify.asked(case)), case
+            rest.exact(case.span - t, agreement.asked(case)), case.exact(case.span, agreement.asked(case)), case
         ) >= enough(case)
 
     check()
@@ -145,7 +145,7 @@ def test_the_reversed_motion_retraces_it(name: str) -> None:
         there = case.reversed([exact(x) for x in case.exact(t, 120 if case.certified_digits > SHORT else 44)])
         assert there is not None
         back = case.with_numbers(*there)
-        returned = back.reversed(back.exact(t, certify.asked(case)))
+        returned = back.reversed(back.exact(t, agreement.asked(case)))
         assert returned is not None
         assert agreed(returned[0], case.initial_state, case) >= enough(case)
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import pytest
-from gnomon.cases import get, names
+from gnomon.cases import checks, get, names
 from gnomon.cases.forms import SecondOrder, Values
 from gnomon.cases.pendulum import PendulumSimple
+from gnomon.harness import certify_all, certify_long
 from gnomon.harness.certify import certify, write
 from gnomon.reference.motion import Motion
 
@@ -74,3 +76,82 @@ def test_certificates_are_written_for_the_report(tmp_path: Path) -> None:
     (row,) = json.loads((tmp_path / "certificates.json").read_text())
     assert row["case"] == "projectile_parabola"
     assert row["passed"] is True
+
+
+@pytest.mark.parametrize("name", ["pendulum_simple", "euler_top", "lagrange_top", "spherical_pendulum"])
+def test_balls_prove_the_digits_of_elliptic_motions(name: str) -> None:
+    assert certify(get(name)).ways["ball"] >= 45
+
+
+def test_long_spans_are_integrated_in_pieces_chained_and_looked_at_for_jumps() -> None:
+    certificate = certify(get("pendulum_simple", "long_1e6"))
+    assert set(certificate.ways) == {"rounding", "residual", "windows", "group", "seams", "ball", "invariants"}
+    assert certificate.passed
+
+
+class Jumping(PendulumSimple):
+    """An exact motion that jumps by 1e-30 where theta passes zero, late in a long span."""
+
+    def motion(self) -> Motion:
+        right = super().motion()
+
+        class Off(Motion):
+            def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
+                theta, omega = right._state(mp, t)
+                return theta + (mp.mpf(10) ** -30 if t > 2900 and theta > 0 else 0), omega
+
+            def _guard(self, t: Fraction) -> float:
+                return right._guard(t)
+
+        return Off()
+
+
+class Running(PendulumSimple):
+    """An exact motion whose clock gains 1e-30 t^2: right at every short time, but no flow."""
+
+    def motion(self) -> Motion:
+        right = super().motion()
+
+        class Off(Motion):
+            def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
+                return right._state(mp, t + t * t / 10**30)
+
+            def _guard(self, t: Fraction) -> float:
+                return right._guard(t)
+
+        return Off()
+
+
+def test_a_jump_where_a_branch_changes_shows_in_seams() -> None:
+    seams = certify_long.seams(Jumping(span=3000))
+    assert seams is not None
+    # a jump of 1e-30 over a difference step of 1e-40
+    assert seams < 0
+
+
+def test_a_clock_that_gains_shows_in_the_group_property() -> None:
+    group = certify_long.group(Running(span=3000))
+    assert group is not None
+    # 1e-30 of half the span squared
+    assert 23 < group < 26
+
+
+def test_what_cannot_be_certified_is_a_row_that_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(case: object) -> None:
+        raise ArithmeticError("no precision is enough")
+
+    monkeypatch.setattr(certify_all, "certify", fails)
+    made = certify_all.certificate(("projectile_parabola", None))
+    assert not made.passed
+    assert made.note == "ArithmeticError: no precision is enough"
+
+
+def test_settings_are_those_of_cases_and_checks_and_two_processes_agree_with_one() -> None:
+    chosen = certify_all.settings(["projectile_parabola/default", "moment_equipollent"], True)
+    assert chosen[:2] == [("projectile_parabola", None), ("moment_equipollent", None)]
+    assert len(chosen) > 2
+    one, two = ([replace(c, seconds=0.0) for c in certify_all.certificates(chosen, n)] for n in (1, 2))
+    assert one == two
+    assert len(certify_all.settings([], True)) > len(certify_all.settings([], False)) == len(names()) + len(checks())
+    with pytest.raises(ValueError, match="no variant 'wrong'"):
+        certify_all.settings(["pendulum_simple/wrong"], False)

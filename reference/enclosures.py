@@ -1,0 +1,269 @@
+"""Elliptic motions enclosed: the state as balls that contain it, from formulas that the motions themselves do not use.
+
+Jacobi's functions are quotients of theta functions, the start enters by the addition theorems, and the angles of
+precession and spin are rigorous quadratures of their rates: `Motion.state` is held against these balls by
+`gnomon certify`. Balls: Johansson, Numerical integration in arbitrary-precision ball arithmetic, ICMS 2018.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+import flint
+from gnomon.reference.balls import MOST_BITS, ball, precision
+from gnomon.reference.euler_top import EulerTop
+from gnomon.reference.lagrange_top import LagrangeTop, SphericalPendulum
+from gnomon.reference.motion import Motion
+from gnomon.reference.pendulum import Pendulum
+from gnomon.reference.theta import Jacobi, Values, integral, turns
+
+Balls = list[Any]
+SPARE = 5
+"""Digits of a quadrature beyond those asked of the state."""
+
+
+def enclosure(motion: Motion, t: Fraction, digits: int) -> tuple[tuple[Fraction, Fraction], ...] | None:
+    """(midpoint, radius) of each component of the state at t, proved to `digits` digits of the largest component.
+
+    None for a motion, or a special case of one, that is not enclosed here.
+    """
+    enclose = ENCLOSED.get(type(motion))
+    if enclose is None:
+        return None
+    bits = int(digits * 3.33) + 60
+    while bits <= MOST_BITS:
+        with precision(bits):
+            state = enclose(motion, t, digits + SPARE)
+            if state is None:
+                return None
+            size = max((abs(x.mid()) for x in state), default=flint.arb(0))
+            if all(x.is_finite() and bool(x.rad() <= size * flint.arb(10) ** -digits) for x in state):
+                return tuple((_exact(x.mid()), _exact(x.rad())) for x in state)
+        bits *= 2
+    raise ArithmeticError(f"{MOST_BITS} bits do not enclose {motion} at t = {float(t):g}")
+
+
+def pendulum(motion: Pendulum, t: Fraction, digits: int) -> Balls:
+    """(sin, cos)(theta/2) = (k sn, dn) and theta' = 2 w k cn; in rotation, with k > 1, by the reciprocal modulus."""
+    theta0, omega0, time = ball(motion.theta0), ball(motion.omega0), ball(t)
+    w = ball(motion.g / motion.length).sqrt()
+    if motion.regime == motion.REST:
+        return [theta0, omega0]
+    rate = omega0 / (2 * w)
+    if motion.regime == motion.SEPARATRIX:
+        side = 1 if motion.omega0 > 0 else -1
+        return [side * 4 * (w * time / 2).tanh().atan(), 2 * side * w * (w * time).sech()]
+    base = 2 * flint.arb.pi() * turns(theta0 / (2 * flint.arb.pi()) + ball(Fraction(1, 2)))
+    s, c = ((theta0 - base) / 2).sin_cos()
+    square = s * s + rate * rate
+    k, rest = square.sqrt(), c * c - rate * rate
+    if motion.regime == motion.LIBRATION:
+        functions = Jacobi(square, rest)
+        here = _real(functions.moved(Values(s / k, rate / k, c), w * time))
+        return [base + 2 * flint.arb.atan2(k * here.sn, here.dn), 2 * w * k * here.cn]
+    side = 1 if motion.omega0 > 0 else -1
+    functions = Jacobi(1 / square, -rest / square)
+    here = _real(functions.moved(Values(s, c, side * rate / k), side * k * w * time))
+    # theta keeps within a turn each way of its mean growth, and its half is known up to whole turns.
+    half = 2 * flint.arb.atan2(here.sn, here.cn)
+    mean = theta0 - base + side * flint.arb.pi() * k * w * time / functions.quarter
+    double = 4 * flint.arb.pi()
+    return [base + half + double * turns((mean - half) / double + ball(Fraction(1, 2))), 2 * w * side * k * here.dn]
+
+
+def euler_top(motion: EulerTop, t: Fraction, digits: int) -> Balls:
+    """w by theta functions; R by the quadrature of the turn about L, or by exponentials of matrices."""
+    rates, attitude = [ball(x) for x in motion.rates], flint.arb_mat(3, 3, [ball(x) for x in motion.attitude])
+    time = ball(t)
+    if motion.kind == "steady":
+        turn = _hat([x * time for x in rates]).exp()
+    elif motion.kind == "symmetric":
+        rates, turn = _symmetric(motion, time)
+    else:
+        rates, turn = _asymmetric(motion, time, digits)
+    return [*rates, *(attitude * turn).entries()]
+
+
+def _symmetric(motion: EulerTop, time: Any) -> tuple[Balls, Any]:
+    """w turns about the axis of symmetry while the body turns about L: two exponentials."""
+    k = next(k for k in range(3) if motion.moments[k - 1] == motion.moments[k - 2])
+    across, along = motion.moments[k - 1], motion.moments[k]
+    spin = [ball((along - across) / across * motion.rates[k]) * time if i == k else flint.arb(0) for i in range(3)]
+    about = [ball(i * w / across) * time for i, w in zip(motion.moments, motion.rates, strict=True)]
+    turned = _hat(spin).exp()
+    start = flint.arb_mat(3, 1, [ball(x) for x in motion.rates])
+    return (turned * start).entries(), _hat(about).exp() * turned.transpose()
+
+
+def _asymmetric(motion: EulerTop, time: Any, digits: int) -> tuple[Balls, Any]:
+    """(A cn, B sn, C dn) about the axis nearest to L; the turn about L is the integral of its rate."""
+    energy, square = motion.twice_energy, motion.momentum_squared
+    order = sorted(range(3), key=lambda k: motion.moments[k])
+    if square < energy * motion.moments[order[1]]:
+        order.reverse()
+    i1, i2, i3 = (motion.moments[k] for k in order)
+    start = [ball(motion.rates[k]) for k in order]
+    # An odd order of the axes is a mirror image: sn runs the other way.
+    handed = 1 if tuple(order) in ((0, 1, 2), (1, 2, 0), (2, 0, 1)) else -1
+    side = 1 if motion.rates[order[2]] > 0 else -1
+    # On the separatrix cn has one sign, elsewhere it is a phase.
+    first = -1 if motion.kind == "separatrix" and start[0] < 0 else 1
+    below, above = energy * i3 - square, square - energy * i1
+    A, C = first * ball(below / (i1 * (i3 - i1))).sqrt(), side * ball(above / (i3 * (i3 - i1))).sqrt()
+    B = ball(below / (i2 * (i3 - i2))).sqrt()
+    p = side * first * handed * (1 if i3 > i1 else -1) * ball((i3 - i2) * above / (i1 * i2 * i3)).sqrt()
+    m = (i2 - i1) * below / ((i3 - i2) * above)
+    functions = Jacobi(ball(m), ball(1 - m), limit=motion.kind == "separatrix")
+    begin = Values(start[1] / B, start[0] / A, start[2] / C)
+    first_phase, momentum = functions.argument(begin), ball(square).sqrt()
+
+    def about(s: Any) -> Any:
+        sn, cn, _ = functions.at(first_phase + p * s)
+        x, y = A * cn, B * sn
+        return momentum * (ball(i1) * x * x + ball(i2) * y * y) / ((ball(i1) * x) ** 2 + (ball(i2) * y) ** 2)
+
+    period = None if functions.limit else 2 * functions.quarter / abs(p)
+    angle = _accumulated(about, time, period, digits)
+    sn, cn, dn = _real(functions.moved(begin, p * time))
+    here = A * cn, B * sn, C * dn
+    own = [here[order.index(k)] for k in range(3)]
+    before, after = (
+        _frame([ball(i) * x for i, x in zip(motion.moments, w, strict=True)], order[2])
+        for w in ([ball(x) for x in motion.rates], own)
+    )
+    s, c = angle.sin_cos()
+    turn = flint.arb_mat(3, 3, [c, -s, 0, s, c, 0, 0, 0, 1])
+    return own, before.transpose() * turn * after
+
+
+def _frame(momentum: Balls, axis: int) -> Any:
+    """Rows: the direction across both L and a body axis, the one that completes it, and that of L."""
+    size = sum(x * x for x in momentum).sqrt()
+    unit = [x / size for x in momentum]
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    across = (unit[i] * unit[i] + unit[j] * unit[j]).sqrt()
+    node = [flint.arb(0)] * 3
+    node[i], node[j] = unit[j] / across, -unit[i] / across
+    return flint.arb_mat([node, _cross(unit, node), unit])
+
+
+def heavy_top(motion: LagrangeTop, t: Fraction, digits: int) -> Balls | None:
+    """theta by theta functions, precession and spin by quadrature; where theta passes no pole."""
+    top = motion._top()
+    if top.up or top.down or top.steady or top.homoclinic:
+        return None
+    a, b, moment = top.a, top.b, top.moment
+    (theta, rate), tilt = _tilt(top, ball(t), digits)
+    precession = tilt(lambda above, below: (b - a + a * above) / (moment * above * below))
+    spin = tilt(lambda above, below: a / ball(motion.I3) - (b - a + a * above) * (1 - above) / (moment * above * below))
+    return [theta, rate, ball(motion.phi) + precession, ball(motion.psi) + spin]
+
+
+def spherical_pendulum(motion: SphericalPendulum, t: Fraction, digits: int) -> Balls:
+    """As the heavy top, upside down and without spin."""
+    (theta, rate), tilt = _tilt(motion._top(), ball(t), digits)
+    turn = tilt(lambda above, below: ball(motion.h) / (above * below))
+    return [flint.arb.pi() - theta, -rate, ball(motion.phi) + turn]
+
+
+def _tilt(top: Any, time: Any, digits: int) -> tuple[tuple[Any, Any], Callable[[Callable[[Any, Any], Any]], Any]]:
+    """theta and theta' from the upward vertical, and the integral up to `time` of any function of (1 - u, 1 + u).
+
+    u = cos(theta) obeys u'^2 = 2 (E - W u)(1 - u^2)/I1 - (b - a u)^2/I1^2; the roots are isolated by flint. Next to a
+    pole the squares of cn and sn keep 1 - u and 1 + u away from zero on balls much wider than they are themselves.
+    """
+    i, w, a, b, energy = top.moment, top.weight, top.a, top.b, top.energy
+    cubic = flint.arb_poly(
+        [2 * energy / i - (b / i) ** 2, 2 * a * b / i**2 - 2 * w / i, -2 * energy / i - (a / i) ** 2, 2 * w / i]
+    )
+    u1, u2, u3 = _real_roots(cubic)
+    functions = Jacobi((u2 - u1) / (u3 - u1), (u3 - u2) / (u3 - u1))
+    p = (w * (u3 - u1) / (2 * i)).sqrt()
+    begin = _begin(top, functions, (u1, u2, u3))
+    phase = functions.argument(begin)
+
+    def accumulated(rate: Callable[[Any, Any], Any]) -> Any:
+        def at(s: Any) -> Any:
+            sn, cn, _ = functions.at(phase + p * s)
+            return rate(1 - u2 + (u2 - u1) * cn * cn, 1 + u1 + (u2 - u1) * sn * sn)
+
+        return _accumulated(at, time, 2 * functions.quarter / p, digits)
+
+    sn, cn, dn = _real(functions.moved(begin, p * time))
+    above, below = 1 - u2 + (u2 - u1) * cn * cn, 1 + u1 + (u2 - u1) * sn * sn
+    theta = 2 * flint.arb.atan2(above.sqrt(), below.sqrt())
+    return (theta, -2 * p * (u2 - u1) * sn * cn * dn / (above * below).sqrt()), accumulated
+
+
+def _begin(top: Any, functions: Jacobi, roots: tuple[Any, Any, Any]) -> Values:
+    """sn, cn, dn at the start, from u and the sign of u'."""
+    u1, u2, u3 = roots
+    if top.still and bool(top.u.overlaps(u1)) and not bool(top.u.overlaps(u2)):
+        return Values(flint.arb(0), flint.arb(1), flint.arb(1))
+    dn = ((u3 - top.u) / (u3 - u1)).sqrt()
+    if top.still:
+        return Values(flint.arb(1), flint.arb(0), dn)
+    side = 1 if top.rate > 0 else -1
+    return Values(((top.u - u1) / (u2 - u1)).sqrt(), side * ((u2 - top.u) / (u2 - u1)).sqrt(), dn)
+
+
+def _real_roots(cubic: Any) -> tuple[Any, Any, Any]:
+    """The three real roots in order; not numbers where more bits are needed to tell them apart."""
+    try:
+        found = sorted((_newton(cubic, x.real) for x in cubic.complex_roots()), key=lambda x: float(x.mid()))
+    except ValueError:
+        found = []
+    if len(found) == 3 and all(bool(x < y) for x, y in pairwise(found)):
+        return found[0], found[1], found[2]
+    return flint.arb.nan(), flint.arb.nan(), flint.arb.nan()
+
+
+def _newton(f: Any, x: Any) -> Any:
+    """The one root in a ball, by Newton's method on intervals until it gains no more."""
+    slope = f.derivative()
+    while True:
+        centre = x.mid()
+        closer = centre - f(centre) / slope(x)
+        if not closer.is_finite() or not bool(closer.rad() < x.rad() / 2):
+            return x
+        x = closer
+
+
+def _accumulated(rate: Callable[[Any], Any], time: Any, period: Any | None, digits: int) -> Any:
+    """The integral of a rate from 0 to `time`, whole periods at once."""
+    if period is None:
+        return integral(rate, time, digits)
+    if not period.is_finite():
+        return flint.arb.nan()
+    whole = turns(time / period)
+    rest = integral(rate, time - whole * period, digits)
+    return rest + whole * integral(rate, period, digits + len(str(whole))) if whole else rest
+
+
+def _hat(v: Balls) -> Any:
+    x, y, z = v
+    return flint.arb_mat(3, 3, [0, -z, y, z, 0, -x, -y, x, 0])
+
+
+def _cross(a: Balls, b: Balls) -> Balls:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def _real(values: Values) -> Values:
+    return Values(*(x.real for x in values))
+
+
+def _exact(x: Any) -> Fraction:
+    mantissa, exponent = x.man_exp()
+    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+
+
+ENCLOSED: dict[type[Motion], Callable[[Any, Fraction, int], Balls | None]] = {
+    Pendulum: pendulum,
+    EulerTop: euler_top,
+    LagrangeTop: heavy_top,
+    SphericalPendulum: spherical_pendulum,
+}
