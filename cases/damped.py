@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.damped_scene import SCENE
-from gnomon.cases.forms import FirstOrder, Values
+from gnomon.cases.forms import SemiLinear, Values
 from gnomon.cases.harmonic import spring_energy
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.scene import SceneForm
@@ -25,9 +25,17 @@ def damped_equations(t: Any, state: Values, parameters: Values) -> Values:
     return v, -(c / m) * v - (k / m) * x
 
 
-def damped_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+def damped_matrix(parameters: Values) -> Values:
     m, c, k = parameters
     return 0, 1, -k / m, -c / m
+
+
+def damped_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+    return damped_matrix(parameters)
+
+
+def nothing_else(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0
 
 
 def damped_energy(t: Any, state: Values, parameters: Values) -> Values:
@@ -88,8 +96,8 @@ class DampedOscillator(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(damped_equations, damped_jacobian),)
+    def forms(self) -> tuple[SemiLinear, ...]:
+        return (SemiLinear(damped_equations, damped_jacobian, linear=damped_matrix, rest=nothing_else),)
 
     @property
     def scene(self) -> SceneForm:

@@ -9,7 +9,7 @@ from math import cos, exp, sin
 from typing import Any
 
 from gnomon.cases.case import Case, Event, Variant
-from gnomon.cases.forms import FirstOrder, Form, Hybrid, Mode, Transition, Values
+from gnomon.cases.forms import FirstOrder, Form, Hybrid, Mode, SemiLinear, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.point_scene import railed_point
 from gnomon.cases.scene import SceneForm
@@ -27,9 +27,18 @@ def forced_equations(t: Any, state: Values, parameters: Values) -> Values:
     return v, -(c / m) * v - (k / m) * x + f0 / m * cos(w * t)
 
 
-def forced_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+def forced_matrix(parameters: Values) -> Values:
     m, c, k, _f0, _w = parameters
     return 0, 1, -k / m, -c / m
+
+
+def forced_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+    return forced_matrix(parameters)
+
+
+def harmonic_force(t: Any, state: Values, parameters: Values) -> Values:
+    m, _c, _k, f0, w = parameters
+    return 0, f0 / m * cos(w * t)
 
 
 def linear_times(damping: float, stiffness: float) -> tuple[float, float]:
@@ -104,8 +113,8 @@ class ForcedOscillator(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(forced_equations, forced_jacobian),)
+    def forms(self) -> tuple[SemiLinear, ...]:
+        return (SemiLinear(forced_equations, forced_jacobian, linear=forced_matrix, rest=harmonic_force),)
 
     @property
     def scene(self) -> SceneForm:

@@ -54,6 +54,14 @@ class Constrained(FirstOrder):
     gradient: Equations
 
 
+@dataclass(frozen=True, kw_only=True)
+class SemiLinear(FirstOrder):
+    """y' = L y + rest(t, y, parameters), `linear(parameters)` giving L row by row: the stiff part, if any, is in L."""
+
+    linear: Callable[[Values], Values]
+    rest: Equations
+
+
 @dataclass(frozen=True)
 class SecondOrder:
     """q'' = acceleration(t, q, parameters)."""

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Floats, Invariant, Rung, Variant
-from gnomon.cases.forms import FirstOrder, Values
+from gnomon.cases.forms import SemiLinear, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.point_scene import UP, free_point
 from gnomon.cases.projectile import ProjectileParabola
@@ -23,9 +23,18 @@ def stokes_equations(t: Any, state: Values, parameters: Values) -> Values:
     return vx, vy, -nu * vx, -g - nu * vy
 
 
-def stokes_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+def stokes_matrix(parameters: Values) -> Values:
     _g, nu = parameters
     return 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, -nu, 0, 0, 0, 0, -nu
+
+
+def stokes_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+    return stokes_matrix(parameters)
+
+
+def weight_alone(t: Any, state: Values, parameters: Values) -> Values:
+    g, _nu = parameters
+    return 0, 0, 0, -g
 
 
 def stokes_energy(t: Any, state: Values, parameters: Values) -> Values:
@@ -87,8 +96,8 @@ class ProjectileStokesDrag(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(stokes_equations, stokes_jacobian),)
+    def forms(self) -> tuple[SemiLinear, ...]:
+        return (SemiLinear(stokes_equations, stokes_jacobian, linear=stokes_matrix, rest=weight_alone),)
 
     @property
     def scene(self) -> SceneForm:

@@ -133,7 +133,7 @@ def solve_exactly(
         h = number(span) / count
         arithmetic = mpmath_arithmetic(mp)
         step, f = rebind(method.step_for(form), arithmetic), rebind(method.equations(form), arithmetic)
-        rows = method.table(mp, form, p, mp.eps)
+        rows = method.table_for(mp, form, p, mp.eps, h)
         table = _zeros(mp, (len(rows), max(map(len, rows))))
         for row, values in zip(table, rows, strict=True):
             row[: len(values)] = values

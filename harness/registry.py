@@ -25,6 +25,7 @@ MODULES = (
     "gnomon.harness.integrators.taylor",
     "gnomon.harness.integrators.boris",
     "gnomon.harness.integrators.rattle",
+    "gnomon.harness.integrators.exponential",
     "gnomon.harness.integrators.lie",
     "gnomon.harness.integrators.hybrid",
     "gnomon.harness.adapters.scipy_ivp",

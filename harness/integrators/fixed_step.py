@@ -69,6 +69,10 @@ class FixedStep(Integrator):
         """The coefficients, with what the step needs beside them: numbers of the problem, the unit round-off."""
         return self.coefficients(mp)
 
+    def table_for(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any, h: Any) -> Table:
+        """The same for methods whose coefficients depend on the step size."""
+        return self.table(mp, form, parameters, roundoff)
+
     def step_for(self, form: Form) -> stepping.Step:
         return type(self).step
 
@@ -80,7 +84,8 @@ class FixedStep(Integrator):
         kernel, widths = self.kernel(problem), self.widths(form, problem.dimension)
         run = stepping.compiled(self.step_for(form))
         with working(DIGITS) as mp:
-            table = rounded(self.table(mp, form, [mp.mpf(x) for x in problem.parameters.tolist()], mp.mpf(2) ** -52))
+            parameters = [mp.mpf(x) for x in problem.parameters.tolist()]
+            table = rounded(self.table_for(mp, form, parameters, mp.mpf(2) ** -52, mp.mpf(h)))
         address, buffer, rows = kernel.address, problem.buffer, self.rows(form)
         times, compensated = problem.times, self.compensated
         if not problem.uniform:
