@@ -21,6 +21,7 @@ MODULES = (
     "gnomon.harness.integrators.dop853",
     "gnomon.harness.integrators.nystrom",
     "gnomon.harness.integrators.stormer",
+    "gnomon.harness.integrators.extrapolation",
     "gnomon.harness.integrators.radau",
     "gnomon.harness.integrators.taylor",
     "gnomon.harness.integrators.boris",

@@ -61,6 +61,7 @@ class Adaptive(Integrator):
 
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-14)
+    loop: ClassVar[Callable[..., int]]
     pieces: ClassVar[tuple[Callable[..., Any], ...]]
 
     @classmethod
@@ -77,7 +78,7 @@ class Adaptive(Integrator):
         check_tolerance(setting)
         second = isinstance(problem.form, SecondOrder)
         kernel = compiling.acceleration(problem) if second else compiling.right_hand_side(problem)
-        run = compiled_whole(integrate, SIGNATURE, self.constants(), self.pieces)
+        run = compiled_whole(type(self).loop, SIGNATURE, self.constants(), self.pieces)
         with working(DIGITS) as mp:
             table = rounded(self.rows(mp))
         address, buffer, times = kernel.address, problem.buffer, problem.times
@@ -182,6 +183,8 @@ def integrate(
             stop[1] = sample
     return taken
 
+
+Adaptive.loop = integrate
 
 STAGES = 0
 """Of each method: its stages up to the end of the step, whose slope is k[STAGES] and begins the next."""

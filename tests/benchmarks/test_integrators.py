@@ -8,10 +8,22 @@ import numpy as np
 import pytest
 from gnomon.cases.registry import get
 from gnomon.harness.integrator import Integrator
-from gnomon.harness.integrators import dop853, explicit, explicit_pairs, gauss, lie, nystrom, splitting, stormer
+from gnomon.harness.integrators import (
+    dop853,
+    explicit,
+    explicit_pairs,
+    extrapolation,
+    gauss,
+    lie,
+    nystrom,
+    splitting,
+    stormer,
+)
 from gnomon.harness.problem import initial_state, problem_of
 
-ADAPTIVE = (*explicit_pairs.INTEGRATORS, *dop853.INTEGRATORS, *nystrom.INTEGRATORS)
+ADAPTIVE = (
+    *explicit_pairs.INTEGRATORS, *dop853.INTEGRATORS, *nystrom.INTEGRATORS, *extrapolation.INTEGRATORS,
+)  # fmt: skip
 SMOOTH = (*explicit.INTEGRATORS, *splitting.INTEGRATORS, *gauss.INTEGRATORS, *stormer.INTEGRATORS, *ADAPTIVE)
 
 

@@ -8,13 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.forms import FirstOrder, Values
+from gnomon.cases.forms import FirstOrder, SecondOrder, Values
 from gnomon.cases.registry import get
 from gnomon.harness.integrator import Integrator, Problem, Refused
 from gnomon.harness.integrators.dop853 import MOST_STEPS, Dop853
 from gnomon.harness.integrators.explicit import RK4
+from gnomon.harness.integrators.explicit_pairs import DormandPrince5, Verner9
+from gnomon.harness.integrators.extrapolation import GraggBulirschStoer
 from gnomon.harness.integrators.gauss import Gauss4
+from gnomon.harness.integrators.nystrom import DormandPrinceNystrom6, DormandPrinceNystrom12
 from gnomon.harness.integrators.splitting import StormerVerlet
+from gnomon.harness.integrators.stormer import Stormer8
 from gnomon.harness.problem import problem_of
 
 
@@ -43,10 +47,11 @@ def test_a_step_that_would_take_for_ever(step: float) -> None:
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1e-6, math.nan, math.inf, 1e-17, 1.0])
-def test_a_tolerance_that_cannot_be_met(tolerance: float) -> None:
-    problem = problem_of(get("pendulum_simple").rounded(), Dop853.accepts)
+@pytest.mark.parametrize("method", [Dop853, DormandPrinceNystrom12, GraggBulirschStoer])
+def test_a_tolerance_that_cannot_be_met(method: type[Integrator], tolerance: float) -> None:
+    problem = problem_of(get("pendulum_simple").rounded(), method.accepts)
     with pytest.raises(Refused, match=f"tolerance {tolerance}"):
-        Dop853().prepare(problem, tolerance)
+        method().prepare(problem, tolerance)
 
 
 def root_of_what_is_left(t: Any, state: Values, parameters: Values) -> Values:
@@ -75,8 +80,18 @@ def scalar(equations: Any) -> Problem:
     return Problem(FirstOrder(equations), 1, np.zeros(0), np.arange(1, 65) * 0.03125, 1.0)
 
 
+METHODS = [
+    (RK4, 2.0**-8),
+    (Gauss4, 2.0**-8),
+    (Dop853, 1e-8),
+    (DormandPrince5, 1e-8),
+    (Verner9, 1e-8),
+    (GraggBulirschStoer, 1e-8),
+]
+
+
 @pytest.mark.parametrize("equations", [root_of_what_is_left, squared, undefined])
-@pytest.mark.parametrize(("method", "setting"), [(RK4, 2.0**-8), (Gauss4, 2.0**-8), (Dop853, 1e-8)])
+@pytest.mark.parametrize(("method", "setting"), METHODS)
 def test_equations_that_fail_end_the_trajectory(method: type[Integrator], setting: float, equations: Any) -> None:
     solution = method().prepare(scalar(equations), setting)(np.array([[1.0 if equations is squared else 0.5]]))
     assert solution.stopped is not None
@@ -86,9 +101,28 @@ def test_equations_that_fail_end_the_trajectory(method: type[Integrator], settin
     assert np.all(np.diff(finite.astype(int)) <= 0), "finite states, then none"
 
 
-def test_a_step_that_shrinks_on_the_way_to_infinity_ends_at_the_spacing_of_times() -> None:
-    solution = Dop853().prepare(scalar(squared), 1e-8)(np.array([[1.0]]))
+@pytest.mark.parametrize("method", [Dop853, GraggBulirschStoer])
+def test_a_step_that_shrinks_on_the_way_to_infinity_ends_at_the_spacing_of_times(method: type[Integrator]) -> None:
+    solution = method().prepare(scalar(squared), 1e-8)(np.array([[1.0]]))
     assert solution.stopped == "the step size fell below the spacing of times, before sample 33"
+
+
+def fall_into_a_root(t: Any, q: Values, parameters: Values) -> Values:
+    """q'' = -1 - sqrt(q): not a number once q is below 0, at t < 1.5 from q = 1 at rest."""
+    (x,) = q
+    return (-1 - sqrt(x),)
+
+
+@pytest.mark.parametrize(
+    ("method", "setting"), [(Stormer8, 2.0**-8), (DormandPrinceNystrom6, 1e-8), (DormandPrinceNystrom12, 1e-8)]
+)
+def test_accelerations_that_fail_end_the_trajectory(method: type[Integrator], setting: float) -> None:
+    problem = Problem(SecondOrder(fall_into_a_root), 2, np.zeros(0), np.arange(1, 65) * 0.03125, 1.0)
+    solution = method().prepare(problem, setting)(np.array([[1.0, 0.0]]))
+    assert solution.stopped is not None
+    finite = np.isfinite(solution.states[0, :, 0])
+    assert finite[31], "q is above 0 until t = 1.1"
+    assert not finite[-1]
 
 
 def test_adaptive_steps_are_limited_in_number() -> None:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from gnomon.cases.forms import SecondOrder
 from gnomon.cases.registry import get
-from gnomon.harness.integrator import Refused
 from gnomon.harness.integrators import dop853, explicit_pairs, nystrom
 from gnomon.harness.integrators.adaptive import Adaptive
 from gnomon.harness.integrators.embedded import Embedded, full
@@ -182,10 +181,3 @@ def test_samples_do_not_change_the_steps_and_are_as_good_as_they(pair: type[Adap
     assert np.array_equal(few.states[0, -1], many.states[0, -1])
     errors = case.metric.distance(many.states[0], case.sample(times))
     assert np.max(errors) < 2 * np.max(errors[63::64])
-
-
-@pytest.mark.parametrize("tolerance", [0.0, -1e-6, np.nan, np.inf, 1e-17, 1.0])
-def test_a_tolerance_that_cannot_be_met(tolerance: float) -> None:
-    problem = problem_of(get("pendulum_simple").rounded(), DormandPrinceNystrom12.accepts)
-    with pytest.raises(Refused, match=f"tolerance {tolerance}"):
-        DormandPrinceNystrom12().prepare(problem, tolerance)

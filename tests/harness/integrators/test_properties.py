@@ -12,7 +12,16 @@ import pytest
 from gnomon.cases.forms import FirstOrder, SecondOrder, Values
 from gnomon.cases.registry import get
 from gnomon.harness.integrator import Integrator, Problem
-from gnomon.harness.integrators import dop853, explicit, explicit_pairs, gauss, nystrom, splitting, stormer
+from gnomon.harness.integrators import (
+    dop853,
+    explicit,
+    explicit_pairs,
+    extrapolation,
+    gauss,
+    nystrom,
+    splitting,
+    stormer,
+)
 from gnomon.harness.integrators.explicit import RK4, ExplicitEuler
 from gnomon.harness.integrators.fixed_step import FixedStep
 from gnomon.harness.integrators.gauss import Gauss2, Gauss4
@@ -22,7 +31,9 @@ from gnomon.harness.problem import counting, initial_state, problem_of
 from gnomon.reference.precision import working
 
 FIXED = (*explicit.INTEGRATORS, *splitting.INTEGRATORS, *gauss.INTEGRATORS, *stormer.INTEGRATORS)
-ADAPTIVE = (*explicit_pairs.INTEGRATORS, *dop853.INTEGRATORS, *nystrom.INTEGRATORS)
+ADAPTIVE = (
+    *explicit_pairs.INTEGRATORS, *dop853.INTEGRATORS, *nystrom.INTEGRATORS, *extrapolation.INTEGRATORS,
+)  # fmt: skip
 ALL = (*FIXED, *ADAPTIVE)
 START = (Fraction(3, 10), Fraction(-1, 5), Fraction(1, 4), Fraction(2, 5))
 STEP = Fraction(3, 10)
