@@ -7,9 +7,10 @@ nothing of each other: what is left at five further states, and its last two Che
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import flint
@@ -39,15 +40,15 @@ Piece = tuple[Fraction, Fraction]
 
 
 class Cells(NamedTuple):
-    """Cell i is from edges[i] on where |t - centre| <= half; powers of s = (t - centre) / half.
+    """Cell i is from edges[i] on where |s| <= 1, in powers of s = (t - centre) / half.
 
-    `centres` and `low` continue in a second double; `high` is (cells, powers, dimension), `low` ends at lower powers.
-    `errors` and `rates` (cells, dimension) bound the polynomial's error and derivative by time.
+    `centres`, `inverses` (of half) and `low` continue in a second double; `high` is (cells, powers, dimension), `low`
+    ends at lower powers. `errors` and `rates` (cells, dimension) bound the polynomial's error and derivative by time.
     """
 
     edges: Floats
     centres: Floats
-    halves: Floats
+    inverses: Floats
     high: Floats
     low: Floats
     errors: Floats
@@ -61,28 +62,23 @@ class TooDearError(Exception):
 def build(motion: Motion, pieces: Sequence[Piece], budget: int) -> Cells:
     """The cells of all pieces; raises TooDearError beyond `budget` states."""
     reach = pieces[-1][1] - pieces[0][0]
-    waiting = [cell for piece in reversed(_long(pieces, reach)) for cell in reversed(list(_roots(*piece, reach)))]
+    waiting = [cell for piece in _long(pieces, reach) for cell in _divided(piece, reach / LEAST_CELLS)][::-1]
     found = []
     cost = 0
     while waiting:
-        left, width, start, stop = waiting.pop()
+        start, stop = waiting.pop()
         cost += NODES + len(_checks())
         if cost > budget + NODES:
             raise TooDearError
-        fit = _fit(motion, left + width / 2, width / 2)
+        middle = (start + stop) / 2
+        fit = _fit(motion, middle, middle - start)
         if fit is not None:
-            found += _cut(left, width, start, stop, *fit)
-        elif width > reach * NARROWEST:
-            middle = left + width / 2
-            halves = (middle, width / 2, max(start, middle), stop), (left, width / 2, start, min(stop, middle))
-            waiting += [cell for cell in halves if cell[2] < cell[3]]
+            found += _cut(start, stop, *fit)
+        elif stop - start > reach * NARROWEST:
+            waiting += [(middle, stop), (start, middle)]
     if not found:
         raise TooDearError
     return _trimmed(found)
-
-
-Root = tuple[Fraction, Fraction, Fraction, Fraction]
-"""Left end and width (a power of two) of a cell, and the part of it that counts."""
 
 
 def _long(pieces: Sequence[Piece], reach: Fraction) -> list[Piece]:
@@ -96,14 +92,12 @@ def _long(pieces: Sequence[Piece], reach: Fraction) -> list[Piece]:
     return kept
 
 
-def _roots(start: Fraction, stop: Fraction, reach: Fraction) -> Iterator[Root]:
-    """Equal cells that cover a piece without leaving it; the last may overlap the one before."""
-    width = Fraction(2) ** (math.frexp(float(min(stop - start, reach / LEAST_CELLS)))[1] - 1)
-    left = start
-    while stop - left > width:
-        yield left, width, left, left + width
-        left += width
-    yield stop - width, width, left, stop
+def _divided(piece: Piece, longest: Fraction) -> list[Piece]:
+    """A piece in equal cells, none longer than `longest`."""
+    start, stop = piece
+    count = math.ceil((stop - start) / longest)
+    ends = [start + (stop - start) * k / count for k in range(count + 1)]
+    return list(pairwise(ends))
 
 
 def _fit(motion: Motion, centre: Fraction, half: Fraction) -> tuple[Any, Floats] | None:
@@ -130,33 +124,37 @@ def _fit(motion: Motion, centre: Fraction, half: Fraction) -> tuple[Any, Floats]
     return powers, np.where(matters, errors, sizes)
 
 
-def _cut(
-    left: Fraction, width: Fraction, start: Fraction, stop: Fraction, powers: Any, errors: Floats
-) -> list[tuple[Any, ...]]:
-    """A good cell in PARTS, those that count: edge, centre, half, coefficients high and low, error."""
+def _cut(start: Fraction, stop: Fraction, powers: Any, errors: Floats) -> list[tuple[Any, ...]]:
+    """A good cell in PARTS: edge, centre, inverse of half, coefficients high and low, error."""
     found = []
-    for k, matrix in enumerate(_shifts()):
-        begin, end = left + width * k / PARTS, left + width * (k + 1) / PARTS
-        if end <= start or begin >= stop:
-            continue
+    for (begin, end), matrix in zip(_divided((start, stop), (stop - start) / PARTS), _shifts(), strict=True):
         with precision(BITS):
             middles = [[x.mid() for x in row] for row in (matrix * powers).tolist()]
             high = [[float(x) for x in row] for row in middles]
             low = [
                 [float(x - y) for x, y in zip(row, tops, strict=True)] for row, tops in zip(middles, high, strict=True)
             ]
-        centre = (begin + end) / 2
-        first = float(centre)
-        middle = (first, float(centre - Fraction(first)))
-        found.append((float(max(begin, start)), middle, float(width / PARTS / 2), high, low, errors))
+        found.append((_from(begin), _two_parts((begin + end) / 2), _two_parts(2 / (end - begin)), high, low, errors))
     return found
+
+
+def _from(moment: Fraction) -> float:
+    """The first double at or after a moment."""
+    found = float(moment)
+    return found if Fraction(found) >= moment else math.nextafter(found, math.inf)
+
+
+def _two_parts(value: Fraction) -> tuple[float, float]:
+    """As the unevaluated sum of two doubles."""
+    first = float(value)
+    return first, float(value - Fraction(first))
 
 
 def _trimmed(found: list[tuple[Any, ...]]) -> Cells:
     """Powers that do not count left out, and low parts that do not; both put on the errors."""
-    edges, centres, halves, high, low, errors = (np.array(column) for column in zip(*found, strict=True))
+    edges, centres, inverses, high, low, errors = (np.array(column) for column in zip(*found, strict=True))
     parts = np.abs(high)
-    rates = np.einsum("cjd,j->cd", parts, np.arange(float(NODES))) / halves[:, None]
+    rates = np.einsum("cjd,j->cd", parts, np.arange(float(NODES))) * inverses[:, :1]
     # beyond[:, j]: the sum of all from j on
     beyond = np.cumsum(np.pad(parts, ((0, 0), (0, 1), (0, 0)))[:, ::-1], axis=1)[:, ::-1]
     sizes = beyond[:, 0]
@@ -164,7 +162,7 @@ def _trimmed(found: list[tuple[Any, ...]]) -> Cells:
     doubled = min(_first(beyond * 2.0**-51 <= np.maximum(errors, 2.0**-82 * sizes)[:, None]), kept)
     errors = errors + beyond[:, kept] + beyond[:, doubled] * 2.0**-51 + sizes * 2.0**-97
     high, low = (np.ascontiguousarray(x) for x in (high[:, :kept], low[:, :doubled]))
-    return Cells(edges, centres, halves, high, low, errors, rates)
+    return Cells(edges, centres, inverses, high, low, errors, rates)
 
 
 def _first(good: Any) -> int:

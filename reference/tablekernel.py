@@ -10,12 +10,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 SIGNATURE = (
-    "void(float64[::1], float64[::1], float64[::1], float64[:,::1], float64[::1], float64[:,:,::1], float64[:,:,::1],"
+    "void(float64[::1], float64[::1], float64[::1], float64[:,::1], float64[:,::1], float64[:,:,::1], float64[:,:,::1],"
     " float64[:,::1], float64[:,::1], float64[::1], float64[:,::1], float64[:,:,:,:,::1], float64[:,:,:,:,::1],"
     " int64[:,:,::1], float64[:,::1], boolean[::1])"
 )
 TINY = 1e-270
 """Below this, the low part of a double-double is subnormal."""
+ROUNDING = 2.0**-80
+"""Of half a cell: above what rounding makes of its end, below what tells a double from its neighbour."""
 DOUBT = 2.0**-7
 """Of an ulp: an error below it leaves the value within 0.51 ulp, whatever the rounding."""
 
@@ -26,7 +28,7 @@ def evaluate(
     turns: NDArray[Any],
     edges: NDArray[Any],
     centres: NDArray[Any],
-    halves: NDArray[Any],
+    inverses: NDArray[Any],
     high: NDArray[Any],
     low: NDArray[Any],
     errors: NDArray[Any],
@@ -68,8 +70,8 @@ def evaluate(
             continue
         s, s_low = two_sum(phase, -centres[cell, 0])
         s, s_low = add(s, s_low, below, -centres[cell, 1])
-        s, s_low = s / halves[cell], s_low / halves[cell]  # powers of two
-        if abs(s) > 1.0 or (abs(s) == 1.0 and s * s_low > 0.0):
+        s, s_low = multiply(s, s_low, inverses[cell, 0], inverses[cell, 1])
+        if abs(s) > 1.0 or (abs(s) == 1.0 and s * s_low > ROUNDING):
             continue  # in a gap between cells
         certain = True
         # All components side by side: they fill the lanes of the machine's vectors.
