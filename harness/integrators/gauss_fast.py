@@ -46,8 +46,10 @@ class GaussFast(Integrator):
         form = problem.form
         assert isinstance(form, FirstOrder | SecondOrder)
         form = form.source if isinstance(form, FirstOrder) and form.source is not None else form
-        run = gauss_fast_kernel.compiled(form, len(problem.parameters), problem.dimension, problem.counted)
-        coefficients, buffer, times = table(isinstance(form, SecondOrder)), problem.buffer, problem.times
+        run, second_order = gauss_fast_kernel.compiled(
+            form, len(problem.parameters), problem.dimension, problem.counted
+        )
+        coefficients, buffer, times = table(second_order), problem.buffer, problem.times
 
         def solve(initial: Floats) -> Solution:
             out = np.full((len(initial), len(times), initial.shape[1]), np.nan)
@@ -60,16 +62,21 @@ class GaussFast(Integrator):
 
 @cache
 def table(second_order: bool) -> Floats:
-    """The coefficients as the kernel takes them, rounded once from high precision."""
+    """The coefficients as the kernel takes them, rounded once from high precision; each row one line of the cache."""
     with working(DIGITS) as mp:
-        return rounded(rows(mp, second_order))
+        found = rounded(rows(mp, second_order))
+    space = np.empty(found.size + 8)
+    aligned = space[-space.ctypes.data % 64 // 8 :][: found.size].reshape(found.shape)
+    aligned[:] = found
+    return aligned
 
 
 def rows(mp: Any, second_order: bool) -> Table:
     """Rows of the kernel's table: eight numbers each."""
     c = nodes(mp, 8)
     s = range(8)
-    a, b = [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
+    once, b = [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
+    a, ahead = once, lagrange(mp, c, [1 + node for node in c])
     if second_order:
         a = [[mp.fsum(a[j][m] * a[m][k] for m in s) for k in s] for j in s]
     # The stage polynomial about its end, where c = 1 + x, from its values at small x: exact, it has degree 7.
@@ -83,6 +90,9 @@ def rows(mp: Any, second_order: bool) -> Table:
         c,
         b,
         [b[j] * (1 - c[j]) for j in s],
+        *([(2 * n + 1) * b[j] * mp.legendre(n, 2 * c[j] - 1) for j in s] for n in (6, 7)),
+        *([ahead[j][k] for j in s] for k in s),
+        *([once[j][k] for j in s] for k in s),
     ]
 
 

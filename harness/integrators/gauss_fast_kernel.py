@@ -5,50 +5,47 @@ from __future__ import annotations
 import hashlib
 import inspect
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any
 
-from gnomon.cases.forms import FirstOrder, Form, RigidBody, SecondOrder, euler_equations
-from gnomon.harness.compile import OPTIONS, gather, load_module
+from gnomon.cases.forms import Form, SecondOrder
+from gnomon.harness.compile import OPTIONS, load_module
 from gnomon.harness.integrators import gauss_fast_text as text
+from gnomon.harness.integrators.traced import DEAR, ROUND, Node, Trace, Value, code, number, reached, traced
 
 SIGNATURE = (
     '"int64(float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1])"'
 )
 
+MOST_NEWTON, FORESEEN = 3, 1
+"""The derivatives are used for so many components at most; how often a round's change is carried on with them."""
+
 
 @cache
-def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> Callable[..., int]:
-    """`advance(parameters, table, initial, times, tolerance, out, stop)` around the equations of a form."""
-    run: Callable[..., int] = load_module(source(form, parameters, dimension, counted)).advance
-    return run
+def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> tuple[Callable[..., int], bool]:
+    """`advance(parameters, table, initial, times, tolerance, out, stop)` around the equations of a form.
 
-
-def source(form: Form, parameters: int, dimension: int, counted: bool) -> str:
-    """The text of the module. It names the sources of the lanes by their hash, so that an edit there renews it.
-
-    Raises ValueError where the equations define a name that the stepping uses.
+    With it, whether they are of second order, for which the table is another.
     """
-    words, count, equations = text.FIRST_ORDER, dimension, ""
+    module, second_order = source(form, parameters, dimension, counted)
+    return load_module(module).advance, second_order
+
+
+def source(form: Form, parameters: int, dimension: int, counted: bool) -> tuple[str, bool]:
+    """The text of the module. It names the sources of the lanes by their hash, so that an edit there renews it."""
+    trace, values = traced(form, dimension, parameters)
+    words, half, state = text.FIRST_ORDER, dimension // 2, trace.state
     if isinstance(form, SecondOrder):
-        words, count = text.SECOND_ORDER, dimension // 2
-        equations = gather({"equations": form.acceleration})
-    elif isinstance(form, RigidBody):
-        rigid: dict[str, Callable[..., Any]] = {
-            "inertia": form.inertia,
-            "torque": form.torque,
-            "euler": euler_equations,
-        }
-        equations = gather(rigid)
-        equations += "\n@njit(OPTIONS)\ndef equations(t, y, p):\n    return euler(y, inertia(p), torque(t, y, p))\n"
-    elif isinstance(form, FirstOrder):
-        equations = gather({"equations": form.equations})
+        words, state = text.SECOND_ORDER, state[:half]
+    elif dimension % 2 == 0 and all(x is y for x, y in zip(values[:half], state[half:], strict=True)):
+        words, values = text.WITH_VELOCITY, values[half:]
+    count = len(values)
+    correction, derivatives = newton(trace, values, state)
     stages = "".join(
         text.STAGES_OF_A_STEP.replace("NAME", name).replace("INLINE", inline)
         for name, inline in (("stages", "forceinline=True,"), ("aside", ""))
     )
-    body = stages + text.ADVANCE
+    body = stages.replace("{correct}", correction) + text.ADVANCE
     for word, meaning in words.items():
         body = body.replace("{" + word + "}", meaning)
     body = expanded(body, count, dimension)
@@ -56,16 +53,32 @@ def source(form: Form, parameters: int, dimension: int, counted: bool) -> str:
     body = body.replace("PARAMETERS", "".join(f"p_[{i}], " for i in range(parameters)))
     body = body.replace("COUNT", f"p_[{parameters}] += 8 *") if counted else re.sub(r"\n *COUNT.*", "", body)
     options = OPTIONS.replace(", cache=True", "")
-    equations = equations.replace(OPTIONS, options)
-    both = defined(equations) & defined(text.HEAD + body) - {"equations"}
-    if both:
-        raise ValueError(f"the stepping of the fast Gauss method has its own {', '.join(sorted(both))}; rename yours")
-    return f"# {lanes_digest()}\n{equations}\n{text.HEAD}\n{body}".replace("OPTIONS", options)
+    parts = (f"# {lanes_digest()}", text.HEAD, *code((*values, *derivatives)), body)
+    return "\n".join(parts).replace("OPTIONS", options), words is not text.FIRST_ORDER
 
 
-def defined(source: str) -> set[str]:
-    """The names that a module's text defines at its top."""
-    return set(re.findall(r"^(?:def )?(\w+)(?=\(| =)", source, flags=re.MULTILINE))
+def newton(trace: Trace, values: Sequence[Value], state: Sequence[Node]) -> tuple[str, list[Value]]:
+    """What a round does to its new slopes g, and the derivatives that it needs beside them.
+
+    Where the equations are dear and few, the next changes are foreseen with their derivatives; else g is taken as it is.
+    """
+    plain, count = "g@ = lanes(g[@])", len(values)
+    if count > MOST_NEWTON or not any(x.operation in DEAR for x in reached(values) if x.level == ROUND):
+        return plain, []
+    found = [(i, j, trace.derivative(x, y, {})) for i, x in enumerate(values) for j, y in enumerate(state)]
+    found = [entry for entry in found if not number(entry[2], 0)]
+    lines = [f"d{i} = lanes(g[{i}]) - f{i}" for i in range(count)]
+    for _ in range(FORESEEN):
+        lines.append("{shift}")
+        for i in range(count):
+            sums = "lanes(0.0)"
+            for n, (row, j, _value) in enumerate(found):
+                if row == i:
+                    sums = f"fma(lanes(g[{count + n}]), {'s' if j < count else 'w'}{j % count}, {sums})"
+            lines.append(f"c{i} = {sums}")
+        lines += [f"d{i} = (lanes(g[{i}]) - f{i}) + c{i}" for i in range(count)]
+    lines += [f"g{i} = lanes(g[{i}]) + c{i}" for i in range(count)]
+    return "\n        ".join(lines), [value for _, _, value in found]
 
 
 def expanded(source: str, count: int, dimension: int) -> str:

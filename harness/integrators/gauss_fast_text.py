@@ -32,25 +32,28 @@ NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, STIFF = 1, 2, 3, 4
 MOST_STEPS, MOST_STIFF = 40_000_000, 2_000_000
 """Attempts for one trajectory, some twenty seconds; and in one run those that convergence alone limits."""
 
-# Rows of the table (rows, 8): columns of the stage matrix, of the monomials of the stage polynomial about its end and of
-# the powers of the nodes; nodes; weights; those of positions.
-STAGES, MONOMIALS, POWERS, NODES, WEIGHTS, POSITIONS = 0, 8, 16, 24, 25, 26
+# Rows of the table (rows, 8): columns of the stage matrix (squared for second-order equations), of the monomials of the
+# stage polynomial about its end and of the powers of the nodes; nodes; weights; those of positions; weights of the two
+# highest Legendre coefficients; columns of the polynomial one step ahead and of the stage matrix itself.
+STAGES, MONOMIALS, POWERS, NODES, WEIGHTS, POSITIONS, SIXTH, SEVENTH, AHEAD, ONCE = 0, 8, 16, 24, 25, 26, 27, 28, 29, 37
 
 HEAD = f"""
+import math
 import numpy as np
 from gnomon.harness.integrators import lanes_math
-from gnomon.harness.integrators.lanes import fma, lane, lanes, product, row, size, total, with_lane
+from gnomon.harness.integrators.lanes import fma, lane, lanes, products, row, size, total, with_lane
 from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, STIFF = {NOT_FINITE}, {STEP_TOO_SMALL}, {TOO_MANY_STEPS}, {STIFF}
 MOST_STEPS, MOST_STIFF, MOST_ROUNDS, MOST_CHANGE = {MOST_STEPS}, {MOST_STIFF}, 24, 1e100
 STAGES, MONOMIALS, POWERS, NODES = {STAGES}, {MONOMIALS}, {POWERS}, {NODES}
-WEIGHTS, POSITIONS = {WEIGHTS}, {POSITIONS}
+WEIGHTS, POSITIONS, SIXTH, SEVENTH = {WEIGHTS}, {POSITIONS}, {SIXTH}, {SEVENTH}
+AHEAD, ONCE = {AHEAD}, {ONCE}
 ROUNDOFF, ONE = 2.0**-52, 0x3FF0000000000000
-SHARE, NOISE, FAST, SLOW = 0.1, 1e2, 0.3, 0.7
+SHARE, NOISE, FAST, SLOW, SURE = 0.1, 1e2, 0.3, 0.7, 1e-6
 ERRS, LESS, HOLD, LEAP, LEAST, CALM = 0.002, 0.1, 2.2, 1.3, 1e-6, 100
-NEGLIGIBLE = 1e-6
+NEGLIGIBLE, COARSE = 1e-6, 1e-6
 SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-300
 
 
@@ -89,42 +92,53 @@ def at(m, x):
 
 FIRST_ORDER = {
     "prepare": "",
-    "place": "x@ = fma(hh, product(table, STAGES, f@), lanes(y[@]))",
+    "place": "q = products(table, STAGES, (<|f@, |>))\n        x@ = fma(hh, q[@], lanes(y[@]))",
+    "placed": "<|x@, |>",
+    "shift": "q = products(table, STAGES, (<|d@, |>))\n        s@ = hh * q[@]",
     "moved": "<|h * total(f@ * row(table, WEIGHTS)) + low[@], |>",
     "rate": "y@",
-    "slope": "equations(lanes(0.0), (<|lanes(y%), |>), p)",
+    "slope": "slopes((<|lanes(y%), |>), forcing(lanes(0.0), k), k)",
     "first": "0.1 * largest / fastest if largest > 0.0 and fastest > 0.0 else 1e-3 * end",
 }
-SECOND_ORDER = {
+SECOND_ORDER = FIRST_ORDER | {
     "prepare": "b@ = fma(hh * row(table, NODES), lanes(y[N + @]), lanes(y[@]))",
-    "place": "x@ = fma(hh * hh, product(table, STAGES, f@), b@)",
+    "place": "q = products(table, STAGES, (<|f@, |>))\n        x@ = fma(hh * hh, q[@], b@)",
+    "shift": "q = products(table, STAGES, (<|d@, |>))\n        s@ = hh * hh * q[@]",
     "moved": "<|h * y[N + @] + (h * h * total(f@ * row(table, POSITIONS)) + h * low[N + @] + low[@]), |>"
     "<|h * total(f@ * row(table, WEIGHTS)) + low[N + @], |>",
     "rate": "y[N + @]",
-    "slope": "equations(lanes(0.0), (<|lanes(y[@]), |>), p)",
     "first": "0.1 * (largest / fastest + np.sqrt(np.abs(furthest / fastest))) if fastest > 0.0 else 1e-3 * end",
+}
+WITH_VELOCITY = SECOND_ORDER | {
+    "place": SECOND_ORDER["place"] + "\n        v = products(table, ONCE, (<|f@, |>))"
+    "\n        u@ = fma(hh, v[@], lanes(y[N + @]))",
+    "placed": "<|x@, |><|u@, |>",
+    "shift": SECOND_ORDER["shift"] + "\n        v = products(table, ONCE, (<|d@, |>))\n        w@ = hh * v[@]",
 }
 
 STAGES_OF_A_STEP = """
 @njit(INLINE OPTIONS)
-def NAME(t, h, y, f, p, table, fine, noise):
+def NAME(t, h, y, f, k, table, fine, noise, sure, expected):
     <|f@, |> = f
     hh = lanes(h)
-    nodes = fma(hh, row(table, NODES), lanes(t))
+    w = forcing(fma(hh, row(table, NODES), lanes(t)), k)
     {prepare}
-    before, rate, rounds = 0.0, 0.0, 0
+    before, rate, rounds = 0.0, expected, 0
     while True:
         {place}
-        g = equations(nodes, (<|x@, |>), p)
+        g = slopes(({placed}), w, k)
+        {correct}
         off = lanes(0.0)
-        g@ = lanes(g[@])
         off = fma(size(g@ - f@), lanes(fine[@]), off)
         f@ = g@
         change = total(off)
         rounds += 1
         if rounds > 1:
             rate = change / before if before > 0.0 else 0.0
-            if change * min(rate, 1.0) <= 1.0 and (rate < SLOW or change < noise):
+        if rounds > 1 or expected > 0.0:
+            if change * max(rate, sure) <= 1.0 and rate < SLOW:
+                break
+            if change < noise and (rate > SLOW or rounds > 8):
                 break
             if not change < MOST_CHANGE or rounds == MOST_ROUNDS or (rounds > 2 and rate > SLOW):
                 rounds = -rounds
@@ -143,7 +157,12 @@ def moved(h, y, low, f, table):
 @njit(SIGNATURE, OPTIONS, cache=True)
 def advance(p_, table, initial, times, tolerance, out, stop):
     p = (PARAMETERS)
+    k = constants(p)
     end = times[-1]
+    # Sums of times stay exact while steps are multiples of the spacing of numbers next to this one.
+    grid = 2.0 ** np.ceil(np.log2(end)) if end > 0.0 else 1.0
+    share = SHARE * max(tolerance, 8 * ROUNDOFF)
+    noise = NOISE * ROUNDOFF / share
     taken = 0
     for n in range(initial.shape[0]):
         t, sample, attempts, stiff, reason = 0.0, 0, 0, 0, 0
@@ -151,14 +170,15 @@ def advance(p_, table, initial, times, tolerance, out, stop):
         low% = 0.0
         y, low = (<|y%, |>), (<|low%, |>)
         g = {slope}
-        m@ = with_lane(lanes(0.0), 0, lane(lanes(g[@]), 0))
-        size@ = abs(lane(m@, 0))
+        f@ = lanes(lane(lanes(g[@]), 0))
+        size@ = abs(lane(f@, 0))
         furthest, largest, fastest = 0.0, 0.0, 0.0
         furthest = max(furthest, abs(y[@]))
         largest = max(largest, abs({rate}))
         fastest = max(fastest, size@)
         h = min({first}, end)
         last, rejected, calm = h, False, 0
+        old@ = f@
         while sample < times.size:
             if not (h > 0.0 and h < np.inf):
                 reason = NOT_FINITE
@@ -166,6 +186,8 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             if t + h / 4 <= t:
                 reason = STEP_TOO_SMALL
                 break
+            if h > COARSE * grid:
+                h = (h + grid) - grid
             # The step is h rounded so that t + step is exact; the last one ends at the last sample.
             step = end - t if t + h >= end else (t + h) - t
             after = end if t + h >= end else t + step
@@ -180,12 +202,15 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             largest = max(largest, size@)
             least = step * largest * max(LEAST, 16 * ROUNDOFF / tolerance)
             scale@ = max(max(abs({rate}), step * size@), least) + TINY
-            share = SHARE * max(tolerance, 8 * ROUNDOFF)
             fine@ = step / (8 * share * scale@)
-            noise = NOISE * ROUNDOFF / share
-            ratios = powers(step / last)
-            f@ = product(table, POWERS, m@ * ratios)
-            rounds, rate, f = stages(t, step, y, (<|f@, |>), p, table, (<|fine@, |>), noise)
+            if step == last:
+                ahead = products(table, AHEAD, (<|old@, |>))
+            else:
+                ratios = powers(step / last)
+                m = products(table, MONOMIALS, (<|old@, |>))
+                ahead = products(table, POWERS, (<|m[@] * ratios, |>))
+            sure = SURE if t > 0.0 else 1.0
+            rounds, rate, f = stages(t, step, y, ahead, k, table, (<|fine@, |>), noise, sure, 0.0)
             COUNT abs(rounds)
             if rounds < 0:
                 stiff += 1
@@ -193,10 +218,10 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 rejected = True
                 continue
             error = 0.0
-            size@ = total(size(f[@])) / 8
-            n@ = product(table, MONOMIALS, f[@])
-            seventh@ = lane(n@, 7) / 3432
-            sixth@ = lane(n@, 6) / 924 - 13 * seventh@
+            f@ = lanes(f[@])
+            size@ = total(size(f@)) / 8
+            seventh@ = total(f@ * row(table, SEVENTH))
+            sixth@ = total(f@ * row(table, SIXTH))
             error += (seventh@ * seventh@ + LESS * sixth@ * sixth@) / ((size@ + TINY) * scale@)
             error *= ERRS * step / tolerance
             wanted = root_15(max(error, TINY)) / SAFETY
@@ -206,26 +231,31 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 continue
             change = moved(step, y, low, f, table)
             end% = y% + change[%]
-            left% = change[%] - (end% - y%)
+            back% = end% - y%
+            left% = (y% - (end% - back%)) + (change[%] - back%)
             finite = 0.0
             finite += end% - end%
             if finite != 0.0:
                 reason = NOT_FINITE
                 break
-            m@ = n@
-            while sample < times.size and times[sample] <= after:
-                part = times[sample] - t
-                if times[sample] == after:
-                    out[n, sample, %] = end%
-                else:
-                    x = fma(lanes(part / step), row(table, NODES), lanes(-1.0))
-                    near = (<|at(m@, x), |>)
-                    again, ignored, settled = aside(t, part, y, near, p, table, (<|fine@, |>), noise)
-                    near = settled if again > 0 else near
-                    COUNT abs(again)
-                    change = moved(part, y, low, near, table)
-                    out[n, sample, %] = y% + change[%]
-                sample += 1
+            old@ = f@
+            if times[sample] <= after:
+                m = products(table, MONOMIALS, f)
+                while sample < times.size and times[sample] <= after:
+                    part = times[sample] - t
+                    if times[sample] == after:
+                        out[n, sample, %] = end%
+                    else:
+                        x = fma(lanes(part / step), row(table, NODES), lanes(-1.0))
+                        near = (<|at(m[@], x), |>)
+                        again, ignored, settled = aside(
+                            t, part, y, near, k, table, (<|fine@, |>), noise, 1e-3, max(rate, 1e-3)
+                        )
+                        near = settled if again > 0 else near
+                        COUNT abs(again)
+                        change = moved(part, y, low, near, table)
+                        out[n, sample, %] = y% + change[%]
+                    sample += 1
             taken += 1
             t = after
             y% = end%
@@ -242,7 +272,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             if rate > FAST and rounds > 2:
                 grow = min(grow, max(0.5, FAST / rate))
             if error > NEGLIGIBLE:
-                stiff = 0
+                stiff = max(stiff - 1, 0)
             elif rate > FAST / 2:
                 stiff += 1
             h = step * (min(grow, 1.0) if rejected else grow)

@@ -13,7 +13,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.core import typing
+from numba.core import cgutils, typing
 from numba.core.typeconv import Conversion
 from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 
@@ -176,20 +176,37 @@ def row(typingctx: Any, table: Any, index: Any) -> Any:
 
 
 @intrinsic
-def product(typingctx: Any, table: Any, first: Any, a: Any) -> Any:
-    """The matrix whose columns are the eight rows of the table from `first` on, times a vector: eight broadcast FMAs."""
+def products(typingctx: Any, table: Any, first: Any, vectors: Any) -> Any:
+    """The matrix whose columns are the eight rows of the table from `first` on, times each vector of a tuple.
+
+    Elements are broadcast from memory: that takes no shuffles, and each column is loaded once for all vectors.
+    """
+    # Few vectors have two chains of sums each, which halves the wait for one another's results.
+    chains = 2 if len(vectors) < 4 else 1
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        table, first, a = values
-        sums: list[Any] = []
+        table, first, vectors = values
+        starts = [_elements(builder, vector) for vector in cgutils.unpack_tuple(builder, vectors)]
+        sums: list[list[Any]] = [[] for _ in starts]
         for k in range(WIDTH):
             column = _row(context, builder, table, builder.add(first, ir.Constant(ir.IntType(64), k)))
-            broadcast = shuffled(builder, a, [k] * WIDTH)
-            # Two chains halve the wait for one another's results.
-            if k < 2:
-                sums.append(builder.fmul(column, broadcast))
-            else:
-                sums[k % 2] = llvm(builder, "fma", column, broadcast, sums[k % 2])
-        return builder.fadd(*sums)
+            for start, found in zip(starts, sums, strict=True):
+                element = spread(builder, builder.load(builder.gep(start, [ir.Constant(ir.IntType(64), k)])))
+                if k < chains:
+                    found.append(builder.fmul(column, element))
+                else:
+                    found[k % chains] = llvm(builder, "fma", column, element, found[k % chains])
+        results = [builder.fadd(*found) if chains == 2 else found[0] for found in sums]
+        return context.make_tuple(builder, signature.return_type, results)
 
-    return LANES(TABLE, types.int64, LANES), generate
+    return types.UniTuple(LANES, len(vectors))(TABLE, types.int64, vectors), generate
+
+
+def _elements(builder: Any, vector: Any) -> Any:
+    """Where a vector's elements lie in memory, by a way that the compiler cannot see through: it would shuffle."""
+    place = cgutils.alloca_once(builder, DOUBLES)
+    place.align = 64
+    builder.store(vector, place, align=64)
+    kind = ir.FunctionType(place.type, [place.type])
+    hidden = builder.asm(kind, "", "=r,0", [place], False)
+    return builder.bitcast(hidden, ir.PointerType(ir.DoubleType()))

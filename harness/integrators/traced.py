@@ -1,0 +1,251 @@
+"""The equations of a case as straight lines of code, and their derivatives.
+
+The equations are evaluated once on symbols. What is met twice is computed once; what holds for the whole run (parameters
+alone), for the whole step (parameters and t) or for one round only (the state) is told apart, so that each is computed as
+seldom as can be. Arithmetic is kept operation by operation; only + 0, * 1 and * 0 vanish.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from gnomon.cases.arithmetic import FUNCTIONS, rebind
+from gnomon.cases.forms import FirstOrder, Form, RigidBody, SecondOrder, euler_equations
+
+RUN, STEP, ROUND = 0, 1, 2
+"""What a value changes with: never, with t, with the state."""
+
+DEAR = {"/", "**", *FUNCTIONS}
+"""Operations that take several times as long as a product."""
+
+Value = Any
+"""A Node, or a plain number."""
+
+
+class Node:
+    """A value of the traced equations: what is done to which values."""
+
+    def __init__(self, trace: Trace, operation: str, arguments: tuple[Value, ...], level: int) -> None:
+        self.trace, self.operation, self.arguments, self.level = trace, operation, arguments, level
+
+    def __add__(self, other: Value) -> Value:
+        return self.trace.sum(self, other)
+
+    def __radd__(self, other: Value) -> Value:
+        return self.trace.sum(other, self)
+
+    def __sub__(self, other: Value) -> Value:
+        return self.trace.difference(self, other)
+
+    def __rsub__(self, other: Value) -> Value:
+        return self.trace.difference(other, self)
+
+    def __mul__(self, other: Value) -> Value:
+        return self.trace.product(self, other)
+
+    def __rmul__(self, other: Value) -> Value:
+        return self.trace.product(other, self)
+
+    def __truediv__(self, other: Value) -> Value:
+        return self.trace.quotient(self, other)
+
+    def __rtruediv__(self, other: Value) -> Value:
+        return self.trace.quotient(other, self)
+
+    def __pow__(self, other: Value) -> Value:
+        return self.trace.node("**", self, other)
+
+    def __rpow__(self, other: Value) -> Value:
+        return self.trace.node("**", other, self)
+
+    def __neg__(self) -> Value:
+        return self.trace.node("neg", self)
+
+    def __pos__(self) -> Value:
+        return self
+
+
+class Trace:
+    """Symbols for t, the state and the parameters, and every value made of them, each once."""
+
+    def __init__(self, dimension: int, parameters: int) -> None:
+        self.nodes: dict[tuple[Any, ...], Node] = {}
+        self.t = self._leaf("t", STEP)
+        self.state = tuple(self._leaf(f"y[{i}]", ROUND) for i in range(dimension))
+        self.parameters = tuple(self._leaf(f"p[{i}]", RUN) for i in range(parameters))
+
+    def _leaf(self, name: str, level: int) -> Node:
+        return self.nodes.setdefault((name,), Node(self, name, (), level))
+
+    def node(self, operation: str, *arguments: Value) -> Value:
+        key = (operation, *(id(x) if isinstance(x, Node) else (type(x), x) for x in arguments))
+        if key not in self.nodes:
+            level = max(x.level for x in arguments if isinstance(x, Node))
+            self.nodes[key] = Node(self, operation, arguments, level)
+        return self.nodes[key]
+
+    def sum(self, a: Value, b: Value) -> Value:
+        if number(a, 0) or number(b, 0):
+            return b if number(a, 0) else a
+        return self.node("+", a, b)
+
+    def difference(self, a: Value, b: Value) -> Value:
+        if number(b, 0):
+            return a
+        return -b if number(a, 0) else self.node("-", a, b)
+
+    def product(self, a: Value, b: Value) -> Value:
+        if number(a, 0) or number(b, 0):
+            return 0
+        if number(a, 1) or number(b, 1):
+            return b if number(a, 1) else a
+        return self.node("*", a, b)
+
+    def quotient(self, a: Value, b: Value) -> Value:
+        if number(a, 0) or number(b, 1):
+            return a
+        return self.node("/", a, b)
+
+    def function(self, name: str) -> Callable[..., Value]:
+        """A function of `math` on numbers or on nodes."""
+        plain = getattr(math, name)
+
+        def either(*arguments: Value) -> Value:
+            return self.node(name, *arguments) if any(isinstance(x, Node) for x in arguments) else plain(*arguments)
+
+        return either
+
+    def derivative(self, value: Value, by: Node, done: dict[int, Value]) -> Value:
+        """d value / d by, a component of the state; `done` remembers what was found for the same component."""
+        if not isinstance(value, Node) or value.level < ROUND:
+            return 0
+        if value is by:
+            return 1
+        if not value.arguments:
+            return 0
+        if id(value) not in done:
+            inner = [self.derivative(x, by, done) for x in value.arguments]
+            done[id(value)] = chained(self, value, inner) if any(not number(x, 0) for x in inner) else 0
+        return done[id(value)]
+
+
+def number(value: Value, which: int) -> bool:
+    return isinstance(value, int | float) and value == which
+
+
+def chained(trace: Trace, value: Node, d: Sequence[Value]) -> Value:
+    """The derivative of an operation from those of its arguments."""
+    f = {name: trace.function(name) for name in FUNCTIONS}
+    a, b = (*value.arguments, None)[:2]
+    match value.operation:
+        case "+":
+            return d[0] + d[1]
+        case "-":
+            return d[0] - d[1]
+        case "neg":
+            return -d[0]
+        case "*":
+            return d[0] * b + a * d[1]
+        case "/":
+            return (d[0] - value * d[1]) * (1 / b)
+        case "**" if not isinstance(b, Node):
+            return b * a ** (b - 1) * d[0]
+        case "**":
+            return value * (d[1] * f["log"](a) + b * d[0] * (1 / a))
+        case "atan2":
+            return (d[0] * b - a * d[1]) * (1 / (a * a + b * b))
+        case "hypot":
+            return (a * d[0] + b * d[1]) * (1 / value)
+    slope: dict[str, Callable[[], Value]] = {
+        "sin": lambda: f["cos"](a),
+        "cos": lambda: -f["sin"](a),
+        "tan": lambda: 1 + value * value,
+        "asin": lambda: 1 / f["sqrt"](1 - a * a),
+        "acos": lambda: -1 / f["sqrt"](1 - a * a),
+        "atan": lambda: 1 / (1 + a * a),
+        "sinh": lambda: f["cosh"](a),
+        "cosh": lambda: f["sinh"](a),
+        "tanh": lambda: 1 - value * value,
+        "asinh": lambda: 1 / f["sqrt"](a * a + 1),
+        "acosh": lambda: 1 / f["sqrt"](a * a - 1),
+        "atanh": lambda: 1 / (1 - a * a),
+        "sqrt": lambda: 0.5 / value,
+        "exp": lambda: value,
+        "log": lambda: 1 / a,
+    }
+    return slope[value.operation]() * d[0]
+
+
+def traced(form: Form, dimension: int, parameters: int) -> tuple[Trace, tuple[Value, ...]]:
+    """The first-order right-hand side of a form, traced; of SecondOrder the accelerations alone."""
+    trace = Trace(dimension, parameters)
+    functions = {name: trace.function(name) for name in FUNCTIONS}
+    t, y, p = trace.t, trace.state, trace.parameters
+    if isinstance(form, SecondOrder):
+        return trace, tuple(rebind(form.acceleration, functions)(t, y[: dimension // 2], p))
+    if isinstance(form, RigidBody):
+        inertia, torque = rebind(form.inertia, functions), rebind(form.torque, functions)
+        return trace, tuple(euler_equations(y, inertia(p), torque(t, y, p)))
+    assert isinstance(form, FirstOrder)
+    return trace, tuple(rebind(form.equations, functions)(t, y, p))
+
+
+def reached(values: Sequence[Value]) -> list[Node]:
+    """All nodes that values are made of, each after its arguments."""
+    found: dict[int, Node] = {}
+
+    def visit(value: Value) -> None:
+        if isinstance(value, Node) and id(value) not in found:
+            for argument in value.arguments:
+                visit(argument)
+            found[id(value)] = value
+
+    for value in values:
+        visit(value)
+    return list(found.values())
+
+
+def code(values: Sequence[Value]) -> tuple[str, str, str]:
+    """Three functions for numba: `constants(p)`, `forcing(t, k)` and `slopes(y, w, k)`, which returns the values.
+
+    Each of the first two returns a tuple of what the later ones need of it; y holds vectors, k numbers.
+    """
+    nodes = reached(values)
+    local: dict[int, str] = {}
+    lines: tuple[list[str], list[str], list[str]] = ([], [], [])
+    handed: tuple[list[str], list[str], list[str]] = ([], [], [])
+    wanted = {(id(x), node.level) for node in nodes for x in node.arguments if isinstance(x, Node)}
+    wanted |= {(id(x), ROUND) for x in values if isinstance(x, Node)}
+
+    def name(value: Value, level: int) -> str:
+        if not isinstance(value, Node):
+            return f"({value!r})"
+        if value.level == level:
+            return local[id(value)]
+        return f"{'kw'[value.level]}[{lent[id(value)]}]"
+
+    lent: dict[int, int] = {}
+    for i, node in enumerate(nodes):
+        local[id(node)] = f"n{i}" if node.arguments else node.operation
+        if node.arguments:
+            text = expression(node.operation, [name(x, node.level) for x in node.arguments])
+            lines[node.level].append(f"    n{i} = {text}\n")
+        if node.level < ROUND and any((id(node), level) in wanted for level in range(node.level + 1, ROUND + 1)):
+            lent[id(node)] = len(handed[node.level])
+            handed[node.level].append(local[id(node)])
+    results = "".join(f"lanes({name(x, ROUND)}), " for x in values)
+    heads = ("constants(p)", "forcing(t, k)", "slopes(y, w, k)")
+    returned = (*("".join(f"{x}, " for x in handed[level]) + "0.0," for level in (RUN, STEP)), results)
+    run, step, each = (
+        f"@njit(forceinline=True, OPTIONS)\ndef {head}:\n{''.join(body)}    return ({tail})\n"
+        for head, body, tail in zip(heads, lines, returned, strict=True)
+    )
+    return run, step, each
+
+
+def expression(operation: str, arguments: Sequence[str]) -> str:
+    if operation in FUNCTIONS:
+        return f"math.{operation}({', '.join(arguments)})"
+    return f"-{arguments[0]}" if operation == "neg" else f" {operation} ".join(arguments)
