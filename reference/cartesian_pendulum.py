@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
-from gnomon.reference.motion import Motion, decades
+from gnomon.reference.motion import Cycle, Motion, decades
 from gnomon.reference.pendulum import Pendulum
 from gnomon.reference.precision import exact, working
 
@@ -65,6 +65,11 @@ class CartesianPendulum(Motion):
 
     def _guard(self, t: Fraction) -> float:
         return 30 + MOST_GROWTH + decades(t * t * (self.g**2 / self.radius_squared + self.rate**2 + 1))
+
+    def _cycle(self, mp: Any) -> Cycle | None:
+        if self.rests or self.on_separatrix:
+            return None
+        return Cycle(mp.mpf(exact(self.period(mp.dps))), (mp.zero,) * 4)
 
     def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
         if self.rests:

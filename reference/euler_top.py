@@ -20,8 +20,6 @@ from gnomon.reference.precision import publish, working
 
 Matrix = list[list[Any]]
 Triple = tuple[Fraction, Fraction, Fraction]
-SINGULAR = 1e-6
-"""An attitude with a determinant so small (squared) is not inverted: nothing real is near it."""
 IDENTITY = tuple(Fraction(int(k % 4 == 0)) for k in range(9))
 
 
@@ -87,17 +85,30 @@ class EulerTop(Motion):
 
     def _cycle(self, mp: Any) -> Cycle | None:
         """The rates repeat themselves, and R(t + T) = R(0) Q(T) R(0)^-1 R(t)."""
-        start = mp.matrix(3, 3)
-        for k, value in enumerate(self.attitude):
-            start[k // 3, k % 3] = mp.mpf(value)
-        if mp.det(start) ** 2 < SINGULAR or self.kind not in ("general", "symmetric"):
-            return None
         with mp.workdps(mp.dps + math.ceil(self._guard(Fraction(0)))):
-            period = self._body_period(mp)
-            if period is None:
+            if self.kind == "separatrix" or not any(self.rates):
                 return None
+            if self.kind != "general":
+                return self._precession_cycle(mp)
+            start = mp.matrix(3, 3)
+            for k, value in enumerate(self.attitude):
+                start[k // 3, k % 3] = mp.mpf(value)
+            if not mp.det(start):
+                return None
+            period = self._body_period(mp)
             gained = start * mp.matrix(self.rates_and_turn(mp, period)[1]) * mp.inverse(start)
         return Cycle(period, (mp.zero,) * 12, [Turn(gained.tolist(), [(3 + k, 6 + k, 9 + k) for k in range(3)])])
+
+    def _precession_cycle(self, mp: Any) -> Cycle:
+        """Two equal moments: after a turn about the angular momentum rates and attitude are as before, but turned."""
+        k = self._axis
+        if self.kind == "steady":
+            return Cycle(2 * mp.pi / mp.mpf(sum(map(abs, self.rates))), (mp.zero,) * 12)
+        along, across = self.moments[k], self.moments[k - 1]
+        period = 2 * mp.pi * mp.mpf(across) / mp.sqrt(mp.mpf(self.momentum_squared))
+        spin = mp.mpf((along - across) / across * self.rates[k]) * period
+        turned = rotation(mp, [spin if i == k else mp.zero for i in range(3)])
+        return Cycle(period, (mp.zero,) * 12, [Turn(turned, [range(3 * i, 3 * i + 3) for i in range(4)])])
 
     # Two equal moments, or three
 

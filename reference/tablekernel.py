@@ -56,7 +56,7 @@ def evaluate(
         first = min(first, n)
     x, x_low, error = np.empty(dimension), np.empty(dimension), np.empty(dimension)
     y, y_low, y_error = np.empty(size), np.empty(size), np.empty(size)
-    power = np.empty((size, size, 2))
+    power = np.empty((size, size, 3))  # the last: how much of it is in doubt, because the product may cancel
     for i in range(len(times)):
         n = turns[i]
         sure[i] = False
@@ -87,18 +87,19 @@ def evaluate(
         for k in range(stages):
             index = int(n - first)
             block, step = index // per_block, index % per_block
-            largest, doubt = 0.0, 0.0
+            of_block, of_power = 0.0, 0.0
             for row in range(size):
                 for column in range(size):
-                    a, a_low = 0.0, 0.0
+                    a, a_low, doubt = 0.0, 0.0, 0.0
                     for m in range(size):
                         f, f_low = blocks[k, block, row, m, 0], blocks[k, block, row, m, 1]
                         g, g_low = steps[k, step, m, column, 0], steps[k, step, m, column, 1]
-                        largest = max(largest, abs(f))
+                        of_block = max(of_block, abs(f))
                         a, a_low = multiply_add(f, f_low, g, g_low, a, a_low)
-                        doubt = max(doubt, abs(f * g))  # the product may cancel
-                    power[row, column, 0], power[row, column, 1] = a, a_low
-            certain = certain and largest > TINY and doubt > TINY
+                        doubt += abs(f * g)
+                    power[row, column, 0], power[row, column, 1], power[row, column, 2] = a, a_low, doubt
+                    of_power = max(of_power, doubt)
+            certain = certain and of_block > TINY and of_power > TINY
             for group in groups[k]:
                 for row in range(size):
                     if group[row] < 0:
@@ -110,7 +111,7 @@ def evaluate(
                             break
                         f, f_low = power[row, column, 0], power[row, column, 1]
                         a, a_low = multiply_add(x[d], x_low[d], f, f_low, a, a_low)
-                        off += error[d] * abs(f) + abs(x[d]) * (doubt + abs(f)) * 2.0**-98
+                        off += error[d] * abs(f) + abs(x[d]) * power[row, column, 2] * 2.0**-97
                     y[row], y_low[row], y_error[row] = a, a_low, off
                 for row in range(size):
                     d = group[row]
