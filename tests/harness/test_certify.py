@@ -25,6 +25,16 @@ def test_default_case_is_certified(name: str) -> None:
     assert certificate.passed, certificate
 
 
+HARD = [setting for setting in certify_all.settings([], True) if setting[1] is not None]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("setting", HARD, ids=["/".join(map(str, setting)) for setting in HARD])
+def test_hard_variant_is_certified(setting: certify_all.Setting) -> None:
+    certificate = certify_all.certificate(setting)
+    assert certificate.passed, certificate
+
+
 def wrong_sign(t: Any, q: Values, parameters: Values) -> Values:
     (theta,) = q
     g, length = parameters
