@@ -94,7 +94,8 @@ class Metric:
         if not angles:
             return 0
         off = np.abs(states[..., angles] - exact[..., angles])
-        return int(np.max(np.round(off[np.isfinite(off)] / (2 * math.pi)), initial=0.0))
+        # Beyond 2^53 a double knows no single turns, and a store no such integers.
+        return int(min(np.max(np.round(off[np.isfinite(off)] / (2 * math.pi)), initial=0.0), 2.0**53))
 
     def _plain(self, states: Floats, exact: Floats) -> Floats:
         return np.asarray(np.max(np.stack(list(self.by_group(states, exact).values())), axis=0))

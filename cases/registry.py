@@ -24,6 +24,7 @@ _MODULES = {
     "projectile_parabola": "projectile:ProjectileParabola",
     "projectile_stokes_drag": "stokes:ProjectileStokesDrag",
     "projectile_quadratic_drag": "quadratic_drag:ProjectileQuadraticDrag",
+    "pendulum_quadratic_damping": "damped_pendulum:PendulumQuadraticDamping",
     "vertical_quadratic_drag": "quadratic_drag:VerticalQuadraticDrag",
     "ink_jet_printer": "droplets:InkJetPrinter",
     "millikan_oil_drop": "droplets:MillikanOilDrop",

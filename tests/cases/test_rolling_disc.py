@@ -79,3 +79,11 @@ def test_a_disc_leaning_at_the_circle_spin_stays_so():
     x = -radius * np.sin(phi * case.times)
     y = -radius * (1 - np.cos(phi * case.times))
     assert np.allclose(found[:, :2], np.stack([x, y], axis=1), atol=1e-12)
+
+
+def test_turns_of_a_wild_answer_can_be_counted_and_stored():
+    """An integrator that blows up may return angles of 1e300, whose turns fit no integer of a database."""
+    case = get("rolling_disc", "circle", span=1)
+    wrong = case.sample(case.times[:2])
+    wrong[0, 3] = 1e300
+    assert case.metric.turns(wrong, case.sample(case.times[:2])) == 2**53
