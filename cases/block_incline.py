@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.block_incline_scene import scene_of
 from gnomon.cases.case import Case, Event, Invariant, Variant
-from gnomon.cases.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.forms import Friction, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.block_incline import BlockIncline, holds
@@ -23,6 +23,11 @@ def sliding(t: Any, state: Values, parameters: Values) -> Values:
     _, v = state
     g, alpha, mu_k, _, sign = parameters
     return v, -g * (sin(alpha) + sign * mu_k * cos(alpha))
+
+
+def friction_bounds(t: Any, state: Values, parameters: Values) -> Values:
+    g, alpha, mu_k, mu_s = parameters
+    return g * mu_k * cos(alpha), g * mu_s * cos(alpha)
 
 
 def sticking(t: Any, state: Values, parameters: Values) -> Values:
@@ -163,9 +168,9 @@ class BlockInclineFriction(Case):
         return min(1.5 * float(motion.return_time()), 10 * stop) if motion.slides_back else 2.5 * stop
 
     @property
-    def forms(self) -> tuple[Hybrid, ...]:
+    def forms(self) -> tuple[Friction, ...]:
         return (
-            Hybrid(
+            Friction(
                 modes=(Mode("up", sliding, (1.0,)), Mode("down", sliding, (-1.0,)), Mode("stick", sticking)),
                 start=first_mode,
                 transitions=(
@@ -174,6 +179,8 @@ class BlockInclineFriction(Case):
                 ),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"stick"}),
+                sliding=sliding,
+                bounds=friction_bounds,
             ),
         )
 

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.bouncing_ball_scene import SCENE
 from gnomon.cases.case import Between, Case, Event, Invariant, Variant
-from gnomon.cases.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.forms import Impact, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.bouncing_ball import BouncingBall as Motion
@@ -32,6 +32,18 @@ def resting(t: Any, state: Values, parameters: Values) -> Values:
 def height(t: Any, state: Values, parameters: Values) -> Values:
     y, _ = state
     return (y,)
+
+
+def gap(t: Any, place: Values, parameters: Values) -> Values:
+    return (place[0],)
+
+
+def upward(t: Any, place: Values, parameters: Values) -> Values:
+    return (1,)
+
+
+def restitution(parameters: Values) -> Values:
+    return (parameters[1],)
 
 
 def rebound(t: Any, state: Values, parameters: Values) -> Values:
@@ -133,16 +145,20 @@ class BouncingBall(Case):
         return limit if self.variant == "zeno" else min(limit, 8 * flights)
 
     @property
-    def forms(self) -> tuple[Hybrid, ...]:
+    def forms(self) -> tuple[Impact, ...]:
         bounce = Transition("bounce", "flight", height, -1, rebound, "flight", impact_state)
         return (
-            Hybrid(
+            Impact(
                 modes=(Mode("flight", flight), Mode("rest", resting)),
                 start=first_mode,
                 transitions=(bounce,),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"rest"}),
                 limits=(("bounce", "rest", come_to_rest),),
+                free=flight,
+                gap=gap,
+                normal=upward,
+                restitution=restitution,
             ),
         )
 

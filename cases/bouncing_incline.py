@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.bouncing_ball import BouncingBall
 from gnomon.cases.case import Between, Case, Event, Invariant, Variant
-from gnomon.cases.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.forms import Impact, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.reference.bouncing_incline import BouncingIncline
 from gnomon.reference.precision import Number
@@ -28,6 +28,18 @@ def incline_slide(t: Any, state: Values, parameters: Values) -> Values:
 
 def incline_height(t: Any, state: Values, parameters: Values) -> Values:
     return (state[1],)
+
+
+def incline_gap(t: Any, place: Values, parameters: Values) -> Values:
+    return (place[1],)
+
+
+def incline_normal(t: Any, place: Values, parameters: Values) -> Values:
+    return 0, 1
+
+
+def incline_restitution(parameters: Values) -> Values:
+    return (parameters[2],)
 
 
 def incline_rebound(t: Any, state: Values, parameters: Values) -> Values:
@@ -141,16 +153,20 @@ class BouncingBallIncline(Case):
         return falls * self.time_scale
 
     @property
-    def forms(self) -> tuple[Hybrid, ...]:
+    def forms(self) -> tuple[Impact, ...]:
         bounce = Transition("bounce", "flight", incline_height, -1, incline_rebound, "flight", incline_impact)
         return (
-            Hybrid(
+            Impact(
                 modes=(Mode("flight", incline_flight), Mode("slide", incline_slide)),
                 start=first_incline_mode,
                 transitions=(bounce,),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"slide"}),
                 limits=(("bounce", "slide", keep_sliding),),
+                free=incline_flight,
+                gap=incline_gap,
+                normal=incline_normal,
+                restitution=incline_restitution,
             ),
         )
 

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Event, Invariant, Variant
-from gnomon.cases.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.forms import Friction, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.reference.coulomb import CoulombOscillator
 from gnomon.reference.precision import Number, exact
@@ -19,6 +19,11 @@ def sliding_on_a_spring(t: Any, state: Values, parameters: Values) -> Values:
     x, v = state
     m, k, g, mu_k, _mu_s, side = parameters
     return v, -(k / m) * x - side * mu_k * g
+
+
+def level_friction(t: Any, state: Values, parameters: Values) -> Values:
+    _m, _k, g, mu_k, mu_s = parameters
+    return mu_k * g, mu_s * g
 
 
 def held_on_a_spring(t: Any, state: Values, parameters: Values) -> Values:
@@ -106,9 +111,9 @@ class CoulombFrictionOscillator(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[Hybrid, ...]:
+    def forms(self) -> tuple[Friction, ...]:
         return (
-            Hybrid(
+            Friction(
                 modes=(
                     Mode("right", sliding_on_a_spring, (1.0,)),
                     Mode("left", sliding_on_a_spring, (-1.0,)),
@@ -121,6 +126,8 @@ class CoulombFrictionOscillator(Case):
                 ),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"stick"}),
+                sliding=sliding_on_a_spring,
+                bounds=level_friction,
             ),
         )
 

@@ -150,6 +150,32 @@ class Hybrid:
         return next(mode for mode in self.modes if mode.name == name)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Impact(Hybrid):
+    """A hybrid motion that is a free one above a smooth wall: the same as a law for measures, without modes.
+
+    State (q..., q'...). `free(t, state, parameters)` -> the state's derivative without the wall;
+    `gap(t, q, parameters)` -> (distance,), its gradient `normal` of unit length; `restitution(parameters)` -> (e,).
+    """
+
+    free: Equations
+    gap: Equations
+    normal: Equations
+    restitution: Callable[[Values], Values]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Friction(Hybrid):
+    """A hybrid motion on a line with dry friction, the same as a law for measures, without modes. State (x, v).
+
+    `sliding(t, state, (*parameters, side))` is the mode of sliding to a side, without friction for side = 0;
+    `bounds(t, state, parameters)` -> (kinetic, static): friction over mass while it slides, and the most while it holds.
+    """
+
+    sliding: Equations
+    bounds: Equations
+
+
 Form = FirstOrder | SecondOrder | RigidBody | NBody | Hybrid
 
 

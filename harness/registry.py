@@ -27,6 +27,7 @@ MODULES = (
     "gnomon.harness.integrators.boris",
     "gnomon.harness.integrators.rattle",
     "gnomon.harness.integrators.exponential",
+    "gnomon.harness.integrators.moreau",
     "gnomon.harness.integrators.lie",
     "gnomon.harness.integrators.hybrid",
     "gnomon.harness.adapters.scipy_ivp",

@@ -223,6 +223,7 @@ class ImplicitMidpoint(Gauss):
     """One stage: the implicit midpoint rule. Order 2."""
 
     name, order, stages = "Implicit midpoint", 2, 1
+    everywhere = False
 
 
 class Gauss2(Gauss):
@@ -235,6 +236,7 @@ class Gauss3(Gauss):
     """Three stages. Order 6."""
 
     name, order, stages = "Gauss 3-stage", 6, 3
+    everywhere = False
 
 
 class Gauss4(Gauss):
@@ -248,6 +250,7 @@ class Gauss5(Gauss):
     """Five stages. Order 10."""
 
     name, order, stages = "Gauss 5-stage", 10, 5
+    everywhere = False
     sweep = Steps(coarsest=1.0, halvings=7)
 
 
@@ -255,6 +258,7 @@ class Gauss6(Gauss):
     """Six stages. Order 12."""
 
     name, order, stages = "Gauss 6-stage", 12, 6
+    everywhere = False
     sweep = Steps(coarsest=1.0, halvings=7)
 
 
@@ -262,6 +266,7 @@ class Gauss7(Gauss):
     """Seven stages. Order 14."""
 
     name, order, stages = "Gauss 7-stage", 14, 7
+    everywhere = False
     sweep = Steps(coarsest=1.0, halvings=7)
 
 
@@ -269,6 +274,7 @@ class Gauss8(Gauss):
     """Eight stages. Order 16."""
 
     name, order, stages = "Gauss 8-stage", 16, 8
+    everywhere = False
     sweep = Steps(coarsest=2.0, halvings=7)
 
 
