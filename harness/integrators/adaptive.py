@@ -40,7 +40,6 @@ NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 1, 2, 3
 REASONS = {
     NOT_FINITE: "the equations gave a value that is not finite",
     STEP_TOO_SMALL: "the step size fell below the spacing of times",
-    TOO_MANY_STEPS: f"more than {MOST_STEPS} steps",
 }
 
 SAFETY, SHRINK_MOST, GROW_MOST = 0.9, 3.0, 6.0
@@ -61,6 +60,7 @@ class Adaptive(Integrator):
 
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-14)
+    most_steps: ClassVar[int] = MOST_STEPS
     loop: ClassVar[Callable[..., int]]
     pieces: ClassVar[tuple[Callable[..., Any], ...]]
 
@@ -78,7 +78,9 @@ class Adaptive(Integrator):
         check_tolerance(setting)
         second = isinstance(problem.form, SecondOrder)
         kernel = compiling.acceleration(problem) if second else compiling.right_hand_side(problem)
-        run = compiled_whole(type(self).loop, SIGNATURE, self.constants(), self.pieces)
+        run = compiled_whole(
+            type(self).loop, SIGNATURE, (*self.constants(), ("MOST_STEPS", self.most_steps)), self.pieces
+        )
         with working(DIGITS) as mp:
             table = rounded(self.rows(mp))
         address, buffer, times = kernel.address, problem.buffer, problem.times
@@ -87,7 +89,7 @@ class Adaptive(Integrator):
             out = np.full((len(initial), len(times), initial.shape[1]), np.nan)
             stop = np.zeros(2, dtype=np.int64)
             steps = run(address, buffer, table, initial, times, setting, out, stop)
-            return Solution(out, int(steps), reason(stop))
+            return Solution(out, int(steps), reason(stop, self.most_steps))
 
         return solve
 
@@ -98,9 +100,12 @@ def check_tolerance(setting: float, least: float = LEAST_TOLERANCE) -> None:
         raise Refused(f"tolerance {setting} is not between {least:g} and 1")
 
 
-def reason(stop: NDArray[np.int64]) -> str | None:
+def reason(stop: NDArray[np.int64], most_steps: int) -> str | None:
     """In words why a trajectory ended early."""
-    return f"{REASONS[int(stop[0])]}, before sample {stop[1] + 1}" if stop[0] else None
+    if stop[0] == 0:
+        return None
+    what = f"more than {most_steps} steps" if stop[0] == TOO_MANY_STEPS else REASONS[int(stop[0])]
+    return f"{what}, before sample {stop[1] + 1}"
 
 
 SIGNATURE = (

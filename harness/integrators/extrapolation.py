@@ -40,6 +40,7 @@ class GraggBulirschStoer(Adaptive):
     name, order = "Gragg-Bulirsch-Stoer", 2 * COLUMNS
     accepts = (FirstOrder,)
     sampling = "stops at samples"
+    most_steps = 500_000  # of up to 111 right-hand sides
     pieces = ()
 
     @classmethod
@@ -208,7 +209,7 @@ def column_error(j: int, y: Floats, columns: Floats, tolerance: float) -> float:
 def growth(error: float, power: int) -> float:
     """By how much the step may grow, or must shrink (ODEX)."""
     least = 0.02 ** (1 / power)
-    return max(least / 4, min(1 / least, 0.94 * (0.65 / max(error, 1e-30)) ** (1 / power)))
+    return float(max(least / 4, min(1 / least, 0.94 * (0.65 / max(error, 1e-30)) ** (1 / power))))
 
 
 def cost(j: int) -> float:
