@@ -9,18 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from itertools import pairwise
 from typing import Any
 
 import flint
 from gnomon.reference.balls import MOST_BITS, ball, precision
+from gnomon.reference.enclosed_tops import Balls, hat, heavy_top, spherical_pendulum, top_attitude
 from gnomon.reference.euler_top import EulerTop
 from gnomon.reference.lagrange_top import LagrangeTop, SphericalPendulum
 from gnomon.reference.motion import Motion
 from gnomon.reference.pendulum import Pendulum
-from gnomon.reference.theta import Jacobi, Values, integral, turns
+from gnomon.reference.theta import Jacobi, Values, accumulated, reals, turns
+from gnomon.reference.top_attitude import TopAttitude
 
-Balls = list[Any]
 SPARE = 5
 """Digits of a quadrature beyond those asked of the state."""
 
@@ -62,11 +62,11 @@ def pendulum(motion: Pendulum, t: Fraction, digits: int) -> Balls:
     k, rest = square.sqrt(), c * c - rate * rate
     if motion.regime == motion.LIBRATION:
         functions = Jacobi(square, rest)
-        here = _real(functions.moved(Values(s / k, rate / k, c), w * time))
+        here = reals(functions.moved(Values(s / k, rate / k, c), w * time))
         return [base + 2 * flint.arb.atan2(k * here.sn, here.dn), 2 * w * k * here.cn]
     side = 1 if motion.omega0 > 0 else -1
     functions = Jacobi(1 / square, -rest / square)
-    here = _real(functions.moved(Values(s, c, side * rate / k), side * k * w * time))
+    here = reals(functions.moved(Values(s, c, side * rate / k), side * k * w * time))
     # theta keeps within a turn each way of its mean growth, and its half is known up to whole turns.
     half = 2 * flint.arb.atan2(here.sn, here.cn)
     mean = theta0 - base + side * flint.arb.pi() * k * w * time / functions.quarter
@@ -79,7 +79,7 @@ def euler_top(motion: EulerTop, t: Fraction, digits: int) -> Balls:
     rates, attitude = [ball(x) for x in motion.rates], flint.arb_mat(3, 3, [ball(x) for x in motion.attitude])
     time = ball(t)
     if motion.kind == "steady":
-        turn = _hat([x * time for x in rates]).exp()
+        turn = hat([x * time for x in rates]).exp()
     elif motion.kind == "symmetric":
         rates, turn = _symmetric(motion, time)
     else:
@@ -93,9 +93,9 @@ def _symmetric(motion: EulerTop, time: Any) -> tuple[Balls, Any]:
     across, along = motion.moments[k - 1], motion.moments[k]
     spin = [ball((along - across) / across * motion.rates[k]) * time if i == k else flint.arb(0) for i in range(3)]
     about = [ball(i * w / across) * time for i, w in zip(motion.moments, motion.rates, strict=True)]
-    turned = _hat(spin).exp()
+    turned = hat(spin).exp()
     start = flint.arb_mat(3, 1, [ball(x) for x in motion.rates])
-    return (turned * start).entries(), _hat(about).exp() * turned.transpose()
+    return (turned * start).entries(), hat(about).exp() * turned.transpose()
 
 
 def _asymmetric(motion: EulerTop, time: Any, digits: int) -> tuple[Balls, Any]:
@@ -126,8 +126,8 @@ def _asymmetric(motion: EulerTop, time: Any, digits: int) -> tuple[Balls, Any]:
         return momentum * (ball(i1) * x * x + ball(i2) * y * y) / ((ball(i1) * x) ** 2 + (ball(i2) * y) ** 2)
 
     period = None if functions.limit else 2 * functions.quarter / abs(p)
-    angle = _accumulated(about, time, period, digits)
-    sn, cn, dn = _real(functions.moved(begin, p * time))
+    angle = accumulated(about, time, period, digits)
+    sn, cn, dn = reals(functions.moved(begin, p * time))
     here = A * cn, B * sn, C * dn
     own = [here[order.index(k)] for k in range(3)]
     before, after = (
@@ -150,110 +150,8 @@ def _frame(momentum: Balls, axis: int) -> Any:
     return flint.arb_mat([node, _cross(unit, node), unit])
 
 
-def heavy_top(motion: LagrangeTop, t: Fraction, digits: int) -> Balls | None:
-    """theta by theta functions, precession and spin by quadrature; where theta passes no pole."""
-    top = motion._top()
-    if top.up or top.down or top.steady or top.homoclinic:
-        return None
-    a, b, moment = top.a, top.b, top.moment
-    (theta, rate), tilt = _tilt(top, ball(t), digits)
-    precession = tilt(lambda above, below: (b - a + a * above) / (moment * above * below))
-    spin = tilt(lambda above, below: a / ball(motion.I3) - (b - a + a * above) * (1 - above) / (moment * above * below))
-    return [theta, rate, ball(motion.phi) + precession, ball(motion.psi) + spin]
-
-
-def spherical_pendulum(motion: SphericalPendulum, t: Fraction, digits: int) -> Balls:
-    """As the heavy top, upside down and without spin."""
-    (theta, rate), tilt = _tilt(motion._top(), ball(t), digits)
-    turn = tilt(lambda above, below: ball(motion.h) / (above * below))
-    return [flint.arb.pi() - theta, -rate, ball(motion.phi) + turn]
-
-
-def _tilt(top: Any, time: Any, digits: int) -> tuple[tuple[Any, Any], Callable[[Callable[[Any, Any], Any]], Any]]:
-    """theta and theta' from the upward vertical, and the integral up to `time` of any function of (1 - u, 1 + u).
-
-    u = cos(theta) obeys u'^2 = 2 (E - W u)(1 - u^2)/I1 - (b - a u)^2/I1^2; the roots are isolated by flint. Next to a
-    pole the squares of cn and sn keep 1 - u and 1 + u away from zero on balls much wider than they are themselves.
-    """
-    i, w, a, b, energy = top.moment, top.weight, top.a, top.b, top.energy
-    cubic = flint.arb_poly(
-        [2 * energy / i - (b / i) ** 2, 2 * a * b / i**2 - 2 * w / i, -2 * energy / i - (a / i) ** 2, 2 * w / i]
-    )
-    u1, u2, u3 = _real_roots(cubic)
-    functions = Jacobi((u2 - u1) / (u3 - u1), (u3 - u2) / (u3 - u1))
-    p = (w * (u3 - u1) / (2 * i)).sqrt()
-    begin = _begin(top, functions, (u1, u2, u3))
-    phase = functions.argument(begin)
-
-    def accumulated(rate: Callable[[Any, Any], Any]) -> Any:
-        def at(s: Any) -> Any:
-            sn, cn, _ = functions.at(phase + p * s)
-            return rate(1 - u2 + (u2 - u1) * cn * cn, 1 + u1 + (u2 - u1) * sn * sn)
-
-        return _accumulated(at, time, 2 * functions.quarter / p, digits)
-
-    sn, cn, dn = _real(functions.moved(begin, p * time))
-    above, below = 1 - u2 + (u2 - u1) * cn * cn, 1 + u1 + (u2 - u1) * sn * sn
-    theta = 2 * flint.arb.atan2(above.sqrt(), below.sqrt())
-    return (theta, -2 * p * (u2 - u1) * sn * cn * dn / (above * below).sqrt()), accumulated
-
-
-def _begin(top: Any, functions: Jacobi, roots: tuple[Any, Any, Any]) -> Values:
-    """sn, cn, dn at the start, from u and the sign of u'."""
-    u1, u2, u3 = roots
-    if top.still and bool(top.u.overlaps(u1)) and not bool(top.u.overlaps(u2)):
-        return Values(flint.arb(0), flint.arb(1), flint.arb(1))
-    dn = ((u3 - top.u) / (u3 - u1)).sqrt()
-    if top.still:
-        return Values(flint.arb(1), flint.arb(0), dn)
-    side = 1 if top.rate > 0 else -1
-    return Values(((top.u - u1) / (u2 - u1)).sqrt(), side * ((u2 - top.u) / (u2 - u1)).sqrt(), dn)
-
-
-def _real_roots(cubic: Any) -> tuple[Any, Any, Any]:
-    """The three real roots in order; not numbers where more bits are needed to tell them apart."""
-    try:
-        found = sorted((_newton(cubic, x.real) for x in cubic.complex_roots()), key=lambda x: float(x.mid()))
-    except ValueError:
-        found = []
-    if len(found) == 3 and all(bool(x < y) for x, y in pairwise(found)):
-        return found[0], found[1], found[2]
-    return flint.arb.nan(), flint.arb.nan(), flint.arb.nan()
-
-
-def _newton(f: Any, x: Any) -> Any:
-    """The one root in a ball, by Newton's method on intervals until it gains no more."""
-    slope = f.derivative()
-    while True:
-        centre = x.mid()
-        closer = centre - f(centre) / slope(x)
-        if not closer.is_finite() or not bool(closer.rad() < x.rad() / 2):
-            return x
-        x = closer
-
-
-def _accumulated(rate: Callable[[Any], Any], time: Any, period: Any | None, digits: int) -> Any:
-    """The integral of a rate from 0 to `time`, whole periods at once."""
-    if period is None:
-        return integral(rate, time, digits)
-    if not period.is_finite():
-        return flint.arb.nan()
-    whole = turns(time / period)
-    rest = integral(rate, time - whole * period, digits)
-    return rest + whole * integral(rate, period, digits + len(str(whole))) if whole else rest
-
-
-def _hat(v: Balls) -> Any:
-    x, y, z = v
-    return flint.arb_mat(3, 3, [0, -z, y, z, 0, -x, -y, x, 0])
-
-
 def _cross(a: Balls, b: Balls) -> Balls:
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-
-
-def _real(values: Values) -> Values:
-    return Values(*(x.real for x in values))
 
 
 def _exact(x: Any) -> Fraction:
@@ -265,5 +163,6 @@ ENCLOSED: dict[type[Motion], Callable[[Any, Fraction, int], Balls | None]] = {
     Pendulum: pendulum,
     EulerTop: euler_top,
     LagrangeTop: heavy_top,
+    TopAttitude: top_attitude,
     SphericalPendulum: spherical_pendulum,
 }

@@ -85,6 +85,22 @@ def integral(rate: Callable[[Any], Any], end: Any, digits: int) -> Any:
     return found.real
 
 
+def accumulated(rate: Callable[[Any], Any], time: Any, period: Any | None, digits: int) -> Any:
+    """The integral of a rate from 0 to `time`, whole periods at once."""
+    if period is None:
+        return integral(rate, time, digits)
+    if not period.is_finite():
+        return flint.arb.nan()
+    whole = turns(time / period)
+    rest = integral(rate, time - whole * period, digits)
+    return rest + whole * integral(rate, period, digits + len(str(whole))) if whole else rest
+
+
 def turns(x: Any) -> int:
     """The integer below a ball; where the ball holds one, that of its midpoint: both sides serve."""
     return int(x.mid().floor().unique_fmpz()) if x.is_finite() else 0
+
+
+def reals(values: Values) -> Values:
+    """The real parts."""
+    return Values(*(x.real for x in values))
