@@ -42,6 +42,7 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
     frame["formulation"] = frame["formulation"].replace("standard", "")
     for column in (
         *("setting", "error_max", "error_end", "error_rms", "floor", "conditioning", "order_declared"),
+        *("error_phase", "error_shape", "turns", "events_missing", "events_extra", "events_time_error"),
         *("rhs_calls", "steps", "seconds_median", "seconds_low", "seconds_high", "prepare_seconds"),
     ):
         frame[column] = pd.to_numeric(frame[column], errors="coerce").astype(float)
@@ -49,13 +50,14 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def settings(frame: pd.DataFrame) -> pd.DataFrame:
-    """One row a setting of a series, loosest first: launches reduced to the median and range of their median times."""
+    """One row a setting of a series, loosest first: launches reduced to the median of their median times, `seconds`.
+
+    `seconds_low` and `seconds_high`, quantiles over the calls of one launch, are left as the first launch has them.
+    """
     grouped = frame.sort_values("launch").groupby([*SERIES, "setting"], dropna=False, sort=False)
     reduced = grouped.first().assign(
         error_max=grouped["error_max"].max(),
         seconds=grouped["seconds_median"].median(),
-        seconds_low=grouped["seconds_median"].min(),
-        seconds_high=grouped["seconds_median"].max(),
         launches=grouped["seconds_median"].count(),
     )
     return reduced.reset_index().sort_values([*SERIES, "setting"], ascending=[True] * len(SERIES) + [False])
@@ -230,3 +232,18 @@ def _plateau(steps: Floats, errors: Floats, order: float) -> float:
         return 0.0
     levelled = errors[1:] > errors[:-1] * (steps[1:] / steps[:-1]) ** (order / 2)
     return float(np.max(errors[1:][levelled & (errors[:-1] < 1e-6)], initial=0.0))
+
+
+def anatomy(frame: pd.DataFrame, near: float = 1e-5) -> pd.DataFrame:
+    """What the error of each series consists of, at its ok setting with an error nearest `near`.
+
+    `error_phase` is along the exact motion and `error_shape` across it (nan where that has no meaning), `turns` the
+    most whole turns that angles were off at any ok setting, which the error itself does not count; the `events_`
+    columns compare located events with the exact ones.
+    """
+    good = frame[(frame["status"] == "ok") & (frame["error_max"] > 0)]
+    good = good.assign(away=np.abs(np.log10(good["error_max"] / near)))
+    chosen = good.sort_values(["launch", "away"]).groupby(SERIES, dropna=False, sort=False).first()
+    turns = good.groupby(SERIES, dropna=False, sort=False)["turns"].max()
+    events = ["events_missing", "events_extra", "events_time_error"]
+    return chosen[["error_max", "error_phase", "error_shape", *events]].assign(turns=turns).reset_index()

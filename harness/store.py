@@ -80,7 +80,7 @@ MEASUREMENT_COLUMNS = {
     "output": "TEXT",
 }
 """What became of one launch of a trial. `invariant_drift` is JSON by name of the invariant; `output` is what the
-worker's libraries printed. `seconds_low` and `seconds_high` are the fastest and the slowest call."""
+worker's libraries printed. `seconds_low` and `seconds_high` are the 10 and 90 % quantiles of the timed calls."""
 
 _SCHEMA = f"""
 CREATE TABLE runs (run INTEGER PRIMARY KEY, started TEXT NOT NULL, ended TEXT, suite TEXT NOT NULL, command TEXT);
@@ -107,10 +107,9 @@ FROM measurements m JOIN trials t USING (trial_key) JOIN runs r USING (run)
 WHERE {condition} ORDER BY t.rowid, m.launch, m.measurement
 """
 _NOT_SUPERSEDED = """
-EXISTS (SELECT 1 FROM planned p WHERE p.trial_key = m.trial_key
-        AND p.run = (SELECT max(q.run) FROM planned q WHERE q.series = t.series))
-AND m.measurement = (SELECT max(n.measurement) FROM measurements n
-                     WHERE n.trial_key = m.trial_key AND n.launch = m.launch)
+m.trial_key IN (SELECT trial_key FROM planned
+                WHERE (series, run) IN (SELECT series, max(run) FROM planned GROUP BY series))
+AND m.measurement IN (SELECT max(measurement) FROM measurements GROUP BY trial_key, launch)
 """
 
 

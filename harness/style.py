@@ -7,14 +7,17 @@ colour vision.
 from __future__ import annotations
 
 import colorsys
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 import vl_convert
+from gnomon.harness.png import smaller
 
 INK, QUIET, PALE, GRID = "#1f2933", "#5f6b7a", "#f4f2ec", "#e4e2dc"
+PNG_SCALE = 1.5
 FONT = "Helvetica Neue, Helvetica, Arial, Liberation Sans, sans-serif"
 
 # Okabe and Ito's palette, distinct under the common colour-vision deficiencies.
@@ -118,7 +121,7 @@ def records(table: pd.DataFrame) -> list[dict[str, Any]]:
 def dressed(chart: Any) -> Any:
     """The house style: quiet axes, no frame, one font."""
     return (
-        chart.configure(font=FONT, background="white")
+        chart.configure(font=FONT, background="white", aria=False)
         .configure_view(stroke=None)
         .configure_axis(
             gridColor=GRID,
@@ -148,8 +151,9 @@ def dressed(chart: Any) -> Any:
 
 
 def write_images(chart: Any, folder: Path, name: str) -> None:
-    """The printed figure: `name`.svg and `name`.png, twice the size in pixels."""
+    """The printed figure: `name`.svg, coordinates to a tenth of a pixel, and `name`.png."""
     folder.mkdir(parents=True, exist_ok=True)
     spec = chart.to_dict(validate=False)
-    (folder / f"{name}.svg").write_text(vl_convert.vegalite_to_svg(spec))
-    (folder / f"{name}.png").write_bytes(vl_convert.vegalite_to_png(spec, scale=2))
+    drawn = re.sub(r"\d+\.\d{2,}", lambda number: f"{float(number[0]):.1f}", vl_convert.vegalite_to_svg(spec))
+    (folder / f"{name}.svg").write_text(drawn, encoding="utf-8")
+    (folder / f"{name}.png").write_bytes(smaller(vl_convert.vegalite_to_png(spec, scale=PNG_SCALE)))

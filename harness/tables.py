@@ -55,6 +55,11 @@ def short_text(value: float) -> str:
     return f"{value:.2g}" if 0.01 <= value < 100 else f"{value:.0f}" if 100 <= value < 1000 else error_text(value)
 
 
+def digits(error: float) -> int:
+    """The decimal digits that an error leaves right; 17 where it is zero."""
+    return 17 if error == 0 else max(math.floor(-math.log10(error)), 0)
+
+
 def ratio_text(ratio: float) -> str:
     """A ratio to two or three figures."""
     if not math.isfinite(ratio):
@@ -74,11 +79,12 @@ def with_scenes(table: pd.DataFrame) -> pd.DataFrame:
 
 @dataclass
 class Cell:
-    """A table cell: its text, a small second line, and its class for the style sheet."""
+    """A table cell: its text, a small second line, its class for the style sheet, and what a narrow page leaves out."""
 
     text: str
     note: str = ""
     kind: str = ""
+    aside: str = ""
 
 
 @dataclass
@@ -146,17 +152,26 @@ def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame, case: str) -> l
             spread = f"{time_text(at['low'])} – {time_text(at['high'])}" if at["launches"] > 1 else "one launch"
             text = ("≤ " if at["at_loosest"] else "") + time_text(at["seconds"])
             ratio = "fastest" if at["ratio"] == 1 else "on a par" if at["tied"] else f"{ratio_text(at['ratio'])} ×"
-            cells.append(Cell(text, f"{ratio} · {spread}", "best" if at["tied"] else ""))
+            cells.append(Cell(text, ratio, "best" if at["tied"] else "", f" · {spread}"))
         rows.append(((formulation, place[1], place[0], place[2]), Row(str(name), cells, group=str(formulation))))
     return [row for _, row in sorted(rows, key=lambda pair: pair[0])]
 
 
 def stability_rows(
-    matrix: pd.DataFrame, trusted: pd.DataFrame, orders: pd.DataFrame, laws: pd.DataFrame, case: str
+    matrix: pd.DataFrame,
+    trusted: pd.DataFrame,
+    orders: pd.DataFrame,
+    laws: pd.DataFrame,
+    parts: pd.DataFrame,
+    case: str,
 ) -> list[Row]:
-    """Status, order, best error, error over tolerance and drift of every integrator on the default scene of a case."""
+    """Status, best error, order or error over tolerance, its parts and drift of each integrator on the default scene.
+
+    The frames are those of `analysis.status_matrix`, `trust`, `orders`, `drift.laws` and `analysis.anatomy`.
+    """
     chosen = matrix[(matrix["case"] == case) & (matrix["variant"] == "") & ~matrix["verdict"].isin(NEVER_RAN)]
     trusts, measured = trusted.set_index(SERIES), orders.set_index(SERIES)
+    anatomies = parts.set_index(SERIES)
     drifts = {key: part for key, part in laws.groupby(SERIES, dropna=False)} if len(laws) else {}
     rows = []
     for series in chosen.to_dict("records"):
@@ -167,10 +182,14 @@ def stability_rows(
         if math.isfinite(trial["best"]):
             above = trial["best"] / max(trial["attainable"], 1e-300)
             best.note = f"{short_text(above)} × attainable" if above >= 1 else "at the attainable"
-        over = Cell(short_text(trial["over_tolerance"]), "")
-        if math.isfinite(trial["worst_over_tolerance"]):
-            over.note = f"worst {short_text(trial['worst_over_tolerance'])}"
-        rows.append(Row(key[-1], [status, _order(measured, key), best, over, *_drift(drifts.get(key))], group=key[2]))
+        knob = _order(measured, key)
+        if math.isfinite(trial["over_tolerance"]):
+            knob = Cell(
+                f"{short_text(trial['over_tolerance'])} × tolerance",
+                f"worst {short_text(trial['worst_over_tolerance'])} ×",
+            )
+        cells = [status, best, knob, _parts(anatomies, key), *_drift(drifts.get(key))]
+        rows.append(Row(key[-1], cells, group=key[2]))
     return rows
 
 
@@ -187,7 +206,26 @@ def _order(measured: pd.DataFrame, key: tuple[str, ...]) -> Cell:
     declared = f"declared {found['declared']:.0f}" if math.isfinite(found["declared"]) else ""
     if not math.isfinite(found["order"]):
         return Cell("–", declared, "none")
-    return Cell(f"{found['order']:.2f}", declared)
+    return Cell(f"order {found['order']:.2f}", declared)
+
+
+def _parts(parts: pd.DataFrame, key: tuple[str, ...]) -> Cell:
+    """The error along the motion and across it, turns that angles lost, events against the exact ones."""
+    if key not in parts.index:
+        return Cell("–", kind="none")
+    found = parts.loc[key]
+    words, note = [], ""
+    if math.isfinite(found["error_phase"]):
+        words.append(f"phase {error_text(found['error_phase'])}")
+        note = f"shape {error_text(found['error_shape'])}"
+    if math.isfinite(found["events_missing"]):
+        missing, extra = int(found["events_missing"]), int(found["events_extra"])
+        missed = [f"{n} {word}" for n, word in ((missing, "missing"), (extra, "too many")) if n]
+        words.append("events: " + (", ".join(missed) or "all"))
+        note = f"times within {error_text(found['events_time_error'])} s"
+    if found["turns"] > 0:
+        note += f"{'; ' if note else ''}up to {found['turns']:.0f} turns off"
+    return Cell("; ".join(words), note) if words or note else Cell("–", kind="none")
 
 
 def _drift(laws: pd.DataFrame | None) -> list[Cell]:

@@ -2,26 +2,39 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
 import json
+import math
 import re
+import struct
 import xml.etree.ElementTree as ET
+import zlib
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import pandas as pd
 import pytest
+import synthetic
+from gnomon.harness.figures import broken_scenes
+from gnomon.harness.figures_work import EXACT, front
+from gnomon.harness.png import smaller
 from gnomon.harness.report import write_report
+from gnomon.harness.report_pack import packed_json
 from gnomon.harness.store import Store
 
 LARGEST_PAGE = 3_000_000
+PNG = b"\x89PNG\r\n\x1a\n"
 CERTIFICATE = {"case": "kepler_orbit", "variant": "", "ways": {"taylor": 48.2, "residual": 46.1}, "note": "a note"}
 
 
-@pytest.fixture
-def written(synthetic_results: Path, tmp_path: Path) -> Path:
-    folder = tmp_path / "reports"
-    folder.mkdir()
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("reports")
     (folder / "certificates.json").write_text(json.dumps([CERTIFICATE | {"digits": 46.1, "passed": True}]))
-    return write_report(synthetic_results, folder)
+    return write_report(synthetic.write(folder / "results.sqlite"), folder)
 
 
 class _References(HTMLParser):
@@ -63,15 +76,26 @@ def test_page_answers_the_five_questions_and_shows_every_series(written: Path) -
     assert places == sorted(places)
     for words in ("Invented CPU", "gnomon run", "a note", "46.1", "RK4", "IAS15", "separatrix"):
         assert words in text
+    tables = "".join(text for found in _carried(written)["tables"].values() for text in found.values())
+    for words in ("order 4.00", "declared 4", "× tolerance", "phase", "shape", "events: all", "12 turns off"):
+        assert words in tables
     for forbidden in ("nan<", ">nan", "None<", "inf<"):
-        assert forbidden not in text
+        assert forbidden not in text + tables
+
+
+def _carried(page: Path) -> Any:
+    """The data that the page carries for its script."""
+    found = re.search(r'<script type="text/plain" id="data">(.*?)</script>', page.read_text(encoding="utf-8"))
+    assert found is not None
+
+    def reject(word: str) -> None:
+        raise AssertionError(f"{word}: no browser reads that")
+
+    return json.loads(gzip.decompress(base64.b64decode(found[1])), parse_constant=reject)
 
 
 def test_charts_carry_every_scene(written: Path) -> None:
-    text = written.read_text(encoding="utf-8")
-    data = re.search(r'<script type="application/json" id="charts">(.*?)</script>', text, re.DOTALL)
-    assert data is not None
-    charts = json.loads(data[1])
+    charts = _carried(written)
     assert {name: set(scenes) for name, scenes in charts["work"]["cases"].items()} == {
         "pendulum_simple": {"default", "separatrix", "long"},
         "kepler_orbit": {"default", "e09"},
@@ -79,7 +103,64 @@ def test_charts_carry_every_scene(written: Path) -> None:
     }
     points = charts["work"]["cases"]["kepler_orbit"]["default"]["points"]
     assert len({len(points[name]) for name in ("setting", "time", "calls", "error", "failed")}) == 1
-    assert {"status", "trust", "tolerance"} <= set(charts["others"])
+    assert "tolerance" in charts["others"]
+    rows = charts["map"]["rows"]
+    assert len(rows) == 6
+    assert {len(cells) for _, _, cells, _ in rows} == {3 * len(charts["map"]["series"])}
+
+
+def test_an_error_of_exactly_zero_is_drawn_below_every_floor(written: Path) -> None:
+    points = _carried(written)["work"]["cases"]["bouncing_ball"]["default"]["points"]
+    assert min(error for error in points["error"] if error is not None) == EXACT
+
+
+def test_numbers_that_json_does_not_have_are_refused() -> None:
+    with pytest.raises(ValueError, match="JSON"):
+        packed_json({"error": -math.inf})
+
+
+def test_the_front_has_the_fastest_of_each_kind_at_each_error() -> None:
+    sweeps = {  # seconds and errors in decades
+        "fast": [(-5, -2), (-4, -7)],
+        "slow but accurate": [(-3, -4), (-2.9, -13)],
+        "slow": [(-3, -2), (-2, -7)],
+        "other, never there": [(-3, -1), (-2, -2)],
+    }
+    rows = [(name, time, error) for name, points in sweeps.items() for time, error in points]
+    kinds = {name: name.partition(",")[0] if "," in name else "one" for name in sweeps}
+    kept = pd.DataFrame(rows, columns=["series", "time", "error"])
+    assert front(kept, kinds) == {"fast", "slow but accurate", "other, never there"}
+
+
+def test_broken_scenes_counts_those_without_an_ok_setting() -> None:
+    rows = [
+        ("a", "ok", 5), ("a", "partly", 1), ("a", "diverged", 0), ("a", "diverged", 0), ("a", "skipped", 0),
+        ("a", "unsupported", 0), ("b", "ok", 2), ("c", "unsupported", 0),
+    ]  # fmt: skip
+    matrix = pd.DataFrame([("x", *row) for row in rows], columns=["case", "integrator_id", "verdict", "ok"])
+    found = broken_scenes(matrix).set_index("integrator_id")
+    assert found.loc["a", ["scenes", "broken", "verdict"]].tolist() == [5, 3, "diverged"]
+    assert found.loc["b", ["scenes", "broken", "verdict"]].tolist() == [1, 0, "ok"]
+    assert "c" not in found.index
+
+
+def test_pictures_get_smaller_without_loss() -> None:
+    """Compressed again, the file reads as it was: the pixels of a picture that no compressor has seen."""
+    pixels = np.random.default_rng(1).integers(0, 256, (5, 7, 4), dtype=np.uint8)
+    pixels[:, :, 3] = 255
+    rows = np.hstack([np.zeros((5, 1), np.uint8), pixels.reshape(5, -1)])
+    header = struct.pack(">IIBBBBB", 7, 5, 8, 6, 0, 0, 0)
+    picture = PNG + b"".join(
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        for kind, data in ((b"IHDR", header), (b"IDAT", zlib.compress(rows.tobytes(), 0)), (b"IEND", b""))
+    )
+    found = smaller(picture)
+    assert len(found) < len(picture)
+    start = found.index(b"IDAT")
+    (length,) = struct.unpack(">I", found[start - 4 : start])
+    plain = np.frombuffer(zlib.decompress(found[start + 4 : start + 4 + length]), np.uint8).reshape(5, -1)
+    np.testing.assert_array_equal(plain[:, 1:].reshape(5, 7, 3), pixels[:, :, :3])
+    assert smaller(found) == found
 
 
 def test_summary_and_figures(written: Path) -> None:
@@ -89,10 +170,10 @@ def test_summary_and_figures(written: Path) -> None:
     assert any("kepler_orbit" in line for line in tables)
     figures = written.parent / "figures"
     names = {path.stem for path in figures.iterdir()}
-    assert {"pendulum_simple", "kepler_orbit", "bouncing_ball", "status", "trust"} <= names
+    assert {"pendulum_simple", "kepler_orbit", "bouncing_ball", "breaks", "trust"} <= names
     for name in names:
         assert ET.parse(figures / f"{name}.svg").getroot().tag.endswith("svg")
-        assert (figures / f"{name}.png").read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
+        assert (figures / f"{name}.png").read_bytes().startswith(PNG)
 
 
 def test_results_without_measurements_are_refused_with_the_way_out(tmp_path: Path) -> None:

@@ -1,0 +1,139 @@
+"""The charts of a report: their data, their specifications for the page, and their files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import altair as alt
+import numpy as np
+import pandas as pd
+from gnomon.harness import figures, style, tables
+from gnomon.harness.figures_work import work_points, work_precision
+from gnomon.harness.report_pack import columnar, columns
+from gnomon.harness.report_run import Run
+
+FLOOR, CONDITIONING = "floor: half an ulp of the output", "conditioning: half an ulp of the input"
+
+Scenes = dict[str, dict[str, Any]]
+
+
+def work_scenes(run: Run, name: str) -> Scenes:
+    """The work-precision data of each scene of a case: points, limits, and what the scene stresses; defaults first."""
+    found: Scenes = {}
+    for (variant, formulation), part in run.reduced[run.reduced["case"] == name].groupby(
+        ["variant", "formulation"], sort=False
+    ):
+        points = work_points(part, run.look)
+        if points.empty:
+            continue
+        label = (variant or "default") + (f" · {formulation}" if formulation else "")
+        limits = {CONDITIONING: float(part["conditioning"].max()), FLOOR: float(part["floor"].max())}
+        found[label] = {
+            "points": points,
+            "limits": {word: value for word, value in limits.items() if value > 0},
+            "stresses": str(part["stresses"].iloc[0] or "") if "stresses" in part else "",
+        }
+    ordered = sorted(found, key=lambda label: not label.startswith("default"))
+    return {label: found[label] for label in ordered}
+
+
+def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
+    """Every chart but the work-precision diagrams, by name; charts without data are left out."""
+    broken = figures.broken_scenes(run.matrix)
+    charts: dict[str, alt.TopLevelMixin] = {}
+    if len(broken):
+        charts["breaks"] = figures.break_map(broken, run.look, run.names)
+    default = run.trusted[(run.trusted["variant"] == "") & run.trusted["best"].notna()]
+    if len(default):
+        charts["trust"] = figures.trust_map(default, run.look, list(run.scenes["scene"]))
+    asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & (run.reduced["status"] == "ok")]
+    asked = asked[asked["setting"] > asked["conditioning"].fillna(0)]
+    if len(asked):
+        over = asked.assign(over=asked["error_max"] / asked["setting"])
+        charts["tolerance"] = figures.tolerance_chart(figures.tolerance_spread(over), run.look)
+    rungs = run.ladders
+    if len(rungs):
+        charts["ladder"] = figures.ladder_chart(rungs[rungs["error"] > 0])
+    if len(run.policies):
+        charts["policies"] = figures.policy_chart(run.policies)
+    return charts
+
+
+def page_charts(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLevelMixin]) -> dict[str, Any]:
+    """What the page's script draws from: specifications, each scene's points, and the map of verdicts.
+
+    The two work-precision specifications hold all integrators; the page cuts them down to those of a scene.
+    """
+    none = pd.DataFrame({"series": [], "front": []})
+    specs = {
+        axis: columnar(work_precision(none, run.look, {}, axis).to_dict(validate=False)) for axis in ("time", "calls")
+    }
+    cases = {
+        name: {
+            label: {
+                "points": columns(style.records(_rounded(scene["points"]))),
+                "limits": [
+                    {"limit": word, "at": round(float(np.log10(at)), 3)} for word, at in scene["limits"].items()
+                ],
+            }
+            for label, scene in scenes.items()
+        }
+        for name, scenes in work.items()
+    }
+    shown = ("tolerance", "ladder", "policies")
+    others = {name: columnar(charts[name].to_dict(validate=False)) for name in shown if name in charts}
+    return {"work": {"specs": specs, "cases": cases}, "others": others, "map": _map(run)}
+
+
+def _rounded(points: pd.DataFrame) -> pd.DataFrame:
+    """Hundredths of a decade: a fifth of the size of a mark."""
+    return points.assign(**{name: points[name].round(2) for name in ("time", "calls", "error")})
+
+
+def _map(run: Run) -> dict[str, Any]:
+    """Verdicts of every scene and integrator, a string a scene with three characters an integrator.
+
+    These are the verdict (its place in the list), the digits reached and the digits short of the attainable, both to
+    base 36, `-` where there are none. `why` has the first failure of cells without an ok setting.
+    """
+    looks = run.look
+    verdicts = list(style.STATUS_COLOURS)
+    columns_ = {name: i for i, name in enumerate(looks["series"])}
+    attainable = run.trusted.set_index(["scene", "integrator_id"])["attainable"]
+    parts = dict(list(run.matrix.groupby("scene", sort=False)))
+    rows = []
+    for scene in run.scenes.to_dict("records"):
+        cells, why = ["   "] * len(columns_), {}
+        for one in parts[scene["scene"]].to_dict("records"):
+            place = columns_[one["integrator_id"]]
+            digits = lost = "-"
+            if np.isfinite(one["best"]):
+                got = tables.digits(one["best"])
+                best = max(one["best"], 1e-17)
+                limit = max(float(attainable[scene["scene"], one["integrator_id"]]), 1e-17)
+                digits = np.base_repr(got, 36)
+                lost = np.base_repr(int(np.clip(round(np.log10(best / limit)), 0, 35)), 36)
+            elif one["reason"]:
+                why[place] = one["reason"]
+            cells[place] = f"{verdicts.index(one['verdict']):x}{digits}{lost}"
+        label = (scene["variant"] or "default") + (f" ({scene['formulation']})" if scene["formulation"] else "")
+        rows.append([scene["case"], label, "".join(cells), why])
+    look = looks[["series", "library"]].to_dict("list")
+    return {**look, "verdicts": verdicts, "letters": style.LETTERS, "rows": rows}
+
+
+def write_figures(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLevelMixin], folder: Path) -> None:
+    """Every chart as SVG and PNG: work-precision of the default scenes against time, and all others."""
+    for name, scenes in work.items():
+        for label, scene in scenes.items():
+            if not label.startswith("default"):
+                continue
+            points = scene["points"]
+            look = style.present(run.look, points["series"])
+            chart = work_precision(points, look, scene["limits"], "time", set(points.loc[points["front"], "series"]))
+            subtitle = label.removeprefix("default").removeprefix(" · ") or "default numbers"
+            file = name + ("" if label == "default" else "_" + label.removeprefix("default · ").replace(" ", "_"))
+            style.write_images(chart.properties(title={"text": run.titles[name], "subtitle": subtitle}), folder, file)
+    for name, other in charts.items():
+        style.write_images(other, folder, name)

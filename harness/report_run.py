@@ -1,0 +1,91 @@
+"""A results file, loaded and reduced once for all that a report says of it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from gnomon.cases.case import Case
+from gnomon.harness import analysis, ladders, store, style, tables
+from gnomon.harness.drift import rebuilt
+
+DECIMAL_STEPS = (1e-2, 1e-3, 1e-4)
+"""The steps at which engines are compared under their policies."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """The measurements of a results file, and what follows from them."""
+
+    path: Path
+    frame: pd.DataFrame
+    reduced: pd.DataFrame
+
+    @classmethod
+    def read(cls, path: Path) -> Run:
+        """Raises ValueError for a file that is no results file, or an empty one."""
+        frame = analysis.tidy(store.load(path))
+        if frame.empty:
+            raise ValueError(f"{path}: holds no measurement yet; run `gnomon run` first")
+        return cls(path, frame, analysis.settings(frame))
+
+    @cached_property
+    def look(self) -> pd.DataFrame:
+        return style.styles(self.frame)
+
+    @cached_property
+    def equal(self) -> pd.DataFrame:
+        return analysis.equal_error(self.frame)
+
+    @cached_property
+    def matrix(self) -> pd.DataFrame:
+        return tables.with_scenes(analysis.status_matrix(self.reduced))
+
+    @cached_property
+    def trusted(self) -> pd.DataFrame:
+        return tables.with_scenes(analysis.trust(self.reduced))
+
+    @cached_property
+    def names(self) -> list[str]:
+        return list(dict.fromkeys(self.frame["case"]))
+
+    @cached_property
+    def titles(self) -> dict[str, str]:
+        return dict(self.frame.drop_duplicates("case")[["case", "title"]].to_numpy())
+
+    @cached_property
+    def scenes(self) -> pd.DataFrame:
+        """Every scene that was run, in the order of the plan, a case's variants together: case, variant, scene."""
+        ran = tables.with_scenes(self.frame.drop_duplicates(["case", "variant", "formulation"]))
+        place = {name: i for i, name in enumerate(self.names)}
+        return ran.sort_values("case", key=lambda column: column.map(place), kind="stable")
+
+    @cached_property
+    def cases(self) -> list[Case]:
+        """The default cases of the run, rebuilt from their stored numbers; what cannot be imported here is left out."""
+        found = []
+        for row in self.frame[self.frame["variant"] == ""].drop_duplicates("case").to_dict("records"):
+            try:
+                found.append(rebuilt(row["case"], "", json.loads(row["numbers"]), float(row["span"])))
+            except ValueError:
+                continue
+        return found
+
+    @cached_property
+    def ladders(self) -> pd.DataFrame:
+        return ladders.ladders(self.cases, self.equal, self.reduced)
+
+    @cached_property
+    def policies(self) -> pd.DataFrame:
+        """Engines under each policy at the decimal steps, where two policies gave an answer (diverged is one)."""
+        found = tables.with_scenes(analysis.policies(self.reduced).assign(formulation=""))
+        near = np.zeros(len(found), dtype=bool)
+        for step in DECIMAL_STEPS:
+            near |= np.isclose(found["setting"].to_numpy(float), step, rtol=1e-9)
+        answered = found[near & (found["error"].notna() | (found["status"] == "diverged"))]
+        several = answered.groupby(["scene", "library", "setting"])["policy"].transform("nunique") > 1
+        return answered[several].rename(columns={"library": "engine", "setting": "step"})

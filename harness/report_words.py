@@ -1,0 +1,127 @@
+"""What the page and the summary say, in rows and words."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from gnomon.harness import analysis, findings, report_checks, store, style, tables
+from gnomon.harness.drift import laws
+from gnomon.harness.report_charts import Scenes
+from gnomon.harness.report_run import Run
+
+
+def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any]:
+    """Everything that the page and the summary say but for the charts."""
+    ran = run.reduced[~run.reduced["status"].isin(analysis.NEVER_RAN)]
+    own = ran[ran["variant"] == ""].drop_duplicates(["case", "formulation"])
+    scenes = [(name, formulation) for name in run.names for formulation in own.loc[own["case"] == name, "formulation"]]
+    history = store.runs(run.path)[-1]
+    return {
+        "results": run.path.name,
+        "history": history,
+        "environment": history["environment"],
+        "launches": int(run.frame["launch"].max()),
+        "findings": findings.findings(run.equal, run.policies),
+        "targets": [tables.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
+        "cases": _cases(run, work),
+        "counts": {
+            "cases": len(run.names),
+            "scenes": len(run.scenes),
+            "integrators": run.frame["integrator_id"].nunique(),
+            "libraries": run.frame["library"].nunique(),
+            "trials": len(ran),
+            "measurements": len(run.frame),
+        },
+        "shares": tables.status_shares(run.reduced),
+        "fastest": tables.fastest(run.equal, scenes),
+        "libraries": tables.libraries(run.equal),
+        "failures": tables.failure_groups(analysis.failures(run.reduced)),
+        "ladders": ladder_rows(run.ladders),
+        "engine_settings": engine_settings(run.frame),
+        "meanings": tables.MEANINGS,
+        "letters": {name: letter for name, letter in style.LETTERS.items() if letter.strip()},
+        "colours": style.STATUS_COLOURS,
+        "certified": report_checks.certified(folder, run.path.parent),
+        "certificates": report_checks.certified_lines(folder, run.path.parent),
+        "benchmarks": _benchmarks(_extra("benchmarks.json", folder, run.path.parent)),
+    }
+
+
+def _cases(run: Run, work: dict[str, Scenes]) -> list[dict[str, Any]]:
+    """Each case with its scenes and the rows of its tables."""
+    grown = laws(run.path, run.frame, run.frame["variant"] == "")
+    orders, parts = analysis.orders(run.reduced), analysis.anatomy(run.frame)
+    sections = dict(run.frame.drop_duplicates("case")[["case", "section"]].to_numpy())
+    return [
+        {
+            "name": name,
+            "title": run.titles[name],
+            "section": sections[name],
+            "stresses": {label: scene["stresses"] for label, scene in work[name].items()},
+            "times": tables.equal_error_rows(run.equal, run.reduced, name),
+            "stability": tables.stability_rows(run.matrix, run.trusted, orders, grown, parts, name),
+        }
+        for name in run.names
+    ]
+
+
+def ladder_rows(rungs: pd.DataFrame) -> list[dict[str, Any]]:
+    """Ladders in words: error without each effect and time with it."""
+    rows = []
+    for rung in rungs.to_dict("records"):
+        cost = f"{rung['ratio']:.2f}" if np.isfinite(rung["ratio"]) else "–"
+        rows.append(
+            rung
+            | {
+                "error": tables.short_text(rung["error"]) if rung["error"] else "0",
+                "early": tables.short_text(rung["early"]) if rung["early"] else "0",
+                "cost": cost,
+                "seconds": tables.time_text(rung["seconds"]),
+            }
+        )
+    return rows
+
+
+def engine_settings(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """Engine settings changed, gathered by engine and setting: values and the policies that set them."""
+    changed = analysis.changed_settings(frame)
+    grouped = changed.groupby(["library", "setting", "value"], sort=False)
+    return [
+        {
+            "library": library,
+            "setting": setting,
+            "value": value,
+            "integrators": list(dict.fromkeys(part["integrator_id"])),
+            "cases": list(dict.fromkeys(case for cases in part["case"] for case in cases)),
+        }
+        for (library, setting, value), part in grouped
+    ]
+
+
+def _extra(name: str, *folders: Path) -> Any:
+    """The content of a JSON file beside the report or the results, None where there is none."""
+    for folder in folders:
+        if (folder / name).is_file():
+            return json.loads((folder / name).read_text(encoding="utf-8"))
+    return None
+
+
+def _benchmarks(found: Any) -> list[dict[str, Any]]:
+    """Rows of a pytest-benchmark file: name, group, median and range."""
+    if not found:
+        return []
+    return [
+        {
+            "name": item["name"],
+            "group": item.get("group") or "",
+            "median": tables.time_text(item["stats"]["median"]),
+            "low": tables.time_text(item["stats"]["min"]),
+            "high": tables.time_text(item["stats"]["max"]),
+            "rounds": item["stats"]["rounds"],
+        }
+        for item in found["benchmarks"]
+    ]
