@@ -10,7 +10,19 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases import Case
-from gnomon.cases.forms import FirstOrder, Hybrid, NBody, RigidBody, SecondOrder, Separable
+from gnomon.cases.forms import (
+    Charged,
+    Constrained,
+    FirstOrder,
+    Friction,
+    Hybrid,
+    Impact,
+    NBody,
+    RigidBody,
+    SecondOrder,
+    SemiLinear,
+    Separable,
+)
 from gnomon.cases.numbers import show as number
 from rich.console import Console
 from rich.markup import escape
@@ -98,8 +110,20 @@ def _functions(case: Case) -> Iterator[tuple[str, Callable[..., Any]]]:
         for transition in form.transitions:
             yield f"{transition.name}: ends {transition.mode} where this crosses zero", transition.guard
             yield f"{transition.name}: the state after", transition.reset
+        if isinstance(form, Impact):
+            yield "distance from the wall, for time stepping", form.gap
+        elif isinstance(form, Friction):
+            yield "kinetic and static friction over mass, for time stepping", form.bounds
     elif isinstance(form, FirstOrder):
         yield "y' = equations(t, y, parameters)", form.equations
+        if isinstance(form, Charged):
+            yield "charge over mass times E and B", form.fields
+        elif isinstance(form, Constrained):
+            yield "force over mass without the constraint's", form.force
+            yield "constraint, constant on the motion", form.constraint
+        elif isinstance(form, SemiLinear):
+            yield "y' = L y + rest: L, row by row", form.linear
+            yield "the rest", form.rest
 
 
 def _others(case: Case, form: Any) -> Iterator[tuple[str, Callable[..., Any]]]:
