@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 from gnomon.cases.case import Case, Event, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.reference.precision import Number, publish, working
+from gnomon.reference.precision import Number
 from gnomon.reference.two_blocks import TwoBlocks
 from mpmath import mpf
 
@@ -54,6 +55,10 @@ def always_free(t: Any, state: Values, parameters: Values) -> str:
     return "free"
 
 
+def _one_after_the_other(n: Mapping[str, Fraction]) -> bool:
+    return n["x2"] * n["v1"] != n["x1"] * n["v2"] or n["v2"] >= 0
+
+
 class RestitutionImpact(Case):
     """A block that comes in on another one, which stands before a wall; every impact is elastic."""
 
@@ -81,11 +86,15 @@ class RestitutionImpact(Case):
             "v1": Range(typical=(-1.0, 1.0)),
             "v2": Range(typical=(-2.0, -0.5)),
         },
-        (Rule("x1 < x2 (block 1 stands between the wall and block 2)", lambda n: n["x1"] < n["x2"]),),
+        (
+            Rule("x1 < x2 (block 1 stands between the wall and block 2)", lambda n: n["x1"] < n["x2"]),
+            Rule("the blocks do not reach the wall together", _one_after_the_other),
+        ),
     )
     variants = (
         Variant("equal", "equal masses: 3 impacts, in which the blocks exchange their velocities", {"m2": 1}),
         Variant("ratio_1e4", "m2/m1 = 1e4: 314 impacts, the digits of pi, counted exactly", {"m2": 10**4}),
+        Variant("ratio_1e6", "m2/m1 = 1e6: 3141 impacts, at the wall 1e-6 s apart", {"m2": 10**6}),
     )
 
     @cached_property
@@ -119,7 +128,7 @@ class RestitutionImpact(Case):
 
     def natural_span(self) -> Number:
         """A third longer than until the last impact."""
-        return float(self._exact.legs[-1].time) * 4 / 3 or self.time_scale
+        return float(self._exact.impact_time(self._exact.impacts)) * 4 / 3 if self._exact.impacts else self.time_scale
 
     def events(self, digits: int = 15) -> tuple[Event, ...]:
         """`blocks` and `wall` in order."""
@@ -129,27 +138,22 @@ class RestitutionImpact(Case):
         return known[digits]
 
     def _listed(self, digits: int) -> list[Event]:
-        motion, found = self._exact, list[Event]()
-        for before, after in zip(motion.legs, motion.legs[1:], strict=False):
-            if after.time > self.span:
-                break
-
-            def published(values: tuple[Fraction, ...]) -> tuple[Any, ...]:
-                with working(digits + 5) as mp:
-                    return publish(map(mp.mpf, values), digits)
-
-            places = published((after.x1, after.x2))
-            there = published((before.v1, before.v2)), published((after.v1, after.v2))
-            found.append(Event(published((after.time,))[0], after.name, places + there[0], places + there[1]))
+        found = []
+        for n in range(1, self._exact.passed(self.span) + 1):
+            impact = self._exact.impact(n, digits)
+            places = impact.places
+            found.append(Event(impact.time, impact.name, places + impact.before, places + impact.after))
         return found
 
+    def event_time(self, n: int, digits: int = 15) -> Any:
+        """Without the events before it."""
+        return self._exact.impact_time(n, digits) if n <= self._exact.passed(self.span) else mpf("inf")
+
     def same_course(self, other: Case) -> bool:
-        return isinstance(other, RestitutionImpact) and len(other.events()) == len(self.events())
+        return isinstance(other, RestitutionImpact) and other._exact.passed(self.span) == self._exact.passed(self.span)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`impacts` counts all there ever are."""
-        last = self._exact.legs[-1].time
-        return {
-            "impacts": mpf(self._exact.impacts),
-            "last_impact": self._exact._quantity(digits, lambda mp: mp.mpf(last)),
-        }
+        count = self._exact.impacts
+        found = {"impacts": mpf(count)}
+        return found | {"last_impact": self._exact.impact_time(count, digits)} if count else found
