@@ -109,6 +109,24 @@ def test_the_same_bits_alone_in_an_ensemble_and_again() -> None:
     assert np.array_equal(together[1], solve(pair[1:]).states[0])
 
 
+def test_no_allocation_in_a_step() -> None:
+    """As many for a few steps as for many."""
+    from numba.core.runtime import _nrt_python, rtsys
+
+    _nrt_python.memsys_enable_stats()
+    case = get("pendulum_simple").rounded()
+    start, counts, steps = initial_state(case)[None], [], []
+    for span in (4, 1):
+        part = case.with_span(case.span / span)
+        solve = Radau5().prepare(problem_of(part, Radau5.accepts), 1e-7)
+        solve(start)
+        before = rtsys.get_allocation_stats().alloc
+        steps.append(solve(start).steps or 0)
+        counts.append(rtsys.get_allocation_stats().alloc - before)
+    assert steps[1] > 3 * steps[0] > 0
+    assert counts[0] == counts[1]
+
+
 def squared(t: Any, state: Values, parameters: Values) -> Values:
     (x,) = state
     return (x * x,)
