@@ -13,7 +13,7 @@ class BogackiShampine3(Embedded):
     """Bogacki and Shampine's 3(2) pair (Applied Mathematics Letters 2, 1989), cubic Hermite dense output. Order 3."""
 
     name, order = "Bogacki-Shampine 3(2)", 3
-    sweep = Tolerance(1e-2, 1e-9)
+    sweep = Tolerance(1e-3, 1e-10)
     stages = ({}, {0: "1/2"}, {1: "3/4"})
     weights: ClassVar[Row] = {0: "2/9", 1: "1/3", 2: "4/9"}
     errors = ({0: "-5/72", 1: "1/12", 2: "1/9", 3: "-1/8"},)

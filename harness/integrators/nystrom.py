@@ -242,7 +242,7 @@ class DormandPrinceNystrom12(Nystrom):
     """Dormand, El-Mikkawy and Prince's pair RKN 12(10)17M (IMA J. Numerical Analysis 7, 1987). Order 12."""
 
     name, order, lower = "RKN 12(10)", 12, 10
-    sweep = Tolerance(1e-2, 1e-14)
+    sweep = Tolerance(1e-3, 1e-14)
     nodes, stages = published.NODES, published.STAGES
     positions, velocities = published.POSITIONS, published.VELOCITIES
     others = (published.POSITIONS_10, published.VELOCITIES_10)
