@@ -15,6 +15,7 @@ from typing import Any
 import flint
 from gnomon.reference.balls import ball
 from gnomon.reference.linear import LinearMotion, Row
+from gnomon.reference.motion import Cycle
 from gnomon.reference.precision import exact, publish, working
 
 Vector = tuple[Fraction, Fraction, Fraction]
@@ -65,6 +66,16 @@ class Charge(Gyration):
 
     def _vectors(self) -> tuple[Row, Row, Row]:
         return [self.q_m * x for x in self.electric], [self.q_m * x for x in self.magnetic], ZERO
+
+    def _cycle(self, mp: Any) -> Cycle | None:
+        """Without a force along the magnetic field each gyration is as the last, shifted by the drift."""
+        square = _dot(self.magnetic, self.magnetic)
+        if not square * self.q_m or _dot(self.electric, self.magnetic):
+            return None
+        period = 2 * mp.pi / mp.sqrt(mp.mpf(self.q_m**2 * square))
+        share = _dot(self.velocity, self.magnetic) / square
+        pace = [drift + share * field for drift, field in zip(self.drift(), self.magnetic, strict=True)]
+        return Cycle(period, (*(mp.mpf(x) * period for x in pace), *[mp.zero] * 3))
 
     def gyration_rate(self, digits: int = 15) -> Any:
         """|q/m| |B| (rad/s)."""

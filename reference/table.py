@@ -35,6 +35,8 @@ def sample(motion: Motion, times: Floats, span: float | None = None, breaks: Seq
     times = np.ascontiguousarray(times, dtype=np.float64)
     farthest = float(exact(float(np.max(np.abs(times), initial=0.0)), "t"))
     cycle = cycle_of(motion)
+    if cycle is not None and max(farthest, span or 0.0) < cycle.period / 2:
+        cycle = None  # of little of it, only that little is tabulated
     turns = np.zeros(len(times)) if cycle is None else np.floor(times / float(cycle.period))
     if farthest == 0.0 or np.ptp(turns) > MAX_TURNS:
         return motion.sample_each(times)
