@@ -40,6 +40,21 @@
     Object.values(node).forEach((child) => restrict(child, present));
   }
 
+  // Layers without a point of their own (no failed trial, no grey line) have no extent: the scales are given theirs.
+  function span(spec, points, limits, axis) {
+    const drawn = points.filter((point) => point[axis] !== null && point.error !== null);
+    const across = drawn.map((point) => point[axis]);
+    const down = [...drawn.map((point) => point.error), ...limits.map((limit) => limit.at)];
+    const domains = { x: [0, 1], y: [Math.min(0, ...down) - 0.4, spec.datasets.margin[0].high] };
+    if (across.length) domains.x = [Math.min(...across) - 0.15, Math.max(...across) + 0.15];
+    for (const layer of spec.layer) {
+      for (const channel of ["x", "y"]) {
+        const encoding = layer.encoding?.[channel];
+        if (encoding?.field) encoding.scale = { zero: false, nice: false, domain: domains[channel] };
+      }
+    }
+  }
+
   const panel = document.getElementById("panel");
   const part = (role, within = panel) => within.querySelector(`[data-role="${role}"]`);
   const pressed = (role) => part(role).querySelector('[aria-pressed="true"]').value;
@@ -52,6 +67,7 @@
     if (pressed("which") === "all") points.forEach((point) => (point.front = 1));
     spec.datasets.points = points;
     spec.datasets.limits = scene.limits;
+    span(spec, points, scene.limits, axis);
     restrict(spec.layer, new Set(points.filter((point) => point.front && point[axis] !== null).map((point) => point.series)));
     spec.width = "container";
     spec.autosize = { type: "fit-x", contains: "padding" };
