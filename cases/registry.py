@@ -77,6 +77,7 @@ _MODULES = {
     "central_force_conservation": "central:CentralForceConservation",
     "central_force_hanging_mass": "central:CentralForceHangingMass",
     "central_force_logarithmic": "central:CentralForceLogarithmic",
+    "central_force_fifth_power": "fifth_power:CentralForceFifthPower",
     "dumbbell_spring": "central:DumbbellSpring",
     "pendulum_on_cart": "cart_pendulum:PendulumOnCart",
     "two_mass_spring": "pair:TwoMassSpring",
