@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from math import exp
+from math import exp, log
 from typing import Any
 
 import numpy as np
@@ -127,11 +127,8 @@ def integrate(
                     reason = NOT_FINITE
             if steps >= MOST_STEPS:
                 reason = TOO_MANY_STEPS
-            h = times[-1] - t
-            if lower > 0.0:
-                h = min(h, safety * lower ** (-1.0 / (order - 1)))
-            if upper > 0.0:
-                h = min(h, safety * upper ** (-1.0 / order))
+            # Both radii of convergence in logarithms: the logarithm of zero is minus infinity, its radius infinite.
+            h = min(times[-1] - t, safety * exp(-max(log(lower) / (order - 1), log(upper) / order)))
             # The step is h rounded so that t + step is exact; the last one ends at the last sample.
             step = times[-1] - t if t + h >= times[-1] else (t + h) - t
             if step <= 0.0:
