@@ -35,7 +35,9 @@ def test_order_in_sixty_digits(method: type[Stormer], coarsest: int) -> None:
     counts = [coarsest * n // 12 for n in (12, 16, 24, 32)]
     measured = measure_order_exactly(method(), get("kepler_orbit", span=1), counts)
     assert measured is not None
-    assert measured[0] == pytest.approx(method.order, abs=0.15), "the next term, a hundred times larger, is smaller by the step"
+    assert measured[0] == pytest.approx(method.order, abs=0.15), (
+        "the next term, a hundred times larger, is smaller by the step"
+    )
 
 
 @pytest.mark.parametrize("method", [Stormer8, Stormer12])
