@@ -91,7 +91,7 @@ def test_order_in_uniform_fields(method: type[FixedStep], name: str) -> None:
     case = get(name, "oblique")
     if method().unsupported(case.forms[0]) is not None:
         return
-    measured = measure_order(method(), case, most_steps=20_000)
+    measured = measure_order(method(), case, most_steps=6_000)
     assert measured is not None
     assert measured[0] == pytest.approx(method.order, abs=0.1)
 
