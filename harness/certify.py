@@ -103,15 +103,19 @@ def certify(case: Case) -> Certificate:
         ways["ball"] = enclosed
     if any(invariant.law == "constant" for invariant in case.invariants.values()):
         ways["invariants"] = invariants(case, times)
-    return Certificate(case.name, case.variant or "default", ways, case.certified_digits, _note(case))
+    return Certificate(case.name, case.variant or "default", ways, case.certified_digits, _note(case, ways))
 
 
-def _note(case: Case) -> str:
-    """The conditioning of a motion without a closed form."""
+def _note(case: Case, ways: dict[str, float]) -> str:
+    """The conditioning of a motion without a closed form; why a long span is not chained."""
     motion = case.motion()
-    if not isinstance(motion, CertifiedMotion):
-        return ""
-    return f"integrated: errors grow by 1e{motion.growth(case.span):.0f} over the span"
+    if isinstance(motion, CertifiedMotion):
+        return f"integrated: errors grow by 1e{motion.growth(case.span):.0f} over the span"
+    if "windows" in ways and "group" not in ways:
+        return "not chained: " + (
+            "rounded states leave the domain" if case.autonomous else "the equations hold the time"
+        )
+    return ""
 
 
 def write(certificates: Iterable[Certificate], path: Path) -> None:

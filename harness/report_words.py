@@ -46,7 +46,7 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
         "letters": {name: letter for name, letter in style.LETTERS.items() if letter.strip()},
         "colours": style.STATUS_COLOURS,
         "certified": report_checks.certified(folder, run.path.parent),
-        "certificates": report_checks.certified_lines(folder, run.path.parent),
+        "certified_lines": report_checks.certified_lines(folder, run.path.parent),
         "benchmarks": _benchmarks(_extra("benchmarks.json", folder, run.path.parent)),
     }
 
