@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 import pytest
 from gnomon.reference import diskcache, table
+from gnomon.reference.cartesian_pendulum import CartesianPendulum
 from gnomon.reference.cycloid import CycloidalMotion
 from gnomon.reference.damped import DampedMotion
 from gnomon.reference.duffing import DuffingMotion
+from gnomon.reference.euler_top import EulerTop
+from gnomon.reference.foucault import Foucault
+from gnomon.reference.foucault_centrifugal import FoucaultCentrifugal
+from gnomon.reference.gyration import Charge
 from gnomon.reference.harmonic import HarmonicMotion
 from gnomon.reference.motion import MANY, Motion
 from gnomon.reference.pendulum import Pendulum
@@ -92,6 +98,49 @@ def test_hardly_any_value_is_left_in_doubt(counted):
     assert len(counted) < 5
 
 
+def fractions(*numbers):
+    return tuple(exact(x) for x in numbers)
+
+
+SKEW = fractions(1, 0.5, 0, 0, 1, 0.25, -0.5, 0, 2)
+TURNING = {
+    "plane of swing": made(Foucault, 9.81, 67, 7.3e-5, 0.85, 1, 0, 0, 0.1),
+    "plane of swing, not isotropic": FoucaultCentrifugal(*fractions(9.81, 67, 7.3e-3, 0.85), fractions(1, 0, 0, 0.1)),
+    "skew body": EulerTop(fractions(1, 2, 3), fractions(0.1, 1, 0.3), SKEW),
+    "symmetric body": EulerTop(fractions(2, 2, 3), fractions(0.5, 0, 1), SKEW),
+    "steady body": EulerTop(fractions(1, 2, 3), fractions(0, 0, 1.5), SKEW),
+    "drifting charge": Charge(
+        fractions(1, 2, 3), fractions(1, 0, 0.5), exact(1.5), fractions(0.25, 0, 0), fractions(0, 1, 2)
+    ),
+    "pendulum on a circle": made(CartesianPendulum, 9.81, 3, -4, 4, 3),
+}
+
+
+@pytest.mark.parametrize("motion", [pytest.param(motion, id=name) for name, motion in TURNING.items()])
+def test_cycles_that_turn_and_drift_are_put_together_rightly(motion, counted):
+    """Before the start and up to 1e5 cycles away, nearly all from the table of one cycle."""
+    period = float(table.cycle_of(motion).period)
+    source = np.random.default_rng(8)
+    times = np.concatenate([source.uniform(-3, 5, 20), source.uniform(0, 1e5, 20)]) * period
+    found = table.sample(motion, times)
+    assert len(counted) <= 2
+    for t, row in zip(times.tolist(), found.tolist(), strict=True):
+        truth = [exact(x) for x in motion.state(t, 40)]
+        for value, x in zip(row, truth, strict=True):
+            if abs(x) > max(map(abs, truth)) * Fraction(1, 10**27):  # below there are no digits to compare
+                assert abs(Fraction(value) - x) <= Fraction(51, 100) * Fraction(math.ulp(value))
+
+
+def test_a_small_part_of_a_cycle_is_tabulated_for_itself(counted):
+    """Where the field is weak the gyration takes far longer than the span, and is far larger."""
+    zero = fractions(0, 0, 0)
+    motion = Charge(zero, fractions(1, 2, 0), exact(1e-9), zero, fractions(0, 0, 1))
+    times = np.linspace(0.01, 10, 40)
+    found = table.sample(motion, times, 10.0)
+    assert len(counted) == 0
+    assert np.array_equal(found, motion.sample_each(times))
+
+
 def test_powers_of_a_decay_are_those_of_high_precision():
     motion = made(DampedMotion, 1, "1e-3", 1, 1, 0)
     times = np.concatenate([np.linspace(1, 2e5, 400), np.linspace(1.4e6, 1.6e6, 20)])
@@ -143,6 +192,15 @@ def test_motion_without_a_table_is_evaluated_one_by_one(counted, monkeypatch):
     monkeypatch.setattr(table, "build", None)  # not tried again at the same price
     assert np.array_equal(motion.sample(times), found)
     assert np.array_equal(found, motion.sample_each(times))
+
+
+def test_that_a_table_is_too_dear_is_kept_on_disk(monkeypatch):
+    motion = Sawtooth(Fraction(2, 3))
+    times = np.linspace(0.01, 1e4, 5)
+    first = table.sample(motion, times)
+    monkeypatch.setattr(table, "_too_dear", {})
+    monkeypatch.setattr(table, "build", None)
+    assert np.array_equal(table.sample(motion, times), first)
 
 
 def test_few_times_need_no_table(tmp_path):
