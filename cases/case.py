@@ -280,7 +280,7 @@ class Case:
         return sampling.sample_times(self)
 
     def sample(self, times: Floats) -> Floats:
-        """Exact states at `times` as the nearest doubles, shape (len(times), len(state))."""
+        """Exact states at `times`, shape (len(times), len(state)), each value within 0.51 ulp; fast for many times."""
         return sampling.sample(self, np.asarray(times, dtype=np.float64))
 
     @cached_property
