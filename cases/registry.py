@@ -60,6 +60,7 @@ _MODULES = {
     "chain_in_circular_tube": "equivalent_pendulum:ChainInCircularTube",
     "moment_of_momentum_pendulum": "equivalent_pendulum:MomentOfMomentumPendulum",
     "impulse_instantaneous": "pulse:ImpulseInstantaneous",
+    "ballistic_pendulum": "ballistic:BallisticPendulumCase",
     "restitution_impact_1d_2d": "two_blocks:RestitutionImpact",
     "three_ball_chain": "ball_line:ThreeBallChain",
     "newtons_cradle": "ball_line:NewtonsCradle",
@@ -171,8 +172,10 @@ def load(path: str) -> type[Case]:
     module, _, attribute = path.partition(":")
     try:
         return _checked(getattr(importlib.import_module(module), attribute), path)
-    except (ImportError, AttributeError) as error:
-        raise ValueError(f"{path}: {error}; give package.module:Class of a subclass of gnomon.cases.Case") from None
+    except Exception as error:  # whatever a user's own module does while it is imported
+        raise ValueError(
+            f"{path}: {type(error).__name__}: {error}; give package.module:Class of a subclass of gnomon.cases.Case"
+        ) from None
 
 
 def _checked(found: object, path: str) -> type[Case]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import log, pi
@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from gnomon.cases import accuracy
 from gnomon.cases.case import Case, Invariant, Rung, Variant
 from gnomon.cases.forms import FirstOrder, Separable, Values
-from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.well import WellCase
 from gnomon.reference.pinney import Pinney
 from gnomon.reference.precision import Number
@@ -40,21 +40,28 @@ def thin_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def thick_equations(t: Any, state: Values, parameters: Values) -> Values:
-    """x'' = -(M' v^2/2 + V')/M, M = x^2 ln(1 + gam/x^2), V = (w^2/2)(x^2 - 1) (ln(1 + gam) - ln(1 + gam/x^2))."""
+    """x'' = -(M' v^2/2 + V')/M, M = x^2 ln(1 + gam/x^2).
+
+    V = (w^2/2)(x^2 - 1) (ln(1 + gam) - ln(1 + gam/x^2)) - p (x^2 - 1)/2.
+    """
     x, v = state
-    gam, w = parameters
+    gam, w, p = parameters
     square = x * x
     wall = log(1 + gam / square)
     half_slope = x * wall - gam * x / (square + gam)
     force = (w * w / 2) * (2 * x * (log(1 + gam) - wall) + 2 * gam * (square - 1) / (x * (square + gam)))
-    return v, -(half_slope * v * v + force) / (square * wall)
+    return v, -(half_slope * v * v + force - p * x) / (square * wall)
 
 
 def thick_energy(t: Any, state: Values, parameters: Values) -> Values:
     x, v = state
-    gam, w = parameters
+    gam, w, p = parameters
     wall = log(1 + gam / (x * x))
-    return ((x * x * wall * v * v + w * w * (x * x - 1) * (log(1 + gam) - wall)) / 2,)
+    return ((x * x * wall * v * v + (x * x - 1) * (w * w * (log(1 + gam) - wall) - p)) / 2,)
+
+
+def _holds(n: Mapping[str, Fraction]) -> bool:
+    return ThickTube(n["gam"], n["w"], n["x"], n["v"], n["p"]).holds
 
 
 class RubberTubeThin(Case):
@@ -135,12 +142,14 @@ class RubberTubeThick(WellCase):
     section = "6.13.2"
     conventions = (
         "x=a/A inner-radius stretch, gam=B^2/A^2-1, w^2=mu/(rho A^2); energy M v^2/2+V const. A particle at "
-        "radius R in the unstressed wall stands at sqrt(R^2 + a^2 - A^2)."
+        "radius R in the unstressed wall stands at sqrt(R^2 + a^2 - A^2). An inner pressure applied at once adds "
+        "-p (x^2 - 1)/2 to V."
     )
     state = STRETCH
     parameter_list = (
         Parameter("gam", "1", 3, "B^2/A^2 - 1 of the unstressed radii, inner A and outer B"),
         Parameter("w", "rad/s", 2, "rate: w^2 = mu/(rho A^2)"),
+        Parameter("p", "1/s^2", 0, "twice the inner pressure over rho A^2"),
     )
     default_state = (2, 0)
     domain = Domain(
@@ -149,7 +158,9 @@ class RubberTubeThick(WellCase):
             "w": positive(0.5, 5.0),
             "x": positive(0.8, 1.3),
             "v": Range(typical=(-0.2, 0.2)),
-        }
+            "p": Range(typical=(-0.1, 0.1)),
+        },
+        (Rule("the wall holds the pressure: p < w^2 ln(1 + gam)", _holds),),
     )
     variants = (
         Variant(
@@ -158,19 +169,31 @@ class RubberTubeThick(WellCase):
         Variant("thick_wall", "gam = 1e3: the inertia is that of a body of fluid", {"gam": 1000}),
         Variant("squeezed", "released at x = 0.2: a sharp turn where the tube is narrow", initial_state=("0.2", 0)),
         Variant("small", "amplitude 1e-6 about x = 1", initial_state=("1.000001", 0)),
+        Variant("pressure", "pressure applied at once to the tube at rest", {"p": 2}, (1, 0)),
+        Variant(
+            "near_burst", "1 % below the pressure that no wall holds: stretches 15-fold and back", {"p": "5.49"}, (1, 0)
+        ),
     )
     invariants: ClassVar = {"energy": Invariant(thick_energy)}
 
     @cached_property
     def _exact(self) -> ThickTube:
-        return ThickTube(*self.parameter_values(), *self.initial_state)
+        gam, w, p = self.parameter_values()
+        return ThickTube(gam, w, *self.initial_state, p)
 
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(thick_equations),)
 
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`balance` is the stretch that holds the pressure at rest."""
+        return super().quantities(digits) | {"balance": self._exact.balance(digits)}
+
     @property
     def ladder(self) -> tuple[Rung, ...]:
+        """A thin wall, without pressure."""
+        if self.parameters["p"]:
+            return ()
         thin = RubberTubeThin(initial_state=self.initial_state, span=self.span, w=self.parameters["w"])
         return (Rung(thin, lambda states: states, "a wall without thickness: isochronous"),)
 

@@ -24,6 +24,7 @@ def made(kind, *numbers):
 G = "9.81"
 MOTIONS = {
     "tube": made(ThickTube, 3, 2, 2, 1),
+    "tube under pressure": made(ThickTube, 3, 2, 1, 0, 2),
     "thin tube": made(ThickTube, "1e-6", 2, 2, 0),
     "parabola": made(Parabola, G, "0.5", 1, 1),
     "quartic": made(Quartic, G, 2, 1, 0),
@@ -85,3 +86,16 @@ def test_thin_tube_is_isochronous():
     """For gam -> 0 the period is pi/w but for terms of order gam."""
     with mpmath.workdps(30):
         assert abs(MOTIONS["thin tube"].period(20) * 2 / mpmath.pi - 1) < 1e-5
+
+
+def test_a_tube_under_sudden_pressure_stretches_until_the_work_is_spent():
+    """From rest at x = 1 to w^2 ln(x^2 (1 + gam)/(x^2 + gam)) = p, so x^2 = gam q/(1 + gam - q), q = e^(p/w^2)."""
+    motion = made(ThickTube, 3, 2, 1, 0, 2)
+    with mpmath.workdps(40):
+        grown = mpmath.exp(mpmath.mpf(2) / 4)
+        least, largest = motion.turning_points(38)
+        assert least == 1
+        assert abs(largest - mpmath.sqrt(3 * grown / (4 - grown))) < mpmath.mpf("1e-36")
+        assert 1 < motion.balance(38) < largest
+    assert made(ThickTube, 3, 2, 1, 0, "5.545").holds
+    assert not made(ThickTube, 3, 2, 1, 0, "5.546").holds
