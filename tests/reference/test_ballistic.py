@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 
+import mpmath
 from gnomon.reference.ballistic import BallisticPendulum
 from mpmath import mpf
 
@@ -24,8 +25,9 @@ def test_the_bullets_speed_follows_from_the_rise():
     angle = motion.swing.amplitude(30)
     state = motion.state(motion.impact_time + Fraction(*(motion.swing.period(40) / 4).as_integer_ratio()), 30)
     assert abs(state[1] - angle) < mpf("1e-14")  # the quarter period is divided in 15 digits
-    height = 2 * 2 * (angle / 2) ** 2  # to second order in an angle of 0.46, within 2 percent
-    assert abs(float((200 * (2 * mpf("9.81") * height) ** 0.5) / 400) - 1) < 0.02
+    with mpmath.workdps(30):
+        height = 2 * (1 - mpmath.cos(angle))
+        assert abs(200 * mpmath.sqrt(2 * mpf("9.81") * height) - 400) < mpf("1e-25")
 
 
 def test_before_the_impact_the_block_hangs_still():
