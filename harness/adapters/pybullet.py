@@ -74,7 +74,7 @@ class PyBulletMaximal(PyBullet):
     def unsupported(self, form: Form | SceneForm) -> str | None:
         if isinstance(form, SceneForm) and not form.needs & self.maximal:
             return "runs hinges and gyroscopic motion only; the rest is as configured"
-        if isinstance(form, SceneForm) and {"hinge", "position_force"} <= form.needs:
+        if isinstance(form, SceneForm) and "hinge" in form.needs and form.needs & {"position_force", "velocity_force"}:
             return "a force on a hinged body is applied as a torque of its joint, which maximal coordinates lack"
         return super().unsupported(form)
 
