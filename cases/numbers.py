@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -12,6 +13,7 @@ from gnomon.reference.precision import Number, exact
 
 FEW = 20
 """More valid names than this are not all put into an error message."""
+LARGEST = Fraction(sys.float_info.max)
 KINDS = (
     "length",
     "velocity",
@@ -95,6 +97,8 @@ class Domain:
     def check(self, case: str, numbers: Mapping[str, Fraction]) -> None:
         """Raise ValueError naming the first number that is out of its range, or the rule that is broken."""
         for name, value in numbers.items():
+            if abs(value) > LARGEST:
+                raise ValueError(f"{case}: {name} is beyond the largest binary64 number, {float(LARGEST):.1e}")
             allowed = self.ranges.get(name, Range())
             if not allowed.admits(value):
                 raise ValueError(f"{case}: {name} = {show(value)} is outside {allowed}")

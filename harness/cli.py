@@ -6,16 +6,15 @@ import os
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from gnomon.harness import listing
 
 if TYPE_CHECKING:
     from gnomon.cases import Case, Check
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -25,8 +24,8 @@ app = typer.Typer(
 )
 INTEGRATORS_WIDTH = 96
 """The ids are to be copied, so they are never cut."""
-out = Console(soft_wrap=True)
-problems = Console(stderr=True, soft_wrap=True)
+out = Console(soft_wrap=True, emoji=False)
+problems = Console(stderr=True, soft_wrap=True, emoji=False)
 
 
 class Listed(StrEnum):
@@ -45,6 +44,9 @@ class ExportFormat(StrEnum):
     parquet = "parquet"
 
 
+USAGE: Any = typer.BadParameter.__mro__[1]
+"""What the parser raises for a command line that it does not understand, wherever this release of Typer keeps it."""
+
 Settings = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]
 
 
@@ -52,22 +54,27 @@ def main() -> None:
     """Run the command line; wrong usage is one line and exit code 2, never a traceback."""
     sys.path.append(os.getcwd())  # so that a user's own module:Class is found where they stand
     try:
-        app()
-    except (ValueError, OSError) as error:
-        message = " ".join(str(error).split())
-        problems.print(f"[bold red]error:[/] {escape(message)}")
-        sys.exit(2)
+        sys.exit(app(standalone_mode=False) or 0)
+    except (ValueError, OSError, ArithmeticError) as error:
+        told = f"{type(error).__name__}: {error}" if isinstance(error, ArithmeticError) else str(error)
+    except USAGE as error:
+        if len(sys.argv) == 1:
+            error.show()  # `gnomon` alone: its help
+            sys.exit(2)
+        told = f"{error.format_message()} (see {sys.argv[0].rpartition('/')[2]} --help)"
+    problems.print(f"[bold red]error:[/] {escape(' '.join(told.split()))}")
+    sys.exit(2)
 
 
 @app.command("list")
 def list_(what: Annotated[Listed | None, typer.Argument(help="One of these; all without it.")] = None) -> None:
     """List cases, checks (rows without motion) and integrators."""
     if what in (None, Listed.cases):
-        out.print(_cases_table())
+        out.print(listing.cases_table())
     if what in (None, Listed.checks):
-        out.print(_checks_table())
+        out.print(listing.checks_table())
     if what in (None, Listed.integrators):
-        Console(width=max(out.width, INTEGRATORS_WIDTH)).print(_integrators_table())
+        Console(width=max(out.width, INTEGRATORS_WIDTH), emoji=False).print(listing.integrators_table())
 
 
 @app.command()
@@ -115,7 +122,12 @@ def run(
     from gnomon.harness.progress import Progress
     from gnomon.harness.run import run as run_
 
+    from gnomon import cases
+
     chosen_suite = plan.suite(suite)
+    without = [name for name in case or () if name.partition("/")[0] in cases.checks()]
+    if without:
+        raise ValueError(f"{without[0]} is a check, without motion: `gnomon certify {without[0]}` confirms it")
     if limit is not None:
         if not 0 < limit < float("inf"):
             raise ValueError(f"--limit {limit:g}: a trial needs a positive number of seconds")
@@ -193,13 +205,7 @@ def certify(
         for certificate in certify_all.certificates(settings, workers):
             certificates.append(certificate)
             progress.advance()
-    table = Table("case", "variant", "digits agreed", "by", title="Exact motions, confirmed")
-    for certificate in certificates:
-        ways = ", ".join(f"{way} {digits:.0f}" for way, digits in certificate.ways.items())
-        colour = "green" if certificate.passed else "red"
-        digits = f"[{colour}]{certificate.digits:.0f}[/]"
-        table.add_row(certificate.case, certificate.variant, digits, ways or escape(certificate.note))
-    out.print(table)
+    out.print(listing.certificates_table(certificates))
     seconds = sum(certificate.seconds for certificate in certificates)
     out.print(f"{len(certificates)} certificates in {seconds / 60:.1f} minutes of processor time", highlight=False)
     to.parent.mkdir(parents=True, exist_ok=True)
@@ -229,23 +235,8 @@ def export(
 @app.command()
 def doctor() -> None:
     """Show what gnomon finds here: machine, libraries, and why an integrator is missing."""
-    from gnomon.harness import compile as compile_
-    from gnomon.harness import environment, registry
-    from gnomon.reference import diskcache
-
-    table = Table("what", "found", title="Environment", show_header=False)
-    for name, value in environment.describe().items():
-        table.add_row(name, value)
-    table.add_row("compiled equations", str(compile_.cache_folder()))
-    table.add_row("exact results", str(diskcache.folder()))
-    out.print(table)
-    libraries: dict[str, str | None] = {}
-    for one in registry.everything().values():
-        libraries.setdefault(one.library, registry.missing(one))
-    table = Table("library", "state", title="Libraries")
-    for library, reason in libraries.items():
-        table.add_row(library, "[green]ready[/]" if reason is None else f"[yellow]not installed:[/] {escape(reason)}")
-    out.print(table)
+    out.print(listing.environment_table())
+    out.print(listing.libraries_table())
 
 
 def _chosen(
@@ -284,45 +275,6 @@ def _chosen_check(name: str, parameters: list[str] | None) -> Check:
 
     check, _, variant = name.partition("/")
     return cases.get_check(check, variant or None, **_given(parameters))
-
-
-def _cases_table() -> Table:
-    from gnomon import cases
-
-    table = Table(title="Cases", box=SIMPLE_HEAD, padding=(0, 1))
-    table.add_column("case", no_wrap=True)
-    table.add_column("title")
-    table.add_column("variants")
-    for name in cases.names():
-        kind = cases.case_class(name)
-        table.add_row(name, kind.title, ", ".join(variant.name for variant in kind.variants))
-    return table
-
-
-def _checks_table() -> Table:
-    from gnomon import cases
-
-    table = Table(title="Checks, without motion", box=SIMPLE_HEAD, padding=(0, 1))
-    table.add_column("check", no_wrap=True)
-    table.add_column("title")
-    table.add_column("variants")
-    for name in cases.checks():
-        kind = cases.check_class(name)
-        table.add_row(name, kind.title, ", ".join(variant.name for variant in kind.variants))
-    return table
-
-
-def _integrators_table() -> Table:
-    from gnomon.harness import registry
-
-    table = Table(title="Integrators", box=SIMPLE_HEAD, padding=(0, 1))
-    table.add_column("id", no_wrap=True)
-    table.add_column("order", justify="right")
-    table.add_column("accepts", no_wrap=True)
-    for identity, one in registry.everything().items():
-        accepted = ", ".join(kind.__name__ for kind in one.accepts)
-        table.add_row(escape(identity), "" if one.order is None else str(one.order), accepted)
-    return table
 
 
 def _summarize(path: Path) -> None:

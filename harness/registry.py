@@ -109,8 +109,10 @@ def from_path(path: str) -> Integrator:
     module, _, attribute = path.partition(":")
     try:
         return _instance(getattr(importlib.import_module(module), attribute), path)
-    except (ImportError, AttributeError) as error:
-        raise ValueError(f"{path}: {error}; give package.module:Class of a subclass of Integrator") from None
+    except Exception as error:  # whatever a user's own module does while it is imported
+        raise ValueError(
+            f"{path}: {type(error).__name__}: {error}; give package.module:Class of a subclass of Integrator"
+        ) from None
 
 
 def reference(integrator: Integrator) -> tuple[str, str]:

@@ -212,7 +212,8 @@ def load(path: str | Path, superseded: bool = False) -> Any:
 
     condition = "1" if superseded else _NOT_SUPERSEDED
     with _reading(path) as db:
-        frame = pandas.read_sql_query(_CURRENT.format(condition=condition), db)
+        cursor = db.execute(_CURRENT.format(condition=condition))
+        frame = pandas.DataFrame(cursor.fetchall(), columns=[column[0] for column in cursor.description])
     frame = frame.loc[:, ~frame.columns.duplicated()]  # trial_key comes from both tables
     frame["work"] = frame["rhs_calls"].fillna(frame["steps"])
     return frame
@@ -266,15 +267,20 @@ def results_file(path: str | Path) -> Path:
 
 @contextmanager
 def _reading(path: str | Path) -> Iterator[sqlite3.Connection]:
-    connection = sqlite3.connect(f"file:{results_file(path).resolve()}?mode=ro", uri=True, timeout=30)
+    found = results_file(path)
+    connection = sqlite3.connect(f"file:{found.resolve()}?mode=ro", uri=True, timeout=30)
     try:
         yield connection
+    except sqlite3.DatabaseError as error:
+        raise ValueError(f"{found}: damaged ({error}); run it again into another file") from None
     finally:
         connection.close()
 
 
 def _check(path: Path) -> None:
     """Raise ValueError unless the file is a results file of this schema or an older one that is still read."""
+    if path.stat().st_size == 0:
+        raise ValueError(f"{path}: an empty file; give a results.sqlite that `gnomon run` wrote")
     try:
         connection = sqlite3.connect(f"file:{path.resolve()}?mode=ro", uri=True)
         try:

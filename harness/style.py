@@ -17,7 +17,7 @@ import vl_convert
 from gnomon.harness.png import smaller
 
 INK, QUIET, PALE, GRID = "#1f2933", "#5f6b7a", "#f4f2ec", "#e4e2dc"
-PNG_SCALE = 1.5
+PNG_SCALE = 2
 FONT = "Helvetica Neue, Helvetica, Arial, Liberation Sans, sans-serif"
 
 # Okabe and Ito's palette, distinct under the common colour-vision deficiencies.

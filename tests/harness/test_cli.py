@@ -37,12 +37,21 @@ def text_file(tmp_path: Path) -> str:
         (["show", "pendulum_simple/separatrx"], "has no variant 'separatrx'; did you mean separatrix"),
         (["show", "pendulum_simple", "--set", "g=-1"], "g = -1 is outside (0, inf)"),
         (["show", "pendulum_simple", "--set", "g=nan"], "g = 'nan' is not a number"),
+        (["show", "pendulum_simple", "--set", "g=1e400"], "g is beyond the largest binary64 number"),
+        (["show", "euler_top", "--set", "I3=50"], "the triangle inequality"),
         (["show", "pendulum_simple", "--set", "length=1"], "has no parameter 'length'"),
         (["show", "pendulum_simple", "--set", "g"], "write name=value"),
         (["show", "pendulum_simple", "--plot", "motion.docx"], "motion.docx: a drawing is .svg, .png, .html"),
         (["run", "--case", "pendulum_simple", "--integrator", "RK44"], "did you mean RK4 or RK45"),
         (["run", "--integrator", "no_such_module:Thing"], "give package.module:Class"),
         (["run", "--integrator", "planted:SUITE"], "give package.module:Class"),
+        (["run", "--integrator", ":X:"], ":X:: ValueError: Empty module name"),
+        (["run", "--case", "moment_equipollent"], "is a check, without motion: `gnomon certify moment_equipollent`"),
+        (["run", "--workers", "0"], "Invalid value for '--workers'"),
+        (["run", "--no-such-option"], "No such option: --no-such-option"),
+        (["export"], "Missing argument"),
+        (["export", "x", "--format", "xls"], "is not one of 'csv', 'json', 'parquet'"),
+        (["no_such_command"], "No such command 'no_such_command'"),
         (["run", "--suite", "slow"], "no suite is called 'slow'"),
         (["run", "--limit", "-1", "--case", "pendulum_simple"], "a trial needs a positive number of seconds"),
         (["report", "no_such_folder"], "no results here"),
@@ -84,9 +93,60 @@ def test_a_missing_library_that_is_named_is_wrong_usage(
     assert "pybullet has wheels up to CPython 3.11 only" in capfd.readouterr().err
 
 
-def test_unknown_options_are_wrong_usage() -> None:
-    assert gnomon("run", "--no-such-option") == 2
-    assert gnomon("export", "x", "--format", "xls") == 2
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        ("raise RuntimeError('boom')", "RuntimeError: boom"),
+        ("def f(:", "SyntaxError: "),
+        ("import no_such_library", "ModuleNotFoundError: No module named 'no_such_library'"),
+        ("from gnomon.harness.integrator import Integrator\n\nclass Thing(Integrator): name = 'x'", "abstract"),
+        ("class Thing: pass", "is no gnomon.harness.integrator.Integrator"),
+    ],
+)
+def test_a_module_that_cannot_be_used_is_one_line(
+    source: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "broken_module.py").write_text(source)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "broken_module", raising=False)
+    assert gnomon("run", "--case", "pendulum_simple", "--integrator", "broken_module:Thing") == 2
+    (line,) = capfd.readouterr().err.strip().splitlines()
+    assert line.startswith("error: broken_module:Thing")
+    assert message in line
+    if "class Thing: pass" not in source:
+        monkeypatch.delitem(sys.modules, "broken_module", raising=False)
+        assert gnomon("show", "broken_module:Thing") == 2
+
+
+@pytest.mark.parametrize(
+    ("application", "version", "message"),
+    [
+        (None, 0, "an empty file"),
+        (store.APPLICATION_ID, store.SCHEMA_VERSION + 1, "upgrade gnomon"),
+        (store.APPLICATION_ID, store.SCHEMA_VERSION, "damaged (no such table"),
+    ],
+)
+def test_results_that_cannot_be_read_are_one_line(
+    application: int | None, version: int, message: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "results.sqlite"
+    path.touch()
+    if application is not None:
+        with sqlite3.connect(path) as db:
+            db.execute(f"PRAGMA application_id = {application}")
+            db.execute(f"PRAGMA user_version = {version}")
+            db.execute("CREATE TABLE t (x)")
+    for arguments in (["report", str(path)], ["export", str(tmp_path)], ["compare", str(path), str(path)]):
+        assert gnomon(*arguments) == 2
+        (line,) = capfd.readouterr().err.strip().splitlines()
+        assert line.startswith(f"error: {path}: ")
+        assert message in line
+
+
+def test_alone_it_shows_its_help(capfd: pytest.CaptureFixture[str]) -> None:
+    assert gnomon() == 2
+    captured = capfd.readouterr()
+    assert "certify" in captured.out + captured.err
 
 
 def test_list_names_every_case_and_integrator(capfd: pytest.CaptureFixture[str]) -> None:

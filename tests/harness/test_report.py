@@ -144,12 +144,13 @@ def test_broken_scenes_counts_those_without_an_ok_setting() -> None:
     assert "c" not in found.index
 
 
-def test_pictures_get_smaller_without_loss() -> None:
-    """Compressed again, the file reads as it was: the pixels of a picture that no compressor has seen."""
-    pixels = np.random.default_rng(1).integers(0, 256, (5, 7, 4), dtype=np.uint8)
+@pytest.mark.parametrize("differences", [False, True])
+def test_pictures_get_smaller_without_loss(differences: bool) -> None:
+    pixels = np.repeat(np.random.default_rng(1).integers(0, 256, (5, 7, 4), dtype=np.uint8), 40, axis=1)
     pixels[:, :, 3] = 255
-    rows = np.hstack([np.zeros((5, 1), np.uint8), pixels.reshape(5, -1)])
-    header = struct.pack(">IIBBBBB", 7, 5, 8, 6, 0, 0, 0)
+    stored = np.diff(pixels, axis=1, prepend=np.uint8(0)) if differences else pixels
+    rows = np.hstack([np.full((5, 1), differences, np.uint8), stored.reshape(5, -1)])
+    header = struct.pack(">IIBBBBB", 280, 5, 8, 6, 0, 0, 0)
     picture = PNG + b"".join(
         struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
         for kind, data in ((b"IHDR", header), (b"IDAT", zlib.compress(rows.tobytes(), 0)), (b"IEND", b""))
@@ -159,7 +160,7 @@ def test_pictures_get_smaller_without_loss() -> None:
     start = found.index(b"IDAT")
     (length,) = struct.unpack(">I", found[start - 4 : start])
     plain = np.frombuffer(zlib.decompress(found[start + 4 : start + 4 + length]), np.uint8).reshape(5, -1)
-    np.testing.assert_array_equal(plain[:, 1:].reshape(5, 7, 3), pixels[:, :, :3])
+    np.testing.assert_array_equal(plain[:, 1:].reshape(5, 280, 3), pixels[:, :, :3])
     assert smaller(found) == found
 
 
