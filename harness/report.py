@@ -19,9 +19,9 @@ from markupsafe import Markup, escape
 def write_report(database: Path, folder: Path) -> Path:
     """Write index.html, summary.md and figures/ into `folder` and return the page's path.
 
-    `database` is a results file, or a folder that holds one. The tables of certificates.json, checks.json and benchmarks.json are
-    shown where the folder, or that of the results, holds these. Raises ValueError for a file that is no results file,
-    or an empty one.
+    `database` is a results file, or a folder that holds one. The tables of certificates.json, checks.json and
+    benchmarks.json are shown where the folder, or that of the results, holds these. Raises ValueError for a file that
+    is no results file, or an empty one.
     """
     run = Run.read(store.results_file(database))
     folder.mkdir(parents=True, exist_ok=True)
