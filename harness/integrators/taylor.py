@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from gnomon.cases.forms import FirstOrder
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.integrators.graph import compiled
 from gnomon.harness.integrators.stepping import call, compiled_whole
 from gnomon.harness.integrators.taylor_text import STRIDE, coefficients_text
-from gnomon.harness.trace import compiled
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]

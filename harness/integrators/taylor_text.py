@@ -9,7 +9,7 @@ no sum waits for another, and the ends are added node by node.
 from __future__ import annotations
 
 from gnomon.cases.forms import FirstOrder
-from gnomon.harness.trace import Graph, Number, Trace, arguments, expression, needed, slope, traced
+from gnomon.harness.integrators.graph import Graph, Number, Trace, arguments, expression, needed, slope, traced
 
 STRIDE = 24
 """Room for the coefficients of one node: orders 0 to 23."""

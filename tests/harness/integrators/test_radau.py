@@ -13,7 +13,8 @@ from gnomon.cases.registry import get
 from gnomon.harness.integrator import Problem, Refused
 from gnomon.harness.integrators import radau
 from gnomon.harness.integrators.gauss import integrals
-from gnomon.harness.integrators.radau import BACK, ERROR, FORWARD, Radau5
+from gnomon.harness.integrators.radau import Radau5
+from gnomon.harness.integrators.radau_steps import BACK, EIGENVALUES, ERROR, FORWARD
 from gnomon.harness.order import fit_order
 from gnomon.harness.problem import counting, initial_state, problem_of
 from gnomon.reference.precision import working
@@ -37,7 +38,7 @@ def test_collocation_at_the_radau_nodes() -> None:
 def test_the_transformation_takes_the_inverse_matrix_apart() -> None:
     with working(60) as mp:
         table = radau.rows(mp)
-        gamma, alpha, beta = table[radau.EIGENVALUES]
+        gamma, alpha, beta = table[EIGENVALUES]
         forward, back = (mp.matrix([list(table[first + i]) for i in range(3)]) for first in (FORWARD, BACK))
         blocks = mp.matrix([[gamma, 0, 0], [0, alpha, -beta], [0, beta, alpha]])
         matrix = mp.matrix([integrals(mp, table[0], node) for node in table[0]])

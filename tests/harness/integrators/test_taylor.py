@@ -13,10 +13,10 @@ from gnomon.cases import registry
 from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.harness.integrator import Problem, Refused
+from gnomon.harness.integrators.graph import UNARY
 from gnomon.harness.integrators.taylor import Taylor, order_for
 from gnomon.harness.integrators.taylor_text import STRIDE, coefficients_text
 from gnomon.harness.problem import accepted_form, initial_state, problem_of
-from gnomon.harness.trace import UNARY
 from gnomon.reference.precision import working
 
 ORDER = 12

@@ -9,8 +9,8 @@ import pytest
 from gnomon.cases import registry
 from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.forms import FirstOrder, Values
+from gnomon.harness.integrators.graph import UNARY, Graph, jacobian_text
 from gnomon.harness.problem import accepted_form
-from gnomon.harness.trace import UNARY, Graph, jacobian_text
 from gnomon.reference.precision import working
 
 

@@ -1,0 +1,276 @@
+"""The stepping of Radau IIA 5: simplified Newton iteration on the transformed system, error estimate, step control."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+from gnomon.harness.integrators.linear import factor, substitute
+from gnomon.harness.integrators.stepping import call
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+MOST_STEPS = 1_000_000
+NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 1, 2, 3
+MOST_ITERATIONS = 10
+SAFETY, SHRINK_MOST, GROW_MOST = 0.9, 0.2, 8.0
+
+C, EIGENVALUES, FORWARD, BACK, ERROR = 0, 1, 2, 5, 8
+"""Rows of the table."""
+
+SIGNATURE = (
+    "int64(intp, intp, float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64, float64, "
+    "float64[:, :, ::1], int64[::1])"
+)
+
+
+def integrate(
+    f: Any,
+    derivative: Any,
+    p: Floats,
+    table: Floats,
+    initial: Floats,
+    times: Floats,
+    tolerance: float,
+    fixed: float,
+    time_scale: float,
+    out: Floats,
+    stop: NDArray[np.int64],
+) -> int:
+    """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps accepted.
+
+    `stop` gets the reason and the sample where a trajectory ended early. `fixed` > 0: all steps are that long, and
+    `tolerance` is for the iteration alone.
+    """
+    n = initial.shape[1]
+    y, low, x, slope, start, error = (
+        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+    )  # fmt: skip
+    z, w, before_z, slopes = np.empty((3, n)), np.empty((3, n)), np.empty((3, n)), np.empty((3, n))
+    partial, real, both = np.empty(n * n), np.empty((n, n)), np.empty((n, n), dtype=np.complex128)
+    right, pair = np.empty(n), np.empty(n, dtype=np.complex128)
+    pivots, pivots_both = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+    taken = 0
+    for m in range(initial.shape[0]):
+        for i in range(n):
+            y[i] = initial[m, i]
+            low[i] = 0.0
+        t, h, sample, attempts, reason = 0.0, 1e-6 * time_scale, 0, 0, 0
+        last, last_error, steps = 0.0, 0.0, 0
+        rejected = False
+        call(f, t, y, p, start)
+        while sample < times.size:
+            attempts += 1
+            if attempts > MOST_STEPS:
+                reason = TOO_MANY_STEPS
+                break
+            if fixed > 0.0:
+                h = fixed
+            if not h > 0.0:
+                reason = NOT_FINITE
+                break
+            # The step is h rounded so that t + step is exact; the last one ends at the last sample.
+            step = times[-1] - t if t + h >= times[-1] else (t + h) - t
+            if t + h / 4 <= t:
+                reason = STEP_TOO_SMALL
+                break
+            call(derivative, t, y, p, partial)
+            iterations = 0
+            if factored(partial, step, table, real, pivots, both, pivots_both):
+                guess(last, step, table, before_z, z)
+                iterations = newton(
+                    f,
+                    t,
+                    step,
+                    y,
+                    p,
+                    table,
+                    tolerance,
+                    x,
+                    slope,
+                    slopes,
+                    real,
+                    pivots,
+                    both,
+                    pivots_both,
+                    right,
+                    pair,
+                    w,
+                    z,
+                )
+            if iterations == 0:
+                if fixed > 0.0 or not finite(start):
+                    reason = NOT_FINITE
+                    break
+                h = step / 2
+                rejected = True
+                continue
+            norm = estimate(
+                f, t, step, y, p, table, tolerance, x, slope, start, real, pivots, z, error, rejected, steps
+            )
+            safety = SAFETY * (2 * MOST_ITERATIONS + 1) / (2 * MOST_ITERATIONS + iterations)
+            if norm == 0.0:
+                scale = GROW_MOST
+            else:
+                scale = norm**-0.25
+                if steps > 0 and not rejected and last_error > 0.0:
+                    scale *= min(1.0, step / last * (last_error / norm) ** 0.25)
+                scale = min(GROW_MOST, max(SHRINK_MOST, safety * scale))
+            if not norm < 1.0 and fixed == 0.0:
+                h = step * (scale if norm < np.inf else 0.1)
+                rejected = True
+                continue
+            for i in range(n):
+                x[i] = y[i] + (z[2, i] + low[i])
+            end = times[-1] if t + h >= times[-1] else t + step
+            call(f, end, x, p, slope)
+            if not finite(slope) or not finite(x):
+                reason = NOT_FINITE
+                break
+            while sample < times.size and times[sample] <= end:
+                part = (times[sample] - t) / step
+                for i in range(n):
+                    out[m, sample, i] = y[i] + (low[i] + between(part, table, z, i))
+                sample += 1
+            for i in range(n):
+                change = z[2, i] + low[i]
+                low[i] = change - (x[i] - y[i])
+                y[i] = x[i]
+                start[i] = slope[i]
+                for j in range(3):
+                    before_z[j, i] = z[j, i]
+            h = step * (min(1.0, scale) if rejected else scale)
+            last, last_error, t = step, max(norm, 1e-2), end
+            rejected = False
+            steps += 1
+        taken += steps
+        if reason != 0 and stop[0] == 0:
+            stop[0], stop[1] = reason, sample
+    return taken
+
+
+def finite(values: Any) -> bool:
+    total = 0.0
+    for value in values:
+        total += 0.0 * value
+    return total == 0.0
+
+
+def factored(partial: Any, h: Any, table: Any, real: Any, pivots: Any, both: Any, pivots_both: Any) -> bool:
+    """gamma/h - J and (alpha + i beta)/h - J, factored; False where one is singular."""
+    n = pivots.size
+    gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
+    for i in range(n):
+        for j in range(n):
+            real[i, j] = -partial[i * n + j]
+            both[i, j] = -partial[i * n + j]
+        real[i, i] += gamma
+        both[i, i] += complex(alpha, beta)
+    return bool(factor(real, pivots) and factor(both, pivots_both))
+
+
+def basis(k: int, x: Any, table: Any) -> Any:
+    """The polynomial that is 1 at c_k, 0 at the other nodes and at 0."""
+    value = x / table[C, k]
+    for j in range(3):
+        if j != k:
+            value *= (x - table[C, j]) / (table[C, k] - table[C, j])
+    return value
+
+
+def between(x: Any, table: Any, z: Any, i: int) -> Any:
+    """The change of component i at the fraction x of the step, by the collocation polynomial."""
+    return basis(0, x, table) * z[0, i] + basis(1, x, table) * z[1, i] + basis(2, x, table) * z[2, i]
+
+
+def guess(last: Any, h: Any, table: Any, before_z: Any, z: Any) -> None:
+    """First values of the stages: the last step's polynomial carried on; none at the very first step."""
+    for j in range(3):
+        for i in range(z.shape[1]):
+            z[j, i] = 0.0
+            if last > 0.0:
+                z[j, i] = between(1.0 + table[C, j] * h / last, table, before_z, i) - before_z[2, i]
+
+
+def newton(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, tolerance: Any, x: Any, slope: Any, slopes: Any,
+    real: Any, pivots: Any, both: Any, pivots_both: Any, right: Any, pair: Any, w: Any, z: Any,
+) -> int:  # fmt: skip
+    """Simplified Newton iteration for the stages z, from their first values; how many it took, 0 where it failed."""
+    n = y.size
+    gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
+    for j in range(3):
+        for i in range(n):
+            w[j, i] = table[BACK + j, 0] * z[0, i] + table[BACK + j, 1] * z[1, i] + table[BACK + j, 2] * z[2, i]
+    enough = max(2e-15 / tolerance, min(0.03, sqrt(tolerance)))
+    before, rate = 0.0, 0.0
+    for iteration in range(MOST_ITERATIONS):
+        for j in range(3):
+            for i in range(n):
+                x[i] = y[i] + z[j, i]
+            call(f, t + table[C, j] * h, x, p, slope)
+            if not finite(slope):
+                return 0
+            for i in range(n):
+                slopes[j, i] = slope[i]
+        for i in range(n):
+            a, b, c = slopes[0, i], slopes[1, i], slopes[2, i]
+            right[i] = table[BACK, 0] * a + table[BACK, 1] * b + table[BACK, 2] * c - gamma * w[0, i]
+            u = table[BACK + 1, 0] * a + table[BACK + 1, 1] * b + table[BACK + 1, 2] * c
+            v = table[BACK + 2, 0] * a + table[BACK + 2, 1] * b + table[BACK + 2, 2] * c
+            pair[i] = complex(u - (alpha * w[1, i] - beta * w[2, i]), v - (beta * w[1, i] + alpha * w[2, i]))
+        substitute(real, pivots, right)
+        substitute(both, pivots_both, pair)
+        square = 0.0
+        for i in range(n):
+            w[0, i] += right[i]
+            w[1, i] += pair[i].real
+            w[2, i] += pair[i].imag
+            weight = tolerance * (1.0 + abs(y[i]))
+            square += (right[i] / weight) ** 2 + (pair[i].real / weight) ** 2 + (pair[i].imag / weight) ** 2
+            for j in range(3):
+                z[j, i] = (
+                    table[FORWARD + j, 0] * w[0, i] + table[FORWARD + j, 1] * w[1, i] + table[FORWARD + j, 2] * w[2, i]
+                )
+        norm = sqrt(square / (3 * n))
+        if not norm < 1e300:
+            return 0
+        if iteration > 0:
+            rate = norm / before
+            left = MOST_ITERATIONS - 1 - iteration
+            if norm > enough and (rate >= 1.0 or rate**left / (1.0 - rate) * norm > enough):
+                return 0
+        # After the first iteration its rate is not known yet: only a change that is negligible ends it.
+        if norm <= 1e-3 * enough or (iteration > 0 and (rate >= 1.0 or rate / (1.0 - rate) * norm <= enough)):
+            return iteration + 1
+        before = norm
+    return 0
+
+
+def estimate(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, tolerance: Any, x: Any, slope: Any, start: Any,
+    real: Any, pivots: Any, z: Any, error: Any, rejected: bool, steps: int,
+) -> float:  # fmt: skip
+    """The error of the embedded formula of order 3 over the tolerance, filtered by the real system (IV.8.19-20)."""
+    n = y.size
+    found = 0.0
+    for again in range(2):
+        for i in range(n):
+            given = slope[i] if again == 1 else start[i]
+            weighted = table[ERROR, 0] * z[0, i] + table[ERROR, 1] * z[1, i] + table[ERROR, 2] * z[2, i]
+            error[i] = given + weighted / h
+        substitute(real, pivots, error)
+        square = 0.0
+        for i in range(n):
+            weight = tolerance * (1.0 + max(abs(y[i]), abs(y[i] + z[2, i])))
+            square += (error[i] / weight) ** 2
+        found = sqrt(square / n)
+        if found < 1.0 or again == 1 or not (rejected or steps == 0):
+            break
+        # Where a fast mode has not died yet the estimate is too large; the second one damps it.
+        for i in range(n):
+            x[i] = y[i] + error[i]
+        call(f, t, x, p, slope)
+    return found
