@@ -221,6 +221,7 @@ class DormandPrinceNystrom6(Nystrom):
     """Dormand and Prince's pair RKN 6(4)6FM (Computers and Mathematics with Applications 13, 1987). Order 6."""
 
     name, order, lower = "RKN 6(4)", 6, 4
+    everywhere = False
     sweep = Tolerance(1e-3, 1e-13)
     nodes = ("0", "1/10", "3/10", "7/10", "17/25")
     stages = (

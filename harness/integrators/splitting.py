@@ -99,6 +99,7 @@ class PositionVerlet(Splitting):
     """Störmer-Verlet in position form, drift-kick-drift (Tuckerman, Berne, Martyna, J. Chem. Phys. 97, 1992). Order 2."""
 
     name, order, conserves, compensated = "Position Verlet", 2, ("symplectic", "reversible"), False
+    everywhere = False
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:
@@ -110,6 +111,7 @@ class ForestRuth4(Composition):
     """Three Verlet steps, the middle one backwards (Forest and Ruth, Physica D 43, 1990). Order 4."""
 
     name, order = "Forest-Ruth 4", 4
+    everywhere = False
 
     @classmethod
     def lengths(cls, mp: Any) -> list[Any]:
@@ -121,6 +123,7 @@ class Suzuki4(Composition):
     """Five Verlet steps of order 4, each shorter than the step (Suzuki, Physics Letters A 146, 1990). Order 4."""
 
     name, order = "Suzuki 4", 4
+    everywhere = False
 
     @classmethod
     def lengths(cls, mp: Any) -> list[Any]:
@@ -135,6 +138,7 @@ class McLachlanAtela4(Splitting):
     """
 
     name, order, conserves = "McLachlan-Atela 4", 4, ("symplectic",)
+    everywhere = False
     kicks = (
         "0.13449619927743108920547866796401532079138753239894125821562987",
         "-0.2248198030794208058164903083049938953319385313651974711300396",
@@ -183,6 +187,7 @@ class BlanesMoan6(Splitting):
     """
 
     name, order, conserves = "Blanes-Moan 6", 6, ("symplectic", "reversible")
+    everywhere = False
     kicks = (
         "0.041464998518262843298778133914704936723936175943344961005660128",
         "0.19812867191806654113672647318149696061253521636787924678145169",
@@ -214,6 +219,7 @@ class Yoshida6(Composition):
     """
 
     name, order = "Yoshida 6", 6
+    everywhere = False
     half = (
         "0.7845136104775572638194976338663498757768244174514933845679478",
         "0.23557321335935813368479318297853460168646808210340111900349313",
@@ -228,6 +234,7 @@ class Yoshida8(Composition):
     """
 
     name, order = "Yoshida 8", 8
+    everywhere = False
     sweep = Steps(coarsest=1.0, halvings=8)
     half = (
         "0.91484424622979156674879348984750960451811970872885837179725993",

@@ -131,6 +131,7 @@ class Stormer8(Stormer):
     """Eight accelerations. Order 8."""
 
     name, order = "Störmer 8", 8
+    everywhere = False
     sweep = Steps(coarsest=0.25, halvings=8)
 
 
