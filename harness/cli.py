@@ -57,6 +57,8 @@ def main() -> None:
         sys.exit(app(standalone_mode=False) or 0)
     except (ValueError, OSError, ArithmeticError) as error:
         told = f"{type(error).__name__}: {error}" if isinstance(error, ArithmeticError) else str(error)
+    except (KeyboardInterrupt, typer.Abort):
+        sys.exit(130)
     except USAGE as error:
         if len(sys.argv) == 1:
             error.show()  # `gnomon` alone: its help

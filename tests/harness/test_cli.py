@@ -143,6 +143,38 @@ def test_results_that_cannot_be_read_are_one_line(
         assert message in line
 
 
+@pytest.mark.parametrize("step", ["find_all", "missing"])
+def test_an_interruption_is_quiet(
+    step: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    from gnomon.harness import registry
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(registry, step, interrupt)
+    assert gnomon("run", "--case", "pendulum_simple", "--integrator", "RK4") == 130
+    assert capfd.readouterr() == ("", "")
+
+
+def test_an_interrupted_run_says_how_to_go_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    from gnomon.harness.pool import Pool
+
+    run = ("run", "--case", "planted:Short", "--integrator", "planted:Sound", "--suite", "quick", "--limit", "0.05")
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Pool, "run", interrupt)
+        assert gnomon(*run, "--out", str(tmp_path)) == 130
+    assert "the same command goes on from here" in capfd.readouterr().err
+    assert gnomon(*run, "--out", str(tmp_path)) == 0
+    assert set(store.load(tmp_path)["status"]) == {"ok"}
+
+
 def test_alone_it_shows_its_help(capfd: pytest.CaptureFixture[str]) -> None:
     assert gnomon() == 2
     captured = capfd.readouterr()
