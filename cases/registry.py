@@ -56,6 +56,7 @@ _MODULES = {
     "two_body": "two_body:TwoBody",
     "equilateral_three_body": "three_body:EquilateralThreeBody",
     "chain_off_table": "chain_edge:ChainOffTable",
+    "chain_quarter_circle": "chain_quarter:ChainQuarterCircle",
     "chain_over_pulley": "chain_edge:ChainOverPulley",
     "chain_in_circular_tube": "equivalent_pendulum:ChainInCircularTube",
     "moment_of_momentum_pendulum": "equivalent_pendulum:MomentOfMomentumPendulum",
