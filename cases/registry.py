@@ -135,6 +135,7 @@ _CHECKS = {
     "work_constant_linear_coulomb": "checks_work:WorkConstantLinearCoulomb",
     "conservative_force_test": "checks_work:ConservativeForceTest",
     "hamilton_action": "checks_action:HamiltonAction",
+    "amusement_rides": "checks_rides:AmusementRides",
     "rotor_dynamic_balance": "checks_bodies:RotorDynamicBalance",
     "work_energy_rigid_body": "checks_bodies:WorkEnergyRigidBody",
     "generalized_impulse": "checks_bodies:GeneralizedImpulse",
