@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import Any
 
@@ -18,6 +20,9 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 LEAST_TOLERANCE = 1e-16
+
+ENSEMBLE, CHUNK = 16, 256
+"""From so many trajectories on eight go through one vector, and so many of them are one task of a thread."""
 
 REASONS = {
     gauss_fast_text.NOT_FINITE: "the equations gave a value that is not finite",
@@ -46,16 +51,39 @@ class GaussFast(Integrator):
         form = problem.form
         assert isinstance(form, FirstOrder | SecondOrder)
         form = form.source if isinstance(form, FirstOrder) and form.source is not None else form
-        run, second_order = gauss_fast_kernel.compiled(
-            form, len(problem.parameters), problem.dimension, problem.counted
-        )
-        coefficients, buffer, times = table(second_order), problem.buffer, problem.times
+        arguments = (form, len(problem.parameters), problem.dimension, problem.counted)
+        run = gauss_fast_kernel.compiled(*arguments)
+        coefficients = table(gauss_fast_kernel.layout(*arguments[:3]).second_order)
+        buffer, times = problem.buffer, problem.times
 
         def solve(initial: Floats) -> Solution:
             out = np.full((len(initial), len(times), initial.shape[1]), np.nan)
             stop = np.zeros(3, dtype=np.int64)
-            taken = run(buffer, coefficients, initial, times, setting, out, stop)
-            return Solution(out, int(taken), reason(stop))
+            if len(initial) < ENSEMBLE:
+                taken = run(buffer, coefficients, initial, times, setting, out, stop)
+                return Solution(out, int(taken), reason(stop))
+            return together(initial, out, stop)
+
+        def together(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> Solution:
+            eight, shape = gauss_fast_kernel.compiled_ensemble(*arguments)
+            workers = 1 if problem.counted else len(os.sched_getaffinity(0))
+
+            def part(first: int) -> tuple[int, list[int]]:
+                here = slice(first, first + CHUNK)
+                left_over = np.zeros(CHUNK // 8, dtype=np.int64)
+                states = initial[here]
+                taken = eight(buffer, coefficients, states, times, setting, out[here], left_over, np.empty(shape))
+                return taken, [first + 8 * int(i) for i in np.flatnonzero(left_over)]
+
+            with ThreadPoolExecutor(workers) as threads:
+                parts = list(threads.map(part, range(0, len(initial), CHUNK)))
+            steps = sum(taken for taken, _ in parts)
+            for first in (first for _, firsts in parts for first in firsts):
+                here, alone = slice(first, first + 8), np.zeros(3, dtype=np.int64)
+                steps += run(buffer, coefficients, initial[here], times, setting, out[here], alone)
+                if alone[0] and not stop[0]:
+                    stop[:] = alone[0], alone[1] + first, alone[2]
+            return Solution(out, int(steps), reason(stop))
 
         return solve
 

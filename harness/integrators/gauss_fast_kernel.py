@@ -5,13 +5,15 @@ from __future__ import annotations
 import hashlib
 import inspect
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 
 from gnomon.cases.forms import Form, SecondOrder
 from gnomon.harness.compile import OPTIONS, load_module
+from gnomon.harness.integrators import gauss_fast_ensemble as ensemble
 from gnomon.harness.integrators import gauss_fast_text as text
-from gnomon.harness.integrators.traced import DEAR, ROUND, Node, Trace, Value, code, number, reached, traced
+from gnomon.harness.integrators.traced import DEAR, ROUND, Value, code, number, reached, traced
 
 SIGNATURE = (
     '"int64(float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1])"'
@@ -21,64 +23,97 @@ MOST_NEWTON, FORESEEN = 3, 1
 """The derivatives are used for so many components at most; how often a round's change is carried on with them."""
 
 
-@cache
-def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> tuple[Callable[..., int], bool]:
-    """`advance(parameters, table, initial, times, tolerance, out, stop)` around the equations of a form.
+@dataclass(frozen=True)
+class Layout:
+    """What the stepping is filled in with: the unknown slopes, and the derivatives where it pays to have them.
 
-    With it, whether they are of second order, for which the table is another.
+    `kind`: the words of the templates; y' = f(t, y), q'' = a(t, q) or q'' = a(t, q, q'). `derivatives`: of which slope,
+    by which component of the state, its value.
     """
-    module, second_order = source(form, parameters, dimension, counted)
-    return load_module(module).advance, second_order
+
+    kind: str
+    values: tuple[Value, ...]
+    derivatives: tuple[tuple[int, int, Value], ...]
+
+    @property
+    def second_order(self) -> bool:
+        return self.kind != "FIRST_ORDER"
 
 
-def source(form: Form, parameters: int, dimension: int, counted: bool) -> tuple[str, bool]:
-    """The text of the module. It names the sources of the lanes by their hash, so that an edit there renews it."""
+@cache
+def layout(form: Form, parameters: int, dimension: int) -> Layout:
+    """How the equations of a form are best solved."""
     trace, values = traced(form, dimension, parameters)
-    words, half, state = text.FIRST_ORDER, dimension // 2, trace.state
+    kind, half, state = "FIRST_ORDER", dimension // 2, trace.state
     if isinstance(form, SecondOrder):
-        words, state = text.SECOND_ORDER, state[:half]
+        kind, state = "SECOND_ORDER", state[:half]
     elif dimension % 2 == 0 and all(x is y for x, y in zip(values[:half], state[half:], strict=True)):
-        words, values = text.WITH_VELOCITY, values[half:]
-    count = len(values)
-    correction, derivatives = newton(trace, values, state)
+        kind, values = "WITH_VELOCITY", values[half:]
+    dear = any(x.operation in DEAR for x in reached(values) if x.level == ROUND)
+    if len(values) > MOST_NEWTON or not dear:
+        return Layout(kind, values, ())
+    found = [(i, j, trace.derivative(x, y, {})) for i, x in enumerate(values) for j, y in enumerate(state)]
+    return Layout(kind, values, tuple(entry for entry in found if not number(entry[2], 0)))
+
+
+@cache
+def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> Callable[..., int]:
+    """`advance(parameters, table, initial, times, tolerance, out, stop)` around the equations of a form."""
+    found = layout(form, parameters, dimension)
+    count = len(found.values)
     stages = "".join(
         text.STAGES_OF_A_STEP.replace("NAME", name).replace("INLINE", inline)
         for name, inline in (("stages", "forceinline=True,"), ("aside", ""))
     )
-    body = stages.replace("{correct}", correction) + text.ADVANCE
-    for word, meaning in words.items():
+    body = stages.replace("{correct}", correction(found)) + text.ADVANCE
+    for word, meaning in getattr(text, found.kind).items():
         body = body.replace("{" + word + "}", meaning)
+    module = filled(body.replace("SIGNATURE", SIGNATURE), found, count, parameters, dimension, counted)
+    run: Callable[..., int] = load_module(module).advance
+    return run
+
+
+@cache
+def compiled_ensemble(
+    form: Form, parameters: int, dimension: int, counted: bool
+) -> tuple[Callable[..., int], tuple[int, int]]:
+    """`advance_eight(parameters, table, initial, times, tolerance, out, left_over, work)` and the shape of `work`."""
+    found = layout(form, parameters, dimension)
+    count = len(found.values)
+    words = getattr(text, found.kind)
+    body, rows = ensemble.text(getattr(ensemble, found.kind), [(i, j) for i, j, _ in found.derivatives], count)
+    at_start = "<|y[@], |>" + ("<|y[N + @], |>" if found.kind == "WITH_VELOCITY" else "")
+    body = body.replace("{placed_at_start}", at_start)
+    for word in ("placed", "rate", "first"):
+        body = body.replace("{" + word + "}", words[word])
+    body = body.replace("TOGETHER", ensemble.SIGNATURE)
+    module = ensemble.over_stages(filled(body, found, count, parameters, dimension, counted))
+    return load_module(module).advance_eight, (rows, 8)
+
+
+def filled(body: str, found: Layout, count: int, parameters: int, dimension: int, counted: bool) -> str:
+    """The text of a module. It names the sources of the lanes by their hash, so that an edit there renews it."""
     body = expanded(body, count, dimension)
-    body = body.replace("N + ", f"{count} + ").replace("SIGNATURE", SIGNATURE)
+    body = body.replace("N + ", f"{count} + ")
     body = body.replace("PARAMETERS", "".join(f"p_[{i}], " for i in range(parameters)))
     body = body.replace("COUNT", f"p_[{parameters}] += 8 *") if counted else re.sub(r"\n *COUNT.*", "", body)
-    options = OPTIONS.replace(", cache=True", "")
-    parts = (f"# {lanes_digest()}", text.HEAD, *code((*values, *derivatives)), body)
-    return "\n".join(parts).replace("OPTIONS", options), words is not text.FIRST_ORDER
+    equations = code((*found.values, *(value for _, _, value in found.derivatives)))
+    parts = (f"# {lanes_digest()}", text.HEAD, *equations, body)
+    return "\n".join(parts).replace("OPTIONS", OPTIONS.replace(", cache=True", ""))
 
 
-def newton(trace: Trace, values: Sequence[Value], state: Sequence[Node]) -> tuple[str, list[Value]]:
-    """What a round does to its new slopes g, and the derivatives that it needs beside them.
-
-    Where the equations are dear and few, the next changes are foreseen with their derivatives; else g is taken as it is.
-    """
-    plain, count = "g@ = lanes(g[@])", len(values)
-    if count > MOST_NEWTON or not any(x.operation in DEAR for x in reached(values) if x.level == ROUND):
-        return plain, []
-    found = [(i, j, trace.derivative(x, y, {})) for i, x in enumerate(values) for j, y in enumerate(state)]
-    found = [entry for entry in found if not number(entry[2], 0)]
-    lines = [f"d{i} = lanes(g[{i}]) - f{i}" for i in range(count)]
+def correction(found: Layout) -> str:
+    """What a round does to its new slopes g: with derivatives, the changes that they foresee are made at once."""
+    if not found.derivatives:
+        return "g@ = lanes(g[@])"
+    count = len(found.values)
+    lines = ["d@ = lanes(g[@]) - f@"]
     for _ in range(FORESEEN):
-        lines.append("{shift}")
-        for i in range(count):
-            sums = "lanes(0.0)"
-            for n, (row, j, _value) in enumerate(found):
-                if row == i:
-                    sums = f"fma(lanes(g[{count + n}]), {'s' if j < count else 'w'}{j % count}, {sums})"
-            lines.append(f"c{i} = {sums}")
-        lines += [f"d{i} = (lanes(g[{i}]) - f{i}) + c{i}" for i in range(count)]
-    lines += [f"g{i} = lanes(g[{i}]) + c{i}" for i in range(count)]
-    return "\n        ".join(lines), [value for _, _, value in found]
+        lines += ["{shift}", *(["{lost}"] if found.second_order else []), "c@ = lanes(0.0)"]
+        for n, (i, j, _value) in enumerate(found.derivatives):
+            lines.append(f"c{i} = fma(lanes(g[{count + n}]), {'s' if j < count else 'w'}{j % count}, c{i})")
+        lines.append("d@ = (lanes(g[@]) - f@) + c@")
+    return "\n        ".join([*lines, "g@ = lanes(g[@]) + c@"])
 
 
 def expanded(source: str, count: int, dimension: int) -> str:

@@ -40,8 +40,8 @@ STAGES, MONOMIALS, POWERS, NODES, WEIGHTS, POSITIONS, SIXTH, SEVENTH, AHEAD, ONC
 HEAD = f"""
 import math
 import numpy as np
-from gnomon.harness.integrators import lanes_math
-from gnomon.harness.integrators.lanes import fma, lane, lanes, products, row, size, total, with_lane
+from gnomon.harness.integrators.lanes import fma, highest, lane, lanes, larger, products, put, row, size, total, with_lane
+from gnomon.harness.integrators.lanes_math import sin_and_cos
 from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
@@ -99,15 +99,20 @@ FIRST_ORDER = {
     "rate": "y@",
     "slope": "slopes((<|lanes(y%), |>), forcing(lanes(0.0), k), k)",
     "first": "0.1 * largest / fastest if largest > 0.0 and fastest > 0.0 else 1e-3 * end",
+    "blur": "0.0",
 }
 SECOND_ORDER = FIRST_ORDER | {
-    "prepare": "b@ = fma(hh * row(table, NODES), lanes(y[N + @]), lanes(y[@]))",
-    "place": "q = products(table, STAGES, (<|f@, |>))\n        x@ = fma(hh * hh, q[@], b@)",
+    "prepare": "b@ = fma(hh * row(table, NODES), lanes(y[N + @]), lanes(y[@]))\n    "
+    "e@ = fma(hh * row(table, NODES), lanes(y[N + @]), lanes(y[@]) - b@) + lanes(low[@])",
+    "lost": "s@ = s@ + (fma(hh * hh, p[@], b@ - x@) + e@)",
+    "place": "p = products(table, STAGES, (<|f@, |>))\n        x@ = fma(hh * hh, p[@], b@)",
     "shift": "q = products(table, STAGES, (<|d@, |>))\n        s@ = hh * hh * q[@]",
     "moved": "<|h * y[N + @] + (h * h * total(f@ * row(table, POSITIONS)) + h * low[N + @] + low[@]), |>"
     "<|h * total(f@ * row(table, WEIGHTS)) + low[N + @], |>",
     "rate": "y[N + @]",
-    "first": "0.1 * (largest / fastest + np.sqrt(np.abs(furthest / fastest))) if fastest > 0.0 else 1e-3 * end",
+    "first": "0.1 * (largest / fastest + np.sqrt(furthest / fastest)) "
+    "if fastest > 0.0 and furthest + largest > 0.0 else 1e-3 * end",
+    "blur": "4 * ROUNDOFF * furthest / (step * step)",
 }
 WITH_VELOCITY = SECOND_ORDER | {
     "place": SECOND_ORDER["place"] + "\n        v = products(table, ONCE, (<|f@, |>))"
@@ -118,7 +123,7 @@ WITH_VELOCITY = SECOND_ORDER | {
 
 STAGES_OF_A_STEP = """
 @njit(INLINE OPTIONS)
-def NAME(t, h, y, f, k, table, fine, noise, sure, expected):
+def NAME(t, h, y, low, f, k, table, fine, noise, sure, expected):
     <|f@, |> = f
     hh = lanes(h)
     w = forcing(fma(hh, row(table, NODES), lanes(t)), k)
@@ -161,7 +166,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
     end = times[-1]
     # Sums of times stay exact while steps are multiples of the spacing of numbers next to this one.
     grid = 2.0 ** np.ceil(np.log2(end)) if end > 0.0 else 1.0
-    share = SHARE * max(tolerance, 8 * ROUNDOFF)
+    share = SHARE * max(tolerance, ROUNDOFF / 4)
     noise = NOISE * ROUNDOFF / share
     taken = 0
     for n in range(initial.shape[0]):
@@ -200,9 +205,13 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 break
             largest = 0.0
             largest = max(largest, size@)
-            least = step * largest * max(LEAST, 16 * ROUNDOFF / tolerance)
+            # At an equilibrium slopes are small against the terms that cancel in them, and round-off is what remains.
+            blur, weakest = {blur}, np.inf
+            least = max(step * largest * max(LEAST, 16 * ROUNDOFF / tolerance), step * blur)
             scale@ = max(max(abs({rate}), step * size@), least) + TINY
             fine@ = step / (8 * share * scale@)
+            weakest = min(weakest, scale@)
+            cloud = noise * max(1.0, step * blur / (4 * ROUNDOFF * weakest))
             if step == last:
                 ahead = products(table, AHEAD, (<|old@, |>))
             else:
@@ -210,7 +219,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 m = products(table, MONOMIALS, (<|old@, |>))
                 ahead = products(table, POWERS, (<|m[@] * ratios, |>))
             sure = SURE if t > 0.0 else 1.0
-            rounds, rate, f = stages(t, step, y, ahead, k, table, (<|fine@, |>), noise, sure, 0.0)
+            rounds, rate, f = stages(t, step, y, low, ahead, k, table, (<|fine@, |>), cloud, sure, 0.0)
             COUNT abs(rounds)
             if rounds < 0:
                 stiff += 1
@@ -220,8 +229,8 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             error = 0.0
             f@ = lanes(f[@])
             size@ = total(size(f@)) / 8
-            seventh@ = total(f@ * row(table, SEVENTH))
-            sixth@ = total(f@ * row(table, SIXTH))
+            seventh@ = max(abs(total(f@ * row(table, SEVENTH))) - blur, 0.0)
+            sixth@ = max(abs(total(f@ * row(table, SIXTH))) - blur, 0.0)
             error += (seventh@ * seventh@ + LESS * sixth@ * sixth@) / ((size@ + TINY) * scale@)
             error *= ERRS * step / tolerance
             wanted = root_15(max(error, TINY)) / SAFETY
@@ -249,7 +258,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                         x = fma(lanes(part / step), row(table, NODES), lanes(-1.0))
                         near = (<|at(m[@], x), |>)
                         again, ignored, settled = aside(
-                            t, part, y, near, k, table, (<|fine@, |>), noise, 1e-3, max(rate, 1e-3)
+                            t, part, y, low, near, k, table, (<|fine@, |>), cloud, 1e-3, max(rate, 1e-3)
                         )
                         near = settled if again > 0 else near
                         COUNT abs(again)

@@ -127,6 +127,22 @@ def _total(builder: Any, a: Any) -> Any:
 total = emitting(1, _total, types.float64)
 
 
+larger = emitting(2, lambda builder, a, b: builder.select(builder.fcmp_unordered(">", a, b), a, b))
+"""Of each lane the larger; what is not a number in `a` stays."""
+
+
+def _highest(builder: Any, a: Any) -> Any:
+    """The largest lane; not a number where any lane is."""
+    for half in (4, 2, 1):
+        b = shuffled(builder, a, [(i + half) % WIDTH for i in range(WIDTH)])
+        unordered = builder.fcmp_unordered("uno", b, b)
+        a = builder.select(builder.or_(unordered, builder.fcmp_ordered(">", b, a)), b, a)
+    return builder.extract_element(a, ir.Constant(ir.IntType(32), 0))
+
+
+highest = emitting(1, _highest, types.float64)
+
+
 @intrinsic
 def lanes(typingctx: Any, value: Any) -> Any:
     """A number in every lane; a vector as it is."""
@@ -158,11 +174,15 @@ def with_lane(typingctx: Any, a: Any, index: Any, value: Any) -> Any:
     return LANES(LANES, types.int64, types.float64), generate
 
 
-def _row(context: Any, builder: Any, table: Any, index: Any) -> Any:
-    """Eight doubles of a table (rows, 8)."""
+def _row_pointer(context: Any, builder: Any, table: Any, index: Any) -> Any:
     data = context.make_array(TABLE)(context, builder, table).data
     pointer = builder.gep(data, [builder.mul(index, ir.Constant(ir.IntType(64), WIDTH))])
-    return builder.load(builder.bitcast(pointer, ir.PointerType(DOUBLES)), align=8)
+    return builder.bitcast(pointer, ir.PointerType(DOUBLES))
+
+
+def _row(context: Any, builder: Any, table: Any, index: Any) -> Any:
+    """Eight doubles of a table (rows, 8)."""
+    return builder.load(_row_pointer(context, builder, table, index), align=8)
 
 
 @intrinsic
@@ -173,6 +193,18 @@ def row(typingctx: Any, table: Any, index: Any) -> Any:
         return _row(context, builder, *values)
 
     return LANES(TABLE, types.int64), generate
+
+
+@intrinsic
+def put(typingctx: Any, table: Any, index: Any, value: Any) -> Any:
+    """Write a row of a table (rows, 8)."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        table, index, value = values
+        builder.store(value, _row_pointer(context, builder, table, index), align=8)
+        return context.get_dummy_value()
+
+    return types.none(TABLE, types.int64, LANES), generate
 
 
 @intrinsic

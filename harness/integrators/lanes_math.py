@@ -138,6 +138,14 @@ def cos_lanes(a):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")  # type: ignore[misc]
+def sin_and_cos(a):  # type: ignore[no-untyped-def]
+    """Both for little more than one of them."""
+    if all_within(size(a), lanes(MOST_ANGLE)):
+        return quarter_turns(a, 0.0), quarter_turns(a, 1.0)
+    return scalar_sin(a), scalar_cos(a)
+
+
+@njit(error_model="numpy")  # type: ignore[misc]
 def exp_lanes(a):  # type: ignore[no-untyped-def]
     if not all_within(size(a), lanes(MOST_EXPONENT)):
         return scalar_exp(a)

@@ -227,9 +227,18 @@ def code(values: Sequence[Value]) -> tuple[str, str, str]:
         return f"{'kw'[value.level]}[{lent[id(value)]}]"
 
     lent: dict[int, int] = {}
+    both = pairs(nodes)
+    written: dict[int, str] = {}
     for i, node in enumerate(nodes):
         local[id(node)] = f"n{i}" if node.arguments else node.operation
-        if node.arguments:
+        if node.arguments and id(node) in both:
+            sine, cosine = both[id(node)]
+            if id(sine) not in written:
+                argument = name(node.arguments[0], node.level)
+                lines[node.level].append(f"    n{i}s, n{i}c = sin_and_cos(lanes({argument}))\n")
+                written.update({id(sine): f"n{i}s", id(cosine): f"n{i}c"})
+            local[id(node)] = written[id(node)]
+        elif node.arguments:
             text = expression(node.operation, [name(x, node.level) for x in node.arguments])
             lines[node.level].append(f"    n{i} = {text}\n")
         if node.level < ROUND and any((id(node), level) in wanted for level in range(node.level + 1, ROUND + 1)):
@@ -243,6 +252,13 @@ def code(values: Sequence[Value]) -> tuple[str, str, str]:
         for head, body, tail in zip(heads, lines, returned, strict=True)
     )
     return run, step, each
+
+
+def pairs(nodes: Sequence[Node]) -> dict[int, tuple[Node, Node]]:
+    """For each sine and cosine, on vectors, whose counterpart of the same angle is wanted too: both of them."""
+    found = {(x.operation, id(x.arguments[0])): x for x in nodes if x.operation in ("sin", "cos") and x.level > RUN}
+    both = [(x, found["cos", key]) for (name, key), x in found.items() if name == "sin" and ("cos", key) in found]
+    return {id(x): pair for pair in both for x in pair}
 
 
 def expression(operation: str, arguments: Sequence[str]) -> str:

@@ -176,6 +176,78 @@ def test_trajectories_together_are_those_one_by_one() -> None:
     assert np.array_equal(solve(starts).states, together)
 
 
+def pendulums(count: int) -> Floats:
+    return np.column_stack([np.linspace(0.5, 2.5, count), np.zeros(count)])
+
+
+def test_an_ensemble_is_as_good_as_its_trajectories() -> None:
+    """Eight trajectories share their steps, so errors are others than of each alone; the bound is that of one alone."""
+    case = get("pendulum_simple").rounded()
+    starts = pendulums(21)
+    solution = GaussFast().prepare(problem_of(case, GaussFast.accepts), 1e-11)(starts)
+    assert solution.stopped is None
+    for i in (0, 7, 8, 20):
+        own = get("pendulum_simple", initial_state=tuple(starts[i].tolist()), span=float(case.span)).rounded()
+        assert np.array_equal(own.times, case.times)
+        assert np.max(own.metric.distance(solution.states[i], own.sample(own.times))) < 1e-11 * 1e3
+    again = GaussFast().prepare(problem_of(case, GaussFast.accepts), 1e-11)(starts)
+    assert np.array_equal(again.states, solution.states)
+
+
+@pytest.mark.parametrize("name", ["damped_oscillator", pytest.param("euler_top", marks=pytest.mark.slow)])
+def test_an_ensemble_of_first_order_equations(name: str) -> None:
+    """Of the oscillator with damping, q'' = a(t, q, q'), and of the rigid body, which has no second-order form."""
+    case = get(name).rounded()
+    starts = np.repeat(initial_state(case)[None], 17, axis=0)
+    solution = GaussFast().prepare(problem_of(case, GaussFast.accepts), 1e-11)(starts)
+    errors = [np.max(case.metric.distance(states, case.sample(case.times))) for states in solution.states]
+    assert max(errors) < 1e-11 * 1e3
+
+
+def test_one_trajectory_that_stops_leaves_the_others_of_an_ensemble_alone() -> None:
+    case = get("pendulum_simple").rounded()
+    solve = GaussFast().prepare(problem_of(case, GaussFast.accepts), 1e-9)
+    starts = pendulums(24)
+    starts[10, 1] = math.nan
+    solution = solve(starts)
+    assert solution.stopped is not None
+    assert "of trajectory 11" in solution.stopped
+    assert np.isfinite(np.delete(solution.states, 10, axis=0)).all()
+    assert np.array_equal(solution.states[9], solve(starts[9:10]).states[0]), "its vector was left to single steps"
+
+
+def test_counts_of_an_ensemble_are_of_all_its_trajectories() -> None:
+    case = get("pendulum_simple").rounded()
+    problem = counting(problem_of(case, GaussFast.accepts))
+    solution = GaussFast().prepare(problem, 1e-9)(pendulums(16))
+    assert problem.buffer[-1] >= 2 * 8 * solution.steps  # type: ignore[operator]
+
+
+@pytest.mark.parametrize(
+    ("name", "variant"), [("central_force_logarithmic", "circle"), ("moment_of_momentum_pendulum", "braked")]
+)
+def test_equilibria_and_starts_from_rest(name: str, variant: str) -> None:
+    """Slopes that are exactly 0 at the start, or round-off all along, are no reason to stop."""
+    error, _, solution = solved(name, variant, 1e-12)
+    assert solution.stopped is None
+    assert error < 1e-11
+
+
+def test_the_first_step_is_as_good_as_the_others() -> None:
+    """The rigid body starts with rates and entries of R that are 0: their first changes are no measure of convergence."""
+    errors = [solved("euler_top", None, tolerance)[0] for tolerance in (1e-5, 1e-7, 1e-9)]
+    assert errors[1] < errors[0] / 10
+    assert errors[2] < errors[1] / 10
+
+
+def test_the_pendulum_of_the_timing_tables_reaches_the_floor_of_binary64() -> None:
+    """A hundred periods of some thirty steps: each rounds an energy of 2 to 2e-17 of it, which a random walk and the
+    growth of a phase error with time make 1e-12."""
+    error, _, solution = solved("pendulum_simple", "speed", 1e-15)
+    assert solution.stopped is None
+    assert error < 3e-12
+
+
 def test_samples_do_not_change_the_steps() -> None:
     case = get("kepler_orbit").rounded()
     problem = problem_of(case, GaussFast.accepts)

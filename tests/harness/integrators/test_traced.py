@@ -1,0 +1,124 @@
+"""Traced equations: the same numbers as the case's own, and derivatives that mpmath confirms."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import mpmath
+import pytest
+from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
+from gnomon.cases.case import Case
+from gnomon.cases.forms import FirstOrder
+from gnomon.cases.registry import get
+from gnomon.harness.integrators.traced import Trace, code, number, traced
+
+CASES = (
+    "pendulum_simple", "kepler_orbit", "forced_oscillator", "lagrange_top", "euler_top", "relativistic_charge",
+    "pendulum_on_cart", "foucault_pendulum_linear", "cycloidal_pendulum",
+)  # fmt: skip
+
+
+def case_and_form(name: str) -> tuple[Case, FirstOrder]:
+    case = get(name).rounded()
+    return case, next(form for form in case.all_forms() if isinstance(form, FirstOrder))
+
+
+def evaluated(
+    values: Sequence[Any], t: float, state: Sequence[float], parameters: Sequence[float]
+) -> tuple[float, ...]:
+    """The generated code run on floats."""
+    space: dict[str, Any] = {
+        "math": math, "lanes": float, "njit": lambda **_: lambda f: f, "sin_and_cos": lambda x: (math.sin(x), math.cos(x)),
+    }  # fmt: skip
+    exec("".join(code(values)).replace(", OPTIONS", ""), space)
+    k = space["constants"](parameters)
+    return tuple(space["slopes"](state, space["forcing"](t, k), k))
+
+
+def scene(case: Case) -> tuple[float, list[float], list[float]]:
+    """A time, a state with no component at a special place, parameters."""
+    state = [float(x) + 0.0625 * (i + 1) / 8 for i, x in enumerate(case.initial_state)]
+    return 0.375, state, [float(x) for x in case.parameter_values()]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_code_gives_the_same_numbers(name: str) -> None:
+    case, form = case_and_form(name)
+    t, state, parameters = scene(case)
+    _, values = traced(FirstOrder(form.equations), len(state), len(parameters))
+    expected = form.equations(t, tuple(state), tuple(parameters))
+    assert evaluated(values, t, state, parameters) == tuple(float(x) for x in expected)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_derivatives(name: str) -> None:
+    """Against central differences in fifty digits, whose error is of the order of their step squared, 1e-30."""
+    case, form = case_and_form(name)
+    t, state, parameters = scene(case)
+    trace, values = traced(FirstOrder(form.equations), len(state), len(parameters))
+    found = [trace.derivative(value, y, {}) for y in trace.state for value in values]
+    numbers = iter(evaluated(found, t, state, parameters))
+    with mpmath.workdps(50):
+        equations, h = rebind(form.equations, mpmath_arithmetic(mpmath.mp)), mpmath.mpf(10) ** -15
+        for j in range(len(state)):
+            sides = []
+            for sign in (1, -1):
+                moved = [mpmath.mpf(x) + sign * h * (i == j) for i, x in enumerate(state)]
+                sides.append(equations(mpmath.mpf(t), tuple(moved), tuple(mpmath.mpf(x) for x in parameters)))
+            for plus, minus in zip(*sides, strict=True):
+                exact = (plus - minus) / (2 * h)
+                # Some twenty roundings of binary64, of terms that may cancel to a hundredth.
+                assert abs(next(numbers) - exact) < 1e-12 * (1 + abs(exact))
+
+
+def test_rules_of_every_function() -> None:
+    """Each function's derivative at a place inside its domain, by mpmath's own numerical one."""
+    names = (
+        "sin",
+        "cos",
+        "tan",
+        "asin",
+        "acos",
+        "atan",
+        "sinh",
+        "cosh",
+        "tanh",
+        "asinh",
+        "atanh",
+        "sqrt",
+        "exp",
+        "log",
+    )
+    for name in (*names, "acosh"):
+        trace = Trace(1, 0)
+        value = trace.function(name)(trace.state[0])
+        at = 1.5 if name == "acosh" else 0.375
+        (found,) = evaluated([trace.derivative(value, trace.state[0], {})], 0.0, [at], [])
+        assert found == pytest.approx(float(mpmath.diff(getattr(mpmath, name), at)), rel=1e-9), name
+
+
+def test_functions_and_powers_of_two_arguments() -> None:
+    trace = Trace(2, 0)
+    x, y = trace.state
+    for value, plain in (
+        (trace.function("atan2")(x, y), mpmath.atan2),
+        (trace.function("hypot")(x, y), mpmath.hypot),
+        (x**y, lambda a, b: a**b),
+        (x**3 / y**2, lambda a, b: a**3 / b**2),
+        (2**x - y, lambda a, b: 2**a - b),
+    ):
+        found = evaluated([trace.derivative(value, by, {}) for by in (x, y)], 0.0, [1.25, 0.75], [])
+        for n, derivative in zip(((1, 0), (0, 1)), found, strict=True):
+            assert derivative == pytest.approx(float(mpmath.diff(plain, (1.25, 0.75), n)), rel=1e-9)
+
+
+def test_what_is_zero_or_met_twice_costs_nothing() -> None:
+    trace = Trace(2, 1)
+    x, y = trace.state
+    assert (x * y) + (x * y) is (x * y) + (x * y)
+    assert number(0 * x, 0)
+    assert x * 1 is x
+    assert x - 0 is x
+    assert number(trace.derivative(trace.parameters[0] * y, x, {}), 0)
