@@ -84,6 +84,7 @@ _MODULES = {
     "pendulum_on_cart": "cart_pendulum:PendulumOnCart",
     "two_mass_spring": "pair:TwoMassSpring",
     "center_of_mass_motion": "pair:CenterOfMassMotion",
+    "exploding_projectile": "fragments:ExplodingProjectile",
     "dumbbell_free_flight": "pair:DumbbellFreeFlight",
     "atwood_pulley_systems": "uniform:AtwoodPulleySystems",
     "wedge_block_energy_momentum": "uniform:WedgeBlock",
