@@ -64,7 +64,7 @@ def ratio_text(ratio: float) -> str:
     """A ratio to two or three figures."""
     if not math.isfinite(ratio):
         return "–"
-    return f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:,.0f}".replace(",", " ")
+    return f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:,.0f}".replace(",", "\u202f")
 
 
 def scene_name(case: str, variant: str, formulation: str) -> str:

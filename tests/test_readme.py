@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -59,3 +60,42 @@ def test_the_integrator_of_the_readme_runs(project: Path, named: str) -> None:
     # second order: half the step, a quarter of the error, at the small steps
     ratio = good["error_max"].iloc[1] / good["error_max"].iloc[0]
     assert 3.5 < ratio < 4.5
+
+
+def _commands() -> list[list[str]]:
+    """The commands of the section "Use", without their comments."""
+    (block,) = re.findall(r"## Use\n\n```\n(.*?)```", README.read_text(), re.S)
+    return [shlex.split(line, comments=True) for line in block.splitlines()]
+
+
+def test_the_options_of_the_readme_exist(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    from gnomon.harness import cli
+
+    monkeypatch.setenv("COLUMNS", "200")
+    for _, command, *arguments in _commands():
+        monkeypatch.setattr("sys.argv", ["gnomon", command, "--help"])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        assert not ended.value.code
+        text = capfd.readouterr().out
+        for option in (word for word in arguments if word.startswith("--")):
+            assert option in text
+
+
+def test_the_files_of_the_readme_exist() -> None:
+    for target in re.findall(r"\]\(([^)]+)\)", README.read_text()):
+        assert (README.parent / target).is_file()
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_readme_run(tmp_path: Path) -> None:
+    """In their order, as they stand; `compare` on the run that the one before it made, and the catalogue not at all."""
+    for words in _commands():
+        if "catalogue" in words:
+            continue
+        named = {"BASE.sqlite": "runs/kepler.sqlite", "RUN.sqlite": "runs/kepler.sqlite"}
+        command = [str(Path(sys.executable).parent / "gnomon"), *(named.get(word, word) for word in words[1:])]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+    for name in ("pendulum.svg", "runs/kepler/index.html", "runs/certificates.json", "results.csv"):
+        assert (tmp_path / name).stat().st_size > 100
