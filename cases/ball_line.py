@@ -141,7 +141,7 @@ def never_touching(t: Any, state: Values, parameters: Values) -> str:
 
 
 class _BallLineCase(Case):
-    _FREE: ClassVar[Equations]
+    _FREE: Equations
     _PAIRS: ClassVar[tuple[tuple[Equations, Equations, Equations], ...]]
     """Guard, reset and nearest state on the guard of each pair of neighbours."""
 
@@ -166,7 +166,7 @@ class _BallLineCase(Case):
     def forms(self) -> tuple[Hybrid, ...]:
         return (
             Hybrid(
-                modes=(Mode("free", type(self)._FREE),),
+                modes=(Mode("free", self._FREE),),
                 start=never_touching,
                 transitions=tuple(
                     Transition(f"impact_{i}{i + 1}", "free", guard, -1, reset, "free", onto)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from fractions import Fraction
 from functools import cached_property
 from math import sin, sqrt
 from typing import Any, ClassVar
@@ -47,6 +49,10 @@ def bullet_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 def in_flight(t: Any, state: Values, parameters: Values) -> str:
     return "flight" if state[0] < 0 else "swing"
+
+
+def _number(value: Fraction) -> Callable[[Any], Any]:
+    return lambda mp: mp.mpf(value)
 
 
 class BallisticPendulumCase(Case):
@@ -98,7 +104,8 @@ class BallisticPendulumCase(Case):
     @cached_property
     def _exact(self) -> BallisticPendulum:
         x, _, u, _ = self.initial_state
-        return BallisticPendulum(*self.parameter_values(), x, u)
+        g, length, m, M = self.parameter_values()
+        return BallisticPendulum(g, length, m, M, x, u)
 
     def motion(self) -> BallisticPendulum:
         return self._exact
@@ -143,5 +150,5 @@ class BallisticPendulumCase(Case):
         g, length, _, _ = self.parameter_values()
         rise = min((motion.rate * length) ** 2 / (2 * g), 2 * length)
         exact = {"rate": motion.rate, "rise": rise, "energy_lost": motion.energy_lost}
-        found = {name: motion._quantity(digits, lambda mp, v=value: mp.mpf(v)) for name, value in exact.items()}
+        found = {name: motion._quantity(digits, _number(value)) for name, value in exact.items()}
         return found | {"swing_angle": motion.swing.amplitude(digits)}

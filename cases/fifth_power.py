@@ -112,7 +112,7 @@ class CentralForceFifthPower(IntegratedCase):
 
     def natural_span(self) -> Number:
         """Of a start of one's own a third of the time scale: no collision comes sooner than that."""
-        own = (self.initial_state, self.parameters["k"]) != ((1, 0, 0, 1), 2)
+        own = self.initial_state != tuple(map(Fraction, (1, 0, 0, 1))) or self.parameters["k"] != 2
         return 0.3 * self.time_scale if own else self.default_span
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:

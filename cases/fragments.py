@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -33,6 +34,10 @@ def bursts(t: Any, state: Values, parameters: Values) -> Values:
 
 def whole_or_burst(t: Any, state: Values, parameters: Values) -> str:
     return "whole" if t < parameters[3] else "burst"
+
+
+def _number(value: Fraction) -> Callable[[Any], Any]:
+    return lambda mp: mp.mpf(value)
 
 
 class ExplodingProjectile(Case):
@@ -75,7 +80,9 @@ class ExplodingProjectile(Case):
 
     @cached_property
     def _exact(self) -> Fragments:
-        return Fragments(*self.parameter_values(), self.initial_state[:4], self.initial_state[4:])  # type: ignore[arg-type]
+        g, m1, m2, burst, wx, wy = self.parameter_values()
+        x1, y1, x2, y2, u1, w1, u2, w2 = self.initial_state
+        return Fragments(g, m1, m2, burst, wx, wy, (x1, y1, x2, y2), (u1, w1, u2, w2))
 
     def motion(self) -> Fragments:
         return self._exact
@@ -120,4 +127,4 @@ class ExplodingProjectile(Case):
         if motion.g:
             rise = (motion.m1 * vy1 + motion.m2 * vy2) / (motion.m1 + motion.m2)
             found["apex"] = max(rise, Fraction(0)) ** 2 / (2 * motion.g)
-        return {name: motion._quantity(digits, lambda mp, v=value: mp.mpf(v)) for name, value in found.items()}
+        return {name: motion._quantity(digits, _number(value)) for name, value in found.items()}

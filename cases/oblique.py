@@ -115,7 +115,9 @@ class ObliqueImpact(Case):
 
     @cached_property
     def _exact(self) -> DiscImpact:
-        return DiscImpact(*self.parameter_values(), self.initial_state[:4], self.initial_state[4:])  # type: ignore[arg-type]
+        m1, m2, reach, e = self.parameter_values()
+        x1, y1, x2, y2, u1, w1, u2, w2 = self.initial_state
+        return DiscImpact(m1, m2, reach, e, (x1, y1, x2, y2), (u1, w1, u2, w2))
 
     def motion(self) -> DiscImpact:
         return self._exact

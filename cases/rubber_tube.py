@@ -179,7 +179,8 @@ class RubberTubeThick(WellCase):
     @cached_property
     def _exact(self) -> ThickTube:
         gam, w, p = self.parameter_values()
-        return ThickTube(gam, w, *self.initial_state, p)
+        x, v = self.initial_state
+        return ThickTube(gam, w, x, v, p)
 
     @property
     def forms(self) -> tuple[FirstOrder, ...]:

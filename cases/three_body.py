@@ -188,7 +188,7 @@ class EquilateralThreeBody(IntegratedCase):
             return None
         return Homographic(tuple(G * m for m in masses), tuple(vectors[:3]), tuple(vectors[3:]))  # type: ignore[arg-type]
 
-    def motion(self) -> Motion:
+    def motion(self) -> Motion:  # type: ignore[override]
         return self.triangle or self._exact
 
     @property

@@ -112,7 +112,7 @@ class Homographic(Conic):
         return places + velocities
 
 
-def keeps_its_shape(places: Sequence[Vector], velocities: Sequence[Vector]) -> bool:
+def keeps_its_shape(places: Sequence[Sequence[Fraction]], velocities: Sequence[Sequence[Fraction]]) -> bool:
     """Whether three bodies stand in an equilateral triangle and move as one similarity that turns, decided exactly."""
     first, second = (_minus(places[i], places[0]) for i in (1, 2))
     pace, other = (_minus(velocities[i], velocities[0]) for i in (1, 2))
@@ -131,7 +131,7 @@ def keeps_its_shape(places: Sequence[Vector], velocities: Sequence[Vector]) -> b
     return True
 
 
-def _minus(a: Vector, b: Vector) -> Vector:
+def _minus(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
