@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
-from collections.abc import Sequence
+import operator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -106,11 +109,13 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     rows = []
     usable = frame[np.isfinite(frame["error_max"]) & (frame["seconds_median"] > 0)]
     usable = usable[usable["status"].isin(["ok", "inaccurate"])]
-    for key, series in usable.groupby(SERIES, dropna=False):
-        launches = [launch.sort_values("setting", ascending=False) for _, launch in series.groupby("launch")]
-        full = max(map(len, launches))
+    for key, series in _series(usable.sort_values("setting", ascending=False), "launch", "error_max", "seconds_median"):
+        launches: dict[int, list[tuple[float, float]]] = {}
+        for row in series:
+            launches.setdefault(row["launch"], []).append((row["error_max"], row["seconds_median"]))
+        full = max(map(len, launches.values()))
         # A launch that was cut short says nothing of the sweep's end.
-        sweeps = [(p["error_max"].to_numpy(), p["seconds_median"].to_numpy()) for p in launches if len(p) == full]
+        sweeps = [np.array(launches[launch]).T for launch in sorted(launches) if len(launches[launch]) == full]
         for target in targets:
             found = [time_at(errors, seconds, target) for errors, seconds in sweeps]
             times = np.array([seconds for seconds, _ in found if math.isfinite(seconds)])
@@ -131,21 +136,20 @@ def trust(reduced: pd.DataFrame) -> pd.DataFrame:
     the settings above the attainable error: below it a tolerance asks for the impossible.
     """
     rows = []
-    for key, series in reduced[~reduced["status"].isin(NEVER_RAN)].groupby(SERIES, dropna=False):
-        good = series[series["status"] == "ok"]
+    columns = ("status", "setting", "setting_kind", "sampling", "error_max", "conditioning", "floor")
+    for key, series in _series(reduced[~reduced["status"].isin(NEVER_RAN)], *columns):
+        good = [row for row in series if row["status"] == "ok"]
         record: dict[str, Any] = dict(zip(SERIES, key, strict=True))
-        record |= {"settings": len(series), "ok": len(good), "sampling": series["sampling"].iloc[0]}
-        record |= dict.fromkeys(
-            ("best", "at", "attainable", "over_tolerance", "worst_over_tolerance", "turns"), math.nan
-        )
-        if len(good):
-            best = good.loc[good["error_max"].idxmin()]
-            record |= {"best": best["error_max"], "at": best["setting"], "turns": good["turns"].max()}
+        record |= {"settings": len(series), "ok": len(good), "sampling": series[0]["sampling"]}
+        record |= dict.fromkeys(("best", "at", "attainable", "over_tolerance", "worst_over_tolerance"), math.nan)
+        if good:
+            best = min(good, key=lambda row: row["error_max"])
+            record |= {"best": best["error_max"], "at": best["setting"]}
             record["attainable"] = float(np.nanmax([best["conditioning"], best["floor"], 0.0]))
-        asked = good[(good["setting_kind"] == "tolerance") & (good["setting"] > record["attainable"])]
-        if len(asked):
-            over = asked["error_max"] / asked["setting"]
-            record |= {"over_tolerance": float(over.median()), "worst_over_tolerance": float(over.max())}
+        asked = [r for r in good if r["setting_kind"] == "tolerance" and r["setting"] > record["attainable"]]
+        if asked:
+            over = [row["error_max"] / row["setting"] for row in asked]
+            record |= {"over_tolerance": float(np.median(over)), "worst_over_tolerance": max(over)}
         rows.append(record)
     return pd.DataFrame(rows)
 
@@ -157,21 +161,27 @@ def status_matrix(reduced: pd.DataFrame) -> pd.DataFrame:
     sweep that we ended before the time limit (`skipped`) was not broken by the integrator, and does not count as such.
     """
     rows = []
-    for key, series in reduced.groupby(SERIES, dropna=False):
-        counts = series["status"].value_counts().to_dict()
-        good = series[series["status"] == "ok"]
-        broken = series[~series["status"].isin(["ok", "skipped"])]
-        shown = broken if len(broken) else series[series["status"] != "ok"]
-        verdict = (
-            "ok" if len(good) and not len(broken) else "partly" if len(good) else max(counts, key=counts.__getitem__)
-        )
+    for key, series in _series(reduced, "status", "reason", "error_max"):
+        counts = dict(Counter(row["status"] for row in series).most_common())
+        good = [row["error_max"] for row in series if row["status"] == "ok"]
+        broken = [row for row in series if row["status"] not in ("ok", "skipped")]
+        shown = (broken or [row for row in series if row["status"] != "ok"])[:1]
+        verdict = "ok" if good and not broken else "partly" if good else next(iter(counts))
         record: dict[str, Any] = dict(zip(SERIES, key, strict=True))
         record |= {"verdict": verdict, "ok": len(good), "settings": len(series), "counts": counts}
-        record["best"] = float(good["error_max"].min()) if len(good) else math.nan
-        record["failure"] = str(shown["status"].iloc[0]) if len(shown) else ""
-        record["reason"] = str(shown["reason"].iloc[0]) if len(shown) else ""
+        record["best"] = min(good, default=math.nan)
+        record["failure"] = "".join(str(row["status"]) for row in shown)
+        record["reason"] = "".join(str(row["reason"]) for row in shown)
         rows.append(record)
     return pd.DataFrame(rows)
+
+
+def _series(frame: pd.DataFrame, *columns: str) -> Iterator[tuple[tuple[str, ...], list[dict[str, Any]]]]:
+    """Key and rows of each series, in the order of the keys; plain rows, since a frame a series takes far longer."""
+    rows = frame[[*SERIES, *columns]].to_dict("records")
+    key = operator.itemgetter(*SERIES)
+    for names, members in itertools.groupby(sorted(rows, key=key), key):
+        yield names, list(members)
 
 
 def failures(reduced: pd.DataFrame) -> pd.DataFrame:
