@@ -31,6 +31,7 @@ SCENES = [
     ("kepler_orbit", "speed_e06", False),
     ("kepler_orbit", "speed_e06", True),
     ("kepler_orbit", "speed_e099", True),
+    ("lagrange_top_attitude", "speed", False),
     ("euler_top", "speed", False),
     ("forced_oscillator", "speed", False),
 ]
@@ -69,12 +70,53 @@ def test_against_heyoka(benchmark: Any, name: str, variant: str, sundman: bool) 
     assert any(row["ratio"] for row in rows.values()), "neither comparison was possible"
 
 
-def interleaved(sides: Sequence[Sequence[Callable[[Any], Any]]], start: Any) -> list[list[float]]:
+TRAJECTORIES = 10_000
+ENSEMBLE_TOLERANCES = [10.0 ** (-k / 2) for k in range(14, 27, 2)]
+TURNS = 3
+
+
+def test_an_ensemble_against_heyoka_in_batches(benchmark: Any) -> None:
+    """1e4 pendulums of different amplitude, both on all the cores that this process may use, microseconds each.
+
+    The error is the largest of eight of them, spread over the amplitudes.
+    """
+    pytest.importorskip("heyoka", reason="heyoka is optional: pip install 'gnomon[peers]'")
+    case = get("pendulum_simple", "speed").rounded()
+    starts = np.column_stack([np.linspace(0.5, 2.5, TRAJECTORIES), np.zeros(TRAJECTORIES)])
+    judged = np.linspace(0, TRAJECTORIES - 1, 8).astype(int)
+    span = float(case.span)
+    exact = [get("pendulum_simple", "speed", tuple(starts[i].tolist()), span).rounded() for i in judged]
+    truth = [own.sample(case.times) for own in exact]
+    sides: list[tuple[list[float], list[Callable[[Any], Any]]]] = []
+    for integrator in (GaussFast(), Taylor()):
+        errors, solves = [], []
+        for tolerance in ENSEMBLE_TOLERANCES:
+            solve = integrator.prepare(problem_of(case, integrator.accepts), tolerance)
+            solution = solve(starts[np.r_[judged, judged]])
+            assert solution.stopped is None
+            found = zip(exact, solution.states, truth, strict=False)
+            errors.append(max(float(np.max(own.metric.distance(states, true))) for own, states, true in found))
+            solves.append(solve)
+        sides.append((errors, solves))
+    milliseconds = interleaved([solves for _, solves in sides], starts, TURNS)
+    rows = {}
+    for error in ERRORS:
+        ours, peer = (at_error(error, errors, times) for (errors, _), times in zip(sides, milliseconds, strict=True))
+        each = [time and time / TRAJECTORIES * 1e3 for time in (ours, peer)]
+        rows[f"{error:g}"] = {"gauss": each[0], "heyoka": each[1], "ratio": peer / ours if ours and peer else None}
+    benchmark.extra_info["microseconds_a_trajectory"] = rows
+    benchmark.pedantic(sides[0][1][0], (starts,), rounds=1)
+    assert any(row["ratio"] for row in rows.values()), "no comparison was possible"
+
+
+def interleaved(
+    sides: Sequence[Sequence[Callable[[Any], Any]]], start: Any, repeats: int = REPEATS
+) -> list[list[float]]:
     """Median milliseconds of each, the sides taking turns so that a slow spell of the machine falls on both."""
     times: list[list[list[int]]] = [[[] for _ in side] for side in sides]
     gc.disable()
     try:
-        for _ in range(REPEATS):
+        for _ in range(repeats):
             for k in range(max(map(len, sides))):
                 for side, kept in zip(sides, times, strict=True):
                     if k < len(side):
