@@ -15,7 +15,7 @@ report: $(VENV)/installed
 	$(BIN)/gnomon run --suite standard --out $(RUN)
 	$(BIN)/gnomon report $(RUN) --to reports
 
-# Every variant too, published: about 5 minutes on 2 cores. The page of the next `make report` shows it.
+# Every variant too, published: about 6 minutes on 2 cores. The page of the next `make report` shows it.
 certificates: $(VENV)/installed
 	$(BIN)/gnomon certify --all --to reports/certificates.json
 

@@ -14,7 +14,8 @@ VARIANTS = [None, *(variant.name for variant in FoucaultLinear.variants)]
 def test_certified_by_residual_taylor_and_invariants(name):
     certificate = certify(cases.get(name, span=60))
     assert certificate.passed
-    assert len(certificate.ways) == 4
+    assert {"rounding", "residual", "invariants"} < set(certificate.ways)
+    assert {"taylor", "windows"} & set(certificate.ways)
 
 
 @pytest.mark.parametrize("variant", ["turntable"])

@@ -12,7 +12,8 @@ VARIANTS = [None, *(variant.name for variant in ProjectileParabola.variants)]
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_certified_by_residual_taylor_and_invariants(variant):
     certificate = certify(cases.get("projectile_parabola", variant))
-    assert len(certificate.ways) == 4
+    assert {"rounding", "residual", "invariants"} < set(certificate.ways)
+    assert {"taylor", "windows"} & set(certificate.ways)
     assert certificate.digits >= 48
 
 
