@@ -88,15 +88,15 @@ class EngineeringDesignAnalysis(WellCase):
     default_state = ("0.9", 0, 0, 16)
     domain = Domain(
         {
-            "g": positive(5.0, 12.0),
-            "m": positive(0.5, 2.0),
-            "M": Range(low=0.0, typical=(0.0, 3.0)),
-            "L": positive(0.2, 0.5),
-            "I": positive(0.02, 0.2),
-            "theta": Range(low=-pi, high=pi, typical=(0.5, 1.2)),
+            "g": positive(9.0, 10.0),
+            "m": positive(1.0, 2.0),
+            "M": Range(low=0.0, typical=(0.0, 2.0)),
+            "L": positive(0.25, 0.3),
+            "I": positive(0.05, 0.1),
+            "theta": Range(low=-pi, high=pi, typical=(0.8, 1.1)),
             "phi": Range(typical=(-3.0, 3.0)),
-            "rate": Range(typical=(-0.5, 0.5)),
-            "spin": Range(typical=(10.0, 14.0)),
+            "rate": Range(typical=(-0.3, 0.3)),
+            "spin": Range(typical=(14.0, 16.0)),
         },
         (Rule("the energy is below that of the arms straight up (they swing)", lambda n: _motion(n).swings),),
     )

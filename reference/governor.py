@@ -10,9 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
+import flint
+from gnomon.reference.phase import Balls
 from gnomon.reference.precision import working
 from gnomon.reference.well import WellMotion
 
@@ -91,6 +93,9 @@ class Governor(WellMotion):
         return mp.mpf(self.inertia) + 2 * mp.mpf(self.m * self.length**2) * mp.sin(x) ** 2
 
     def _momentum(self, mp: Any) -> Any:
+        return _kept_momentum(self, mp, flint.ctx.prec if mp is Balls else mp.prec)
+
+    def _own_momentum(self, mp: Any) -> Any:
         return self._inertia(mp, mp.mpf(self.theta)) * mp.mpf(self.spin)
 
     def _begin(self) -> tuple[Fraction, Fraction]:
@@ -129,9 +134,12 @@ class Governor(WellMotion):
 
     def _potential(self, mp: Any, x: Any) -> Any:
         """From theta = 0, so that a small hill shows."""
-        momentum, weight = self._momentum(mp), 2 * mp.mpf((self.m + self.sleeve) * self.g * self.length)
-        lost = mp.mpf(self.m * self.length**2) / mp.mpf(self.inertia) * mp.sin(x) ** 2 / self._inertia(mp, x)
-        return 2 * weight * mp.sin(x / 2) ** 2 - momentum**2 * lost
+        half = mp.sin(x / 2) ** 2
+        square, moment = 4 * half * (1 - half), mp.mpf(self.m * self.length**2)
+        about = mp.mpf(self.inertia) * (mp.mpf(self.inertia) + 2 * moment * square)
+        return 4 * mp.mpf((self.m + self.sleeve) * self.g * self.length) * half - (
+            self._momentum(mp) ** 2 * moment * square / about
+        )
 
     def _slope(self, mp: Any, x: Any) -> Any:
         weight = 2 * mp.mpf((self.m + self.sleeve) * self.g * self.length)
@@ -146,3 +154,9 @@ class Governor(WellMotion):
 
     def _turned(self, mp: Any, carried: Sequence[Any], period: Any) -> Sequence[Any]:
         return mp.zero, carried[0], mp.zero, mp.zero
+
+
+@lru_cache(maxsize=64)
+def _kept_momentum(motion: Governor, mp: Any, bits: int) -> Any:
+    """At the precision in force, `bits`: integrals ask for it thousands of times."""
+    return motion._own_momentum(mp)

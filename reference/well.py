@@ -121,6 +121,7 @@ class WellMotion(Motion):
 
     def _edge(self, mp: Any, energy: Any, inside: Any, wall: Any, side: int) -> Any:
         """Where V = E on one side of the bottom: bisection until Newton's method is safe, then that."""
+        bottom = inside
         width = mp.one if mp.isinf(wall) else abs(wall - inside) / 2
         outside = inside + side * width
         while self._potential(mp, outside) <= energy:
@@ -134,7 +135,7 @@ class WellMotion(Motion):
                 outside = middle
             step = (self._potential(mp, outside) - energy) / self._slope(mp, outside)
             # V is convex enough once a step is small against the width it starts from
-            if abs(step) < abs(outside - self._bottom(mp)) / 10**8:
+            if abs(step) < abs(outside - bottom) / 10**8:
                 break
         for _ in range(60):
             step = (self._potential(mp, outside) - energy) / self._slope(mp, outside)
