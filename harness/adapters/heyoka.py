@@ -68,7 +68,7 @@ class Taylor(Integrator):
         @cache
         def batches() -> list[Any]:
             """One batch integrator for each core, compiled when the first ensemble comes."""
-            start, width = np.zeros((problem.dimension, BATCH)), len(os.sched_getaffinity(0))
+            start, width = np.zeros((problem.dimension, BATCH)), os.cpu_count() or 1
             first = heyoka.taylor_adaptive_batch(system(problem), start, tol=setting)
             return [first, *(copy.deepcopy(first) for _ in range(width - 1))]
 

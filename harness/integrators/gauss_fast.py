@@ -70,7 +70,7 @@ class GaussFast(Integrator):
 
         def together(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> Solution:
             eight, shape = gauss_fast_kernel.compiled_ensemble(*arguments)
-            workers = 1 if problem.counted else len(os.sched_getaffinity(0))
+            workers = 1 if problem.counted else os.cpu_count() or 1
 
             def part(first: int) -> tuple[int, list[int]]:
                 here = slice(first, first + CHUNK)
