@@ -118,7 +118,7 @@ class RollingDisc(IntegratedCase):
         ),
         Variant(
             "spinning_unstable",
-            "the same 1 % below the limit: the tilt grows",
+            "spins 1 % below that limit: the tilt grows",
             initial_state=(0, 0, "1.570795", 0, 0, 0, "5.547", 0),
             span="12.3",
         ),
@@ -132,7 +132,7 @@ class RollingDisc(IntegratedCase):
             "nearly_flat",
             "whirls 0.02 rad above the ground before it comes to rest: a coin's last moments, without friction",
             initial_state=(0, 0, "0.02", 0, 0, 0, "0.9", "0.01"),
-            span="0.53",
+            span="0.23",
         ),
         Variant(
             "grazing",
