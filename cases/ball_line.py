@@ -195,6 +195,12 @@ class _BallLineCase(Case):
 
     def events(self, digits: int = 15) -> tuple[Event, ...]:
         """One for each impact, named by the balls."""
+        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
+        if digits not in known:
+            known[digits] = self._listed(digits)
+        return known[digits]
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         found, legs = [], self._exact.legs
 
         def published(values: tuple[Fraction, ...]) -> tuple[Any, ...]:
