@@ -137,8 +137,20 @@ def _kernel(
     counted: bool,
     outputs: int | None = None,
 ) -> Kernel:
+    return _generated(tuple(functions.items()), call, lead, states, parameters, counted, outputs or states)
+
+
+@cache
+def _generated(
+    functions: tuple[tuple[str, Callable[..., Any]], ...],
+    call: str,
+    lead: int,
+    states: int,
+    parameters: int,
+    counted: bool,
+    outputs: int,
+) -> Kernel:
     """`out` gets the second half of y (`lead` values, for q' = v) and then the values of `call`."""
-    outputs = states if outputs is None else outputs
     # The call is written with y and p as tuples, unpacked from the arrays.
     lines = [f"y = ({_items('y_', states)})", f"p = ({_items('p_', parameters)})", f"r = {call}"]
     lines += [f"out[{i}] = y[{lead + i}]" for i in range(lead)]
@@ -147,7 +159,7 @@ def _kernel(
         lines.append(f"p_[{parameters}] += 1.0")
     body = textwrap.indent("\n".join(lines), "    ")
     source = (
-        f"{gather(functions)}\n\n"
+        f"{gather(dict(functions))}\n\n"
         f"@njit({OPTIONS})\ndef kernel(t, y_, p_, out):\n{body}\n\n"
         f"@njit({OPTIONS})\n"
         f"def array(t, y_, p_):\n    out = np.empty({outputs})\n    kernel(t, y_, p_, out)\n    return out\n\n"

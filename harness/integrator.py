@@ -123,8 +123,8 @@ class Integrator(ABC):
     conserves: ClassVar[tuple[str, ...]] = ()
     """Properties that the method claims: symplectic, reversible, momentum, attitude."""
     everywhere: ClassVar[bool] = True
-    """False for a sibling of a method that runs everywhere: a suite takes it on default settings, and on hard variants
-    where it is named."""
+    """False for a sibling of a method that runs everywhere: a suite takes it on default settings in one launch, and
+    elsewhere where it is named."""
 
     @abstractmethod
     def prepare(self, problem: Problem, setting: float) -> Solve: ...

@@ -33,7 +33,7 @@ class Judge:
     """Judges the outcomes of one case in one formulation."""
 
     def __init__(self, case: Case, formulation: Formulation | None, truth: Truth) -> None:
-        self.case, self.formulation, self.truth = case, formulation, truth
+        self.case, self.formulation, self.truth, self.metric = case, formulation, truth, case.metric
         self.parameters = tuple(float(value) for value in case.parameter_values())
 
     def problem(self, form: Any) -> Problem:
@@ -84,7 +84,7 @@ class Judge:
                 "error_max": math.nan,
             }
         with np.errstate(all="ignore"):  # wild but finite states overflow on the way to a large error
-            errors = self.case.metric.distance(states, self.truth.exact, self.truth.times)
+            errors = self.metric.distance(states, self.truth.exact, self.truth.times)
         if not np.all(np.isfinite(errors)):
             return {"status": "diverged", "reason": "states too large to measure", "error_max": math.nan}
         status, reason = self.status(errors)
@@ -97,7 +97,7 @@ class Judge:
             "error_rms": float(np.sqrt(np.mean(errors**2))),
             "error_phase": phase,
             "error_shape": shape,
-            "turns": self.case.metric.turns(states, self.truth.exact),
+            "turns": self.metric.turns(states, self.truth.exact),
             "invariant_drift": {name: float(np.max(drift)) for name, drift in self.drift(states).items()},
         }
 
@@ -118,7 +118,7 @@ class Judge:
         """
         if self._flow is None:
             return math.nan, math.nan
-        groups = self.case.metric.groups
+        groups = self.metric.groups
         error = np.hstack([g.difference(states, self.truth.exact) / g.scale for g in groups])
         phase = np.einsum("ij,ij->i", error, self._flow)
         across = error - phase[:, np.newaxis] * self._flow
@@ -185,7 +185,7 @@ class Judge:
                 for t, x in zip(self.truth.times, self.truth.exact, strict=True)
             ]
         )
-        scaled = np.hstack([rates[:, list(g.indices)] / g.scale for g in self.case.metric.groups])
+        scaled = np.hstack([rates[:, list(g.indices)] / g.scale for g in self.metric.groups])
         norms = np.linalg.norm(scaled, axis=1, keepdims=True)
         return np.asarray(np.divide(scaled, norms, out=np.zeros_like(scaled), where=norms > 0))
 

@@ -30,7 +30,7 @@ LONG = 1000.0
 """Time scales in a span beyond which a variant needs more time than the others."""
 FEWEST = 8
 """A sweep has at least this many settings."""
-SIBLING = ("skipped", "a suite takes this integrator on default settings only; name it to run it here")
+SIBLING = ("skipped", "a suite takes this integrator on default settings only, once; name it to run it here")
 DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 """Steps on the variants `engines`, whose sample times are multiples of 0.01 s."""
 _SOURCES = ("gnomon.harness.integrators", "gnomon.harness.adapters", "gnomon.harness.compile")
@@ -52,7 +52,7 @@ class Suite:
     variants: bool
     limit_seconds: float
     variant_limit_seconds: float
-    long_limit_seconds: float = 0.2
+    long_limit_seconds: float = 0.15
     block_seconds: float = 0.005
     repeats: int = 40
 
@@ -91,7 +91,7 @@ FOUNDATION = (
 """Cases that between them exercise every form."""
 
 SUITES = {
-    "standard": Suite("standard", FOUNDATION, 5, True, 0.4, 0.05),
+    "standard": Suite("standard", FOUNDATION, 5, True, 0.3, 0.04),
     "quick": Suite("quick", FOUNDATION, 1, False, 0.05, 0.05, block_seconds=0.002),
     "catalogue": Suite("catalogue", (), 1, True, 0.1, 0.05),
 }

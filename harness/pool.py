@@ -17,7 +17,7 @@ from gnomon.harness.worker import Order, Outcome, Task, serve, take_output
 
 PREPARE_SECONDS = 60.0
 """The deadline of one preparation: compiling with cold caches on a busy machine takes several seconds."""
-GRACE_SECONDS = 0.3
+GRACE_SECONDS = 0.15
 """What a stage may take beyond the trial's limit before it is killed: start of the call, message, scheduling."""
 
 

@@ -47,7 +47,7 @@ def run(
     with progress, Store(path) as results:
         known, broken = _truths(series, progress)
         number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe())
-        run_ = _Run(results, number, suite, known, progress)
+        run_ = _Run(results, number, suite, known, progress, siblings)
         run_.plan(series)
         method = "fork" if any(registry.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
         Pool(workers, method, prepare_seconds).run(run_.sweeps())
@@ -95,9 +95,16 @@ class _Run:
     """The work of one run: which sweeps there are, in which order, and where their measurements go."""
 
     def __init__(
-        self, results: Store, number: int, suite: Suite, truths: Mapping[CaseSpec, Truth], progress: Progress
+        self,
+        results: Store,
+        number: int,
+        suite: Suite,
+        truths: Mapping[CaseSpec, Truth],
+        progress: Progress,
+        siblings: bool,
     ) -> None:
         self.results, self.number, self.suite, self.truths, self.progress = results, number, suite, truths, progress
+        self.siblings = siblings
         self.judges: dict[CaseSpec, Judge] = {}
         self.work: list[tuple[Series, tuple[Trial, ...], Judge]] = []
         self.history = results.history()
@@ -129,7 +136,7 @@ class _Run:
             (launch, one, trials, judge)
             for launch in range(1, self.suite.launches + 1)
             for one, trials, judge in self.work
-            if launch == 1 or one.case.variant is None
+            if launch == 1 or (one.case.variant is None and (self.siblings or one.integrator.everywhere))
         ]
         pending = [item for item in launches if any((t.key, item[0]) not in self.history for t in item[2])]
         self.progress.begin("series", len(pending))

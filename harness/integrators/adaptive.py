@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Callable
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -81,8 +82,7 @@ class Adaptive(Integrator):
         run = compiled_whole(
             type(self).loop, SIGNATURE, (*self.constants(), ("MOST_STEPS", self.most_steps)), self.pieces
         )
-        with working(DIGITS) as mp:
-            table = rounded(self.rows(mp))
+        table = _table(type(self))
         address, buffer, times = kernel.address, problem.buffer, problem.times
 
         def solve(initial: Floats) -> Solution:
@@ -92,6 +92,13 @@ class Adaptive(Integrator):
             return Solution(out, int(steps), reason(stop, self.most_steps))
 
         return solve
+
+
+@cache
+def _table(method: type[Adaptive]) -> Floats:
+    """The coefficients in binary64, rounded once from high precision."""
+    with working(DIGITS) as mp:
+        return rounded(method.rows(mp))
 
 
 def check_tolerance(setting: float, least: float = LEAST_TOLERANCE) -> None:

@@ -8,6 +8,7 @@ returns to Python only where a transition's target is a Python function.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -265,6 +266,7 @@ SIGNATURE = (
 )
 
 
+@cache
 def compiled(form: Hybrid, dimension: int, parameters: int) -> Callable[..., int]:
     """`run`, compiled with the modes and transitions of a case. Each right-hand side raises p[parameters] by 1."""
     parts = ["import numpy as np", "from numba import njit"]
