@@ -52,7 +52,7 @@ class Suite:
     variants: bool
     limit_seconds: float
     variant_limit_seconds: float
-    long_limit_seconds: float = 0.15
+    long_limit_seconds: float = 0.12
     block_seconds: float = 0.005
     repeats: int = 40
 
@@ -91,7 +91,7 @@ FOUNDATION = (
 """Cases that between them exercise every form."""
 
 SUITES = {
-    "standard": Suite("standard", FOUNDATION, 5, True, 0.3, 0.04),
+    "standard": Suite("standard", FOUNDATION, 5, True, 0.25, 0.03),
     "quick": Suite("quick", FOUNDATION, 1, False, 0.05, 0.05, block_seconds=0.002),
     "catalogue": Suite("catalogue", (), 1, True, 0.1, 0.05),
 }
