@@ -59,12 +59,17 @@ def _cpu() -> str:
 
 
 def _revision() -> str | None:
-    """The git revision that gnomon runs from, with + where files differ from it; None outside a working tree."""
+    """The git revision that gnomon runs from, with + where files differ from it; None outside a working tree.
+
+    The published report does not count: it is what a run is for.
+    """
     folder = Path(__file__).resolve().parent
     try:
         options = {"cwd": folder, "capture_output": True, "text": True, "timeout": 10, "check": True}
         head = subprocess.run(["git", "rev-parse", "--short=12", "HEAD"], **options).stdout.strip()  # type: ignore[call-overload]
-        changed = subprocess.run(["git", "status", "--porcelain", "-uno"], **options).stdout.strip()  # type: ignore[call-overload]
+        changed = subprocess.run(
+            ["git", "status", "--porcelain", "-uno", "--", ":/", ":(exclude,top)reports"], **options
+        ).stdout.strip()  # type: ignore[call-overload]
     except (OSError, subprocess.SubprocessError):
         return None
     return f"{head}{'+' if changed else ''}"

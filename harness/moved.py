@@ -19,25 +19,29 @@ SHARE = 1e-3
 PROBE = 2.0**-20
 """The relative move that decides whether equal answers from moved states were a coincidence of rounding."""
 _ATTEMPTS = 10_000
+_ENCODED_ATTEMPTS = 100
 
 
 def moved_states(case: Case, formulation: Formulation | None, sizes: Floats) -> Iterator[Floats]:
     """Distinct initial states (dim,), the nearest first, all within the case's domain and none the unmoved one."""
     state = np.array([float(value) for value in case.initial_state])
     unit = np.array([math.ulp(max(abs(x), SHARE * size)) for x, size in zip(state, sizes, strict=True)])
-    return _distinct(case, formulation, state, unit)
+    return _distinct(case, formulation, state, unit, 2.0**-52)
 
 
 def probe_state(case: Case, formulation: Formulation | None, sizes: Floats) -> Floats:
     """An initial state so far off that no solution of it has the same bits."""
     state = np.array([float(value) for value in case.initial_state])
     unit = np.maximum(np.abs(state), SHARE * sizes) * PROBE
-    return next(_distinct(case, formulation, state, unit))
+    return next(_distinct(case, formulation, state, unit, PROBE))
 
 
-def _distinct(case: Case, formulation: Formulation | None, state: Floats, unit: Floats) -> Iterator[Floats]:
+def _distinct(
+    case: Case, formulation: Formulation | None, state: Floats, unit: Floats, relative: float
+) -> Iterator[Floats]:
     start = initial_state(case, formulation)
     given = {start.tobytes()}
+    least = 0.0 if formulation is None else math.ulp(SHARE * float(np.max(np.abs(start))))
     failures = 0
     for move in _moves(len(state)):
         moved = state + np.array(move) * unit
@@ -47,14 +51,20 @@ def _distinct(case: Case, formulation: Formulation | None, state: Floats, unit: 
             found = moved
             if formulation is not None:
                 found = initial_state(case.with_numbers(moved.tolist(), case.parameters), formulation)
-            if found.tobytes() not in given:
+            if found.tobytes() not in given and np.any(np.abs(found - start) >= least):
                 given.add(found.tobytes())
                 failures = 0
                 yield found
                 continue
         failures += 1
+        if formulation is not None and failures > _ENCODED_ATTEMPTS:
+            break
         if failures > _ATTEMPTS:
             raise ValueError(f"{case.id}: no state next to the initial state is within the domain")
+    # At an edge of the formulation (the cycloid's cusp in arc length) neighbours of the state are one and the same to
+    # rounding: there the encoded state itself moves, inward.
+    for k in itertools.count(1):
+        yield start * (1.0 - k * relative)
 
 
 def _moves(dimension: int) -> Iterator[tuple[int, ...]]:

@@ -217,6 +217,16 @@ def test_moved_states_are_distinct_near_and_in_the_domain(name: str) -> None:
         case.with_numbers(x.tolist(), case.parameters)  # raises outside the domain
 
 
+def test_at_the_edge_of_a_formulation_the_encoded_state_moves() -> None:
+    """In arc length the neighbours of the cusp are the cusp, to rounding."""
+    case = cases.get("cycloidal_pendulum", "cusp_to_cusp").rounded()
+    (formulation,) = case.formulations
+    found = list(itertools.islice(moved_states(case, formulation, np.ones(2)), 10))
+    arcs = [float(arc) for arc, _ in found]
+    assert len(set(arcs)) == 10
+    assert all(1 - 2e-15 < arc < 1 for arc in arcs)
+
+
 def test_the_sweep_of_an_integrator_with_steps_starts_below_its_coarsest() -> None:
     assert plan._steps(Steps(coarsest=0.1, halvings=3), 1.0, 1.0)[0] == 1 / 16
     assert plan._steps(Steps(coarsest=0.1, halvings=3), 0.01, 1.0)[0] == 0.01
