@@ -109,22 +109,28 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     rows = []
     usable = frame[np.isfinite(frame["error_max"]) & (frame["seconds_median"] > 0)]
     usable = usable[usable["status"].isin(["ok", "inaccurate"])]
-    for key, series in _series(usable.sort_values("setting", ascending=False), "launch", "error_max", "seconds_median"):
-        launches: dict[int, list[tuple[float, float]]] = {}
+    columns = ("launch", "setting", "error_max", "seconds_median")
+    for key, series in _series(usable.sort_values("setting", ascending=False), *columns):
+        launches: dict[int, dict[float, float]] = {}
+        errors: dict[int, dict[float, float]] = {}
         for row in series:
-            launches.setdefault(row["launch"], []).append((row["error_max"], row["seconds_median"]))
-        full = max(map(len, launches.values()))
-        # A launch that was cut short says nothing of the sweep's end.
-        sweeps = [np.array(launches[launch]).T for launch in sorted(launches) if len(launches[launch]) == full]
+            launches.setdefault(row["launch"], {})[row["setting"]] = row["seconds_median"]
+            errors.setdefault(row["launch"], {})[row["setting"]] = row["error_max"]
+        # Slow settings are launched once: the errors are those of the fullest launch, a launch without times near the
+        # target has no say.
+        sweep = errors[max(sorted(errors), key=lambda launch: len(errors[launch]))]
         for target in targets:
-            found = [time_at(errors, seconds, target) for errors, seconds in sweeps]
+            found = [
+                time_at(list(sweep.values()), [seconds.get(setting, math.nan) for setting in sweep], target)
+                for seconds in launches.values()
+            ]
             times = np.array([seconds for seconds, _ in found if math.isfinite(seconds)])
             if len(times):
                 bound = any(loosest for _, loosest in found)
                 middle = float(np.median(times))
                 rows.append((*key, target, middle, times.min(), times.max(), len(times), bound))
-    columns = [*SERIES, "target", "seconds", "low", "high", "launches", "at_loosest"]
-    table = pd.DataFrame(rows, columns=columns)
+    named = [*SERIES, "target", "seconds", "low", "high", "launches", "at_loosest"]
+    table = pd.DataFrame(rows, columns=named)
     fastest = table.groupby(["case", "variant", "formulation", "target"])["seconds"].transform("min")
     return table.assign(ratio=table["seconds"] / fastest, tied=table["seconds"] < CLAIM * fastest)
 

@@ -90,3 +90,11 @@ def test_a_stored_run_is_read(synthetic_results: Path) -> None:
     assert (table["ratio"] >= 1).all()
     assert (table.groupby(["case", "variant", "target"])["ratio"].min() == 1).all()
     assert set(analysis.trust(analysis.settings(frame))["integrator_id"]) == set(frame["integrator_id"])
+
+
+def test_slow_settings_of_one_launch_leave_the_medians_of_the_others() -> None:
+    rows = _rows("one", [1e-2, 1e-4, 1e-6], [1.0, 2.0, 4.0])
+    short = rows[(rows["launch"] == 0) | (rows["setting"] > 0.25)]
+    table = analysis.equal_error(short, targets=[1e-2, 1e-6]).set_index("target")
+    assert (table.loc[1e-2, "launches"], table.loc[1e-2, "seconds"]) == (2, pytest.approx(1.05))
+    assert (table.loc[1e-6, "launches"], table.loc[1e-6, "seconds"]) == (1, 4.0)
