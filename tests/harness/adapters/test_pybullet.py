@@ -135,8 +135,11 @@ SMOOTH = [
 
 @pytest.mark.parametrize("name", SMOOTH)
 def test_scene_moves_as_its_case(name: str) -> None:
-    """First order over 8 time scales: half the step, half the error, and the next term is a hundredth of it."""
-    case = get(name, span=8 * get(name).time_scale).rounded()
+    """First order over 8 time scales: half the step, half the error, and the next term is a hundredth of it.
+
+    Or over the case's own span where that is shorter: beyond it a motion may end in the centre of attraction.
+    """
+    case = get(name, span=min(8 * get(name).time_scale, float(get(name).span))).rounded()
     exact = case.sample(case.times)
     coarse, fine = (
         float(np.max(case.metric.distance(states(PyBullet, case, float(case.times[0]) / parts), exact)))
