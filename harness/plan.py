@@ -52,8 +52,8 @@ class Suite:
     variants: bool
     limit_seconds: float
     variant_limit_seconds: float
-    long_limit_seconds: float = 0.12
-    block_seconds: float = 0.005
+    long_limit_seconds: float = 0.1
+    block_seconds: float = 0.003
     repeats: int = 40
 
     def within(self, limit_seconds: float) -> Suite:
@@ -91,7 +91,7 @@ FOUNDATION = (
 """Cases that between them exercise every form."""
 
 SUITES = {
-    "standard": Suite("standard", FOUNDATION, 5, True, 0.25, 0.03),
+    "standard": Suite("standard", FOUNDATION, 5, True, 0.25, 0.02),
     "quick": Suite("quick", FOUNDATION, 1, False, 0.05, 0.05, block_seconds=0.002),
     "catalogue": Suite("catalogue", (), 1, True, 0.1, 0.05),
 }

@@ -86,6 +86,7 @@ def _follow(module: str, within: tuple[str, ...], seen: dict[str, str]) -> None:
             _follow(name, within, seen)
 
 
+@cache
 def _imports(text: str) -> set[str]:
     """Absolute imports anywhere in the text, those inside functions too; `from a import b` may mean module a.b."""
     found: set[str] = set()

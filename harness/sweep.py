@@ -15,7 +15,7 @@ from gnomon.harness.truth import CaseSpec
 from gnomon.harness.worker import Order, Outcome, Task
 from numpy.typing import NDArray
 
-RELAUNCHED_SECONDS = 0.02
+RELAUNCHED_SECONDS = 0.01
 """Trials above this are launched once: what is that slow is on nobody's Pareto front, and would fill the run."""
 MOST_GROWTH = 16.0
 """A prediction takes ratios of times up to this: below a tenth of a millisecond they are noise."""

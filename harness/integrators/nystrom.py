@@ -243,6 +243,7 @@ class DormandPrinceNystrom12(Nystrom):
     """Dormand, El-Mikkawy and Prince's pair RKN 12(10)17M (IMA J. Numerical Analysis 7, 1987). Order 12."""
 
     name, order, lower = "RKN 12(10)", 12, 10
+    everywhere = False
     sweep = Tolerance(1e-3, 1e-14)
     nodes, stages = published.NODES, published.STAGES
     positions, velocities = published.POSITIONS, published.VELOCITIES

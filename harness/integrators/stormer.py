@@ -139,6 +139,7 @@ class Stormer12(Stormer):
     """Twelve accelerations. Order 12."""
 
     name, order = "Störmer 12", 12
+    everywhere = False
     sweep = Steps(coarsest=0.125, halvings=7)
 
 
