@@ -136,6 +136,8 @@ def run(
         chosen_suite = chosen_suite.within(limit)
     chosen = _chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
     integrators = registry.find_all(integrator)
+    if not (integrator or chosen_suite.siblings):
+        integrators = tuple(one for one in integrators if one.everywhere)
     for one in integrators if integrator else ():
         reason = registry.missing(one)
         if reason is not None:
