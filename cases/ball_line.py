@@ -193,14 +193,8 @@ class _BallLineCase(Case):
         count = len(self.state) // 2
         return self._masses, self.parameters["e"], self.initial_state[:count], self.initial_state[count:]
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        """One for each impact, named by the balls."""
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
+        """One for each impact, named by the balls."""
         found, legs = [], self._exact.legs
 
         def published(values: tuple[Fraction, ...]) -> tuple[Any, ...]:

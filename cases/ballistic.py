@@ -135,12 +135,6 @@ class BallisticPendulumCase(Case):
         after = 4 * small if swing.regime == Pendulum.SEPARATRIX else 2.37 * float(swing.period())
         return float(self._exact.impact_time) + after
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
         motion = self._exact
         if motion.impact_time > self.span:

@@ -167,7 +167,7 @@ class BilliardBallCase(Case):
     def scene(self) -> SceneForm:
         return SCENE
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         """The end of the sliding."""
         if not self._ends or self._exact.rolling_time(20) > self.span:
             return ()

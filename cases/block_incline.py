@@ -188,7 +188,7 @@ class BlockInclineFriction(Case):
     def scene(self) -> SceneForm:
         return scene_of(self.parameter_values())
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         """The stop, `stop_up` or `stop_down` by the direction of the motion that ends."""
         motion, zero = self._exact, mpf(0)
         if not motion.stops or motion.stop_time(20) > self.span:

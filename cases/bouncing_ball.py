@@ -166,14 +166,8 @@ class BouncingBall(Case):
     def scene(self) -> SceneForm:
         return SCENE
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        """Impacts (`bounce`) up to the last sample or the first gap below `settle`, after which comes `limit`."""
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
+        """Impacts (`bounce`) up to the last sample or the first gap below `settle`, after which comes `limit`."""
         motion, zero, e = self._exact, mpf(0), self.parameters["e"]
         end = Fraction(float(self.times[-1]))
         impacts = motion.impact_list(Fraction(self.forms[0].settle), end, digits)

@@ -170,7 +170,7 @@ class BouncingBallIncline(Case):
             ),
         )
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         """Impacts, and the `limit` after which the ball slides."""
         found = []
         for event in self._ball.events(digits):

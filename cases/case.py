@@ -184,7 +184,17 @@ class Case:
         return {}
 
     def events(self, digits: int = 15) -> tuple[Event, ...]:
-        """The events of a hybrid motion within the span, in order."""
+        """The events of a hybrid motion within the span, in order; each case lists them once a precision."""
+        if digits not in self._events:
+            self._events[digits] = self._listed(digits)
+        return self._events[digits]
+
+    @cached_property
+    def _events(self) -> dict[int, tuple[Event, ...]]:
+        return {}
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """What `events` gives: a hybrid case overrides this."""
         return ()
 
     def between(self, t: float) -> Between:

@@ -97,12 +97,6 @@ class _ChainOverEdge(Case):
             return 10 * self.time_scale
         return 1.15 * float(self._exact.end_time()) + 0.1 * self.time_scale
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
         motion = self._exact
         if motion.rests or motion.s0 >= motion.end or motion.end_time(20) > self.span:

@@ -155,20 +155,17 @@ class ChainQuarterCircle(Case):
         length, g = self.parameters["L"], self.parameters["g"]
         return float(self._exact.event_times()[2]) + 0.2 * sqrt(float(length / g))
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         """`hangs`, `enters`, `leaves`."""
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            motion = self._exact
-            rows = zip(
-                ("hangs", "enters", "leaves"),
-                motion.event_times(digits),
-                motion.event_places(digits),
-                motion.event_speeds(digits),
-                strict=True,
-            )
-            known[digits] = tuple(Event(t, name, (s, v), (s, v)) for name, t, s, v in rows if t <= self.span)
-        return known[digits]
+        motion = self._exact
+        rows = zip(
+            ("hangs", "enters", "leaves"),
+            motion.event_times(digits),
+            motion.event_places(digits),
+            motion.event_speeds(digits),
+            strict=True,
+        )
+        return tuple(Event(t, name, (s, v), (s, v)) for name, t, s, v in rows if t <= self.span)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """When the tail is off the circle, and how fast the chain is then."""

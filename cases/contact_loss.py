@@ -118,14 +118,8 @@ class _ContactLossCase(Case):
         g, radius = map(float, self.parameter_values())
         return sqrt(radius / g)
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        """`leaves`, where the normal force vanishes."""
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
+        """`leaves`, where the normal force vanishes."""
         motion = self._exact
         if not motion.leaves or motion.leaving_time(20) > self.span:
             return ()

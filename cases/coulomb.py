@@ -144,14 +144,8 @@ class CoulombFrictionOscillator(Case):
             return periods
         return 1.13 * float(self._exact.turn_time(turns))
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        """`turn_right` ends a motion to the right, `turn_left` one to the left; at the last the mass stays."""
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
+        """`turn_right` ends a motion to the right, `turn_left` one to the left; at the last the mass stays."""
         motion, found, turn = self._exact, list[Event](), 1
         while motion.turns is None or turn <= motion.turns:
             time = motion.turn_time(turn, digits)

@@ -162,19 +162,13 @@ class PendulumQuadraticDamping(Case):
         half = math.pi / math.sqrt(float(self.parameters["w2"]))
         return float(self._exact.turning_point(wanted)[0]) + 0.37 * half
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         """The rests."""
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = tuple(self._listed(digits))
-        return known[digits]
-
-    def _listed(self, digits: int) -> list[Event]:
         found: list[Event] = []
         while True:
             time, angle = self._exact.turning_point(len(found) + 1, digits)
             if time > self.span:
-                return found
+                return tuple(found)
             found.append(Event(time, "rest", (angle, mpf(0)), (angle, mpf(0))))
 
     def same_course(self, other: Case) -> bool:

@@ -134,14 +134,8 @@ class InkJetPrinter(Case):
         motion = self._exact
         return 1.27 * float(motion.time_at(motion.paper)) if motion.reaches(motion.paper) else 3.1 * self.time_scale
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        """`leaves` the plates, `lands` on the paper."""
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
+        """`leaves` the plates, `lands` on the paper."""
         motion, found = self._exact, list[Event]()
         for name, place in (("leaves", motion.plates), ("lands", motion.paper)):
             if motion.x >= place or not motion.reaches(place) or motion.time_at(place, 20) > self.span:

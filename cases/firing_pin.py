@@ -144,14 +144,8 @@ class TorpedoFiringPin(Case):
         """A third past the end of the motion."""
         return 1.37 * float(self._exact.end_time()) if self._exact.moves else 3.7 * self.time_scale
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        """`strike`, or `stop` short of the primer."""
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
+        """`strike`, or `stop` short of the primer."""
         motion, zero = self._exact, mpf(0)
         if not motion.moves or motion.end_time(20) > self.span:
             return ()

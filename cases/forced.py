@@ -336,12 +336,6 @@ class TimeVaryingForce(Case):
         """1.25 times the duration of the force."""
         return 1.25 * float(self.parameters["off"])
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
         off = self.parameters["off"]
         if off > self.span:

@@ -108,12 +108,6 @@ class ExplodingProjectile(Case):
         """2.87 times the time until the burst."""
         return 2.87 * self.time_scale
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
         motion = self._exact
         if motion.burst > self.span:

@@ -143,7 +143,7 @@ class BeltDrivenMachine(Case):
             ),
         )  # fmt: skip
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         motion = self._exact
         if not motion.side or motion.grip_time > self.span:
             return ()
@@ -281,7 +281,7 @@ class FlywheelCoastDown(Case):
             ),
         )
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         if self.initial_state[1] == 0 or self._exact.stop_time(20) > self.span:
             return ()
         there = (self._exact.stop_angle(digits), mpf(0))

@@ -145,12 +145,6 @@ class ObliqueImpact(Case):
         """1.87 times the time to the impact; 2 time scales where there is none."""
         return 1.87 * float(self._exact.impact_time()) if self._exact.touches else 2 * self.time_scale
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
         motion = self._exact
         if not motion.touches or motion.impact_time(20) > self.span:

@@ -137,12 +137,6 @@ class PlanetTunnelCase(Case):
         """10.37 periods; 3.37 where the surface is crossed."""
         return (10.37 if self._exact.inside else 3.37) * float(self._exact.period())
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
         motion, found = self._exact, list[Event]()
         if motion.inside:

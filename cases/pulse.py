@@ -108,7 +108,7 @@ class ImpulseInstantaneous(Case):
     def natural_span(self) -> Number:
         return 2.37 * self.time_scale
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         found = []
         begin, length = self.parameters["t1"], self.parameters["T"]
         for name, time in (("begins", begin), ("ends", begin + length)):

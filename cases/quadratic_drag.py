@@ -225,14 +225,8 @@ class VerticalQuadraticDrag(Case):
         g, k = map(float, self.parameter_values())
         return 4 / math.sqrt(g * k)
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        """The apex of a throw upward."""
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
+        """The apex of a throw upward."""
         if self.initial_state[1] <= 0 or self._exact.apex_time(20) > self.span:
             return ()
         there = (self._exact.apex_height(digits), mpf(0))

@@ -155,7 +155,7 @@ class RollingBodies(Case):
             ),
         )
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         motion = self._exact
         if not motion.slip_ends or motion.slip_time(20) > self.span:
             return ()

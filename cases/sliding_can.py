@@ -115,12 +115,6 @@ class SlidingCanCase(Case):
         """The onset and 0.97 time constants more; 5.1 time constants where it holds."""
         return 5.1 * self.time_scale if self._exact.holds else float(self._exact.onset()) + 0.97 * self.time_scale
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
         motion = self._exact
         if motion.holds or motion.slides_first or motion.onset(20) > self.span:

@@ -155,7 +155,7 @@ class SlidingLadderCase(Case):
             ),
         )
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         motion, found = self._exact, list[Event]()
         if not motion.stands and motion.leaving_time(20) <= self.span:
             there = motion.leaving_state(digits)
@@ -237,7 +237,7 @@ class RigidLinkPlaneMotion(Case):
             ),
         )
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         if self._exact.stands or self._exact.floor_time(20) > self.span:
             return ()
         return (lying(self._exact, digits),)

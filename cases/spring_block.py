@@ -106,14 +106,8 @@ class WorkEnergySpringBlock(Case):
         """5.37 periods."""
         return self._PERIODS.get(self.variant or "", 5.37) * float(self._exact.period())
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        """`touch` and `lift` in turn."""
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
+        """`touch` and `lift` in turn."""
         motion, found, n = self._exact, list[Event](), 1
         if not motion.leaves:
             return ()

@@ -133,14 +133,8 @@ class StickSlipBelt(Case):
         """Past the first release, and 5.37 cycles."""
         return float(self._exact.release_time()) + 5.37 * float(self._exact.period())
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
-        """`release` and `stick` in turn."""
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = self._listed(digits)
-        return known[digits]
-
     def _listed(self, digits: int) -> tuple[Event, ...]:
+        """`release` and `stick` in turn."""
         motion, found = self._exact, list[Event]()
         if motion.slips_for_good:
             return ()

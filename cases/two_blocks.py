@@ -130,20 +130,14 @@ class RestitutionImpact(Case):
         """A third longer than until the last impact."""
         return float(self._exact.impact_time(self._exact.impacts)) * 4 / 3 if self._exact.impacts else self.time_scale
 
-    def events(self, digits: int = 15) -> tuple[Event, ...]:
+    def _listed(self, digits: int) -> tuple[Event, ...]:
         """`blocks` and `wall` in order."""
-        known: dict[int, tuple[Event, ...]] = self.__dict__.setdefault("_events", {})
-        if digits not in known:
-            known[digits] = tuple(self._listed(digits))
-        return known[digits]
-
-    def _listed(self, digits: int) -> list[Event]:
         found = []
         for n in range(1, self._exact.passed(self.span) + 1):
             impact = self._exact.impact(n, digits)
             places = impact.places
             found.append(Event(impact.time, impact.name, places + impact.before, places + impact.after))
-        return found
+        return tuple(found)
 
     def event_time(self, n: int, digits: int = 15) -> Any:
         """Without the events before it."""
