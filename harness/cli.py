@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -113,7 +114,7 @@ def run(
     integrator: Annotated[
         list[str] | None, typer.Option(help="An id, name, library or package.module:Class; repeatable.")
     ] = None,
-    suite: Annotated[str, typer.Option(help="standard, quick or catalogue.")] = "standard",
+    suite: Annotated[str, typer.Option(help="standard, foundation or quick.")] = "standard",
     out_path: Annotated[Path, typer.Option("--out", help="The results: a folder or a file.sqlite.")] = Path("runs"),
     limit: Annotated[float | None, typer.Option(help="Seconds that one trial may take.")] = None,
     workers: Annotated[int, typer.Option(help="Trials at a time.", min=1)] = 2,
@@ -127,6 +128,8 @@ def run(
     from gnomon import cases
 
     chosen_suite = plan.suite(suite)
+    if case:
+        chosen_suite = replace(chosen_suite, rest=None)  # who names a case wants the whole of it
     without = [name for name in case or () if name.partition("/")[0] in cases.checks()]
     if without:
         raise ValueError(f"{without[0]} is a check, without motion: `gnomon certify {without[0]}` confirms it")

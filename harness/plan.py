@@ -57,6 +57,12 @@ class Suite:
     repeats: int = 40
     siblings: bool = True
     """Whether it takes the siblings of a method at all (`Integrator.everywhere`)."""
+    rest: Suite | None = None
+    """How it runs the cases outside `FOUNDATION`, where not as these."""
+
+    def of(self, case: Case) -> Suite:
+        """How this suite runs a case."""
+        return self if self.rest is None or case.name in FOUNDATION else self.rest
 
     def within(self, limit_seconds: float) -> Suite:
         """The same with one limit for every trial."""
@@ -65,6 +71,7 @@ class Suite:
             limit_seconds=limit_seconds,
             variant_limit_seconds=limit_seconds,
             long_limit_seconds=limit_seconds,
+            rest=self.rest and self.rest.within(limit_seconds),
         )
 
     def limit(self, case: Case) -> float:
@@ -92,10 +99,11 @@ FOUNDATION = (
 )
 """Cases that between them exercise every form."""
 
+_REST = Suite("standard", (), 1, True, 0.05, 0.02)
 SUITES = {
-    "standard": Suite("standard", FOUNDATION, 5, True, 0.25, 0.02),
+    "standard": Suite("standard", (), 5, True, 0.25, 0.02, rest=_REST),
+    "foundation": Suite("foundation", FOUNDATION, 5, True, 0.25, 0.02),
     "quick": Suite("quick", FOUNDATION, 1, False, 0.03, 0.03, block_seconds=0.002, siblings=False),
-    "catalogue": Suite("catalogue", (), 1, True, 0.1, 0.05),
 }
 
 

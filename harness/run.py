@@ -77,7 +77,7 @@ def compare(
             found += registry.find(item)
         else:
             found.append(item() if isinstance(item, type) else item)
-    suite = replace(plan.suite("standard").within(limit_seconds), name="compare", launches=launches)
+    suite = replace(plan.suite("foundation").within(limit_seconds), name="compare", launches=launches)
     with tempfile.TemporaryDirectory(prefix="gnomon-") as folder:
         return store.load(run(folder, suite, chosen, found))
 
@@ -121,7 +121,7 @@ class _Run:
             trials = one.trials(judge.problem(one.form))
             rows += [one.describe(trial, **judge.summary()) for trial in trials]
             for trial in trials:
-                self._reopen(trial, self.suite.limit(one.case))
+                self._reopen(trial, self.suite.of(one.case).limit(one.case))
             if one.left_out is None:
                 self.work.append((one, trials, judge))
             elif (trials[0].key, 1) not in self.history:
@@ -136,12 +136,18 @@ class _Run:
             (launch, one, trials, judge)
             for launch in range(1, self.suite.launches + 1)
             for one, trials, judge in self.work
-            if launch == 1 or (one.case.variant is None and (self.siblings or one.integrator.everywhere))
+            if launch <= self._launches(one)
         ]
         pending = [item for item in launches if any((t.key, item[0]) not in self.history for t in item[2])]
         self.progress.begin("series", len(pending))
         for launch, one, trials, judge in pending:
-            yield Sweep(one, trials, judge, self.suite, launch, self.history, self._record, self.progress.advance)
+            suite = self.suite.of(one.case)
+            yield Sweep(one, trials, judge, suite, launch, self.history, self._record, self.progress.advance)
+
+    def _launches(self, series: Series) -> int:
+        """Hard variants and siblings of a method are launched once."""
+        often = series.case.variant is None and (self.siblings or series.integrator.everywhere)
+        return self.suite.of(series.case).launches if often else 1
 
     def _reopen(self, trial: Trial, limit_seconds: float) -> None:
         """Forget of a trial what this run must measure anew."""

@@ -230,3 +230,13 @@ def test_at_the_edge_of_a_formulation_the_encoded_state_moves() -> None:
 def test_the_sweep_of_an_integrator_with_steps_starts_below_its_coarsest() -> None:
     assert plan._steps(Steps(coarsest=0.1, halvings=3), 1.0, 1.0)[0] == 1 / 16
     assert plan._steps(Steps(coarsest=0.1, halvings=3), 0.01, 1.0)[0] == 0.01
+
+
+def test_the_standard_suite_has_every_case_and_takes_the_foundation_further() -> None:
+    suite = plan.suite("standard")
+    chosen = plan.choose(suite.cases, suite.variants)
+    assert {case.name for case, _ in chosen} == set(cases.names())
+    inside, outside = cases.get("pendulum_simple"), cases.get("bead_leaving_sphere")
+    assert suite.of(inside) is suite and suite.of(inside).limit(inside) > suite.of(outside).limit(outside)
+    assert suite.of(outside).launches == 1
+    assert suite.within(2.0).of(outside).limit(outside) == 2.0
