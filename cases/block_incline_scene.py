@@ -5,30 +5,18 @@ from __future__ import annotations
 from fractions import Fraction
 from math import cos, sin
 
-from gnomon.cases.scene import Body, Contact, Readings, Scene, SceneForm
+from gnomon.cases.box_scene import flat_box
+from gnomon.cases.scene import SceneForm, Vector
 from gnomon.reference.block_incline import holds
 
-HALF_EXTENTS = (0.5, 0.5, 0.1)
+
+def tilted_gravity(parameters: tuple[float, ...]) -> Vector:
+    g, alpha, _mu_k, _mu_s = parameters
+    return -g * sin(alpha), 0.0, -g * cos(alpha)
 
 
-def block_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
-    s, v = state
-    g, alpha, mu_k, _mu_s = parameters
-    a, b, c = HALF_EXTENTS
-    inertia = ((b * b + c * c) / 3, (a * a + c * c) / 3, (a * a + b * b) / 3)
-    block = Body("block", 1.0, inertia, (s, 0.0, c), velocity=(v, 0.0, 0.0), half_extents=HALF_EXTENTS)
-    contact = Contact("block", (0.0, 0.0, 1.0), friction=mu_k)
-    return Scene((-g * sin(alpha), 0.0, -g * cos(alpha)), (block,), contacts=(contact,))
-
-
-def block_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
-    position, _, velocity, _ = readings.bodies["block"]
-    return position[0], velocity[0]
-
-
-SCENE = SceneForm(block_scene, block_reading, frozenset({"coulomb_isotropic"}), conservative=False)
-TWO_COEFFICIENTS = SceneForm(
-    block_scene, block_reading, frozenset({"coulomb_isotropic", "static_friction"}), conservative=False
+SCENE, TWO_COEFFICIENTS = (
+    flat_box(tilted_gravity, lambda parameters: parameters[2], *more) for more in ((), ("static_friction",))
 )
 
 

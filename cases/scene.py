@@ -70,12 +70,16 @@ class Guide:
 
 @dataclass(frozen=True)
 class Contact:
-    """Body against a fixed plane through the origin with unit `normal`: coefficient of restitution and of friction."""
+    """Body against a plane through the origin with unit `normal`: coefficient of restitution and of friction.
+
+    `velocity` is that of the plane's surface, as of a belt (token `moving_surface`).
+    """
 
     body: str
     normal: Vector
     restitution: float = 0.0
     friction: float = 0.0
+    velocity: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
