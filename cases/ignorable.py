@@ -1,17 +1,21 @@
-"""A particle inside a smooth surface of revolution, its axis upright: the azimuth is ignorable."""
+"""A particle on a smooth surface of revolution, its axis upright: the azimuth is ignorable."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from math import cos, sin, sqrt
+from functools import cached_property
+from math import atan2, cos, hypot, inf, pi, sin, tau
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Invariant, Variant
 from gnomon.cases.forms import FirstOrder, Values
-from gnomon.cases.integrated import IntegratedCase
-from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
+from gnomon.cases.surface_scene import on_surface
+from gnomon.cases.well import WellCase
 from gnomon.reference.precision import Number, publish, working
+from gnomon.reference.surfaces import OnCone, OnParaboloid, OnSurface, OnTorus
 
 
 def cone_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -58,20 +62,80 @@ def paraboloid_momentum(t: Any, state: Values, parameters: Values) -> Values:
     return (r * r * w,)
 
 
-class _OnSurface(IntegratedCase):
+def torus_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """theta around the tube: 0 outside, -pi/2 at the bottom."""
+    theta, _phi, rate, w = state
+    ring, tube, g = parameters
+    sine, cosine = sin(theta), cos(theta)
+    radius = ring + tube * cosine
+    return rate, w, -(radius * sine * w * w + g * cosine) / tube, 2 * tube * sine * rate * w / radius
+
+
+def torus_energy(t: Any, state: Values, parameters: Values) -> Values:
+    theta, _phi, rate, w = state
+    ring, tube, g = parameters
+    radius = ring + tube * cos(theta)
+    return ((tube * tube * rate * rate + radius * radius * w * w) / 2 + g * tube * sin(theta),)
+
+
+def torus_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    theta, _phi, _rate, w = state
+    ring, tube, _g = parameters
+    radius = ring + tube * cos(theta)
+    return (radius * radius * w,)
+
+
+def cone_place(s: float, parameters: Values) -> tuple[float, float, float, float]:
+    alpha, _g = parameters
+    return s * sin(alpha), s * cos(alpha), sin(alpha), cos(alpha)
+
+
+def paraboloid_place(r: float, parameters: Values) -> tuple[float, float, float, float]:
+    p, _g = parameters
+    return r, r * r / (2 * p), 1.0, r / p
+
+
+def torus_place(theta: float, parameters: Values) -> tuple[float, float, float, float]:
+    ring, tube, _g = parameters
+    sine, cosine = tube * sin(theta), tube * cos(theta)
+    return ring + cosine, sine, -sine, cosine
+
+
+CONE_SCENE = on_surface(cone_place, lambda radius, height, parameters: hypot(radius, height))
+PARABOLOID_SCENE = on_surface(paraboloid_place, lambda radius, height, parameters: radius)
+TORUS_SCENE = on_surface(torus_place, lambda radius, height, parameters: atan2(height, radius - parameters[0]))
+ROUND = Rule("it goes round the axis (w is not 0), else it would pass the tip or the axis", lambda n: n["w"] != 0)
+
+
+class _OnSurface(WellCase):
+    """One coordinate along the meridian, the azimuth phi, and their rates."""
+
     section = "11.10.1-11.10.2"
 
-    _CLOSE: ClassVar[frozenset[str]] = frozenset({"near_tip", "near_axis"})
+    @cached_property
+    def _exact(self) -> OnSurface:
+        raise NotImplementedError
 
-    @property
-    def time_scale(self) -> float:
-        """A radian of the azimuth, or the time of a fall over the distance, whichever is shorter."""
-        distance, _, _, w = map(float, self.initial_state)
-        fall = sqrt(distance / float(self.parameters["g"]))
-        return min(fall, 1 / abs(w)) if w else fall
+    @cached_property
+    def time_scale(self) -> float:  # type: ignore[override]
+        """The period over 2 pi, or a radian of the azimuth next to the axis, if that is shorter."""
+        fastest = float(self._exact.fastest_turn())
+        turn = 1 / fastest if fastest else inf
+        return turn if self._exact.rests else min(turn, float(self._exact.period()) / tau)
 
     def natural_span(self) -> Number:
-        return (8.3 if self.variant in self._CLOSE else 20.3) * self.time_scale
+        """5.37 periods; on a parallel circle 5.37 turns."""
+        periods = self._PERIODS.get(self.variant or "", 5.37)
+        return periods * (tau * self.time_scale if self._exact.rests else float(self._exact.period()))
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`apsidal_angle`: by which phi grows from the least to the largest distance."""
+        found = super().quantities(digits) | {"momentum": self._exact.momentum(digits)}
+        if self._exact.rests:
+            return found
+        angle = self._exact.carried_over_period(0, digits + 5)
+        with working(digits + 5) as mp:
+            return found | {"apsidal_angle": publish([mp.mpf(angle) / 2], digits)[0]}
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         distance, phi, speed, w = state
@@ -95,25 +159,38 @@ class ParticleOnCone(_OnSurface):
     default_state = (1, 0, 0, 5)
     domain = Domain(
         {
-            "alpha": Range(0.0, 1.5707963267948966, True, True, (0.3, 1.2)),
+            "alpha": Range(0.0, pi / 2, True, True, (0.3, 1.2)),
             "g": positive(5.0, 12.0),
             "s": positive(1.0, 2.0),
             "phi": Range(typical=(-3.0, 3.0)),
             "vs": Range(typical=(-0.5, 0.5)),
             "w": Range(typical=(2.0, 5.0)),
-        }
+        },
+        (ROUND,),
     )
     variants = (
         Variant(
             "near_tip", "comes within a few per cent of the tip: the azimuth jumps", initial_state=(1, 0, 0, "0.5")
         ),
         Variant("parallel", "next to the parallel circle: a small radial vibration", initial_state=(1, 0, 0, "6.1201")),
+        Variant("flat", "a cone that is almost a plane: gravity hardly draws it in", {"alpha": "1.5607963"}),
+        Variant("long_1e4", "10,000 periods: phase errors of both coordinates"),
     )
+    _PERIODS: ClassVar = {"long_1e4": 10000.37}
     invariants: ClassVar = {"energy": Invariant(cone_energy), "angular_momentum": Invariant(cone_momentum)}
+
+    @cached_property
+    def _exact(self) -> OnCone:
+        alpha, g = self.parameter_values()
+        return OnCone(g, *self.initial_state, alpha)
 
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(cone_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return CONE_SCENE
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """The rate at which the start's height is a parallel circle; that of its radial vibration."""
@@ -121,7 +198,7 @@ class ParticleOnCone(_OnSurface):
             alpha, g, s = mp.mpf(self.parameters["alpha"]), mp.mpf(self.parameters["g"]), mp.mpf(self.initial_state[0])
             rate = mp.sqrt(g * mp.cos(alpha) / s) / mp.sin(alpha)
             found = publish((rate, mp.sqrt(3) * mp.sin(alpha) * rate), digits)
-        return dict(zip(("circle_rate", "circle_vibration"), found, strict=True))
+        return super().quantities(digits) | dict(zip(("circle_rate", "circle_vibration"), found, strict=True))
 
 
 class ParticleOnParaboloid(_OnSurface):
@@ -147,7 +224,8 @@ class ParticleOnParaboloid(_OnSurface):
             "phi": Range(typical=(-3.0, 3.0)),
             "vr": Range(typical=(-0.5, 0.5)),
             "w": Range(typical=(2.0, 5.0)),
-        }
+        },
+        (ROUND,),
     )
     variants = (
         Variant(
@@ -156,13 +234,89 @@ class ParticleOnParaboloid(_OnSurface):
             initial_state=(1, 0, 0, "0.2"),
         ),
         Variant("circle", "on any parallel circle the rate is sqrt(g/p): exactly so here", {"g": 9}, (2, 0, 0, 3)),
+        Variant("long_1e4", "10,000 periods: phase errors of both coordinates"),
     )
+    _PERIODS: ClassVar = {"long_1e4": 10000.37}
     invariants: ClassVar = {"energy": Invariant(paraboloid_energy), "angular_momentum": Invariant(paraboloid_momentum)}
+
+    @cached_property
+    def _exact(self) -> OnParaboloid:
+        p, g = self.parameter_values()
+        return OnParaboloid(g, *self.initial_state, p)
 
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(paraboloid_equations),)
 
+    @property
+    def scene(self) -> SceneForm:
+        return PARABOLOID_SCENE
+
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         with working(digits + 10) as mp:
-            return {"circle_rate": publish([mp.sqrt(mp.mpf(self.parameters["g"] / self.parameters["p"]))], digits)[0]}
+            rate = publish([mp.sqrt(mp.mpf(self.parameters["g"] / self.parameters["p"]))], digits)[0]
+        return super().quantities(digits) | {"circle_rate": rate}
+
+
+def _on_torus(n: Mapping[str, Fraction]) -> OnTorus:
+    return OnTorus(*(n[name] for name in ("g", "theta", "phi", "rate", "w", "R", "a")))
+
+
+class ParticleOnTorus(_OnSurface):
+    name = "particle_on_torus"
+    title = "Particle in a smooth ring tube: the azimuth is ignorable"
+    conventions = (
+        "theta around the tube, 0 on the outer side, -pi/2 at the bottom; phi about the upright axis; R the radius of "
+        "the ring's middle circle, a of the tube. The surface holds the particle on both sides."
+    )
+    state = (
+        Coordinate("theta", "rad", "angle", "angle around the tube"),
+        Coordinate("phi", "rad", "angle"),
+        Coordinate("rate", "rad/s", "angular velocity"),
+        Coordinate("w", "rad/s", "angular velocity"),
+    )
+    parameter_list = (
+        Parameter("R", "m", 2, "radius of the ring's middle circle"),
+        Parameter("a", "m", "0.5", "radius of the tube"),
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+    )
+    default_state = ("-0.6", 0, "1.5", "1.2")
+    domain = Domain(
+        {
+            "R": positive(1.5, 3.0),
+            "a": positive(0.3, 0.8),
+            "g": positive(5.0, 12.0),
+            "theta": Range(-pi, pi / 2, True, True, (-1.2, -0.2)),
+            "phi": Range(typical=(-3.0, 3.0)),
+            "rate": Range(typical=(-1.0, 1.0)),
+            "w": Range(typical=(0.5, 2.5)),
+        },
+        (
+            Rule("the tube leaves a hole, a < R", lambda n: n["a"] < n["R"]),
+            Rule(
+                "it swings in the outer lower half: too slow for the top and for the inner side",
+                lambda n: _on_torus(n).swings,
+            ),
+        ),
+    )
+    variants = (
+        Variant("inner", "climbs to the inner side, where the azimuth turns fastest", initial_state=("-2.4", 0, 0, 2)),
+        Variant("plane", "no turn about the axis: a pendulum in the tube", initial_state=("-0.1", 0, 0, 0)),
+        Variant("fast", "flung outward: a small vibration about the outer side", initial_state=("-0.1", 0, 0, 30)),
+        Variant("thin", "a thin tube, a = 1e-4 R: swings 100 times in a turn", {"a": "2e-4"}, ("-0.6", 0, 0, "0.5")),
+        Variant("long_1e4", "10,000 periods: phase errors of both coordinates"),
+    )
+    _PERIODS: ClassVar = {"long_1e4": 10000.37}
+    invariants: ClassVar = {"energy": Invariant(torus_energy), "angular_momentum": Invariant(torus_momentum)}
+
+    @cached_property
+    def _exact(self) -> OnTorus:
+        return _on_torus(self.numbers)
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(torus_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return TORUS_SCENE
