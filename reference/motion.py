@@ -84,6 +84,10 @@ class Motion(ABC):
         with working(digits + guard) as mp:
             return publish([formula(mp)], digits)[0]
 
+    def _rational(self, digits: int, value: Fraction) -> Any:
+        """A derived number that is rational, rounded once."""
+        return self._quantity(digits, lambda mp: mp.mpf(value))
+
 
 def decades(value: Fraction) -> float:
     """log10 of a nonnegative number, 0 below 1: the digits that its size can cost."""
