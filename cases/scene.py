@@ -33,7 +33,8 @@ class Body:
 class Hinge:
     """A revolute joint between the world and `body`, through `anchor` along `axis`, both in space at angle zero.
 
-    The body's centre of mass stands at `arm` from the anchor at angle zero; `angle` and `rate` are its start.
+    The body's centre of mass stands at `arm` from the anchor at angle zero; `angle` and `rate` are its start. With a
+    `parent` (token `linked_joint`) the anchor is a point of that body, seen from its centre of mass.
     """
 
     name: str
@@ -43,11 +44,16 @@ class Hinge:
     arm: Vector
     angle: float
     rate: float
+    parent: str = ""
 
 
 @dataclass(frozen=True)
 class Slider:
-    """A prismatic joint between the world and `body`, whose centre of mass stands at `anchor` + `position` * `axis`."""
+    """A prismatic joint between the world and `body`, whose centre of mass stands at `anchor` + `position` * `axis`.
+
+    With a `parent` (token `linked_joint`) the anchor is a point of that body, seen from its centre of mass. `drive(t)`
+    prescribes the position (token `driven_axis`).
+    """
 
     name: str
     body: str
@@ -55,6 +61,8 @@ class Slider:
     axis: Vector
     position: float
     rate: float
+    parent: str = ""
+    drive: Callable[[float], float] | None = None
 
 
 @dataclass(frozen=True)
@@ -72,7 +80,8 @@ class Guide:
 class Contact:
     """Body against a plane through the origin with unit `normal`: coefficient of restitution and of friction.
 
-    `velocity` is that of the plane's surface, as of a belt (token `moving_surface`).
+    `velocity` is that of the plane's surface, as of a belt (token `moving_surface`). With a `partner` (token
+    `body_contact`) body and partner, both spheres, touch each other instead of a plane.
     """
 
     body: str
@@ -80,15 +89,37 @@ class Contact:
     restitution: float = 0.0
     friction: float = 0.0
     velocity: Vector = (0.0, 0.0, 0.0)
+    partner: str = ""
 
 
 @dataclass(frozen=True)
 class Force:
-    """A force on the centre of mass of `body`: `law(t, position, velocity)` -> force (N), in space, and its token."""
+    """A force on the centre of mass of `body`: `law(t, position, velocity)` -> force (N), in space, and its token.
+
+    With a `partner` (token `mutual_force`) place and velocity are those of the body as seen from the partner, on which
+    the opposite force acts.
+    """
 
     body: str
     token: str
     law: Callable[[float, Vector, Vector], Vector]
+    partner: str = ""
+
+
+@dataclass(frozen=True)
+class Rope:
+    """A light rope from `body` through a hole or over a pulley without friction at `hole`, and on to `other` (token `rope`).
+
+    `other` moves along `axis` from the hole; `length(t)` is that of the whole rope, and with no `other` of what is left
+    of it; `inertia` is that of the pulley over the square of its radius, for a rope that does not slip (token `pulley`).
+    """
+
+    body: str
+    hole: Vector
+    length: Callable[[float], float]
+    other: str = ""
+    axis: Vector = (0.0, 0.0, -1.0)
+    inertia: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -102,6 +133,7 @@ class Scene:
     guides: tuple[Guide, ...] = ()
     contacts: tuple[Contact, ...] = ()
     forces: tuple[Force, ...] = ()
+    ropes: tuple[Rope, ...] = ()
 
     @property
     def joints(self) -> tuple[Hinge | Slider, ...]:
