@@ -29,7 +29,16 @@ class PyBullet(Integrator):
     accepts, sampling, counts_rhs = (SceneForm,), "grid", False
     sweep = Steps(coarsest=0.5, halvings=9)
     tokens: ClassVar[frozenset[str]] = frozenset(
-        {"hinge", "slider", "rigid_impact", "coulomb_isotropic", "gyroscopic", "position_force", "velocity_force"}
+        {
+            "hinge",
+            "slider",
+            "rigid_impact",
+            "coulomb_isotropic",
+            "gyroscopic",
+            "position_force",
+            "velocity_force",
+            "time_force",
+        }
     )
     configured: ClassVar[bool] = True
     staggered: ClassVar[bool] = False
