@@ -9,6 +9,8 @@ from typing import Any, ClassVar
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.point_scene import railed_point
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.bead_wire import BeadOnTurningWire
 from gnomon.reference.precision import Number, publish, working
 
@@ -34,11 +36,17 @@ def bead_wire_deviation(t: Any, state: Values, parameters: Values) -> Values:
     return (speed * speed - rate * rate * s * s,)
 
 
+SCENE = railed_point(bead_wire_equations, "time_force")
+"""In the frame of the wire: a fixed rail, on it the centrifugal force and the gravity that turns."""
+
+
 class BeadOnRotatingWire(Case):
     name = "bead_rotating_wire_vertical_plane"
     title = "Bead on a smooth straight wire rotating uniformly in a vertical plane"
     section = "11.7"
-    conventions = "r from the axis along the wire, which stands at the angle O t above the level."
+    conventions = (
+        "r from the axis along the wire, which stands at the angle O t above the level: r'' = O^2 r - g sin(O t)."
+    )
     state = (Coordinate("r", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
         Parameter("O", "rad/s", 2, "rate at which the wire turns"),
@@ -82,6 +90,10 @@ class BeadOnRotatingWire(Case):
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(bead_wire_equations, bead_wire_jacobian),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def time_scale(self) -> float:

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
-from math import sin, sqrt, tau
+from math import cos, sin, sqrt, tau
 from typing import Any, ClassVar
 
-from gnomon.cases.case import Case, Invariant, Variant
+from gnomon.cases.case import Case, Floats, Invariant, Rung, Variant
 from gnomon.cases.forms import Separable, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.pendulum import PendulumSimple
+from gnomon.cases.pendulum_scene import pendulum_reading
+from gnomon.cases.scene import IDENTITY, Body, Guide, Hinge, Readings, Scene, SceneForm, Vector
 from gnomon.reference.pendulum import Pendulum
 from gnomon.reference.precision import Number, publish, working
 
@@ -50,6 +53,41 @@ def bowl_potential(t: Any, q: Values, parameters: Values) -> Values:
 
 def bowl_energy(t: Any, state: Values, parameters: Values) -> Values:
     return (state[1] * state[1] / 2 + bowl_potential(t, state[:1], parameters)[0],)
+
+
+def compound_scene(state: Values, parameters: Values) -> Scene:
+    """The engine wants the moment about the centre of mass, I - m l^2 by Steiner."""
+    theta, omega = state
+    inertia, m, g, arm = parameters
+    own = max(inertia - m * arm * arm, 0.0)
+    body = Body("body", m, (own, own, own))
+    hinge = Hinge("pivot", "body", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -arm), theta, omega)
+    return Scene((0.0, 0.0, -g), (body,), hinges=(hinge,))
+
+
+def bowl_scene(state: Values, parameters: Values) -> Scene:
+    """The sphere's centre runs on a circle; that it rolls there is a token of its own."""
+    theta, omega = state
+    g, bowl, radius = parameters
+    way, moment = bowl - radius, 2 * radius * radius / 5
+
+    def circle(angle: float) -> Vector:
+        return way * sin(angle), 0.0, -way * cos(angle)
+
+    sphere = Body("sphere", 1.0, (moment, moment, moment), circle(theta), IDENTITY, radius=radius)
+    return Scene((0.0, 0.0, -g), (sphere,), guides=(Guide("bowl", "sphere", circle, theta, omega),))
+
+
+def bowl_reading(readings: Readings, parameters: Values) -> Values:
+    return readings.joints["bowl"]
+
+
+COMPOUND_SCENE = SceneForm(compound_scene, pendulum_reading, frozenset({"hinge"}))
+BOWL_SCENE = SceneForm(bowl_scene, bowl_reading, frozenset({"curved_guide", "rolling_without_slip"}))
+
+
+def _unchanged(states: Floats) -> Floats:
+    return states
 
 
 class _Swinging(Case):
@@ -145,6 +183,17 @@ class CompoundPendulum(_Swinging):
     def forms(self) -> tuple[Separable, ...]:
         return (Separable(body_acceleration, body_potential),)
 
+    @property
+    def scene(self) -> SceneForm:
+        return COMPOUND_SCENE
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """The simple pendulum of the length l, as if all mass stood in its centre."""
+        _inertia, _m, g, arm = self.parameter_values()
+        point = PendulumSimple(initial_state=self.initial_state, span=self.span, g=g, L=arm)
+        return (Rung(point, _unchanged, "all mass in its centre"),)
+
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`center_of_percussion` from the axis, I/(m l); reactions of the axis at the start (N)."""
         inertia, m, g, arm = self.parameter_values()
@@ -201,3 +250,7 @@ class RollingSphereInBowl(_Swinging):
     @property
     def forms(self) -> tuple[Separable, ...]:
         return (Separable(bowl_acceleration, bowl_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return BOWL_SCENE

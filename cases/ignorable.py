@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
-from math import atan2, cos, hypot, inf, pi, sin, tau
+from math import asin, atan2, cos, hypot, inf, pi, sin, tau
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Invariant, Variant
@@ -101,9 +101,17 @@ def torus_place(theta: float, parameters: Values) -> tuple[float, float, float, 
     return ring + cosine, sine, -sine, cosine
 
 
+def torus_angle(radius: float, height: float, parameters: Values) -> float:
+    """By the height where that tells most: in a thin tube the distance from the axis has few digits of it."""
+    ring, tube, _g = parameters
+    if tube * tube > 2 * height * height:
+        return asin(height / tube) if radius > ring else -pi - asin(height / tube)
+    return atan2(height, radius - ring)
+
+
 CONE_SCENE = on_surface(cone_place, lambda radius, height, parameters: hypot(radius, height))
 PARABOLOID_SCENE = on_surface(paraboloid_place, lambda radius, height, parameters: radius)
-TORUS_SCENE = on_surface(torus_place, lambda radius, height, parameters: atan2(height, radius - parameters[0]))
+TORUS_SCENE = on_surface(torus_place, torus_angle)
 ROUND = Rule("it goes round the axis (w is not 0), else it would pass the tip or the axis", lambda n: n["w"] != 0)
 
 

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from gnomon.cases.case import Case, Event, Invariant, Variant
 from gnomon.cases.forms import Hybrid, Mode, Separable, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.scene import Body, Contact, Readings, Scene, SceneForm, Slider
 from gnomon.reference.block_incline import holds
 from gnomon.reference.precision import Number, exact, publish, working
 from gnomon.reference.rolling import RollingBody
@@ -70,6 +71,45 @@ def yo_yo_energy(t: Any, state: Values, parameters: Values) -> Values:
     return (state[1] * state[1] / 2 + yo_yo_potential(t, state[:1], parameters)[0],)
 
 
+def rolling_scene(state: Values, parameters: Values) -> Scene:
+    """A ball of the body's moment on a level plane, gravity tilted: it moves in a plane like the cylinder."""
+    s, v, w = state
+    g, alpha, mu, k, radius = parameters
+    moment = k * radius * radius
+    ball = Body(
+        "body",
+        1.0,
+        (moment, moment, moment),
+        (s, 0.0, radius),
+        velocity=(v, 0.0, 0.0),
+        angular_velocity=(0.0, w, 0.0),
+        radius=radius,
+    )
+    plane = Contact("body", (0.0, 0.0, 1.0), friction=mu)
+    return Scene((g * sin(alpha), 0.0, -g * cos(alpha)), (ball,), contacts=(plane,))
+
+
+def rolling_reading(readings: Readings, parameters: Values) -> Values:
+    position, _, velocity, spin = readings.bodies["body"]
+    return position[0], velocity[0], spin[1]
+
+
+def yo_yo_scene(state: Values, parameters: Values) -> Scene:
+    """On a vertical line; the string that turns the body as it falls is a token of its own."""
+    g, m, inertia, _radius = parameters
+    body = Body("yo-yo", m, (inertia, inertia, inertia))
+    line = Slider("string", "yo-yo", (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), *state)
+    return Scene((0.0, 0.0, -g), (body,), sliders=(line,))
+
+
+def yo_yo_reading(readings: Readings, parameters: Values) -> Values:
+    return readings.joints["string"]
+
+
+ROLLING_SCENE = SceneForm(rolling_scene, rolling_reading, frozenset({"coulomb_isotropic"}), conservative=False)
+YO_YO_SCENE = SceneForm(yo_yo_scene, yo_yo_reading, frozenset({"slider", "unwinding_string"}))
+
+
 class RollingBodies(Case):
     name = "rolling_bodies"
     title = "Cylinder, sphere or hoop on an incline, with or without slip"
@@ -114,6 +154,8 @@ class RollingBodies(Case):
             (0, 0, 0),
         ),
         Variant("bowled", "bowled on the level without spin: slips, then rolls", {"alpha": 0, "k": "0.4"}, (0, 8, 0)),
+        Variant("hoop", "a hoop bowled on the level: keeps half of its speed", {"alpha": 0, "k": 1}, (0, 8, 0)),
+        Variant("cylinder", "a cylinder bowled on the level: keeps two thirds", {"alpha": 0, "k": "0.5"}, (0, 8, 0)),
         Variant("back_spin", "spins against its way up the slope and is braked", {"k": "0.4"}, (0, -3, 60)),
         Variant("too_steep", "back spin on a slope too steep to roll: the slip turns over", {"alpha": 1}, (0, 0, 40)),
     )
@@ -155,6 +197,10 @@ class RollingBodies(Case):
             ),
         )
 
+    @property
+    def scene(self) -> SceneForm:
+        return ROLLING_SCENE
+
     def _listed(self, digits: int) -> tuple[Event, ...]:
         motion = self._exact
         if not motion.slip_ends or motion.slip_time(20) > self.span:
@@ -168,9 +214,14 @@ class RollingBodies(Case):
         return (mine.can_roll, mine.slip > 0, mine.slip < 0) == (theirs.can_roll, theirs.slip > 0, theirs.slip < 0)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`friction_to_roll` is the least coefficient with which the body rolls from rest, tan(alpha)/(1 + 1/k)."""
         motion = self._exact
         found = {"rolling_acceleration": motion.rolling_acceleration(digits)} if motion.can_roll else {}
-        return found | ({"slip_time": motion.slip_time(digits)} if motion.slip_ends else {})
+        if motion.slip_ends:
+            found |= {"slip_time": motion.slip_time(digits), "rolling_speed": motion.slip_state(digits)[1]}
+        with working(digits + 10) as mp:
+            _g, alpha, _mu, k, _radius = map(mp.mpf, self.parameter_values())
+            return found | {"friction_to_roll": publish([mp.tan(alpha) * k / (1 + k)], digits)[0]}
 
 
 class YoYo(Case):
@@ -210,6 +261,10 @@ class YoYo(Case):
     @property
     def forms(self) -> tuple[Separable, ...]:
         return (Separable(yo_yo_acceleration, yo_yo_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return YO_YO_SCENE
 
     @property
     def time_scale(self) -> float:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from functools import cached_property
-from math import acos, cos, sin, sqrt
+from math import acos, atan2, cos, sin, sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Event, Invariant, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import Body, Contact, Readings, Scene, SceneForm
 from gnomon.reference.precision import Number
 from gnomon.reference.sliding_rod import FallingRod, SlidingLadder
 from mpmath import mpf
@@ -84,6 +85,40 @@ def rod_mode(t: Any, state: Values, parameters: Values) -> str:
     return "stands" if state[0] == 0 else "floor"
 
 
+def rod_scene(state: Values, parameters: Values, wall: bool) -> Scene:
+    """A thin rod with smooth ends, its foot on the floor and, with a wall, its head against that."""
+    theta, omega = state
+    g, length = parameters
+    half, moment = length / 2, length * length / 12
+    rod = Body(
+        "rod",
+        1.0,
+        (moment, moment, 0.0),
+        (half * sin(theta), 0.0, half * cos(theta)),
+        (0.0, -sin(theta / 2), 0.0, cos(theta / 2)),
+        (half * cos(theta) * omega if wall else 0.0, 0.0, -half * sin(theta) * omega),
+        (0.0, -omega, 0.0),
+        half_extents=(0.0, 0.0, half),
+    )
+    floor, side = Contact("rod", (0.0, 0.0, 1.0)), Contact("rod", (1.0, 0.0, 0.0))
+    return Scene((0.0, 0.0, -g), (rod,), contacts=(floor, side) if wall else (floor,))
+
+
+def ladder_scene(state: Values, parameters: Values) -> Scene:
+    return rod_scene(state, parameters, True)
+
+
+def floor_scene(state: Values, parameters: Values) -> Scene:
+    return rod_scene(state, parameters, False)
+
+
+def rod_reading(readings: Readings, parameters: Values) -> Values:
+    _, (_x, y, _z, w), _, spin = readings.bodies["rod"]
+    return -2 * atan2(y, w), -spin[1]
+
+
+LADDER_SCENE = SceneForm(ladder_scene, rod_reading, frozenset({"thin_rod_contact"}), conservative=False)
+FLOOR_SCENE = SceneForm(floor_scene, rod_reading, frozenset({"thin_rod_contact"}), conservative=False)
 ROD = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
 NUMBERS = (
     Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
@@ -155,6 +190,10 @@ class SlidingLadderCase(Case):
             ),
         )
 
+    @property
+    def scene(self) -> SceneForm:
+        return LADDER_SCENE
+
     def _listed(self, digits: int) -> tuple[Event, ...]:
         motion, found = self._exact, list[Event]()
         if not motion.stands and motion.leaving_time(20) <= self.span:
@@ -179,6 +218,7 @@ class SlidingLadderCase(Case):
             "leaving_rate": rate,
             "floor_time": motion.floor_time(digits),
             "floor_rate": motion.floor_rate(digits),
+            "centre_velocity": motion.centre_velocity(digits),
         }
 
 
@@ -236,6 +276,10 @@ class RigidLinkPlaneMotion(Case):
                 terminal=frozenset({"flat", "stands"}),
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return FLOOR_SCENE
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         if self._exact.stands or self._exact.floor_time(20) > self.span:

@@ -199,6 +199,15 @@ class SlidingLadder(_Rod):
     def stands(self) -> bool:
         return self.theta == 0 and self.omega == 0
 
+    def centre_velocity(self, digits: int = 15) -> Any:
+        """The horizontal velocity of the centre, which it keeps once the wall has let go (m/s)."""
+
+        def velocity() -> Any:
+            theta, omega = self._leaving()
+            return ball(self.L) / 2 * theta.cos() * omega
+
+        return self._derived(digits, velocity)
+
     def leaving_time(self, digits: int = 15) -> Any:
         """When the wall lets go."""
         return self._derived(digits, self._begin)
@@ -206,13 +215,13 @@ class SlidingLadder(_Rod):
     def leaving_state(self, digits: int = 15) -> tuple[Any, Any]:
         """Angle and rate then."""
 
-        def state() -> Sequence[Any]:
-            fall = _fall(self, flint.ctx.prec)
-            return fall.theta, fall.rate(flint.arb(0))
-
         with working(digits + 2) as mp:
-            theta, omega = publish(refined(mp, state), digits)
+            theta, omega = publish(refined(mp, self._leaving), digits)
         return theta, omega
+
+    def _leaving(self) -> tuple[Any, Any]:
+        fall = _fall(self, flint.ctx.prec)
+        return fall.theta, fall.rate(flint.arb(0))
 
     def on_wall(self, t: Fraction) -> bool:
         """Whether the wall still holds at t; no rational time is the end itself, an integral of the first kind."""
