@@ -10,7 +10,9 @@ from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Event, Invariant, Variant
 from gnomon.cases.forms import Equations, Hybrid, Mode, Transition, Values
+from gnomon.cases.impact_scene import ball_line
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.impacts import BallLine
 from gnomon.reference.precision import Number, publish, working
 from mpmath import mpf
@@ -142,6 +144,7 @@ def never_touching(t: Any, state: Values, parameters: Values) -> str:
 
 class _BallLineCase(Case):
     _FREE: Equations
+    _SCENE: ClassVar[SceneForm]
     _PAIRS: ClassVar[tuple[tuple[Equations, Equations, Equations], ...]]
     """Guard, reset and nearest state on the guard of each pair of neighbours."""
 
@@ -175,6 +178,10 @@ class _BallLineCase(Case):
                 settle=1e-9 * self.time_scale,
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return self._SCENE
 
     @property
     def time_scale(self) -> float:
@@ -271,6 +278,7 @@ class ThreeBallChain(_BallLineCase):
     )
     invariants: ClassVar = {"energy": Invariant(chain_kinetic, "decays")}
     _FREE = staticmethod(three_uniform)
+    _SCENE = ball_line(lambda parameters: parameters[:3], lambda parameters: parameters[3])
     _PAIRS = ((gap_12, impact_12, touching_12), (gap_23, impact_23, touching_23))
 
     @property
@@ -315,6 +323,7 @@ class NewtonsCradle(_BallLineCase):
     )
     invariants: ClassVar = {"energy": Invariant(cradle_kinetic, "decays")}
     _FREE = staticmethod(five_uniform)
+    _SCENE = ball_line(lambda parameters: (1.0,) * 5, lambda parameters: parameters[0])
     _PAIRS = (
         (cradle_gap_1, cradle_hit_1, cradle_touch_1),
         (cradle_gap_2, cradle_hit_2, cradle_touch_2),

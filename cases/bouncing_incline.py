@@ -9,7 +9,9 @@ from typing import Any, ClassVar
 from gnomon.cases.bouncing_ball import BouncingBall
 from gnomon.cases.case import Between, Case, Event, Invariant, Variant
 from gnomon.cases.forms import Impact, Mode, Transition, Values
+from gnomon.cases.impact_scene import INCLINE
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.bouncing_incline import BouncingIncline
 from gnomon.reference.precision import Number
 
@@ -169,6 +171,10 @@ class BouncingBallIncline(Case):
                 restitution=incline_restitution,
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return INCLINE
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         """Impacts, and the `limit` after which the ball slides."""

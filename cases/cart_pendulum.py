@@ -8,9 +8,11 @@ from functools import cached_property
 from math import cos, pi, sin
 from typing import Any, ClassVar
 
+from gnomon.cases.cart_scene import CART_PENDULUM
 from gnomon.cases.case import Invariant, Variant
 from gnomon.cases.forms import FirstOrder, Form, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.cases.well import WellCase
 from gnomon.reference.wells import CartPendulum
 
@@ -94,6 +96,10 @@ class PendulumOnCart(WellCase):
     @property
     def forms(self) -> tuple[Form, ...]:
         return (FirstOrder(cart_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return CART_PENDULUM
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         x, theta, vx, omega = state

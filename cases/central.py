@@ -11,6 +11,8 @@ from typing import Any, ClassVar
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import FirstOrder, Form, Separable, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.pair_scene import polar_pair, polar_point
+from gnomon.cases.rope_scene import HANGING
 from gnomon.cases.scene import Body, Force, Readings, Scene, SceneForm, Vector
 from gnomon.cases.well import WellCase
 from gnomon.reference.isotropic import IsotropicOscillator
@@ -232,6 +234,10 @@ class CentralForceHangingMass(_Central):
     def forms(self) -> tuple[Form, ...]:
         return (FirstOrder(hanging_equations),)
 
+    @property
+    def scene(self) -> SceneForm:
+        return HANGING
+
 
 class CentralForceLogarithmic(_Central):
     """The attraction k/r per unit mass."""
@@ -269,6 +275,10 @@ class CentralForceLogarithmic(_Central):
     @property
     def forms(self) -> tuple[Form, ...]:
         return (FirstOrder(logarithmic_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return LOGARITHMIC
 
 
 class DumbbellSpring(_Central):
@@ -314,3 +324,11 @@ class DumbbellSpring(_Central):
     @property
     def forms(self) -> tuple[Form, ...]:
         return (FirstOrder(spring_dumbbell_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return DUMBBELL
+
+
+LOGARITHMIC = polar_point(lambda r, parameters: parameters[0] / r)
+DUMBBELL = polar_pair(lambda parameters: parameters[:2], lambda r, parameters: parameters[2] * (r - parameters[3]))

@@ -11,6 +11,8 @@ from typing import Any, ClassVar
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import Separable, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.rail_scene import railed
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.harmonic import HarmonicMotion
 from gnomon.reference.precision import Number
 
@@ -83,6 +85,10 @@ class ChainSmoothCurve(Case):
         return (Separable(chain_acceleration, chain_potential),)
 
     @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
     def time_scale(self) -> float:
         """2 sqrt(a/g)."""
         g, a, _ = map(float, self.parameter_values())
@@ -98,3 +104,6 @@ class ChainSmoothCurve(Case):
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         s, v = state
         return (s, -v), self.parameters
+
+
+SCENE = railed(lambda t, s, parameters: float(chain_acceleration(t, (s,), parameters)[0]))

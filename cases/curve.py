@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
-from math import sqrt
+from math import asinh, sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Invariant, Rung, Variant
@@ -70,14 +70,15 @@ def catenary_energy(t: Any, state: Values, parameters: Values) -> Values:
     return (v * v / 2 + g * s * s / (sqrt(c * c + s * s) + c),)
 
 
-def _guided(height: Any) -> SceneForm:
-    """A bead of mass 1 on a smooth guide (x, 0, height(x, size))."""
+def _guided(place: Any) -> SceneForm:
+    """A bead of mass 1 on a smooth guide; `place(q, size)` -> (x, y), y upward."""
 
     def build(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
         g, size = parameters
 
-        def curve(x: float) -> Vector:
-            return x, 0.0, height(x, size)
+        def curve(q: float) -> Vector:
+            x, y = place(q, size)
+            return x, 0.0, y
 
         body = Body("bead", 1.0, (0.0, 0.0, 0.0))
         return Scene((0.0, 0.0, -g), (body,), guides=(Guide("curve", "bead", curve, *state),))
@@ -233,6 +234,11 @@ class CurveSlidingCatenary(_Curve):
     def forms(self) -> tuple[Form, ...]:
         return (Separable(catenary_acceleration, catenary_potential),)
 
+    @property
+    def scene(self) -> SceneForm:
+        return CATENARY
 
-PARABOLA = _guided(lambda x, p: x * x / (4 * p))
-QUARTIC = _guided(lambda x, a: x**4 / a**3)
+
+PARABOLA = _guided(lambda x, p: (x, x * x / (4 * p)))
+QUARTIC = _guided(lambda x, a: (x, x**4 / a**3))
+CATENARY = _guided(lambda s, c: (c * asinh(s / c), sqrt(c * c + s * s)))

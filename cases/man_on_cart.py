@@ -7,9 +7,11 @@ from functools import cached_property
 from math import cos, sin, tau
 from typing import Any, ClassVar
 
+from gnomon.cases.cart_scene import MAN
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import SecondOrder, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.forced import ForcedLinear
 from gnomon.reference.precision import Number
 
@@ -87,6 +89,10 @@ class ManOnCart(Case):
     @property
     def forms(self) -> tuple[SecondOrder, ...]:
         return (SecondOrder(cart_recoils),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return MAN
 
     @property
     def time_scale(self) -> float:

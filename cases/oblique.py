@@ -10,7 +10,9 @@ from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Event, Invariant, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.impact_scene import DISCS
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.impacts import DiscImpact
 from gnomon.reference.precision import Number
 from mpmath import mpf
@@ -133,6 +135,10 @@ class ObliqueImpact(Case):
                 terminal=frozenset({"after"}),
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return DISCS
 
     @property
     def time_scale(self) -> float:

@@ -11,6 +11,8 @@ from typing import Any, ClassVar
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import FirstOrder, SecondOrder, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.pair_scene import ON_A_LINE, ROD, attracting
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.pair import RodPair, SpringPair
 from gnomon.reference.precision import Number
 
@@ -147,6 +149,10 @@ class TwoMassSpring(Case):
         return (SecondOrder(spring_on_a_line),)
 
     @property
+    def scene(self) -> SceneForm:
+        return ON_A_LINE
+
+    @property
     def time_scale(self) -> float:
         """sqrt(reduced mass/k)."""
         return sqrt(float(self._exact.reduced / self._exact.k))
@@ -220,6 +226,10 @@ class CenterOfMassMotion(Case):
         return (SecondOrder(thrown_pair),)
 
     @property
+    def scene(self) -> SceneForm:
+        return THROWN
+
+    @property
     def time_scale(self) -> float:
         """sqrt(reduced mass/k)."""
         return sqrt(float(self._exact.reduced / self._exact.k))
@@ -290,6 +300,10 @@ class DumbbellFreeFlight(Case):
         return (FirstOrder(dumbbell_equations),)
 
     @property
+    def scene(self) -> SceneForm:
+        return ROD
+
+    @property
     def time_scale(self) -> float:
         """The time of one radian; without spin sqrt(1 m/g), or 1 s."""
         omega, g = abs(float(self.initial_state[5])), float(self.parameters["g"])
@@ -305,3 +319,6 @@ class DumbbellFreeFlight(Case):
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         return (*state[:3], *(-v for v in state[3:])), self.parameters
+
+
+THROWN = attracting(lambda p: p[1:3], lambda r, p: p[3] / (p[1] * p[2]), (0, 2), lambda p: p[0])

@@ -10,6 +10,8 @@ from typing import Any, ClassVar
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.rope_scene import SHORTENED
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.precision import Number
 from gnomon.reference.shortened_string import ShortenedString
 
@@ -87,6 +89,10 @@ class CentralForceShortenedString(Case):
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(drawn_in),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SHORTENED
 
     @property
     def time_scale(self) -> float:

@@ -11,6 +11,8 @@ from gnomon.cases.case import Invariant, Variant
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.integrated import IntegratedCase
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.rope_scene import SWINGING
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.precision import Number
 
 
@@ -71,6 +73,10 @@ class SwingingAtwood(IntegratedCase):
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(swinging_atwood_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SWINGING
 
     @property
     def time_scale(self) -> float:

@@ -15,6 +15,8 @@ from gnomon.cases.case import Invariant, Variant
 from gnomon.cases.forms import Form, NBody, SecondOrder, Values
 from gnomon.cases.integrated import IntegratedCase
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.pair_scene import attracting
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.homographic import Homographic, keeps_its_shape
 from gnomon.reference.motion import Motion
 from gnomon.reference.precision import Number, publish, working
@@ -195,6 +197,10 @@ class EquilateralThreeBody(IntegratedCase):
     def forms(self) -> tuple[Form, ...]:
         return SecondOrder(triple_attraction), NBody(three_masses, three_bodies, three_states)
 
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
     @cached_property
     def time_scale(self) -> float:  # type: ignore[override]
         """sqrt(s^3/GM) with the shortest side at the start: a radian of a triangle that turns in a circle."""
@@ -242,3 +248,6 @@ class EquilateralThreeBody(IntegratedCase):
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         return (*state[:9], *(-v for v in state[9:])), dict(self.parameters)
+
+
+SCENE = attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, (0, 1, 2))

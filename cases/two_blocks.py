@@ -9,7 +9,9 @@ from typing import Any
 
 from gnomon.cases.case import Case, Event, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.impact_scene import ball_line
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.precision import Number
 from gnomon.reference.two_blocks import TwoBlocks
 from mpmath import mpf
@@ -121,6 +123,10 @@ class RestitutionImpact(Case):
         )
 
     @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
     def time_scale(self) -> float:
         """The way of block 2 to the wall over its speed; 1 s where it stands."""
         speed = max(abs(float(v)) for v in self.initial_state[2:])
@@ -151,3 +157,6 @@ class RestitutionImpact(Case):
         count = self._exact.impacts
         found = {"impacts": mpf(count)}
         return found | {"last_impact": self._exact.impact_time(count, digits)} if count else found
+
+
+SCENE = ball_line(lambda parameters: parameters, lambda parameters: 1.0, wall=True)

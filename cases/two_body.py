@@ -14,6 +14,8 @@ from gnomon.cases.case import Case, Floats, Invariant, Rung, Variant
 from gnomon.cases.forms import Form, NBody, SecondOrder, Values
 from gnomon.cases.kepler import KeplerOrbit
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.pair_scene import attracting
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.kepler import Kepler
 from gnomon.reference.precision import Number
 from gnomon.reference.two_body import TwoBody as Motion
@@ -157,6 +159,10 @@ class TwoBody(Case):
         return SecondOrder(mutual_attraction), NBody(gravitational_masses, both_bodies, both_states)
 
     @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
     def time_scale(self) -> float:
         """The period over 2 pi; of an unbound orbit the time of a radian at the pericentre."""
         if self.orbit.conic > 0:
@@ -213,3 +219,6 @@ class TwoBody(Case):
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         return (*state[:4], *(-v for v in state[4:])), dict(self.parameters)
+
+
+SCENE = attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, (0, 1))

@@ -9,9 +9,12 @@ from functools import cached_property
 from math import cos, sin, sqrt
 from typing import Any, ClassVar
 
+from gnomon.cases.cart_scene import WEDGE
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import SecondOrder, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.rope_scene import ATWOOD
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.precision import Number
 from gnomon.reference.uniform import Atwood, Wedge
 
@@ -94,6 +97,10 @@ class AtwoodPulleySystems(Case):
         return (SecondOrder(atwood_acceleration),)
 
     @property
+    def scene(self) -> SceneForm:
+        return ATWOOD
+
+    @property
     def time_scale(self) -> float:
         """Initial speed over acceleration; from rest the time of the first metre; 1 s without either."""
         rate, speed = abs(float(self._exact.rate)), abs(float(self.initial_state[1]))
@@ -160,6 +167,10 @@ class WedgeBlock(Case):
     @property
     def forms(self) -> tuple[SecondOrder, ...]:
         return (SecondOrder(wedge_acceleration),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return WEDGE
 
     @property
     def time_scale(self) -> float:
