@@ -6,9 +6,11 @@ from functools import cached_property
 from math import sin, sqrt
 from typing import Any
 
+from gnomon.cases.blow_scene import ARM
 from gnomon.cases.case import Case, Event, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.kicked_pendulum import KickedPendulum
 from gnomon.reference.pendulum import Pendulum
 from gnomon.reference.precision import Number, publish, working
@@ -102,6 +104,10 @@ class TorqueImpulseOnArm(Case):
                 terminal=frozenset({"after"}),
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return ARM
 
     @property
     def time_scale(self) -> float:

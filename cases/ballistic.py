@@ -8,9 +8,11 @@ from functools import cached_property
 from math import sin, sqrt
 from typing import Any, ClassVar
 
+from gnomon.cases.blow_scene import BALLISTIC
 from gnomon.cases.case import Case, Event, Invariant, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.ballistic import BallisticPendulum
 from gnomon.reference.pendulum import Pendulum
 from gnomon.reference.precision import Number, publish, working
@@ -121,6 +123,10 @@ class BallisticPendulumCase(Case):
                 terminal=frozenset({"swing"}),
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return BALLISTIC
 
     @property
     def time_scale(self) -> float:

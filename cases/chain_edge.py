@@ -11,6 +11,8 @@ from typing import Any, ClassVar
 from gnomon.cases.case import Case, Event, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.rail_scene import railed
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.precision import Number
 from gnomon.reference.runaway import Runaway
 from mpmath import mpf
@@ -57,6 +59,17 @@ def on_the_pulley(t: Any, state: Values, parameters: Values) -> str:
     return "sliding" if state[0] < parameters[1] / 2 else "falling"
 
 
+def table_force(t: float, s: float, parameters: tuple[float, ...]) -> float:
+    """Over the mass, on the table and off it."""
+    mode = sliding_off if s < parameters[1] else free_fall
+    return float(mode(t, (s, 0.0), parameters)[1])
+
+
+def pulley_force(t: float, s: float, parameters: tuple[float, ...]) -> float:
+    mode = over_pulley if s < parameters[1] / 2 else free_fall
+    return float(mode(t, (s, 0.0), parameters)[1])
+
+
 class _ChainOverEdge(Case):
     """A chain that leaves its support in one event, `leaves`, and falls freely from there on."""
 
@@ -69,6 +82,7 @@ class _ChainOverEdge(Case):
     _SLIDING: ClassVar[Mode]
     _END: ClassVar[Any]
     _START: ClassVar[Any]
+    _SCENE: ClassVar[SceneForm]
 
     def motion(self) -> Runaway:
         return self._exact
@@ -85,6 +99,10 @@ class _ChainOverEdge(Case):
                 terminal=frozenset({"falling"}),
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return self._SCENE
 
     @property
     def time_scale(self) -> float:
@@ -163,6 +181,7 @@ class ChainOffTable(_ChainOverEdge):
     _SLIDING = Mode("sliding", sliding_off)
     _END = staticmethod(to_table_end)
     _START = staticmethod(on_the_table)
+    _SCENE = railed(table_force)
 
     @cached_property
     def _exact(self) -> Runaway:
@@ -209,6 +228,7 @@ class ChainOverPulley(_ChainOverEdge):
     _SLIDING = Mode("sliding", over_pulley)
     _END = staticmethod(to_pulley_end)
     _START = staticmethod(on_the_pulley)
+    _SCENE = railed(pulley_force)
 
     @cached_property
     def _exact(self) -> Runaway:

@@ -12,6 +12,8 @@ from typing import Any
 from gnomon.cases.case import Case, Event, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.rail_scene import railed
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.chain_quarter import ChainQuarter
 from gnomon.reference.precision import Number
 
@@ -144,6 +146,10 @@ class ChainQuarterCircle(Case):
         )
 
     @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
     def time_scale(self) -> float:
         """sqrt(L/g), or the time in which the front passes the circle at its first speed."""
         g, length, radius = map(float, self.parameter_values())
@@ -173,3 +179,18 @@ class ChainQuarterCircle(Case):
             "leaving_time": self._exact.event_times(digits)[2],
             "leaving_speed": self._exact.event_speeds(digits)[2],
         }
+
+
+def chain_force(t: float, s: float, parameters: tuple[float, ...]) -> float:
+    """Over the mass: what the depths of front and tail pull."""
+    g, length, radius = parameters
+    return g / length * (_depth(s, radius) - _depth(s - length, radius))
+
+
+def _depth(s: float, radius: float) -> float:
+    """Of a point of the chain below the table."""
+    around = min(max(s, 0.0), math.pi * radius / 2)
+    return radius * (1 - cos(around / radius)) + max(s - math.pi * radius / 2, 0.0)
+
+
+SCENE = railed(chain_force)

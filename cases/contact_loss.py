@@ -9,8 +9,10 @@ from math import cos, pi, sin, sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Event, Variant
+from gnomon.cases.contact_loss_scene import LOOP, SPHERE
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.contact_loss import ContactLoss
 from gnomon.reference.precision import Number, working
 from mpmath import mpf
@@ -112,6 +114,10 @@ class _ContactLossCase(Case):
                 terminal=frozenset({"flight"}),
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return SPHERE if not self._INSIDE else LOOP
 
     @property
     def time_scale(self) -> float:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases import accuracy
 from gnomon.cases.case import Case, Invariant, Variant
-from gnomon.cases.equivalent_pendulum_scene import SCENE
+from gnomon.cases.equivalent_pendulum_scene import SCENE, TUBE
 from gnomon.cases.forms import Separable, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.scene import SceneForm
@@ -154,6 +154,10 @@ class ChainInCircularTube(_Pendulum):
     @property
     def forms(self) -> tuple[Separable, ...]:
         return (Separable(tube_acceleration, tube_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return TUBE
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`pendulum_length`: L/(2 sin(L/2R)) of the pendulum with the same motion."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import sin
+
 from gnomon.cases.pendulum_scene import pendulum_reading
 from gnomon.cases.scene import Body, Hinge, Scene, SceneForm
 
@@ -16,3 +18,17 @@ def carried_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Sc
 
 
 SCENE = SceneForm(carried_scene, pendulum_reading, frozenset({"hinge"}))
+
+
+def tube_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """The chain in the tube moves as a rigid arc about the centre of the circle."""
+    theta, omega = state
+    g, length, radius = parameters
+    arm = 2 * radius * radius / length * sin(length / (2 * radius))
+    moment = max(radius * radius - arm * arm, 0.0)  # a short chain is a bead
+    arc = Body("arc", 1.0, (moment, moment, moment))
+    hinge = Hinge("pivot", "arc", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -arm), theta, omega)
+    return Scene((0.0, 0.0, -g), (arc,), hinges=(hinge,))
+
+
+TUBE = SceneForm(tube_scene, pendulum_reading, frozenset({"hinge"}))

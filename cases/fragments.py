@@ -7,9 +7,11 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+from gnomon.cases.blow_scene import FRAGMENTS
 from gnomon.cases.case import Case, Event, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.fragments import Fragments
 from gnomon.reference.precision import Number, publish, working
 
@@ -98,6 +100,10 @@ class ExplodingProjectile(Case):
                 terminal=frozenset({"burst"}),
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return FRAGMENTS
 
     @property
     def time_scale(self) -> float:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import sin
 
-from gnomon.cases.scene import Body, Contact, Readings, Scene, SceneForm, Vector
+from gnomon.cases.scene import Body, Contact, Readings, Scene, SceneForm, Slider, Vector
 
 Values = tuple[float, ...]
 RADIUS = 0.05
@@ -74,3 +75,31 @@ def incline_reading(readings: Readings, parameters: Values) -> Values:
 
 
 INCLINE = SceneForm(incline_scene, incline_reading, frozenset({"rigid_impact"}), conservative=False)
+
+
+def table_scene(state: Values, parameters: Values) -> Scene:
+    """The table's place is prescribed; the ball stands over it by its height."""
+    z, u = state
+    _g, e, b, A, w = parameters
+
+    def lift(t: float) -> float:
+        return b * t * t / 2 + A * sin(w * t)
+
+    ball = _ball("ball", 1.0, RADIUS, (0.0, 0.0, RADIUS + z), (0.0, 0.0, u + A * w))
+    table = Body("table", 1.0, (0.0, 0.0, 0.0))
+    return Scene(
+        (0.0, 0.0, -parameters[0]),
+        (ball, table),
+        sliders=(Slider("lift", "table", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0, A * w, drive=lift),),
+        contacts=(Contact("ball", (0.0, 0.0, 1.0), restitution=e, partner="table"),),
+    )
+
+
+def table_reading(readings: Readings, parameters: Values) -> Values:
+    (place, rate), (position, _, velocity, _) = readings.joints["lift"], readings.bodies["ball"]
+    return position[2] - RADIUS - place, velocity[2] - rate
+
+
+TABLE = SceneForm(
+    table_scene, table_reading, frozenset({"rigid_impact", "body_contact", "driven_axis"}), conservative=False
+)

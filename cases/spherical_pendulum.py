@@ -13,7 +13,9 @@ from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.formulation import Formulation
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.cases.spherical_cartesian import CARTESIAN
+from gnomon.cases.spherical_scene import SCENE
 from gnomon.reference.lagrange_top import SphericalPendulum
 from gnomon.reference.precision import Number
 
@@ -80,6 +82,10 @@ class SphericalPendulumCase(Case):
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(spherical_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def formulations(self) -> tuple[Formulation, ...]:

@@ -10,6 +10,8 @@ from typing import Any, ClassVar
 from gnomon.cases.case import Case, Event, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.rail_scene import railed
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.precision import Number
 from gnomon.reference.spring_block import SpringBlock
 from mpmath import fneg, mpf
@@ -98,6 +100,10 @@ class WorkEnergySpringBlock(Case):
         )
 
     @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
     def time_scale(self) -> float:
         """sqrt(m/k)."""
         return 1 / sqrt(float(self._exact.square))
@@ -130,3 +136,6 @@ class WorkEnergySpringBlock(Case):
         motion = self._exact
         found = {"period": motion.period(digits), "largest_compression": motion.compression(digits)}
         return found | {"contact_time": motion.contact_time(digits)} if motion.leaves else found
+
+
+SCENE = railed(lambda t, y, parameters: -parameters[0] - parameters[2] / parameters[1] * min(y, 0.0))

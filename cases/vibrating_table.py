@@ -10,7 +10,9 @@ from typing import Any
 
 from gnomon.cases.case import Case, Event, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.impact_scene import TABLE
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.precision import Number
 from gnomon.reference.vibrating_table import VibratingTable
 from mpmath import mpf
@@ -127,6 +129,10 @@ class BouncingBallTable(Case):
                 settle=1e-9 * self.time_scale,
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return TABLE
 
     @property
     def time_scale(self) -> float:
