@@ -38,6 +38,8 @@ class PyBullet(Integrator):
             "position_force",
             "velocity_force",
             "time_force",
+            "mutual_force",
+            "body_contact",
         }
     )
     configured: ClassVar[bool] = True

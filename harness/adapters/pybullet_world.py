@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from math import atan2, cos, sin
+from math import atan2, cos, sin, sqrt
 from typing import Any
 
 from gnomon.cases.scene import (
@@ -83,7 +83,7 @@ class World:
         for body in scene.bodies:
             joint = joints.get(body.name)
             if joint is None:
-                self._free(body, [contact for contact in scene.contacts if contact.body == body.name])
+                self._free(body, [c for c in scene.contacts if body.name in (c.body, c.partner)])
             elif self.maximal and isinstance(joint, Hinge):
                 self._constrained(body, joint)
             else:
@@ -96,14 +96,20 @@ class World:
         if shape >= 0 and not contacts:
             self._call("setCollisionFilterGroupMask", number, -1, 0, 0)
         self._inertia(number, -1, body.mass, body.inertia)
+        # The engine takes the product of the two surfaces' coefficients.
         for contact in contacts:
+            if contact.partner:
+                self._surface(number, sqrt(contact.restitution), sqrt(contact.friction))
+                continue
             plane = self._create(0.0, self._shape_of("GEOM_PLANE", planeNormal=contact.normal))
-            # The engine takes the product of the two surfaces' coefficients.
-            for surface, restitution, friction in ((plane, 1.0, 1.0), (number, contact.restitution, contact.friction)):
-                self._call("changeDynamics", surface, -1, restitution=restitution, lateralFriction=friction)
-                if "rigid_impact" in self.needs:
-                    self._extra("changeDynamics", IMPACT_BODY, surface, -1)
+            self._surface(plane, 1.0, 1.0)
+            self._surface(number, contact.restitution, contact.friction)
         self.bodies[body.name] = number
+
+    def _surface(self, number: int, restitution: float, friction: float) -> None:
+        self._call("changeDynamics", number, -1, restitution=restitution, lateralFriction=friction)
+        if "rigid_impact" in self.needs:
+            self._extra("changeDynamics", IMPACT_BODY, number, -1)
 
     def _jointed(self, body: Body, joint: Hinge | Slider) -> None:
         """The body as the only link of a multibody whose base is fixed at the anchor."""
@@ -203,6 +209,8 @@ class World:
     def _push(self, force: Force, joint: Hinge | Slider | None) -> Callable[[float], None]:
         """What applies a force for one step: the engine holds it over the step."""
         law = force.law
+        if force.partner:
+            return self._push_pair(force)
         if isinstance(joint, Slider):
             rail, number = joint, self.jointed[joint.name]
             drive = self._bound("setJointMotorControl2", number, 0, self.api.TORQUE_CONTROL)
@@ -232,6 +240,19 @@ class World:
             apply(number, -1, law(t, position, velocity), position, frame)
 
         return push_body
+
+    def _push_pair(self, force: Force) -> Callable[[float], None]:
+        """What applies a force and the opposite one on the partner."""
+        one, two, law = self.bodies[force.body], self.bodies[force.partner], force.law
+        apply, frame = self._bound("applyExternalForce"), self.api.WORLD_FRAME
+
+        def push(t: float) -> None:
+            here, there = self._pose(one)[0], self._pose(two)[0]
+            pull = law(t, _along(here, there, -1.0), _along(self._twist(one)[0], self._twist(two)[0], -1.0))
+            apply(one, -1, pull, here, frame)
+            apply(two, -1, _along(ORIGIN, pull, -1.0), there, frame)
+
+        return push
 
     def read(self) -> Readings:
         joints = {name: self._joint_state(number, 0)[:2] for name, number in self.jointed.items()}

@@ -152,6 +152,20 @@ def test_scene_moves_as_its_case(name: str) -> None:
     assert np.log2(coarse / fine) == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.parametrize(
+    "name",
+    ["three_ball_chain", "newtons_cradle", "oblique_impact", "restitution_impact_1d_2d", "bouncing_ball_incline"],
+)
+def test_impacts_between_bodies_keep_the_law_of_restitution(name: str) -> None:
+    """Each impact is late by at most a step: first order, and where a step falls on an impact moves the error about."""
+    case = get(name, "equal" if name == "restitution_impact_1d_2d" else None).rounded()
+    exact = case.sample(case.times)
+    steps = [float(case.times[0]) / parts for parts in (16, 256)]
+    coarse, fine = (np.max(case.metric.distance(states(PyBullet, case, dt), exact, case.times)) for dt in steps)
+    assert coarse < 0.01
+    assert fine < coarse / 5
+
+
 def test_block_holds_without_creeping() -> None:
     """At 16 degrees the limit is 16.7. The engine lets the block go for its first step, 2.4 dt^2 in all."""
     case = variant("block_incline_friction", "engines_stick")
