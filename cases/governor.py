@@ -10,7 +10,9 @@ from typing import Any, ClassVar
 
 from gnomon.cases.case import Floats, Invariant, Rung, Variant
 from gnomon.cases.forms import FirstOrder, Form, Values
+from gnomon.cases.hoop_scene import GOVERNOR
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.cases.well import WellCase
 from gnomon.reference.governor import Governor
 
@@ -143,13 +145,7 @@ class EngineeringDesignAnalysis(WellCase):
     @cached_property
     def time_scale(self) -> float:  # type: ignore[override]
         """The period of the arms over 2 pi, or a radian of the fastest spin where that is shorter."""
-        motion = self._exact
-        fastest = abs(float(motion.momentum())) / float(self.parameters["I"])
-        if not motion.rests:
-            low, high = (abs(float(x)) for x in motion.turning_points())
-            least = 0.0 if not motion.one_sided else min(low, high)
-            fastest = abs(float(motion.spin_at(least)))
-        slow = super().time_scale
+        slow, fastest = super().time_scale, float(self._exact.fastest_spin())
         return min(slow, 1 / fastest) if fastest else slow
 
     def natural_span(self) -> Any:
@@ -172,6 +168,10 @@ class EngineeringDesignAnalysis(WellCase):
                 "azimuth": motion.carried_over_period(0, digits),
             }
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return GOVERNOR
 
     @property
     def ladder(self) -> tuple[Rung, ...]:

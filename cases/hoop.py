@@ -12,12 +12,13 @@ import numpy as np
 from gnomon.cases import accuracy
 from gnomon.cases.case import Case, Floats, Invariant, Rung, Variant
 from gnomon.cases.forms import Separable, Values
+from gnomon.cases.hinge_scene import hinged_pull
 from gnomon.cases.hoop_scene import SCENE
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.pendulum import PendulumSimple
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.hoop import Hoop
-from gnomon.reference.precision import Number
+from gnomon.reference.precision import Number, publish, working
 
 
 def hoop_acceleration(theta: Any, pull: Any, lift: Any) -> Values:
@@ -73,6 +74,9 @@ def compass_potential(t: Any, q: Values, parameters: Values) -> Values:
 
 def compass_jacobi(t: Any, state: Values, parameters: Values) -> Values:
     return (state[1] * state[1] / 2 + compass_potential(t, state[:1], parameters)[0],)
+
+
+HINGED_SCENE, COMPASS_SCENE = hinged_pull(hinged_acceleration), hinged_pull(compass_acceleration)
 
 
 def _unchanged(states: Floats) -> Floats:
@@ -201,6 +205,7 @@ class RotatingPendulum(HoopCase):
         Variant("tilted", "small swings about the tilted equilibrium", initial_state=("0.911", 0)),
         Variant("long_1e4", "10,000 periods: phase error"),
         Variant("without_rotation", "Om = 0: the simple pendulum", {"Om": 0}, (2, 0)),
+        Variant("engines", "the numbers of engine tests, 5 s", initial_state=("0.3", 0), span=5),
     )
     invariants: ClassVar = {"jacobi": Invariant(bead_jacobi)}
     _CYCLES: ClassVar[dict[str, str]] = {
@@ -221,6 +226,14 @@ class RotatingPendulum(HoopCase):
     @property
     def scene(self) -> SceneForm:
         return SCENE
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`drive_torque` over the mass, of the start: 2 R^2 Om sin(theta) cos(theta) theta' (m^2/s^2)."""
+        _g, radius, rate = self.parameter_values()
+        theta, omega = self.initial_state
+        with working(digits + 10) as mp:
+            torque = mp.mpf(radius**2 * rate * omega) * mp.sin(2 * mp.mpf(theta))
+            return super().quantities(digits) | {"drive_torque": publish([torque], digits)[0]}
 
     @property
     def ladder(self) -> tuple[Rung, ...]:
@@ -244,7 +257,7 @@ class BearingReactionTorqueStability(HoopCase):
         Parameter("I_c", "kg m^2", "0.05", "moment about the long axis"),
         Parameter("Om", "rad/s", 6, "rate of the shaft"),
     )
-    default_state = ("0.4", 0)
+    default_state = ("0.4", "0.5")
     domain = Domain(
         {
             "mgl": Range(low=0.0, typical=(0.0, 10.0)),
@@ -276,6 +289,23 @@ class BearingReactionTorqueStability(HoopCase):
     @property
     def forms(self) -> tuple[Separable, ...]:
         return (Separable(hinged_acceleration, hinged_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return HINGED_SCENE
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """Of the start: the torque that drives the shaft, 2 Om (I_b - I_c) sin(theta) cos(theta) theta', and that
+
+        across it which the bearings take, Om theta' (I_a + (I_b - I_c) cos(2 theta)).
+        """
+        _moment, ia, ib, ic, rate = self.parameter_values()
+        theta, omega = self.initial_state
+        with working(digits + 10) as mp:
+            turn = 2 * mp.mpf(theta)
+            size, apart = mp.mpf(rate * omega), mp.mpf(ib - ic)
+            torques = publish((size * apart * mp.sin(turn), size * (mp.mpf(ia) + apart * mp.cos(turn))), digits)
+        return super().quantities(digits) | dict(zip(("drive_torque", "bearing_torque"), torques, strict=True))
 
 
 class Gyrocompass(HoopCase):
@@ -337,6 +367,18 @@ class Gyrocompass(HoopCase):
     @property
     def forms(self) -> tuple[Separable, ...]:
         return (Separable(compass_acceleration, compass_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return COMPASS_SCENE
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`small_angle_period`: 2 pi sqrt(A/(C s W)), without the square of the Earth's rate."""
+        found, (pull, _) = super().quantities(digits), self.coefficients()
+        if pull <= 0:
+            return found
+        with working(digits + 10) as mp:
+            return found | {"small_angle_period": publish([2 * mp.pi / mp.sqrt(mp.mpf(pull))], digits)[0]}
 
     @property
     def ladder(self) -> tuple[Rung, ...]:

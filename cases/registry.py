@@ -47,6 +47,8 @@ _MODULES = {
     "torpedo_firing_pin": "firing_pin:TorpedoFiringPin",
     "sliding_can": "sliding_can:SlidingCanCase",
     "rotating_pendulum": "hoop:RotatingPendulum",
+    "rotating_pendulum_free_hoop": "hoop_free:RotatingPendulumFreeHoop",
+    "rotating_pendulum_swept": "hoop_free:RotatingPendulumSwept",
     "bearing_reaction_torque_stability": "hoop:BearingReactionTorqueStability",
     "gyrocompass": "hoop:Gyrocompass",
     "small_vibrations_3dof_chain": "small_vibrations:SmallVibrationsChain",

@@ -89,6 +89,13 @@ class Governor(WellMotion):
         """phi' when the arms stand at theta."""
         return self._quantity(digits, lambda mp: self._momentum(mp) / self._inertia(mp, mp.mpf(theta)))
 
+    def fastest_spin(self, digits: int = 15) -> Any:
+        """The largest |phi'|: where the arms come next to the spindle."""
+        if self.rests:
+            return self._quantity(digits, lambda mp: abs(mp.mpf(self.spin)))
+        low, high = (abs(float(x)) for x in self.turning_points())
+        return abs(self.spin_at(min(low, high) if self.one_sided else 0.0, digits))
+
     def _inertia(self, mp: Any, x: Any) -> Any:
         return mp.mpf(self.inertia) + 2 * mp.mpf(self.m * self.length**2) * mp.sin(x) ** 2
 
