@@ -1,29 +1,50 @@
-"""The pulse gives its impulse, and the lag behind an instantaneous one; differences give the force."""
+"""The pulse gives its impulse, and the lag behind an instantaneous one; quadrature of the force gives the motion."""
 
 from __future__ import annotations
 
 from fractions import Fraction
 
+import mpmath
 import pytest
 from gnomon.reference.precision import exact
 from gnomon.reference.pulse import Pulse
 
 
-@pytest.mark.parametrize("length", ["0.1", "1e-9"])
+def made(length):
+    return Pulse(*map(exact, (2, 3, "0.7", length, 0, "0.5")))
+
+
+@pytest.mark.parametrize("length", ["0.1", "1e-9", 0])
 def test_impulse_and_lag(length):
-    motion = Pulse(*map(exact, (2, 3, "0.7", length, 0, "0.5")))
-    x, v = motion.at(Fraction(2))
-    assert v == Fraction(1, 2) + Fraction(3, 2)
-    instantaneous = Fraction(1) + Fraction(3, 2) * (2 - exact("0.7"))
-    assert instantaneous - x == Fraction(3, 4) * exact(length)
+    """The error of the instantaneous impulse is T J/(2m): first order in T."""
+    late, instantaneous = made(length), made(0)
+    with mpmath.workdps(40):
+        (x, v), (x0, v0) = late.state(2, 40), instantaneous.state(2, 40)
+        assert v == v0 == 2
+        lag = mpmath.mpf(3 * exact(length).numerator) / (4 * exact(length).denominator)
+        assert abs(x0 - x - lag) < mpmath.mpf("1e-38")
+        assert abs(late.lag(40) - lag) <= mpmath.mpf("1e-40") * (1 + lag)
 
 
-def test_second_difference_of_a_quartic_is_the_force():
-    """Exact in rational numbers: x(t+h) - 2 x + x(t-h) = h^2 x'' + h^4 x''''/12."""
-    motion = Pulse(*map(exact, (2, 3, "0.7", "0.1", 0, "0.5")))
-    t, h, T = exact("0.73"), Fraction(1, 1000), exact("0.1")
-    s = t - exact("0.7")
-    force = 6 * 3 * s * (T - s) / T**3
-    fourth = -12 * 3 / T**3 / 2
-    second = motion.at(t + h)[0] - 2 * motion.at(t)[0] + motion.at(t - h)[0]
-    assert second == h**2 * force / 2 + h**4 * fourth / 12
+def test_the_motion_in_the_pulse_is_the_integral_of_the_force():
+    motion = made("0.1")
+    with mpmath.workdps(40):
+        rate = mpmath.pi * 10
+
+        def force(s):
+            return 3 * rate / 2 * mpmath.sin(rate * s)
+
+        x, v = motion.state("0.73", 40)
+        s = mpmath.mpf("0.03")
+        assert abs(mpmath.quad(force, [0, s]) / 2 + 0.5 - v) < mpmath.mpf("1e-35")
+        way = mpmath.quad(lambda u: (s - u) * force(u), [0, s]) / 2
+        assert abs(way + mpmath.mpf("0.365") - x) < mpmath.mpf("1e-35")
+        assert abs(mpmath.quad(force, [0, mpmath.mpf("0.1")]) - 3) < mpmath.mpf("1e-35")
+
+
+def test_at_once_the_velocity_jumps():
+    motion = made(0)
+    assert motion.before_the_impulse() == (pytest.approx(0.35, rel=1e-15), 0.5)
+    assert motion.state(Fraction(7, 10)) == (pytest.approx(0.35, rel=1e-15), 2)
+    assert motion.state(Fraction(699, 1000))[1] == 0.5
+
