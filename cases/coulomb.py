@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, ClassVar
 
-from gnomon.cases.case import Case, Event, Invariant, Variant
+from gnomon.cases.box_scene import flat_box
+from gnomon.cases.case import Case, Event, Floats, Invariant, Rung, Variant
 from gnomon.cases.forms import Friction, Mode, Transition, Values
+from gnomon.cases.harmonic import HarmonicOscillator
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm, Vector
 from gnomon.reference.coulomb import CoulombOscillator
 from gnomon.reference.precision import Number, exact
 from mpmath import mpf
@@ -60,6 +64,30 @@ def way_on_the_spring(t: Any, state: Values, parameters: Values) -> str:
     if v == 0:
         return after_a_turn(t, state, parameters)
     return "right" if v > 0 else "left"
+
+
+def level_gravity(parameters: tuple[float, ...]) -> Vector:
+    return 0.0, 0.0, -parameters[2]
+
+
+def spring_pull(t: float, x: float, parameters: tuple[float, ...]) -> Vector:
+    return -parameters[1] * x, 0.0, 0.0
+
+
+ONE_FRICTION, TWO_FRICTIONS = (
+    flat_box(
+        level_gravity, lambda parameters: parameters[3], *more, mass=lambda parameters: parameters[0], push=spring_pull
+    )
+    for more in ((), ("static_friction",))
+)
+
+
+SHOWN = 5
+"""Half cycles whose energies are listed."""
+
+
+def as_it_slides(states: Floats) -> Floats:
+    return states
 
 
 class CoulombFrictionOscillator(Case):
@@ -132,6 +160,21 @@ class CoulombFrictionOscillator(Case):
         )
 
     @property
+    def scene(self) -> SceneForm:
+        """It needs a static coefficient of its own only where that decides where the mass stays."""
+        motion = self._exact
+        slippery = replace(motion, mu_s=motion.mu_k)
+        alike = (motion.side, motion.turns) == (slippery.side, slippery.turns)
+        return ONE_FRICTION if alike else TWO_FRICTIONS
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        free = HarmonicOscillator(
+            initial_state=self.initial_state, span=self.span, m=self.parameters["m"], k=self.parameters["k"]
+        )
+        return (Rung(free, as_it_slides, "no friction: harmonic"),)
+
+    @property
     def time_scale(self) -> float:
         """sqrt(m/k)."""
         return math.sqrt(float(self.parameters["m"] / self.parameters["k"]))
@@ -171,7 +214,10 @@ class CoulombFrictionOscillator(Case):
         }
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`half_cycles`: how many times it comes to rest; infinite where it never stays."""
+        """`half_cycles`: how many times it comes to rest; infinite where it never stays.
+
+        `energy_1`, `energy_2` ...: what the spring holds after each of the first half cycles.
+        """
         motion = self._exact
         found = {
             "period": motion.period(digits),
@@ -183,4 +229,6 @@ class CoulombFrictionOscillator(Case):
                 "stop_position": motion.turn_position(motion.turns, digits),
                 "dissipated": motion.dissipated(digits),
             }
+        steps = 0 if motion.side == 0 else SHOWN if motion.turns is None else min(motion.turns, SHOWN)
+        found |= {f"energy_{n}": motion.energy_after(n, digits) for n in range(1, steps + 1)}
         return found

@@ -12,6 +12,8 @@ from gnomon.cases import accuracy
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import Separable, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule
+from gnomon.cases.point_scene import railed_pull
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.duffing import DuffingMotion
 from gnomon.reference.precision import Number, publish, working
 
@@ -38,6 +40,9 @@ def quartic_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 def _bounded(numbers: Mapping[str, Fraction]) -> bool:
     return DuffingMotion(numbers["alpha"], numbers["beta"], numbers["x"], numbers["v"]).bounded
+
+
+SCENE = railed_pull(cubic_acceleration)
 
 
 class DuffingUnforced(Case):
@@ -88,6 +93,10 @@ class DuffingUnforced(Case):
     @property
     def forms(self) -> tuple[Separable, ...]:
         return (Separable(cubic_acceleration, quartic_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def time_scale(self) -> float:

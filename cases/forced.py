@@ -142,6 +142,10 @@ class ForcedOscillator(Case):
         return 10.37 * 2 * math.pi * (1 / w if w else self.time_scale)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`transmissibility`: force passed on over F0, and motion over that of a moved base.
+
+        `unbalance_ratio`: m X/(m_e e), and motion relative to a moved base over that of the base.
+        """
         motion = self._exact
         found = {"natural_frequency": motion.natural_rate(digits)}
         if self.parameters["c"] == 0 and motion.stiffness == motion.frequency**2:
@@ -151,6 +155,7 @@ class ForcedOscillator(Case):
             "magnification": motion.magnification(digits),
             "phase_lag": motion.phase_lag(digits),
             "transmissibility": motion.transmissibility(digits),
+            "unbalance_ratio": motion.unbalance_ratio(digits),
         }
 
 
@@ -159,6 +164,23 @@ def second_order_linear(t: Any, state: Values, parameters: Values) -> Values:
     x, v = state
     b, c, h0, h1, r, p = parameters
     return v, h0 + h1 * exp(r * t) * cos(p * t) - 2 * b * v - c * x
+
+
+def second_order_matrix(parameters: Values) -> Values:
+    b, c, *_load = parameters
+    return 0, 1, -c, -2 * b
+
+
+def second_order_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+    return second_order_matrix(parameters)
+
+
+def second_order_load(t: Any, state: Values, parameters: Values) -> Values:
+    _b, _c, h0, h1, r, p = parameters
+    return 0, h0 + h1 * exp(r * t) * cos(p * t)
+
+
+LINEAR_SCENE = railed_point(second_order_linear, "time_force")
 
 
 class SecondOrderLinearOde(Case):
@@ -216,8 +238,14 @@ class SecondOrderLinearOde(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(second_order_linear),)
+    def forms(self) -> tuple[SemiLinear, ...]:
+        return (
+            SemiLinear(second_order_linear, second_order_jacobian, linear=second_order_matrix, rest=second_order_load),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return LINEAR_SCENE
 
     @property
     def time_scale(self) -> float:
@@ -257,6 +285,14 @@ def as_before(t: Any, state: Values, parameters: Values) -> Values:
 def before_the_switch(t: Any, state: Values, parameters: Values) -> str:
     off = parameters[5]
     return "driven" if t < off else "coasting"
+
+
+def force_until_off(t: float, state: Values, parameters: Values) -> Values:
+    """Both modes in one, for a scene's force."""
+    return (driven_mass if t < parameters[5] else coasting_mass)(t, state, parameters)
+
+
+SWITCHED_SCENE = railed_point(force_until_off, "time_force")
 
 
 class TimeVaryingForce(Case):
@@ -327,6 +363,10 @@ class TimeVaryingForce(Case):
         )
 
     @property
+    def scene(self) -> SceneForm:
+        return SWITCHED_SCENE
+
+    @property
     def time_scale(self) -> float:
         """One radian of the force, its decay or its duration, the shortest."""
         w, d, off = (abs(float(self.parameters[name])) for name in ("w", "d", "off"))
@@ -344,8 +384,12 @@ class TimeVaryingForce(Case):
         return (Event(self._exact.off_time(digits), "off", there, there),)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`impulse`: of the force until it ends."""
-        return {
+        """`impulse`: of the force until it ends. `drift`: under a steady oscillation, the mean velocity v0 + S/(m w)."""
+        found = {
             "final_velocity": self.exact(self.parameters["off"], digits)[1],
             "impulse": self._exact.impulse(self.parameters["m"], digits),
         }
+        m, s, _c, w, d, _off = self.parameter_values()
+        if d or not w:
+            return found
+        return found | {"drift": self._exact.number(self.initial_state[1] + s / (m * w), digits)}

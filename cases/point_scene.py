@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from gnomon.cases.forms import Equations
+from typing import Any
+
+from gnomon.cases.forms import Equations, Values
 from gnomon.cases.scene import Body, Force, Readings, Scene, SceneForm, Slider, Vector
 
 UP = (0, 2)
@@ -40,19 +42,31 @@ def free_point(equations: Equations, axes: tuple[int, ...], *more: str) -> Scene
     return SceneForm(build, observe, frozenset({"velocity_force", *more}), conservative=False)
 
 
+def railed_pull(acceleration: Equations) -> SceneForm:
+    """A point of mass 1 on a rail with state (x, v), pushed by x'' = acceleration(t, (x,), parameters) of place alone."""
+
+    def equations(t: Any, state: Values, parameters: Values) -> Values:
+        return (state[1], *acceleration(t, state[:1], parameters))
+
+    return _railed(equations, "position_force", frozenset({"slider", "position_force"}), conservative=True)
+
+
 def railed_point(equations: Equations, *more: str) -> SceneForm:
     """A point of mass 1 on a rail with state (x, v), pushed by what the equations say of v."""
+    return _railed(equations, "velocity_force", frozenset({"slider", "velocity_force", *more}), conservative=False)
 
+
+def _railed(equations: Equations, token: str, needs: frozenset[str], conservative: bool) -> SceneForm:
     def build(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
         def push(t: float, position: Vector, velocity: Vector) -> Vector:
             return equations(t, (position[0], velocity[0]), parameters)[1], 0.0, 0.0
 
         rail = Slider("rail", "point", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), *state)
         body = Body("point", 1.0, (0.0, 0.0, 0.0))
-        force = Force("point", "velocity_force", push)
+        force = Force("point", token, push)
         return Scene((0.0, 0.0, 0.0), (body,), sliders=(rail,), forces=(force,))
 
     def observe(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
         return readings.joints["rail"]
 
-    return SceneForm(build, observe, frozenset({"slider", "velocity_force", *more}), conservative=False)
+    return SceneForm(build, observe, needs, conservative)

@@ -13,6 +13,7 @@ from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, pos
 from gnomon.cases.point_scene import UP, free_point, railed_point
 from gnomon.cases.projectile import ProjectileParabola
 from gnomon.cases.scene import SceneForm
+from gnomon.cases.stokes import ProjectileStokesDrag
 from gnomon.reference.precision import Number
 from gnomon.reference.quadratic_drag import QuadraticDragPlane, QuadraticDragVertical
 from mpmath import mpf
@@ -116,7 +117,18 @@ class ProjectileQuadraticDrag(Case):
     @property
     def ladder(self) -> tuple[Rung, ...]:
         parabola = ProjectileParabola(initial_state=self.initial_state, span=self.span, g=self.parameters["g"])
-        return (Rung(parabola, without_drag, "no drag: the parabola"),)
+        stokes = ProjectileStokesDrag(
+            initial_state=self.initial_state, span=self.span, g=self.parameters["g"], nu=self._first_rate
+        )
+        return (
+            Rung(parabola, without_drag, "no drag: the parabola"),
+            Rung(stokes, without_drag, "drag proportional to the velocity, right at the start"),
+        )
+
+    @property
+    def _first_rate(self) -> float:
+        """k |v0|."""
+        return float(self.parameters["k"]) * math.hypot(*map(float, self.initial_state[2:]))
 
 
 def rising_or_falling(t: Any, state: Values, parameters: Values) -> Values:

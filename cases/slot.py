@@ -9,8 +9,10 @@ from math import sqrt, tau
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
-from gnomon.cases.forms import FirstOrder, Values
+from gnomon.cases.forms import Form, SemiLinear, Separable, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.point_scene import railed_point, railed_pull
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.precision import Number
 from gnomon.reference.slot import Slot
 
@@ -22,9 +24,31 @@ def slot_equations(t: Any, state: Values, parameters: Values) -> Values:
     return v, Om * Om * r - (k / m) * (r - r0) - 2 * mu * Om * v
 
 
-def slot_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+def slot_matrix(parameters: Values) -> Values:
     m, k, _, Om, mu = parameters
     return 0, 1, Om * Om - k / m, -2 * mu * Om
+
+
+def slot_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+    return slot_matrix(parameters)
+
+
+def spring_offset(t: Any, state: Values, parameters: Values) -> Values:
+    m, k, r0, _, _ = parameters
+    return 0, k / m * r0
+
+
+def smooth_slot(t: Any, q: Values, parameters: Values) -> Values:
+    """r'' = Om^2 r - (k/m) (r - r0)."""
+    (r,) = q
+    m, k, r0, Om, _ = parameters
+    return (Om * Om * r - (k / m) * (r - r0),)
+
+
+def smooth_slot_potential(t: Any, q: Values, parameters: Values) -> Values:
+    (r,) = q
+    m, k, r0, Om, _ = parameters
+    return (((k / m) * (r - r0) * (r - r0) - Om * Om * r * r) / 2,)
 
 
 def jacobi_integral(t: Any, state: Values, parameters: Values) -> Values:
@@ -32,6 +56,10 @@ def jacobi_integral(t: Any, state: Values, parameters: Values) -> Values:
     r, v = state
     m, k, r0, Om, _ = parameters
     return ((v * v - Om * Om * r * r + (k / m) * (r - r0) * (r - r0)) / 2,)
+
+
+ROUGH_SCENE, SMOOTH_SCENE = railed_point(slot_equations), railed_pull(smooth_slot)
+"""In the frame of the table: a fixed rail, with the centrifugal force and the friction that the Coriolis force makes."""
 
 
 class SliderRotatingSlot(Case):
@@ -75,8 +103,14 @@ class SliderRotatingSlot(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(slot_equations, slot_jacobian),)
+    def forms(self) -> tuple[Form, ...]:
+        """Without friction there is a potential."""
+        linear = SemiLinear(slot_equations, slot_jacobian, linear=slot_matrix, rest=spring_offset)
+        return (linear,) if self.parameters["mu"] else (Separable(smooth_slot, smooth_slot_potential), linear)
+
+    @property
+    def scene(self) -> SceneForm:
+        return ROUGH_SCENE if self.parameters["mu"] else SMOOTH_SCENE
 
     @property
     def time_scale(self) -> float:

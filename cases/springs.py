@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import Separable, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.point_scene import railed_point
+from gnomon.cases.point_scene import railed_pull
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.precision import Number
 from gnomon.reference.springs import HangingSprings
@@ -36,12 +36,7 @@ def hanging_energy(t: Any, state: Values, parameters: Values) -> Values:
     return (v * v / 2 + hanging_potential(t, (x,), parameters)[0],)
 
 
-def hanging_equations(t: Any, state: Values, parameters: Values) -> Values:
-    x, v = state
-    return (v, *hanging_acceleration(t, (x,), parameters))
-
-
-SCENE = railed_point(hanging_equations)
+SCENE = railed_pull(hanging_acceleration)
 
 
 class HangingSpringsCase(Case):

@@ -86,6 +86,10 @@ class CoulombOscillator(BallMotion):
         turns = self.turns
         return self._derived(digits, lambda: ball(start) - ball(self.stiffness) * self._turn_position(turns) ** 2 / 2)
 
+    def energy_after(self, turn: int, digits: int = 15) -> Any:
+        """What the spring holds when the mass comes to rest for the `turn`-th time."""
+        return self._derived(digits, lambda: ball(self.stiffness) * self._turn_position(turn) ** 2 / 2)
+
     def period(self, digits: int = 15) -> Any:
         """Of two half cycles, 2 pi sqrt(m/k): friction does not change it."""
         return self._derived(digits, lambda: 2 * flint.arb.pi() / self._rate())

@@ -57,6 +57,11 @@ class ForcedLinear(LinearMotion):
         below = (self.stiffness - self.frequency**2) ** 2 + (2 * self.damping * self.frequency) ** 2
         return self._derived(digits, lambda: ball(self.stiffness) / ball(below).sqrt())
 
+    def unbalance_ratio(self, digits: int = 15) -> Any:
+        """The magnification times p^2/c: of a load that grows as its frequency squared, an unbalance or a moved base."""
+        below = (self.stiffness - self.frequency**2) ** 2 + (2 * self.damping * self.frequency) ** 2
+        return self._derived(digits, lambda: ball(self.frequency**2) / ball(below).sqrt())
+
     def phase_lag(self, digits: int = 15) -> Any:
         """Of the steady answer behind the load, in [0, pi]."""
         real, imaginary = self.stiffness - self.frequency**2, 2 * self.damping * self.frequency
@@ -83,7 +88,10 @@ class SwitchedOff(BallMotion):
         return x + v * ball(t - self.off), v
 
     def off_time(self, digits: int = 15) -> Any:
-        return self._derived(digits, lambda: ball(self.off))
+        return self.number(self.off, digits)
+
+    def number(self, value: Fraction, digits: int = 15) -> Any:
+        return self._derived(digits, lambda: ball(value))
 
     def impulse(self, mass: Fraction, digits: int = 15) -> Any:
         """Of the force until its end: what it adds to the momentum."""
