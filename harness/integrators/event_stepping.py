@@ -1,8 +1,8 @@
 """The stepping of hybrid problems: explicit Runge-Kutta steps that end where a guard crosses zero.
 
 An event is located by root finding on the length of the method's own step, so that the method keeps its order and needs
-no dense output. Everything here is compiled, together with the modes and transitions of a case, into one module; it
-returns to Python only where a transition's target is a Python function.
+no dense output. The stepping is compiled once, for all cases; the modes and transitions of a case are one compiled
+function, which it calls by address. It returns to Python only where a transition's target is a Python function.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.forms import Hybrid
-from gnomon.harness.compile import OPTIONS, gather_into, load_module
+from gnomon.harness.compile import gather_into, load_module
+from gnomon.harness.integrators.stepping import call, compiled_whole
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -29,25 +30,24 @@ ERROR_5, ERROR_3 = 16, 17
 """Rows of the table of DOP853 with the weights of its error estimates."""
 
 
-def rhs(m: int, t: float, y: Floats, p: Floats, out: Floats) -> None:
-    """The equations of mode m; generated for each case."""
-
-
-def guard(k: int, t: float, y: Floats, p: Floats) -> float:
-    """The guard of transition k, signed so that it is positive before the event; generated for each case."""
-    raise NotImplementedError
-
-
-def reset(k: int, t: float, y: Floats, p: Floats, out: Floats) -> None:
-    """The reset of transition k; generated for each case."""
-
-
-def settle_down(k: int, t: float, y: Floats, p: Floats, out: Floats) -> None:
-    """The map into the limit mode of transition k; generated for each case."""
+def part(parts: int, k: int, t: float, y: Floats, p: Floats, out: Floats) -> None:
+    """Evaluate function k of a hybrid form (see `compiled_parts`), whose compiled address is `parts`, into `out`."""
+    out[0] = k
+    call(parts, t, y, p, out)
 
 
 def one_step(
-    m: int, t: float, h: float, y: Floats, p: Floats, table: Floats, stages: int, x: Floats, k: Floats, out: Floats
+    parts: int,
+    mode: int,
+    t: float,
+    h: float,
+    y: Floats,
+    p: Floats,
+    table: Floats,
+    stages: int,
+    x: Floats,
+    k: Floats,
+    out: Floats,
 ) -> None:
     """One explicit Runge-Kutta step. Rows of `table`: c_j, a_j1, ... for each stage, then 0, b_1, ..."""
     for j in range(stages):
@@ -56,7 +56,7 @@ def one_step(
             for n in range(j):
                 total += table[j, n + 1] * k[n, i]
             x[i] = y[i] + h * total
-        rhs(m, t + table[j, 0] * h, x, p, k[j])
+        part(parts, mode, t + table[j, 0] * h, x, p, k[j])
     for i in range(y.size):
         total = 0.0
         for n in range(stages):
@@ -81,8 +81,9 @@ def step_error(h: float, y: Floats, end: Floats, table: Floats, stages: int, k: 
 
 
 def locate(
-    g: int,
-    m: int,
+    parts: int,
+    guard: int,
+    mode: int,
     t: float,
     h: float,
     before: float,
@@ -95,7 +96,7 @@ def locate(
     k: Floats,
     out: Floats,
 ) -> float:
-    """The step length in (0, h] at which guard g crosses zero, to round-off (Chandrupatla 1997).
+    """The step length in (0, h] at which a guard crosses zero, to round-off (Chandrupatla 1997).
 
     `before` >= 0 and `after` <= 0 are the guard's values at 0 and h. Where it is zero at 0 it rises first: the bracket
     is halved until its lower end is past that zero.
@@ -103,8 +104,9 @@ def locate(
     low, high = 0.0, h
     while before <= 0.0:
         middle = 0.5 * (low + high)
-        one_step(m, t, middle, y, p, table, stages, x, k, out)
-        value = guard(g, t + middle, out, p)
+        one_step(parts, mode, t, middle, y, p, table, stages, x, k, out)
+        part(parts, guard, t + middle, out, p, x)
+        value = x[0]
         if value > 0.0:
             low, before = middle, value
         else:
@@ -116,8 +118,9 @@ def locate(
     fraction = 0.5
     for _ in range(200):
         now = a + fraction * (b - a)
-        one_step(m, t, now, y, p, table, stages, x, k, out)
-        value = guard(g, t + now, out, p)
+        one_step(parts, mode, t, now, y, p, table, stages, x, k, out)
+        part(parts, guard, t + now, out, p, x)
+        value = x[0]
         if (value > 0.0) == (fa > 0.0):
             c, fc = a, fa
         else:
@@ -140,6 +143,8 @@ def locate(
 
 
 def run(
+    parts: int,
+    modes: int,
     y: Floats,
     clock: Floats,
     where: Integers,
@@ -160,6 +165,7 @@ def run(
 ) -> int:
     """Integrate one trajectory from where `y`, `clock`, `where` and `since` say; returns one of the codes above.
 
+    `parts`: address of the compiled functions of the form, the first `modes` of which are its right-hand sides.
     `clock`: the time within the sampling interval as a sum of two doubles, and the step that the control suggests.
     `since`: time since each transition last fired. `source`, `target`, `limit`: the modes from, to and past each
     transition, -1 where Python is to be asked or where there is none. `tolerance` 0: fixed steps, as near to h as
@@ -167,6 +173,7 @@ def run(
     """
     x, end, k = np.empty(y.size), np.empty(y.size), np.empty((stages, y.size))
     transitions = source.size
+    guards, resets, limits = modes, modes + transitions, modes + 2 * transitions
     before = np.zeros(transitions)
     while where[SAMPLE] < times.size:
         if where[COUNT] >= event_times.size:
@@ -189,17 +196,19 @@ def run(
             return STEP_TOO_SMALL
         for g in range(transitions):
             if source[g] == mode:
-                value = guard(g, t, y, p)
+                part(parts, guards + g, t, y, p, x)
+                value = x[0]
                 if where[FRESH] == 1 and (value == 0.0 or (g == where[FIRED] and value < 0.0)):
                     value = 0.0  # on the guard, or off it by the round-off of the event just located
                 elif where[FRESH] == 2 and value == 0.0:
                     # At the very start a guard that is zero counts only where it first moves away.
-                    one_step(mode, t, length * 2.0**-20, y, p, table, stages, x, k, end)
-                    value = 0.0 if guard(g, t, end, p) > 0.0 else -1.0
+                    one_step(parts, mode, t, length * 2.0**-20, y, p, table, stages, x, k, end)
+                    part(parts, guards + g, t, end, p, x)
+                    value = 0.0 if x[0] > 0.0 else -1.0
                 elif value == 0.0:
                     value = -1.0
                 before[g] = value
-        one_step(mode, t, length, y, p, table, stages, x, k, end)
+        one_step(parts, mode, t, length, y, p, table, stages, x, k, end)
         if tolerance > 0.0:
             error = step_error(length, y, end, table, stages, k, tolerance)
             if not error <= 1.0:
@@ -215,14 +224,15 @@ def run(
         fired, first = -1, length
         for g in range(transitions):
             if source[g] == mode and before[g] >= 0.0:
-                after = guard(g, t + length, end, p)
+                part(parts, guards + g, t + length, end, p, x)
+                after = x[0]
                 if after < 0.0 or (after == 0.0 and before[g] > 0.0):
-                    found = locate(g, mode, t, length, before[g], after, y, p, table, stages, x, k, end)
+                    found = locate(parts, guards + g, mode, t, length, before[g], after, y, p, table, stages, x, k, end)
                     if fired < 0 or found < first:
                         fired, first = g, found
-                    one_step(mode, t, length, y, p, table, stages, x, k, end)
+                    one_step(parts, mode, t, length, y, p, table, stages, x, k, end)
         if fired >= 0:
-            one_step(mode, t, first, y, p, table, stages, x, k, end)
+            one_step(parts, mode, t, first, y, p, table, stages, x, k, end)
         for i in range(y.size):
             y[i] = end[i]
         since += first
@@ -247,11 +257,11 @@ def run(
             where[FRESH], where[FIRED] = 1, fired
             if since[fired] <= settle and limit[fired] >= 0:
                 event_kinds[where[COUNT]] = transitions + fired
-                settle_down(fired, t, end, p, y)
+                part(parts, limits + fired, t, end, p, y)
                 where[MODE] = limit[fired]
             else:
                 event_kinds[where[COUNT]] = fired
-                reset(fired, t, end, p, y)
+                part(parts, resets + fired, t, end, p, y)
                 where[MODE] = target[fired]
             since[fired] = 0.0
             where[COUNT] += 1
@@ -261,49 +271,46 @@ def run(
 
 
 SIGNATURE = (
-    "int64(float64[::1], float64[::1], int64[::1], float64[::1], float64[::1], int64[::1], float64[:, ::1], "
-    "float64[::1], float64[::1], float64, float64, float64[:, ::1], int64, int64[::1], int64[::1], int64[::1], float64)"
+    "int64(intp, int64, float64[::1], float64[::1], int64[::1], float64[::1], float64[::1], int64[::1], "
+    "float64[:, ::1], float64[::1], float64[::1], float64, float64, float64[:, ::1], int64, int64[::1], int64[::1], "
+    "int64[::1], float64)"
 )
 
 
 @cache
-def compiled(form: Hybrid, dimension: int, parameters: int) -> Callable[..., int]:
-    """`run`, compiled with the modes and transitions of a case. Each right-hand side raises p[parameters] by 1."""
-    parts = ["import numpy as np", "from numba import njit"]
-    seen: dict[str, Any] = {"np": np} | {stub.__name__: stub for stub in (rhs, guard, reset, settle_down)}
-    y, p = (f"({', '.join(f'{a}[{i}]' for i in range(n))},)" for a, n in (("y_", dimension), ("p_", parameters)))
+def compiled() -> Callable[..., int]:
+    """`run`, the same for every case."""
+    return compiled_whole(run, SIGNATURE)
 
-    def branches(head: str, functions: list[tuple[Callable[..., Any], str, str]]) -> None:
-        """A function that picks one of several plain ones by its index; each ends with lines that use its result r."""
-        lines = [f"@njit({OPTIONS})", f"def {head}:", f"    y = {y}", f"    p = {p}"]
-        for index, (function, arguments, ends) in enumerate(functions):
-            if function.__name__ not in seen:
-                gather_into(function, seen, parts)
-            lines += [
-                f"    if {head.split('(')[1][0]} == {index}:",
-                f"        r = {function.__name__}(t, y, {arguments})",
-            ]
-            lines += [f"        {end}" for end in ends.split("\n")]
-        parts.append("\n".join(lines))
 
-    write = "\n".join(f"out[{i}] = r[{i}]" for i in range(dimension))
-    count = f"{write}\np_[{parameters}] += 1.0\nreturn"
-    branches(
-        "rhs(m, t, y_, p_, out)",
-        [
-            (m.equations, f"p + ({', '.join(map(repr, m.constants))},)" if m.constants else "p", count)
-            for m in form.modes
-        ],
-    )
-    branches("guard(k, t, y_, p_)", [(g.guard, "p", f"return {-g.direction} * r[0]") for g in form.transitions])
-    parts[-1] += "\n    return 1.0"
-    branches("reset(k, t, y_, p_, out)", [(g.reset, "p", f"{write}\nreturn") for g in form.transitions])
+@cache
+def compiled_parts(form: Hybrid, dimension: int, parameters: int) -> int:
+    """Address of the functions of a form, compiled as one: out[0] says which, and out[:] takes its values.
+
+    In this order: the right-hand side of each mode, which also raises p[parameters] by 1; the guard of each transition,
+    signed so that it is positive before the event; its reset; its map into the limit mode, where it has one.
+    """
     maps = {name: to_limit for name, _, to_limit in form.limits}
-    branches(
-        "settle_down(k, t, y_, p_, out)",
-        [(maps.get(g.name, g.reset), "p", f"{write}\nreturn") for g in form.transitions],
-    )
-    gather_into(run, seen, parts)
-    parts[-1] = parts[-1].replace("@njit(", f'@njit("{SIGNATURE}", ', 1)
-    driver: Callable[..., int] = load_module("\n".join(parts)).run
-    return driver
+    write = tuple(f"out[{i}] = r[{i}]" for i in range(dimension))
+    functions: list[tuple[Callable[..., Any], str, tuple[str, ...]]] = [
+        *((m.equations, f"p + {m.constants!r}" if m.constants else "p", (*write, f"p_[{parameters}] += 1.0"))
+          for m in form.modes),
+        *((g.guard, "p", (f"out[0] = {-g.direction} * r[0]",)) for g in form.transitions),
+        *((g.reset, "p", write) for g in form.transitions),
+        *((maps.get(g.name, g.reset), "p", write) for g in form.transitions),
+    ]  # fmt: skip
+    sources = ["import numpy as np", "from numba import carray, cfunc, njit, types"]
+    seen: dict[str, Any] = {"np": np}
+    lines = [
+        "POINTER = types.CPointer(types.float64)",
+        "@cfunc(types.void(types.float64, POINTER, POINTER, POINTER), cache=True)",
+        "def parts(t, y_, p_, out):",
+        f"    y = ({''.join(f'y_[{i}], ' for i in range(dimension))})",
+        f"    p = ({''.join(f'p_[{i}], ' for i in range(parameters))})",
+        "    k = int(out[0])",
+    ]
+    for k, (function, arguments, ends) in enumerate(functions):
+        gather_into(function, seen, sources)
+        lines += [f"    if k == {k}:", f"        r = {function.__name__}(t, y, {arguments})"]
+        lines += [f"        {end}" for end in ends] + ["        return"]
+    return int(load_module("\n".join([*sources, *lines])).parts.address)

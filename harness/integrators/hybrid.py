@@ -62,7 +62,8 @@ class EventRungeKutta(Integrator):
         fixed = isinstance(self.sweep, Steps)
         if not (math.isfinite(setting) and setting > 0) or (fixed and times[-1] / setting > MOST_STEPS):
             raise Refused(f"{self.sweep.kind} {setting} is not positive, or takes more than {MOST_STEPS:g} steps")
-        run = event_stepping.compiled(form, problem.dimension, len(problem.parameters))
+        run = event_stepping.compiled()
+        parts = event_stepping.compiled_parts(form, problem.dimension, len(problem.parameters))
         with working(DIGITS) as mp:
             table = rounded(self.table(mp))
         h, tolerance = (setting, 0.0) if fixed else (0.1 * problem.time_scale, setting)
@@ -77,7 +78,7 @@ class EventRungeKutta(Integrator):
             found, kinds = np.empty(64), np.empty(64, dtype=np.int64)
             while True:
                 code = run(
-                    y, clock, where, since, found, kinds, out, buffer, times, h, tolerance, table, self.stages,
+                    parts, len(form.modes), y, clock, where, since, found, kinds, out, buffer, times, h, tolerance, table, self.stages,
                     modes.source, modes.target, modes.limit, form.settle,
                 )  # fmt: skip
                 if code == ASK:
