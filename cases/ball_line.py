@@ -66,6 +66,12 @@ def chain_kinetic(t: Any, state: Values, parameters: Values) -> Values:
     return ((m1 * v1 * v1 + m2 * v2 * v2 + m3 * v3 * v3) / 2,)
 
 
+def chain_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    _, _, _, v1, v2, v3 = state
+    m1, m2, m3, _ = parameters
+    return (m1 * v1 + m2 * v2 + m3 * v3,)
+
+
 def five_uniform(t: Any, state: Values, parameters: Values) -> Values:
     _, _, _, _, _, v1, v2, v3, v4, v5 = state
     return v1, v2, v3, v4, v5, 0, 0, 0, 0, 0
@@ -136,6 +142,12 @@ def cradle_kinetic(t: Any, state: Values, parameters: Values) -> Values:
     """Over the mass."""
     _, _, _, _, _, v1, v2, v3, v4, v5 = state
     return ((v1 * v1 + v2 * v2 + v3 * v3 + v4 * v4 + v5 * v5) / 2,)
+
+
+def cradle_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """Over the mass."""
+    _, _, _, _, _, v1, v2, v3, v4, v5 = state
+    return (v1 + v2 + v3 + v4 + v5,)
 
 
 def never_touching(t: Any, state: Values, parameters: Values) -> str:
@@ -276,7 +288,7 @@ class ThreeBallChain(_BallLineCase):
         Variant("close", "1e-9 m between the last two: impacts 1e-9 s apart", {}, (0, 1, 1.000000001, 1, 0, 0)),
         Variant("light_last", "m3 = 1e-9: leaves at nearly (1 + e)^2 m1/(m1 + m2) v1", {"m3": "1e-9"}),
     )
-    invariants: ClassVar = {"energy": Invariant(chain_kinetic, "decays")}
+    invariants: ClassVar = {"energy": Invariant(chain_kinetic, "decays"), "momentum": Invariant(chain_momentum)}
     _FREE = staticmethod(three_uniform)
     _SCENE = ball_line(lambda parameters: parameters[:3], lambda parameters: parameters[3])
     _PAIRS = ((gap_12, impact_12, touching_12), (gap_23, impact_23, touching_23))
@@ -321,7 +333,7 @@ class NewtonsCradle(_BallLineCase):
         Variant("lossy", "e = 0.75: all move in the end, in many impacts", {"e": "0.75"}),
         Variant("both_sides", "one from each end: they meet in the middle", {}, (0, 1, 2, 3, "3.75", 1, 0, 0, 0, -1)),
     )
-    invariants: ClassVar = {"energy": Invariant(cradle_kinetic, "decays")}
+    invariants: ClassVar = {"energy": Invariant(cradle_kinetic, "decays"), "momentum": Invariant(cradle_momentum)}
     _FREE = staticmethod(five_uniform)
     _SCENE = ball_line(lambda parameters: (1.0,) * 5, lambda parameters: parameters[0])
     _PAIRS = (

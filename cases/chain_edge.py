@@ -8,7 +8,7 @@ from functools import cached_property
 from math import sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.case import Case, Event, Variant
+from gnomon.cases.case import Case, Event, Invariant, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.rail_scene import railed
@@ -49,6 +49,22 @@ def goes_on(t: Any, state: Values, parameters: Values) -> Values:
     """Nothing jumps."""
     s, v = state
     return s, v
+
+
+def table_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Over the mass, from all of it on the table; what hangs, min(s, L), without a branch. Friction takes of it."""
+    s, v = state
+    g, length, _mu = parameters
+    hangs = (s + length - sqrt((s - length) * (s - length))) / 2
+    return (v * v / 2 - g * (hangs * hangs / (2 * length) + s - hangs),)
+
+
+def pulley_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Over the mass, from balance."""
+    s, v = state
+    g, length = parameters
+    over = (s + length / 2 - sqrt((s - length / 2) * (s - length / 2))) / 2
+    return (v * v / 2 - g * (over * over / length + s - over),)
 
 
 def on_the_table(t: Any, state: Values, parameters: Values) -> str:
@@ -178,6 +194,7 @@ class ChainOffTable(_ChainOverEdge):
             (0.5000000000000001, 0),
         ),
     )
+    invariants: ClassVar = {"energy": Invariant(table_energy, "decays")}
     _SLIDING = Mode("sliding", sliding_off)
     _END = staticmethod(to_table_end)
     _START = staticmethod(on_the_table)
@@ -225,6 +242,7 @@ class ChainOverPulley(_ChainOverEdge):
         Variant("balanced", "exactly balanced: must not run", initial_state=(0, 0)),
         Variant("hair", "1e-12 m off balance: runs off after 28 e-foldings of that", initial_state=("1e-12", 0)),
     )
+    invariants: ClassVar = {"energy": Invariant(pulley_energy)}
     _SLIDING = Mode("sliding", over_pulley)
     _END = staticmethod(to_pulley_end)
     _START = staticmethod(on_the_pulley)

@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
-from math import atan, cos, sqrt
-from typing import Any
+from math import atan, cos, sin, sqrt
+from typing import Any, ClassVar
 
-from gnomon.cases.case import Case, Event, Variant
+from gnomon.cases.case import Case, Event, Invariant, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.rail_scene import railed
@@ -45,6 +45,26 @@ def tail_on_circle(t: Any, state: Values, parameters: Values) -> Values:
 def chain_falling(t: Any, state: Values, parameters: Values) -> Values:
     _s, v = state
     return v, parameters[0]
+
+
+def above_zero(x: Any) -> Any:
+    """max(x, 0) without a branch."""
+    return (x + sqrt(x * x)) / 2
+
+
+def depth_summed(s: Any, radius: Any) -> Any:
+    """The depths below the table from its edge to s along the chain, summed: on the circle and straight below it."""
+    quarter = 2 * atan(1) * radius
+    below = above_zero(s - quarter)
+    around = above_zero(s) - below
+    return radius * (around - radius * sin(around / radius)) + below * (radius + below / 2)
+
+
+def quarter_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Over the mass, from all of it on the table."""
+    s, v = state
+    g, length, radius = parameters
+    return (v * v / 2 - g / length * (depth_summed(s, radius) - depth_summed(s - length, radius)),)
 
 
 def front_left(t: Any, state: Values, parameters: Values) -> Values:
@@ -116,6 +136,8 @@ class ChainQuarterCircle(Case):
         ),
         Variant("long_chain", "L = 1000 m: hangs for long before the tail comes", {"L": 1000}),
     )
+
+    invariants: ClassVar = {"energy": Invariant(quarter_energy)}
 
     @cached_property
     def _exact(self) -> ChainQuarter:

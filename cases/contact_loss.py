@@ -8,7 +8,7 @@ from functools import cached_property
 from math import cos, pi, sin, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.case import Case, Event, Variant
+from gnomon.cases.case import Case, Event, Invariant, Variant
 from gnomon.cases.contact_loss_scene import LOOP, SPHERE
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
@@ -59,6 +59,22 @@ def loop_force(t: Any, state: Values, parameters: Values) -> Values:
     theta, _, omega, _ = state
     g, radius = parameters
     return (radius * omega * omega + g * cos(theta),)
+
+
+def sphere_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Over the mass, from the top of the sphere."""
+    theta, h, omega, u = state
+    g, radius = parameters
+    r, half = radius + h, sin(theta / 2)
+    return ((r * r * omega * omega + u * u) / 2 + g * (h - 2 * r * half * half),)
+
+
+def loop_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Over the mass, from the bottom of the loop."""
+    theta, h, omega, u = state
+    g, radius = parameters
+    r, half = radius - h, sin(theta / 2)
+    return ((r * r * omega * omega + u * u) / 2 + g * (h + 2 * r * half * half),)
 
 
 def as_it_is(t: Any, state: Values, parameters: Values) -> Values:
@@ -174,6 +190,7 @@ class BeadLeavingSphere(_ContactLossCase):
         Variant("at_top", "exactly at the top: must not slide", initial_state=(0, 0, 0, 0)),
         Variant("launched", "starts at the top with speed", initial_state=(0, 0, 1, 0)),
     )
+    invariants: ClassVar = {"energy": Invariant(sphere_energy)}
     _INSIDE = False
     _SLIDES = Mode("contact", on_sphere)
     _FLIES = Mode("flight", off_sphere)
@@ -217,6 +234,7 @@ class AmusementPark(_ContactLossCase):
         ),
         Variant("swings", "too slow to reach the side: a pendulum", initial_state=(0, 0, 4, 0)),
     )
+    invariants: ClassVar = {"energy": Invariant(loop_energy)}
     _INSIDE = True
     _SLIDES = Mode("contact", in_loop)
     _FLIES = Mode("flight", across_loop)

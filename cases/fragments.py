@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 from gnomon.cases.blow_scene import FRAGMENTS
-from gnomon.cases.case import Case, Event, Variant
+from gnomon.cases.case import Case, Event, Invariant, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.scene import SceneForm
@@ -32,6 +32,28 @@ def bursts(t: Any, state: Values, parameters: Values) -> Values:
     _g, m1, m2, _burst, wx, wy = parameters
     one, two = m2 / (m1 + m2), m1 / (m1 + m2)
     return x1, y1, x2, y2, vx1 - one * wx, vy1 - one * wy, vx2 + two * wx, vy2 + two * wy
+
+
+def fragments_momentum_x(t: Any, state: Values, parameters: Values) -> Values:
+    return (parameters[1] * state[4] + parameters[2] * state[6],)
+
+
+def fragments_momentum_y(t: Any, state: Values, parameters: Values) -> Values:
+    """P_y + (m1 + m2) g t."""
+    g, m1, m2, *_ = parameters
+    return (m1 * state[5] + m2 * state[7] + (m1 + m2) * g * t,)
+
+
+def fragments_centre_x(t: Any, state: Values, parameters: Values) -> Values:
+    """x_C - v_C t."""
+    _g, m1, m2, *_ = parameters
+    return ((m1 * (state[0] - state[4] * t) + m2 * (state[2] - state[6] * t)) / (m1 + m2),)
+
+
+def fragments_centre_y(t: Any, state: Values, parameters: Values) -> Values:
+    """y_C - v_C t - g t^2/2."""
+    g, m1, m2, *_ = parameters
+    return ((m1 * (state[1] - state[5] * t) + m2 * (state[3] - state[7] * t)) / (m1 + m2) - g * t * t / 2,)
 
 
 def whole_or_burst(t: Any, state: Values, parameters: Values) -> str:
@@ -79,6 +101,12 @@ class ExplodingProjectile(Case):
         Variant("at_rest", "bursts where it hangs: all motion is from the burst", {"g": 0}, (0,) * 8, span=3),
     )
     autonomous = False
+    invariants: ClassVar = {
+        "momentum_x": Invariant(fragments_momentum_x),
+        "momentum_y_and_weight": Invariant(fragments_momentum_y),
+        "centre_of_mass_start_x": Invariant(fragments_centre_x),
+        "centre_of_mass_start_y": Invariant(fragments_centre_y),
+    }
 
     @cached_property
     def _exact(self) -> Fragments:

@@ -55,6 +55,21 @@ def discs_kinetic(t: Any, state: Values, parameters: Values) -> Values:
     return ((m1 * (vx1 * vx1 + vy1 * vy1) + m2 * (vx2 * vx2 + vy2 * vy2)) / 2,)
 
 
+def discs_momentum_x(t: Any, state: Values, parameters: Values) -> Values:
+    return (parameters[0] * state[4] + parameters[1] * state[6],)
+
+
+def discs_momentum_y(t: Any, state: Values, parameters: Values) -> Values:
+    return (parameters[0] * state[5] + parameters[1] * state[7],)
+
+
+def discs_angular_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """About the origin: the discs are smooth."""
+    x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
+    m1, m2, _, _ = parameters
+    return (m1 * (x1 * vy1 - y1 * vx1) + m2 * (x2 * vy2 - y2 * vx2),)
+
+
 def discs_apart(t: Any, state: Values, parameters: Values) -> str:
     return "before"
 
@@ -113,7 +128,12 @@ class ObliqueImpact(Case):
         ),
         Variant("wall", "m2 = 1e9: as from a wall", {"m2": 10**9}, (-2, "0.3", 0, 0, 3, "0.2", 0, 0)),
     )
-    invariants: ClassVar = {"energy": Invariant(discs_kinetic, "decays")}
+    invariants: ClassVar = {
+        "energy": Invariant(discs_kinetic, "decays"),
+        "momentum_x": Invariant(discs_momentum_x),
+        "momentum_y": Invariant(discs_momentum_y),
+        "angular_momentum": Invariant(discs_angular_momentum),
+    }
 
     @cached_property
     def _exact(self) -> DiscImpact:

@@ -72,6 +72,20 @@ def thrown_momentum_y(t: Any, state: Values, parameters: Values) -> Values:
     return (m1 * state[5] + m2 * state[7] + (m1 + m2) * g * t,)
 
 
+def thrown_centre_x(t: Any, state: Values, parameters: Values) -> Values:
+    """x_C - v_C t."""
+    x1, _, x2, _, vx1, _, vx2, _ = state
+    _, m1, m2, _ = parameters
+    return ((m1 * (x1 - vx1 * t) + m2 * (x2 - vx2 * t)) / (m1 + m2),)
+
+
+def thrown_centre_y(t: Any, state: Values, parameters: Values) -> Values:
+    """y_C - v_C t - g t^2/2."""
+    _, y1, _, y2, _, vy1, _, vy2 = state
+    g, m1, m2, _ = parameters
+    return ((m1 * (y1 - vy1 * t) + m2 * (y2 - vy2 * t)) / (m1 + m2) - g * t * t / 2,)
+
+
 def spin(t: Any, state: Values, parameters: Values) -> Values:
     """Angular momentum about the centre of mass, over the reduced mass."""
     x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
@@ -98,6 +112,19 @@ def dumbbell_momentum_x(t: Any, state: Values, parameters: Values) -> Values:
     _, _, theta, vx, _, omega = state
     _, m1, m2, length = parameters
     return (m1 * vx + m2 * (vx - length * omega * sin(theta)),)
+
+
+def dumbbell_momentum_y(t: Any, state: Values, parameters: Values) -> Values:
+    """P_y + (m1 + m2) g t."""
+    _, _, theta, _, vy, omega = state
+    g, m1, m2, length = parameters
+    return (m1 * vy + m2 * (vy + length * omega * cos(theta)) + (m1 + m2) * g * t,)
+
+
+def dumbbell_spin(t: Any, state: Values, parameters: Values) -> Values:
+    """Angular momentum about the centre of mass."""
+    _g, m1, m2, length = parameters
+    return (m1 * m2 / (m1 + m2) * length * length * state[5],)
 
 
 class TwoMassSpring(Case):
@@ -208,6 +235,8 @@ class CenterOfMassMotion(Case):
         "energy": Invariant(thrown_energy),
         "momentum_x": Invariant(thrown_momentum_x),
         "momentum_y_and_weight": Invariant(thrown_momentum_y),
+        "centre_of_mass_start_x": Invariant(thrown_centre_x),
+        "centre_of_mass_start_y": Invariant(thrown_centre_y),
         "spin": Invariant(spin),
     }
 
@@ -285,7 +314,12 @@ class DumbbellFreeFlight(Case):
         Variant("fast_spin", "1e5 turns in one flight", initial_state=(0, 0, 0, 2, 8, 314159)),
         Variant("light_end", "mass 1 is 1e-9 of mass 2: it is whirled round", {"m1": "2e-9"}),
     )
-    invariants: ClassVar = {"energy": Invariant(dumbbell_energy), "momentum_x": Invariant(dumbbell_momentum_x)}
+    invariants: ClassVar = {
+        "energy": Invariant(dumbbell_energy),
+        "momentum_x": Invariant(dumbbell_momentum_x),
+        "momentum_y_and_weight": Invariant(dumbbell_momentum_y),
+        "spin": Invariant(dumbbell_spin),
+    }
 
     @cached_property
     def _exact(self) -> RodPair:

@@ -7,7 +7,7 @@ from functools import cached_property
 from math import sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.case import Case, Event, Variant
+from gnomon.cases.case import Case, Event, Invariant, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.rail_scene import railed
@@ -36,6 +36,14 @@ def spring_end(t: Any, state: Values, parameters: Values) -> Values:
 def unchanged(t: Any, state: Values, parameters: Values) -> Values:
     y, v = state
     return y, v
+
+
+def spring_block_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """From the free end of the spring, which pushes only: (y - sqrt(y^2))/2 is its compression."""
+    y, v = state
+    g, m, k = parameters
+    squeezed = (y - sqrt(y * y)) / 2
+    return ((m * v * v + k * squeezed * squeezed) / 2 + m * g * y,)
 
 
 def which_side(t: Any, state: Values, parameters: Values) -> str:
@@ -74,6 +82,7 @@ class WorkEnergySpringBlock(Case):
         Variant("on_spring", "starts compressed and is thrown off", initial_state=("-0.2", 0)),
         Variant("long_1e3", "2,000 events: every error of an event's time stays"),
     )
+    invariants: ClassVar = {"energy": Invariant(spring_block_energy)}
     _PERIODS: ClassVar = {"long_1e3": 1000.37}
 
     @cached_property

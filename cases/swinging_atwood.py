@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from math import cos, sin, sqrt
 from typing import Any, ClassVar
@@ -28,6 +28,14 @@ def swinging_atwood_energy(t: Any, state: Values, parameters: Values) -> Values:
     r, theta, vr, w = state
     mu, g = parameters
     return ((1 + mu) * vr * vr / 2 + r * r * w * w / 2 + g * r * (mu - cos(theta)),)
+
+
+def tufillaro_integral(t: Any, state: Values, parameters: Values) -> Values:
+    """The second integral, constant for mu = 3 alone (Tufillaro, J. Physique 46 (1985) 1495)."""
+    r, theta, vr, w = state
+    _mu, g = parameters
+    half, c = sin(theta / 2), cos(theta / 2)
+    return (r * r * w * (vr * c - r * w * half / 2) + g * r * r * half * c * c,)
 
 
 class SwingingAtwood(IntegratedCase):
@@ -68,7 +76,13 @@ class SwingingAtwood(IntegratedCase):
             (1, "0.3", 0, "0.5"),
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(swinging_atwood_energy)}
+    _ENERGY: ClassVar = {"energy": Invariant(swinging_atwood_energy)}
+
+    @property
+    def invariants(self) -> Mapping[str, Invariant]:  # type: ignore[override]
+        """The energy; with mu = 3 a second one."""
+        second = {"tufillaro": Invariant(tufillaro_integral)} if self.parameters["mu"] == 3 else {}
+        return self._ENERGY | second
 
     @property
     def forms(self) -> tuple[FirstOrder, ...]:

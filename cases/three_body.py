@@ -61,6 +61,30 @@ def triple_momentum_x(t: Any, state: Values, parameters: Values) -> Values:
     return (m1 * state[9] + m2 * state[12] + m3 * state[15],)
 
 
+def triple_momentum_y(t: Any, state: Values, parameters: Values) -> Values:
+    _, m1, m2, m3 = parameters
+    return (m1 * state[10] + m2 * state[13] + m3 * state[16],)
+
+
+def triple_momentum_z(t: Any, state: Values, parameters: Values) -> Values:
+    _, m1, m2, m3 = parameters
+    return (m1 * state[11] + m2 * state[14] + m3 * state[17],)
+
+
+def triple_spin_x(t: Any, state: Values, parameters: Values) -> Values:
+    """Angular momentum about the x axis."""
+    _, y1, z1, _, y2, z2, _, y3, z3, _, v1, w1, _, v2, w2, _, v3, w3 = state
+    _, m1, m2, m3 = parameters
+    return (m1 * (y1 * w1 - z1 * v1) + m2 * (y2 * w2 - z2 * v2) + m3 * (y3 * w3 - z3 * v3),)
+
+
+def triple_spin_y(t: Any, state: Values, parameters: Values) -> Values:
+    """Angular momentum about the y axis."""
+    x1, _, z1, x2, _, z2, x3, _, z3, u1, _, w1, u2, _, w2, u3, _, w3 = state
+    _, m1, m2, m3 = parameters
+    return (m1 * (z1 * u1 - x1 * w1) + m2 * (z2 * u2 - x2 * w2) + m3 * (z3 * u3 - x3 * w3),)
+
+
 def triple_spin_z(t: Any, state: Values, parameters: Values) -> Values:
     """Angular momentum about the z axis."""
     x1, y1, _, x2, y2, _, x3, y3, _, u1, v1, _, u2, v2, _, u3, v3, _ = state
@@ -176,6 +200,10 @@ class EquilateralThreeBody(IntegratedCase):
     invariants: ClassVar = {
         "energy": Invariant(triple_energy),
         "momentum_x": Invariant(triple_momentum_x),
+        "momentum_y": Invariant(triple_momentum_y),
+        "momentum_z": Invariant(triple_momentum_z),
+        "spin_x": Invariant(triple_spin_x),
+        "spin_y": Invariant(triple_spin_y),
         "spin_z": Invariant(triple_spin_z),
     }
 

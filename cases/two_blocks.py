@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
-from gnomon.cases.case import Case, Event, Variant
+from gnomon.cases.case import Case, Event, Invariant, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.impact_scene import ball_line
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
@@ -51,6 +51,12 @@ def onto_each_other(t: Any, state: Values, parameters: Values) -> Values:
 def onto_wall(t: Any, state: Values, parameters: Values) -> Values:
     _, x2, v1, v2 = state
     return 0, x2, v1, v2
+
+
+def blocks_kinetic(t: Any, state: Values, parameters: Values) -> Values:
+    _, _, v1, v2 = state
+    m1, m2 = parameters
+    return ((m1 * v1 * v1 + m2 * v2 * v2) / 2,)
 
 
 def always_free(t: Any, state: Values, parameters: Values) -> str:
@@ -98,6 +104,8 @@ class RestitutionImpact(Case):
         Variant("ratio_1e4", "m2/m1 = 1e4: 314 impacts, the digits of pi, counted exactly", {"m2": 10**4}),
         Variant("ratio_1e6", "m2/m1 = 1e6: 3141 impacts, at the wall 1e-6 s apart", {"m2": 10**6}),
     )
+
+    invariants: ClassVar = {"energy": Invariant(blocks_kinetic)}
 
     @cached_property
     def _exact(self) -> TwoBlocks:

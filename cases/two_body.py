@@ -62,6 +62,12 @@ def centre_start_x(t: Any, state: Values, parameters: Values) -> Values:
     return ((m1 * (state[0] - state[4] * t) + m2 * (state[2] - state[6] * t)) / (m1 + m2),)
 
 
+def centre_start_y(t: Any, state: Values, parameters: Values) -> Values:
+    """y_C - V_C t."""
+    _, m1, m2 = parameters
+    return ((m1 * (state[1] - state[5] * t) + m2 * (state[3] - state[7] * t)) / (m1 + m2),)
+
+
 def gravitational_masses(parameters: Values) -> Values:
     G, m1, m2 = parameters
     return G * m1, G * m2
@@ -138,6 +144,7 @@ class TwoBody(Case):
         "momentum_y": Invariant(momentum_y),
         "angular_momentum": Invariant(total_angular_momentum),
         "centre_of_mass_start_x": Invariant(centre_start_x),
+        "centre_of_mass_start_y": Invariant(centre_start_y),
     }
 
     @cached_property

@@ -1,0 +1,39 @@
+"""Invariants of hybrid motions hold through every event: constant ones to the digits asked for, decaying ones in one direction."""
+
+from __future__ import annotations
+
+import itertools
+
+import mpmath
+import pytest
+from gnomon.cases import case_class, get, names
+from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
+from gnomon.harness.agreement import sizes
+
+ASKED = 45
+SCENES = [
+    pytest.param(name, variant, marks=pytest.mark.slow if variant else ())
+    for name in names()
+    if get(name).hybrid is not None and get(name).invariants and not name.startswith("bouncing_ball")
+    for variant in (None, *(v.name for v in case_class(name).variants))
+]
+
+
+@pytest.mark.parametrize(("name", "variant"), SCENES)
+def test_invariants_hold_through_events(name: str, variant: str | None) -> None:
+    case = get(name, variant)
+    times = [case.span * k / 7 for k in range(8)]
+    with mpmath.workdps(ASKED + 10):
+        parameters = tuple(mpmath.mpf(v.numerator) / v.denominator for v in case.parameter_values())
+        for label, invariant in case.invariants.items():
+            function = rebind(invariant.function, mpmath_arithmetic(mpmath.mp))
+            values = [
+                function(mpmath.mpf(t.numerator) / t.denominator, case.exact(t, ASKED), parameters)[0] for t in times
+            ]
+            # an error of each coordinate in its last digit changes terms that are quadratic in the sizes, which cancel
+            large = max(abs(v) for v in values) + sum(x * x for x in sizes(case)) * max(map(abs, parameters))
+            allowed = large * mpmath.mpf(10) ** (5 - ASKED)
+            if invariant.law == "constant":
+                assert max(values) - min(values) <= allowed, label
+            else:
+                assert all(b - a <= allowed for a, b in itertools.pairwise(values)), label
