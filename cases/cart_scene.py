@@ -20,7 +20,9 @@ def man_scene(state: Values, parameters: Values) -> Scene:
         return d * (1 - cos(w * t)) / 2
 
     wheels = Slider("wheels", "cart", ORIGIN, ALONG, *state)
-    return Scene(ORIGIN, bodies, sliders=(wheels, Slider("walk", "man", ORIGIN, ALONG, 0.0, 0.0, "cart", walk)))
+    return Scene(
+        ORIGIN, bodies, sliders=(wheels, Slider("walk", "man", ORIGIN, ALONG, 0.0, 0.0, parent="cart", drive=walk))
+    )
 
 
 def wheels_reading(readings: Readings, parameters: Values) -> Values:
@@ -32,7 +34,7 @@ def cart_pendulum_scene(state: Values, parameters: Values) -> Scene:
     g, m, M, length = parameters
     bodies = (Body("cart", M, NO_INERTIA), Body("bob", m, NO_INERTIA))
     # theta grows to the side of +x
-    hinge = Hinge("hinge", "bob", ORIGIN, (0.0, -1.0, 0.0), (0.0, 0.0, -length), theta, omega, "cart")
+    hinge = Hinge("hinge", "bob", ORIGIN, (0.0, -1.0, 0.0), (0.0, 0.0, -length), theta, omega, parent="cart")
     return Scene((0.0, 0.0, -g), bodies, hinges=(hinge,), sliders=(Slider("wheels", "cart", ORIGIN, ALONG, x, vx),))
 
 
@@ -45,7 +47,7 @@ def wedge_scene(state: Values, parameters: Values) -> Scene:
     X, s, V, v = state
     g, m, M, alpha = parameters
     bodies = (Body("wedge", M, NO_INERTIA), Body("block", m, NO_INERTIA))
-    face = Slider("face", "block", ORIGIN, (cos(alpha), 0.0, -sin(alpha)), s, v, "wedge")
+    face = Slider("face", "block", ORIGIN, (cos(alpha), 0.0, -sin(alpha)), s, v, parent="wedge")
     return Scene((0.0, 0.0, -g), bodies, sliders=(Slider("floor", "wedge", ORIGIN, ALONG, X, V), face))
 
 

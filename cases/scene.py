@@ -44,7 +44,7 @@ class Hinge:
     arm: Vector
     angle: float
     rate: float
-    parent: str = ""
+    parent: str = field(default="", kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,8 @@ class Slider:
     axis: Vector
     position: float
     rate: float
-    parent: str = ""
-    drive: Callable[[float], float] | None = None
+    parent: str = field(default="", kw_only=True)
+    drive: Callable[[float], float] | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,8 @@ class Guide:
 class Contact:
     """Body against a plane through the origin with unit `normal`: coefficient of restitution and of friction.
 
-    `velocity` is that of the plane's surface, as of a belt (token `moving_surface`). With a `partner` (token
+    `velocity` is that of the plane's surface, as of a belt (token `moving_surface`). What touches an `adhesive` one stays
+    (token `adhesive_contact`). With a `partner` (token
     `body_contact`) body and partner, both spheres, touch each other instead of a plane.
     """
 
@@ -89,6 +90,7 @@ class Contact:
     restitution: float = 0.0
     friction: float = 0.0
     velocity: Vector = (0.0, 0.0, 0.0)
+    adhesive: bool = False
     partner: str = ""
 
 
