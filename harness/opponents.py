@@ -18,7 +18,7 @@ from typing import Any
 import pandas
 from gnomon.cases import checks, get_check
 from gnomon.cases.check import Check
-from gnomon.harness import opponents_fields, opponents_inertia
+from gnomon.harness import opponents_fields, opponents_inertia, opponents_particles
 from gnomon.harness.opponent import Opponent, Unsupported
 from gnomon.reference.precision import exact, working
 
@@ -26,7 +26,11 @@ REPEATS = 5
 INACCURATE = 0.1
 COLUMNS = ("check", "variant", "opponent", "library", "quantity", "error", "seconds", "status", "reason")
 
-OPPONENTS: tuple[Opponent, ...] = (*opponents_inertia.OPPONENTS, *opponents_fields.OPPONENTS)
+OPPONENTS: tuple[Opponent, ...] = (
+    *opponents_inertia.OPPONENTS,
+    *opponents_fields.OPPONENTS,
+    *opponents_particles.OPPONENTS,
+)
 
 
 def run_checks(

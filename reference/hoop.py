@@ -132,7 +132,7 @@ class Hoop(BallMotion):
         if self.regime == self.ROTATION:
             way = 1 if self.omega0 > 0 else -1
             if not (angle > 0 or angle < 0) or not (time > 0 or time < 0):
-                return [flint.arb.nan()]
+                return [flint.arb.nan()] * 2  # more precision is asked for
             forward = way if time > 0 else -way
             extra = forward if (angle > 0) != (forward > 0) else 0
             return [theta + angle + (extra + way * turns) * turn, omega]

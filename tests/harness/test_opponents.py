@@ -47,6 +47,17 @@ def test_transfer_over_1e8_sizes_cancels() -> None:
     assert found["about_centre"] > 1e-3
 
 
+def test_paths_and_particles() -> None:
+    """Quadrature and pair sums to rounding; differences to the roots that their steps allow, and lost at 1e-10 apart."""
+    assert max(errors("work_constant_linear_coulomb", None, "quad").values()) < 1e-12
+    assert max(errors("work_constant_linear_coulomb", "flat_ellipse", "ellipe, asinh").values()) < 1e-15
+    assert max(errors("internal_potential_energy", "close_pair", "sum over pairs").values()) < 1e-15
+    assert max(errors("internal_potential_energy", None, "approx_fprime").values()) < 1e-6  # sqrt of an ulp, 1.5e-8
+    assert errors("internal_potential_energy", "close_pair", "approx_fprime")["force1"] > 0.1
+    assert errors("rod_tension_circular", "whirl", "solve_ivp")["tension"] < 1e-9
+    assert max(errors("moment_momentum_moving_point", None, "central differences").values()) < 1e-9
+
+
 def test_failures_are_rows_with_their_status(tmp_path: Path) -> None:
     def planted(what: str) -> Opponent:
         def compute(numbers: object) -> dict[str, float]:
