@@ -259,3 +259,45 @@ class AmusementPark(_ContactLossCase):
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         found = super().quantities(digits)
         return found | {"flight_time": self._exact.flight_time(digits)} if found else found
+
+
+class PendulumOnString(AmusementPark):
+    """A mass on a string, which pulls and does not push."""
+
+    name = "pendulum_on_string"
+    title = "Pendulum on a string that goes slack"
+    section = "7.10"
+    conventions = (
+        "theta from the downward vertical. h is by how much the mass is nearer than the string is long, zero while that is "
+        "taut, and u its rate: the motion of the loop-the-loop. It ends before the string is taut again."
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("R", "m", 1, "length of the string"),
+    )
+    default_state = (1, 0, "5.4", 0)
+    variants = (
+        Variant("through", "fast enough: the string stays taut all round", initial_state=(0, 0, "7.2", 0)),
+        Variant(
+            "just_short",
+            "1e-9 below sqrt(5 g/R): the tension only touches zero, 1e-4 rad before the top",
+            {"g": 5},
+            (0, 0, "4.999999995", 0),
+        ),
+        Variant("swings", "too slow to reach the side: the string stays taut", initial_state=(0, 0, 4, 0)),
+        Variant(
+            "just_slack",
+            "goes slack 8e-5 rad above the side, and is taut again 0.04 s later",
+            {"g": 1},
+            (0, 0, "1.4143", 0),
+        ),
+    )
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`tension_start` over the mass (m/s^2); times and angle of `leaving` are those at which the string goes slack."""
+        theta, _, omega, _ = self.initial_state
+        g, radius = self.parameter_values()
+        tension = self._exact._quantity(
+            digits, lambda mp: mp.mpf(radius * omega**2) + mp.mpf(g) * mp.cos(mp.mpf(theta))
+        )
+        return {"tension_start": tension} | super().quantities(digits)

@@ -9,10 +9,13 @@ from functools import cached_property
 from math import cos, sin
 from typing import Any, ClassVar
 
-from gnomon.cases.case import Case, Invariant, Variant
+import numpy as np
+from gnomon.cases.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.central import CentralForceConservation
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.formulation import Formulation
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.pendulum import PendulumSimple
 from gnomon.cases.scene import SceneForm
 from gnomon.cases.spherical_cartesian import CARTESIAN
 from gnomon.cases.spherical_scene import SCENE
@@ -25,6 +28,15 @@ def spherical_equations(t: Any, state: Values, parameters: Values) -> Values:
     g, length, h = parameters
     s = sin(theta)
     return omega, h * h * cos(theta) / (s * s * s) - g / length * s, h / (s * s)
+
+
+def flat_start(state: Sequence[Fraction], parameters: Sequence[Fraction]) -> tuple[float, ...]:
+    """Place and velocity across, as seen from above."""
+    theta, omega, phi = map(float, state)
+    _g, length, h = map(float, parameters)
+    c, s, outward, around = cos(phi), sin(phi), length * cos(theta) * omega, length * h / sin(theta)
+    r = length * sin(theta)
+    return r * c, r * s, outward * c - around * s, outward * s + around * c
 
 
 def spherical_energy(t: Any, state: Values, parameters: Values) -> Values:
@@ -111,6 +123,37 @@ class SphericalPendulumCase(Case):
             "polar_period": motion.nutation_period(digits),
             "azimuth_advance": motion.precession_per_nutation(digits),
         }
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """Harmonic across in both directions, then the swing in the plane of the start, without h; below the side only."""
+        g, length, _h = self.parameter_values()
+        theta, omega, phi = self.initial_state
+        if float(theta) >= math.pi / 2:
+            return ()
+        flat = CentralForceConservation(
+            initial_state=flat_start(self.initial_state, self.parameter_values()), span=self.span, m=length, k=g
+        )
+        plane = PendulumSimple(initial_state=(theta, omega), span=self.span, g=g, L=length)
+
+        def from_above(states: Floats) -> Floats:
+            x, y, vx, vy = states.T
+            r = np.hypot(x, y)
+            sine = np.clip(r / float(length), 0.0, 1.0)
+            rate = (x * vx + y * vy) / r / float(length) / np.sqrt(np.maximum(1 - sine * sine, 1e-9))
+            return np.stack([np.arcsin(sine), rate, np.arctan2(y, x)], axis=-1)
+
+        def in_the_plane(states: Floats) -> Floats:
+            angle, rate = states.T
+            side = np.where(np.remainder(angle, 2 * math.pi) <= math.pi, 1.0, -1.0)
+            tilt = np.abs(np.remainder(angle + math.pi, 2 * math.pi) - math.pi)
+            azimuth = float(phi) + np.where(side > 0, 0.0, math.pi)
+            return np.stack([tilt, side * rate, azimuth], axis=-1)
+
+        return (
+            Rung(flat, from_above, "small swings: an ellipse that does not turn"),
+            Rung(plane, in_the_plane, "swing of any size, in a plane"),
+        )
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         theta, omega, phi = state
