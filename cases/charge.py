@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from math import sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
-from gnomon.cases.forms import Charged, Values
+from gnomon.cases.forms import Charged, FirstOrder, SemiLinear, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.point_scene import SPACE, free_point
-from gnomon.cases.scene import SceneForm
+from gnomon.cases.scene import Readings, Scene, SceneForm
 from gnomon.reference.gyration import Charge
 from gnomon.reference.precision import Number
 from gnomon.reference.relativistic_charge import RelativisticCharge
@@ -70,6 +71,34 @@ def centre_y(t: Any, state: Values, parameters: Values) -> Values:
     return (vy - q_m * (z * bx - x * bz + ey * t),)
 
 
+def centre_z(t: Any, state: Values, parameters: Values) -> Values:
+    x, y, _z, _vx, _vy, vz = state
+    q_m, _ex, _ey, ez, bx, by, _bz = parameters
+    return (vz - q_m * (x * by - y * bx + ez * t),)
+
+
+def gyration_matrix(parameters: Values) -> Values:
+    q_m, _ex, _ey, _ez, bx, by, bz = parameters
+    return turning_matrix(q_m * bx, q_m * by, q_m * bz)
+
+
+def turning_matrix(wx: Any, wy: Any, wz: Any) -> Values:
+    """Of r' = v, v' = v x w, row by row."""
+    return (
+        *(0, 0, 0, 1, 0, 0),
+        *(0, 0, 0, 0, 1, 0),
+        *(0, 0, 0, 0, 0, 1),
+        *(0, 0, 0, 0, wz, -wy),
+        *(0, 0, 0, -wz, 0, wx),
+        *(0, 0, 0, wy, -wx, 0),
+    )
+
+
+def electric_push(t: Any, state: Values, parameters: Values) -> Values:
+    q_m, ex, ey, ez, _bx, _by, _bz = parameters
+    return 0, 0, 0, q_m * ex, q_m * ey, q_m * ez
+
+
 SCENE = free_point(lorentz_equations, SPACE)
 PLACES = tuple(Coordinate(name, "m", "length") for name in "xyz")
 FIELD_PARAMETERS = tuple(
@@ -114,6 +143,7 @@ class ChargeInFields(Case):
         "parallel_momentum": Invariant(parallel_momentum),
         "centre_x": Invariant(centre_x),
         "centre_y": Invariant(centre_y),
+        "centre_z": Invariant(centre_z),
     }
 
     @cached_property
@@ -126,8 +156,11 @@ class ChargeInFields(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[Charged, ...]:
-        return (Charged(lorentz_equations, fields=uniform_fields),)
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (
+            Charged(lorentz_equations, fields=uniform_fields),
+            SemiLinear(lorentz_equations, linear=gyration_matrix, rest=electric_push),
+        )
 
     @property
     def scene(self) -> SceneForm:
@@ -210,6 +243,47 @@ def relativistic_centre_y(t: Any, state: Values, parameters: Values) -> Values:
     return (uy - q_m * (z * bx - x * bz + ey * t),)
 
 
+def relativistic_centre_z(t: Any, state: Values, parameters: Values) -> Values:
+    x, y, _z, _ux, _uy, uz = state
+    q_m, _c, _ex, _ey, ez, bx, by, _bz = parameters
+    return (uz - q_m * (x * by - y * bx + ez * t),)
+
+
+def newtonian_push(t: float, state: Values, parameters: Values) -> Values:
+    """The same as an acceleration by place and velocity: v' = (q/m) (E + v x B - v (v.E)/c^2)/gamma."""
+    _x, _y, _z, vx, vy, vz = state
+    q_m, c, ex, ey, ez, bx, by, bz = parameters
+    share = q_m * sqrt(1 - (vx * vx + vy * vy + vz * vz) / (c * c))
+    power = (vx * ex + vy * ey + vz * ez) / (c * c)
+    return (
+        vx,
+        vy,
+        vz,
+        share * (ex + vy * bz - vz * by - vx * power),
+        share * (ey + vz * bx - vx * bz - vy * power),
+        share * (ez + vx * by - vy * bx - vz * power),
+    )
+
+
+def newtonian_scene() -> SceneForm:
+    """A Newtonian point, which is what engines have, under a force that makes it move as the charge does."""
+    plain = free_point(newtonian_push, SPACE)
+
+    def build(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+        gamma = sqrt(1 + sum(u * u for u in state[3:]) / parameters[1] ** 2)
+        return plain.build((*state[:3], *(u / gamma for u in state[3:])), parameters)
+
+    def observe(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+        x, y, z, vx, vy, vz = plain.observe(readings, parameters)
+        gamma = 1 / sqrt(1 - (vx * vx + vy * vy + vz * vz) / parameters[1] ** 2)
+        return x, y, z, gamma * vx, gamma * vy, gamma * vz
+
+    return replace(plain, build=build, observe=observe)
+
+
+SLOW_SCENE, FAST_SCENE = newtonian_scene(), free_point(relativistic_equations, SPACE, "relativistic_mass")
+"""In the second velocities are proper ones: next to the speed of light those of a Newtonian engine lose the momentum."""
+NEWTONIAN_GAMMA = 2.0
 LIGHT = 299792458
 
 
@@ -260,6 +334,7 @@ class RelativisticChargeCase(Case):
         "energy": Invariant(relativistic_energy),
         "centre_x": Invariant(relativistic_centre_x),
         "centre_y": Invariant(relativistic_centre_y),
+        "centre_z": Invariant(relativistic_centre_z),
     }
 
     @cached_property
@@ -276,6 +351,10 @@ class RelativisticChargeCase(Case):
         return (Charged(relativistic_equations, fields=relativistic_fields, light=speed_of_light),)
 
     @property
+    def scene(self) -> SceneForm:
+        return SLOW_SCENE if float(self._exact.largest_gamma(self.span)) < NEWTONIAN_GAMMA else FAST_SCENE
+
+    @property
     def time_scale(self) -> float:
         """gamma over (q/m) (|B| + |E|/c): the time in which the fields turn or change the velocity."""
         q_m, c, ex, ey, ez, bx, by, bz = map(float, self.parameter_values())
@@ -289,8 +368,19 @@ class RelativisticChargeCase(Case):
         return (TURNS if weak else 10) * self.time_scale
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`proper_time`: what a clock on the charge shows at the end of the span."""
-        return {"gamma": self._exact.gamma(digits), "proper_time": self._exact.proper_time(self.span, digits)}
+        """`proper_time`: what a clock on the charge shows at the end of the span.
+
+        At the start, where it moves: F_t/(m gamma^3) along the path, the radius of curvature gamma m v^2/F_n.
+        `field_square` E^2 - c^2 B^2 and `field_product` E.B are the same in every frame.
+        """
+        motion = self._exact
+        found = {"gamma": motion.gamma(digits), "proper_time": motion.proper_time(self.span, digits)}
+        square, product = motion.field_invariants()
+        found |= {"field_square": motion._rational(digits, square), "field_product": motion._rational(digits, product)}
+        if any(motion.proper):
+            found["tangential_acceleration"] = motion.tangential_acceleration(digits)
+            found["curvature_radius"] = motion.curvature_radius(digits)
+        return found
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         """Backwards the magnetic field points the other way."""

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from math import atan
 from typing import Any
 
 from gnomon.cases.case import Case, Event, Variant
-from gnomon.cases.forms import FirstOrder, Hybrid, Mode, Transition, Values
+from gnomon.cases.forms import Hybrid, Mode, SemiLinear, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.point_scene import free_point, railed_point
+from gnomon.cases.scene import Contact, Readings, Scene, SceneForm, Vector
 from gnomon.reference.droplets import InkJet, OilDrop
 from gnomon.reference.precision import Number, exact
 from mpmath import mpf
@@ -57,6 +60,41 @@ def place_of_the_drop(t: Any, state: Values, parameters: Values) -> str:
     if x < plates:
         return "plates"
     return "flight" if x < plates + gap else "paper"
+
+
+def jet_anywhere(t: float, state: Values, parameters: Values) -> Values:
+    """Plates and flight in one, for a scene's force."""
+    return (between_plates if state[0] < parameters[2] else behind_plates)(t, state, parameters)
+
+
+def jet_scene() -> tuple[SceneForm, SceneForm]:
+    """On its way; and with the paper, at x = 0 there, on which the drop sticks."""
+    plain = free_point(jet_anywhere, (0, 1))
+
+    def build(state: Values, parameters: Values) -> Scene:
+        made = plain.build(state, parameters)
+        reach = parameters[2] + parameters[3]
+        (drop,), (force,) = made.bodies, made.forces
+
+        def push(t: float, place: Vector, velocity: Vector) -> Vector:
+            return force.law(t, (place[0] + reach, *place[1:]), velocity)
+
+        x, y, z = drop.position
+        return replace(
+            made,
+            bodies=(replace(drop, position=(x - reach, y, z), radius=0.0),),
+            forces=(replace(force, law=push),),
+            contacts=(Contact("point", (-1.0, 0.0, 0.0), adhesive=True),),
+        )
+
+    def observe(readings: Readings, parameters: Values) -> Values:
+        x, *others = plain.observe(readings, parameters)
+        return (x + parameters[2] + parameters[3], *others)
+
+    return plain, SceneForm(build, observe, plain.needs | {"adhesive_contact"}, conservative=False)
+
+
+FLIGHT_SCENE, PAPER_SCENE = jet_scene()
 
 
 class InkJetPrinter(Case):
@@ -124,6 +162,10 @@ class InkJetPrinter(Case):
         )
 
     @property
+    def scene(self) -> SceneForm:
+        return PAPER_SCENE if self._exact.reaches(self._exact.paper) else FLIGHT_SCENE
+
+    @property
     def time_scale(self) -> float:
         """The flight to the paper without drag."""
         way = self.parameters["l"] + self.parameters["D"] - self.initial_state[0]
@@ -172,6 +214,24 @@ def oil_drop_equations(t: Any, state: Values, parameters: Values) -> Values:
     return v, -g * (1 - rho_air / rho) + q * field / mass - 9 * eta / (2 * a * a * rho) * v
 
 
+def oil_drop_matrix(parameters: Values) -> Values:
+    _g, a, rho, _rho_air, eta, _q, _field = parameters
+    return 0, 1, 0, -9 * eta / (2 * a * a * rho)
+
+
+def oil_drop_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+    return oil_drop_matrix(parameters)
+
+
+def oil_drop_load(t: Any, state: Values, parameters: Values) -> Values:
+    g, a, rho, rho_air, _eta, q, field = parameters
+    pi = 4 * atan(1)
+    return 0, -g * (1 - rho_air / rho) + q * field / (4 * pi * a * a * a * rho / 3)
+
+
+DROP_SCENE = railed_point(oil_drop_equations)
+
+
 class MillikanOilDrop(Case):
     name = "millikan_oil_drop"
     title = "Millikan's oil drop: gravity, buoyancy, Stokes drag and a field"
@@ -213,8 +273,12 @@ class MillikanOilDrop(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(oil_drop_equations),)
+    def forms(self) -> tuple[SemiLinear, ...]:
+        return (SemiLinear(oil_drop_equations, oil_drop_jacobian, linear=oil_drop_matrix, rest=oil_drop_load),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return DROP_SCENE
 
     @property
     def time_scale(self) -> float:

@@ -392,4 +392,4 @@ class TimeVaryingForce(Case):
         m, s, _c, w, d, _off = self.parameter_values()
         if d or not w:
             return found
-        return found | {"drift": self._exact.number(self.initial_state[1] + s / (m * w), digits)}
+        return found | {"drift": self._exact._rational(digits, self.initial_state[1] + s / (m * w))}

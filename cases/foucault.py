@@ -9,9 +9,10 @@ from math import sin
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Floats, Invariant, Rung, Variant
-from gnomon.cases.forms import FirstOrder, Form, Values
+from gnomon.cases.forms import Form, SemiLinear, Values
 from gnomon.cases.foucault_scene import SCENE
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.point_scene import free_point
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.foucault import Foucault
 
@@ -34,6 +35,23 @@ def precession_equations(t: Any, state: Values, parameters: Values) -> Values:
     turn = rate * sin(lat)
     stiffness = g / length - turn * turn
     return vx, vy, 2 * turn * vy - stiffness * x, -2 * turn * vx - stiffness * y
+
+
+def foucault_matrix(parameters: Values) -> Values:
+    g, length, rate, lat = parameters
+    stiffness, twice = g / length, 2 * rate * sin(lat)
+    return 0, 0, 1, 0, 0, 0, 0, 1, -stiffness, 0, 0, twice, 0, -stiffness, -twice, 0
+
+
+def precession_matrix(parameters: Values) -> Values:
+    g, length, rate, lat = parameters
+    turn = rate * sin(lat)
+    stiffness = g / length - turn * turn
+    return 0, 0, 1, 0, 0, 0, 0, 1, -stiffness, 0, 0, 2 * turn, 0, -stiffness, -2 * turn, 0
+
+
+def no_load(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0, 0, 0
 
 
 def foucault_energy(t: Any, state: Values, parameters: Values) -> Values:
@@ -59,6 +77,9 @@ def foucault_momentum(t: Any, state: Values, parameters: Values) -> Values:
 
 def unchanged(states: Floats) -> Floats:
     return states
+
+
+PRECESSION_SCENE = free_point(precession_equations, (0, 1))
 
 
 class FoucaultLinear(Case):
@@ -119,7 +140,7 @@ class FoucaultLinear(Case):
 
     @property
     def forms(self) -> tuple[Form, ...]:
-        return (FirstOrder(foucault_equations),)
+        return (SemiLinear(foucault_equations, linear=foucault_matrix, rest=no_load),)
 
     @property
     def scene(self) -> SceneForm | None:
@@ -140,10 +161,12 @@ class FoucaultLinear(Case):
         return {name: size if size > 0 else 1.0 for name, size in sizes.items()}
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`closest`: how near the bob comes to the point of rest; from rest |W/s| of the amplitude."""
         motion = self.motion()
         return {
             "precession_rate": motion.precession_rate(digits),
             "swing_period": motion.swing_period(digits),
+            "closest": motion.closest(digits),
         }
 
     @property
@@ -179,11 +202,11 @@ class FoucaultPrecession(FoucaultLinear):
 
     @property
     def forms(self) -> tuple[Form, ...]:
-        return (FirstOrder(precession_equations),)
+        return (SemiLinear(precession_equations, linear=precession_matrix, rest=no_load),)
 
     @property
-    def scene(self) -> None:
-        return None
+    def scene(self) -> SceneForm | None:
+        return PRECESSION_SCENE
 
     @property
     def ladder(self) -> tuple[Rung, ...]:

@@ -9,8 +9,8 @@ from math import sin, sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Rung, Variant
-from gnomon.cases.forms import FirstOrder, Values
-from gnomon.cases.foucault import FoucaultLinear, FoucaultPrecession, unchanged
+from gnomon.cases.forms import SemiLinear, Values
+from gnomon.cases.foucault import FoucaultLinear, FoucaultPrecession, no_load, unchanged
 from gnomon.cases.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.point_scene import free_point
 from gnomon.cases.scene import SceneForm
@@ -24,6 +24,13 @@ def centrifugal_equations(t: Any, state: Values, parameters: Values) -> Values:
     g, length, rate, lat = parameters
     stiffness, turn = g / length, rate * sin(lat)
     return vx, vy, 2 * turn * vy - (stiffness - rate * rate) * x, -2 * turn * vx - (stiffness - turn * turn) * y
+
+
+def centrifugal_matrix(parameters: Values) -> Values:
+    g, length, rate, lat = parameters
+    stiffness, turn = g / length, rate * sin(lat)
+    east, north = stiffness - rate * rate, stiffness - turn * turn
+    return 0, 0, 1, 0, 0, 0, 0, 1, -east, 0, 0, 2 * turn, 0, -north, -2 * turn, 0
 
 
 def centrifugal_energy(t: Any, state: Values, parameters: Values) -> Values:
@@ -75,8 +82,8 @@ class FoucaultInPlaneCentrifugal(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(centrifugal_equations),)
+    def forms(self) -> tuple[SemiLinear, ...]:
+        return (SemiLinear(centrifugal_equations, linear=centrifugal_matrix, rest=no_load),)
 
     @property
     def scene(self) -> SceneForm:

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from math import sqrt
+from typing import Any, ClassVar
 
-from gnomon.cases.case import Case, Event, Variant
+from gnomon.cases.case import Case, Event, Floats, Invariant, Rung, Variant
 from gnomon.cases.forms import Form, Hybrid, Mode, Separable, Transition, Values
+from gnomon.cases.harmonic import HarmonicOscillator
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.point_scene import railed_pull
+from gnomon.cases.projectile import ProjectileParabola
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.planet_tunnel import PlanetTunnel
 from gnomon.reference.precision import Number
 from mpmath import fneg
@@ -52,6 +59,29 @@ def at_upper_end(t: Any, state: Values, parameters: Values) -> Values:
 
 def at_lower_end(t: Any, state: Values, parameters: Values) -> Values:
     return -parameters[1], state[1]
+
+
+def tunnel_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """v^2/2 + g near^2/(2R) - g R^2/far, near and far the smaller and the larger of |x| and R."""
+    x, v = state
+    g, radius = parameters
+    distance = sqrt(x * x)
+    above = sqrt((distance - radius) * (distance - radius))
+    near, far = (distance + radius - above) / 2, (distance + radius + above) / 2
+    return (v * v / 2 + g * near * near / (2 * radius) - g * radius * radius / far,)
+
+
+def pull_anywhere(t: float, q: Values, parameters: Values) -> Values:
+    """All modes in one, for a scene's force."""
+    (x,), (g, radius) = q, parameters
+    return (-g / radius * x,) if abs(x) <= radius else (-math.copysign(g * radius * radius / (x * x), x),)
+
+
+SCENE = railed_pull(pull_anywhere)
+
+
+def same_tunnel(states: Floats) -> Floats:
+    return states
 
 
 def where_it_starts(t: Any, state: Values, parameters: Values) -> str:
@@ -98,6 +128,8 @@ class PlanetTunnelCase(Case):
         Variant("long_1e5", "100,000 periods inside: phase error", {}, (6_371_000, 0), "506364732"),
     )
 
+    invariants: ClassVar = {"energy": Invariant(tunnel_energy)}
+
     @cached_property
     def _exact(self) -> PlanetTunnel:
         return PlanetTunnel(*self.parameter_values(), *self.initial_state)
@@ -127,6 +159,26 @@ class PlanetTunnelCase(Case):
                 settle=1e-9 * self.time_scale,
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        x, v = self.initial_state
+        g, radius = self.parameter_values()
+        side = -1 if x < 0 else 1
+        flat = ProjectileParabola(initial_state=(0, side * x, 0, side * v), span=self.span, g=g)
+        linear = HarmonicOscillator(initial_state=(x, v), span=self.span, m=radius, k=g)
+        uniform = Rung(flat, lambda states: side * states[:, [1, 3]], "uniform gravity")
+        if self._exact.inside:
+            return (uniform,)
+        return (uniform, Rung(linear, same_tunnel, "the pull of the inside, above the surface too"))
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        x, v = state
+        return (x, -v), self.parameters
 
     @property
     def time_scale(self) -> float:

@@ -9,8 +9,10 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
-from gnomon.cases.forms import Separable, Values
+from gnomon.cases.forms import Form, NBody, Separable, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.point_scene import railed_pull
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.precision import Number
 from gnomon.reference.radial import RadialFall
 
@@ -34,6 +36,25 @@ def radial_energy(t: Any, state: Values, parameters: Values) -> Values:
     return (v * v / 2 - mu / r,)
 
 
+def falling_masses(parameters: Values) -> Values:
+    """The attracting point, and a test particle."""
+    (mu,) = parameters
+    return mu, 0.0
+
+
+def falling_bodies(state: Values) -> tuple[Values, ...]:
+    r, v = state
+    return (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (r, 0.0, 0.0, v, 0.0, 0.0)
+
+
+def apart(found: tuple[Values, ...]) -> Values:
+    centre, particle = found
+    return particle[0] - centre[0], particle[3] - centre[3]
+
+
+SCENE = railed_pull(radial_attraction)
+
+
 class RadialFallInverseSquare(Case):
     name = "radial_fall_inverse_square"
     title = "Radial fall under the inverse-square law: plunge and escape"
@@ -46,6 +67,13 @@ class RadialFallInverseSquare(Case):
     variants = (
         Variant(
             "plunge", "to 1e-5 of the time before the collision: speed without bound", {"mu": 1}, (1, 0), "1.11071"
+        ),
+        Variant(
+            "collision",
+            "to 1.2e-16 of the time before the collision: the next double is after it",
+            {"mu": 1.2337005501361695},
+            (1, 0),
+            1,
         ),
         Variant("escape", "exactly at the escape speed: the parabola between two regimes", {"mu": 2}, (1, 2), 1000),
         Variant("above_escape", "1e-12 above the escape speed", {"mu": 2}, (1, "2.000000000002"), 1000),
@@ -62,8 +90,15 @@ class RadialFallInverseSquare(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(radial_attraction, radial_potential),)
+    def forms(self) -> tuple[Form, ...]:
+        return (
+            Separable(radial_attraction, radial_potential),
+            NBody(falling_masses, falling_bodies, apart),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def time_scale(self) -> float:

@@ -40,6 +40,7 @@ _MODULES = {
     "free_fall_rotating_earth": "rotating_fall:FreeFallRotatingEarth",
     "free_fall_rotating_frame_centrifugal": "rotating_fall:FreeFallCentrifugal",
     "tower_drop": "tower:TowerFall",
+    "tower_drop": "tower:TowerFall",
     "foucault_pendulum_nonlinear": "foucault_nonlinear:FoucaultNonlinear",
     "bouncing_ball": "bouncing_ball:BouncingBall",
     "block_incline_friction": "block_incline:BlockInclineFriction",

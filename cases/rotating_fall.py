@@ -10,7 +10,7 @@ from math import cos, sin
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Floats, Invariant, Rung, Variant
-from gnomon.cases.forms import FirstOrder, Form, SecondOrder, Values
+from gnomon.cases.forms import Charged, Form, SecondOrder, SemiLinear, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range
 from gnomon.cases.point_scene import SPACE, free_point
 from gnomon.cases.scene import SceneForm
@@ -80,6 +80,35 @@ def same_state(states: Floats) -> Floats:
     return states
 
 
+def earth_fields(t: Any, place: Values, parameters: Values) -> Values:
+    """g, and twice the Earth's rate: v x 2 Om is Coriolis' acceleration."""
+    g, rate, lat = parameters
+    return 0 * g, 0 * g, -g, 0 * g, 2 * rate * cos(lat), 2 * rate * sin(lat)
+
+
+def centrifugal_fields(t: Any, place: Values, parameters: Values) -> Values:
+    """g - Om x (Om x r), and twice the rate."""
+    x, y, z = place
+    g, rate, lat = parameters
+    oy, oz = rate * cos(lat), rate * sin(lat)
+    square, along = rate * rate, oy * y + oz * z
+    return square * x, square * y - oy * along, square * z - oz * along - g, 0 * g, 2 * oy, 2 * oz
+
+
+def north_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """vy + 2 (Om x r)_y."""
+    x, _y, _z, _vx, vy, _vz = state
+    _g, rate, lat = parameters
+    return (vy + 2 * rate * sin(lat) * x,)
+
+
+def upward_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """vz + 2 (Om x r)_z + g t."""
+    x, _y, _z, _vx, _vy, vz = state
+    g, rate, lat = parameters
+    return (vz - 2 * rate * cos(lat) * x + g * t,)
+
+
 EARTH_SCENE = free_point(coriolis_fall, SPACE)
 CENTRIFUGAL_SCENE = free_point(centrifugal_fall, SPACE)
 
@@ -126,7 +155,12 @@ class FreeFallRotatingEarth(Case):
         ),
         Variant("equator", "no northward deflection at all: a component that stays exactly zero", {"lat": 0}),
     )
-    invariants: ClassVar = {"energy": Invariant(fall_energy), "east_momentum": Invariant(east_momentum)}
+    invariants: ClassVar = {
+        "energy": Invariant(fall_energy),
+        "east_momentum": Invariant(east_momentum),
+        "north_momentum": Invariant(north_momentum),
+        "upward_momentum": Invariant(upward_momentum),
+    }
     _centrifugal: ClassVar[bool] = False
 
     @cached_property
@@ -140,7 +174,8 @@ class FreeFallRotatingEarth(Case):
 
     @property
     def forms(self) -> tuple[Form, ...]:
-        return (FirstOrder(coriolis_fall),)
+        """To a charge in crossed fields the equations are the same."""
+        return (Charged(coriolis_fall, fields=earth_fields),)
 
     @property
     def scene(self) -> SceneForm | None:
@@ -163,11 +198,12 @@ class FreeFallRotatingEarth(Case):
         return min(self._fall_time(), 10.37 * 2 * math.pi * self.time_scale)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """For a drop from rest: when and where it strikes z = 0."""
+        """For a drop from rest: when and where it strikes z = 0; to first order east by g Om cos(lat) t^3/3."""
         if any(self.initial_state[3:]) or self.initial_state[2] <= 0 or not self.parameters["g"]:
             return {}
         time, east, north = self._exact.strike(self._fall_time(), digits)
-        return {"fall_time": time, "east_deflection": east, "north_deflection": north}
+        found = {"fall_time": time, "east_deflection": east, "north_deflection": north}
+        return found | {"first_order_deflection": self._exact.first_order_deflection(digits)}
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         """Backwards the Earth turns the other way."""
@@ -202,7 +238,7 @@ class FreeFallCentrifugal(FreeFallRotatingEarth):
 
     @property
     def forms(self) -> tuple[Form, ...]:
-        return (FirstOrder(centrifugal_fall),)
+        return (Charged(centrifugal_fall, fields=centrifugal_fields),)
 
     @property
     def scene(self) -> SceneForm | None:
@@ -220,6 +256,13 @@ def first_order_fall(t: Any, q: Values, parameters: Values) -> Values:
     g, rate, lat, ux, uy, uz = parameters
     oy, oz = rate * cos(lat), rate * sin(lat)
     return 2 * (oz * uy - oy * (uz - g * t)), -2 * oz * ux, 2 * oy * ux - g
+
+
+def first_order_motion(t: Any, state: Values, parameters: Values) -> Values:
+    return (*state[3:], *first_order_fall(t, state[:3], parameters))
+
+
+FIRST_ORDER_SCENE = free_point(first_order_motion, SPACE, "time_force")
 
 
 class FreeFallFirstOrder(Case):
@@ -246,6 +289,10 @@ class FreeFallFirstOrder(Case):
         return (SecondOrder(first_order_fall),)
 
     @property
+    def scene(self) -> SceneForm:
+        return FIRST_ORDER_SCENE
+
+    @property
     def time_scale(self) -> float:
         g, z = float(self.parameters["g"]), abs(float(self.initial_state[2]))
         return math.sqrt(2 * z / g) if g * z else 1.0
@@ -259,6 +306,16 @@ def turning_line(t: Any, state: Values, parameters: Values) -> Values:
     x, y, vx, vy = state
     (rate,) = parameters
     return vx, vy, 2 * rate * vy + rate * rate * x, -2 * rate * vx + rate * rate * y
+
+
+def turning_line_matrix(parameters: Values) -> Values:
+    (rate,) = parameters
+    square = rate * rate
+    return 0, 0, 1, 0, 0, 0, 0, 1, square, 0, 0, 2 * rate, 0, square, -2 * rate, 0
+
+
+def no_force(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0, 0, 0
 
 
 def line_jacobi(t: Any, state: Values, parameters: Values) -> Values:
@@ -310,7 +367,7 @@ class InertialStraightLine(Case):
 
     @property
     def forms(self) -> tuple[Form, ...]:
-        return (FirstOrder(turning_line),)
+        return (SemiLinear(turning_line, linear=turning_line_matrix, rest=no_force),)
 
     @property
     def scene(self) -> SceneForm:

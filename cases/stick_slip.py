@@ -6,9 +6,11 @@ import math
 from functools import cached_property
 from typing import Any
 
+from gnomon.cases.box_scene import flat_box
 from gnomon.cases.case import Case, Event, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm, Vector
 from gnomon.reference.precision import Number, exact
 from gnomon.reference.stick_slip import StickSlip
 from mpmath import mpf
@@ -58,6 +60,28 @@ def slip_sticks(n: Any) -> bool:
     length = n["m"] * n["g"] / n["k"]
     reach = (n["x"] - n["mu_k"] * length) ** 2 + (n["v"] ** 2 - n["V"] ** 2) * n["m"] / n["k"]
     return bool(reach <= ((n["mu_k"] + n["mu_s"]) * length) ** 2)
+
+
+def weight_on_belt(parameters: tuple[float, ...]) -> Vector:
+    return 0.0, 0.0, -parameters[2]
+
+
+def spring_to_the_wall(t: float, x: float, parameters: tuple[float, ...]) -> Vector:
+    return -parameters[1] * x, 0.0, 0.0
+
+
+ONE_FRICTION, TWO_FRICTIONS = (
+    flat_box(
+        weight_on_belt,
+        lambda parameters: parameters[4],
+        "moving_surface",
+        *more,
+        mass=lambda parameters: parameters[0],
+        push=spring_to_the_wall,
+        belt=lambda parameters: parameters[5],
+    )
+    for more in ((), ("static_friction",))
+)
 
 
 class StickSlipBelt(Case):
@@ -123,6 +147,10 @@ class StickSlipBelt(Case):
                 settle=1e-9 * self.time_scale,
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return ONE_FRICTION if self.parameters["mu_s"] == self.parameters["mu_k"] else TWO_FRICTIONS
 
     @property
     def time_scale(self) -> float:

@@ -88,10 +88,7 @@ class SwitchedOff(BallMotion):
         return x + v * ball(t - self.off), v
 
     def off_time(self, digits: int = 15) -> Any:
-        return self.number(self.off, digits)
-
-    def number(self, value: Fraction, digits: int = 15) -> Any:
-        return self._derived(digits, lambda: ball(value))
+        return self._rational(digits, self.off)
 
     def impulse(self, mass: Fraction, digits: int = 15) -> Any:
         """Of the force until its end: what it adds to the momentum."""

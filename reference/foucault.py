@@ -67,6 +67,19 @@ class Foucault(Motion):
         """Period of the oscillator in the turning frame, 2 pi / s (s)."""
         return self._quantity(digits, lambda mp: 2 * mp.pi / self._rates(mp)[1])
 
+    def closest(self, digits: int = 15) -> Any:
+        """The least distance from the origin: the difference of the two circles' radii, |P^2 - Q^2|/(P + Q) (m)."""
+
+        def distance(mp: Any) -> Any:
+            W, s = self._rates(mp)
+            z, v = mp.mpc(self.x, self.y), mp.mpc(self.vx, self.vy)
+            start = (v + 1j * W * z) / s
+            both = abs(z - 1j * start) + abs(z + 1j * start)
+            # P^2 - Q^2 = Im(start conj(z)), moment of momentum over s, which is zero where it is.
+            return 2 * abs((start * mp.conj(z)).imag) / both if both else mp.zero
+
+        return self._quantity(digits, distance, 30)
+
     def circles(self, digits: int = 15) -> tuple[Any, Any, Any, Any]:
         """Radii (m) and rates (rad/s) of the two circular motions whose sum Z is: P, Q, s - W, -(s + W)."""
         with working(digits + 15) as mp:

@@ -15,7 +15,7 @@ from typing import Any
 import flint
 from gnomon.reference.balls import ball
 from gnomon.reference.linear import LinearMotion, Row
-from gnomon.reference.motion import Cycle
+from gnomon.reference.motion import Cycle, Motion
 from gnomon.reference.precision import exact, publish, working
 
 Vector = tuple[Fraction, Fraction, Fraction]
@@ -118,15 +118,29 @@ class RotatingFall(Gyration):
         turning = (flint.arb(0), rate * cosine, rate * sine)
         return (0, 0, -self.g), [2 * x for x in turning], turning if self.centrifugal else ZERO
 
+    def first_order_deflection(self, digits: int = 15) -> Any:
+        """East, of a drop from rest to z = 0, to first order in Om: g Om cos(lat) t^3/3 with t = sqrt(2 z/g)."""
+
+        def formula() -> Any:
+            time = ball(2 * self.position[2] / self.g).sqrt()
+            return ball(self.g * self.Om / 3) * ball(self.lat).cos() * time**3
+
+        return self._derived(digits, formula)
+
     def strike(self, rough: float, digits: int = 15) -> tuple[Any, Any, Any]:
-        """When z = 0, near `rough` seconds, and x and y there: Newton's method."""
-        time = Fraction(rough)
-        for _ in range(math.ceil(math.log2(digits)) + 3):
-            _x, _y, z, _vx, _vy, vz = (exact(value) for value in self.state(time, digits + 10))
-            time -= z / vz
-        with working(digits + 10) as mp:
-            x, y, *_ = self.state(time, digits)
-            return publish([mp.mpf(time)], digits)[0], x, y
+        """When z = 0, near `rough` seconds, and x and y there."""
+        return strike(self, rough, digits)
+
+
+def strike(motion: Motion, rough: float, digits: int) -> tuple[Any, Any, Any]:
+    """When a fall (x, y, z, vx, vy, vz) has z = 0, near `rough` seconds, and x and y there: Newton's method."""
+    time = Fraction(rough)
+    for _ in range(math.ceil(math.log2(digits)) + 3):
+        _x, _y, z, _vx, _vy, vz = (exact(value) for value in motion.state(time, digits + 10))
+        time -= z / vz
+    with working(digits + 10) as mp:
+        x, y, *_ = motion.state(time, digits)
+        return publish([mp.mpf(time)], digits)[0], x, y
 
 
 def cross(a: Vector, b: Vector) -> Vector:

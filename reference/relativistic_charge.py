@@ -14,9 +14,14 @@ from typing import Any
 
 import flint
 from gnomon.reference.balls import BallMotion, ball, precision
+from gnomon.reference.gyration import cross
 
 Vector = tuple[Fraction, Fraction, Fraction]
 ROUGH_BITS = 128
+
+
+def _dot(a: Vector, b: Vector) -> Fraction:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @dataclass(frozen=True)
@@ -41,6 +46,45 @@ class RelativisticCharge(BallMotion):
             tau = self._near(t)
             grown = self._grown(tau)
             return tau + (ball(self.c * t) - grown[0]) / grown[4]
+
+        return self._derived(digits, formula)
+
+    def largest_gamma(self, span: Fraction) -> float:
+        """Of the start, the middle and the end of a span."""
+        found = [1 + sum(float(u) ** 2 for u in self.state(t)[3:]) / float(self.c) ** 2 for t in (0, span / 2, span)]
+        return max(found) ** 0.5
+
+    def field_invariants(self) -> tuple[Fraction, Fraction]:
+        """E^2 - c^2 B^2 and E.B: the same in every inertial frame."""
+        return (
+            _dot(self.electric, self.electric) - self.c**2 * _dot(self.magnetic, self.magnetic),
+            _dot(self.electric, self.magnetic),
+        )
+
+    def tangential_acceleration(self, digits: int = 15) -> Any:
+        """F_t/(m gamma^3) at the start; it moves."""
+
+        def formula() -> Any:
+            along = ball(self.q_m * _dot(self.electric, self.proper)) / ball(_dot(self.proper, self.proper)).sqrt()
+            return along / (self._time_part() / ball(self.c)) ** 3
+
+        return self._derived(digits, formula)
+
+    def curvature_radius(self, digits: int = 15) -> Any:
+        """gamma m v^2/F_n at the start, infinite where no force bends the path; it moves."""
+        square = _dot(self.proper, self.proper)
+        # F_n in two parts: of E what is across u, and (u x B)/gamma, which is across anyway
+        share = _dot(self.electric, self.proper) / square
+        across = [e - share * u for e, u in zip(self.electric, self.proper, strict=True)]
+        turned = cross(self.proper, self.magnetic)
+        if self.q_m == 0 or (not any(across) and not any(turned)):
+            return self._quantity(digits, lambda mp: mp.inf)
+
+        def formula() -> Any:
+            gamma = self._time_part() / ball(self.c)
+            force = [ball(e) + ball(b) / gamma for e, b in zip(across, turned, strict=True)]
+            size = sum((f * f for f in force), flint.arb(0)).sqrt()
+            return ball(square / abs(self.q_m)) / (gamma * size)
 
         return self._derived(digits, formula)
 
