@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -182,10 +182,13 @@ class Series:
 
     def describe(self, trial: Trial, **numbers: Any) -> dict[str, Any]:
         """The row of `trials` in the store; `numbers` are what only a problem or its truth knows."""
+        return {"trial_key": trial.key, "setting": trial.setting, **self._description, **numbers}
+
+    @cached_property
+    def _description(self) -> dict[str, Any]:
         case, integrator = self.case, self.integrator
         stresses = next((v.stresses for v in case.variants if v.name == case.variant), "")
         return {
-            "trial_key": trial.key,
             "series": self.id,
             "section": case.section,
             "title": case.title,
@@ -202,15 +205,14 @@ class Series:
             "sampling": integrator.sampling,
             "conserves": ", ".join(integrator.conserves),
             "setting_kind": integrator.sweep.kind,
-            "setting": trial.setting,
             "span": float(case.span),
             "time_scale": case.time_scale,
             "numbers": {name: str(value) for name, value in case.numbers.items()},
             "machine": environment.machine(),
-            **numbers,
         }
 
 
+@cache
 def library_versions(integrator: Integrator) -> dict[str, str]:
     """The versions that a result of this integrator depends on."""
     names = ("numpy", "numba") if integrator.library == "gnomon" else ("numpy",)
@@ -258,6 +260,7 @@ def pairs(
     an integrator that is a sibling of another.
     """
     found = []
+    absent = {integrator: registry.missing(integrator) for integrator in integrators}
     for case, label in chosen:
         own: tuple[Formulation | None, ...] = (None, *case.formulations) if formulations else (None,)
         for formulation in own:
@@ -265,21 +268,20 @@ def pairs(
                 form = accepted_form(case, integrator.accepts, formulation)
                 if formulation is not None and form is None:
                     continue  # the pair is accounted for in the case's own formulation
-                left_out = _left_out(case, integrator, form)
+                left_out = _left_out(case, integrator, form, absent[integrator])
                 if left_out is None and case.variant is not None and not (siblings or integrator.everywhere):
                     left_out = SIBLING
                 found.append(Series(case, formulation, integrator, left_out, label))
     return found
 
 
-def _left_out(case: Case, integrator: Integrator, form: Any) -> tuple[str, str] | None:
+def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None) -> tuple[str, str] | None:
     if form is None:
         accepted = " or ".join(kind.__name__ for kind in integrator.accepts)
         offered = [type(form).__name__ for form in case.all_forms()] + (["Scene"] if case.scene is not None else [])
         return "unsupported", f"takes {accepted}; the case offers {', '.join(offered)}"
-    reason = registry.missing(integrator)
-    if reason is not None:
-        return "not_installed", reason
+    if absent is not None:
+        return "not_installed", absent
     lacking = integrator.unsupported(form)
     return None if lacking is None else ("unsupported", lacking)
 

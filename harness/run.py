@@ -120,8 +120,10 @@ class _Run:
             judge = self._judge(spec, one)
             trials = one.trials(judge.problem(one.form))
             rows += [one.describe(trial, **judge.summary()) for trial in trials]
-            for trial in trials:
-                self._reopen(trial, self.suite.of(one.case).limit(one.case))
+            if self.history:
+                limit_seconds = self.suite.of(one.case).limit(one.case)
+                for trial in trials:
+                    self._reopen(trial, limit_seconds)
             if one.left_out is None:
                 self.work.append((one, trials, judge))
             elif (trials[0].key, 1) not in self.history:

@@ -39,7 +39,7 @@ def _collect(value: Any, parts: list[str], seen: set[int]) -> None:
         if id(value) in seen:
             return
         seen.add(id(value))
-        parts.append(inspect.getsource(value))
+        parts.append(_source(value))
         for name in sorted(_names(value.__code__)):
             used = value.__globals__.get(name)
             if isinstance(used, types.FunctionType | int | float | tuple):
@@ -64,6 +64,11 @@ def _collect(value: Any, parts: list[str], seen: set[int]) -> None:
         parts.append(repr(value))
     else:
         parts.append(type(value).__qualname__)  # a repr could hold an address, which is new in every process
+
+
+@cache
+def _source(function: types.FunctionType) -> str:
+    return inspect.getsource(function)
 
 
 @cache
