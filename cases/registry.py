@@ -35,6 +35,7 @@ _MODULES = {
     "time_varying_force": "forced:TimeVaryingForce",
     "inertial_straight_line": "rotating_fall:InertialStraightLine",
     "planet_tunnel": "planet_tunnel:PlanetTunnelCase",
+    "planet_tunnel_rotating": "turning_planet:PlanetTunnelRotating",
     "radial_fall_inverse_square": "radial:RadialFallInverseSquare",
     "free_fall_first_order": "rotating_fall:FreeFallFirstOrder",
     "free_fall_rotating_earth": "rotating_fall:FreeFallRotatingEarth",
