@@ -12,9 +12,10 @@ import math
 from collections.abc import Callable
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from gnomon.reference.certified import CertifiedMotion
 from gnomon.reference.diskcache import Entry, cached, fingerprint
 from gnomon.reference.precision import nearest_double
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 GRID = 257
+FINER, RESTARTS = 1e-5, 8
 DIGITS = 28
 """Half an ulp moves the 16th digit: this leaves twelve digits of how far."""
 CROWDED = 1e6
@@ -64,6 +66,9 @@ def conditioning(case: Case, times: Floats) -> Floats:
     The effects are exact differences of exact motions, taken one number at a time, and add as independent errors do:
     the root of the sum of their squares. A number at the edge of the domain is moved inward. A number that is exactly
     zero has no ulp and is left alone: an integrator has no cause to move it.
+
+    A start next to an unstable place, 1e-12 beside an axis, say, has an ulp far finer than any state on the way, which
+    every method in binary64 must round too. There the exact motions from states rounded on the way are counted as well.
     """
     return _kept("conditioning", case, times, lambda: _conditioning(case, times))
 
@@ -75,7 +80,35 @@ def _conditioning(case: Case, times: Floats) -> Floats:
     total = _distances(case, later, nominal) ** 2
     for neighbour in _neighbours(case):
         total += _distances(case, [neighbour.exact(t, DIGITS) for t in moments], nominal) ** 2
+    for index in _coarser(case, nominal):
+        later = _rounded_there(case, nominal[index])
+        if later is not None:
+            states = [later.exact(t - moments[index], DIGITS) for t in moments[index:]]
+            total[index:] += _distances(case, states, nominal[index:]) ** 2
     return np.asarray(np.sqrt(total))
+
+
+def _coarser(case: Case, states: list[tuple[Any, ...]]) -> list[int]:
+    """Up to 8 states, the first of those where a component is large that started above 0 but 1e5 times smaller.
+
+    None where the motion cannot be started anywhere (driven, hybrid) or where that is too dear (integrated).
+    """
+    if not case.autonomous or case.hybrid is not None or isinstance(case.motion(), CertifiedMotion):
+        return []
+    found = set()
+    for start, column in zip(case.initial_state, zip(*states, strict=True), strict=True):
+        sizes = [abs(float(x)) for x in column]
+        if 0 < abs(start) < FINER * max(sizes):
+            found |= {i for i, size in enumerate(sizes) if size > 0.1 * max(sizes)}
+    return sorted(found)[:RESTARTS]
+
+
+def _rounded_there(case: Case, state: tuple[Any, ...]) -> Case | None:
+    """The case from a state rounded to binary64; None where that is outside the domain, as off a constraint."""
+    try:
+        return case.with_numbers([nearest_double(x) for x in state], case.parameters)
+    except ValueError:
+        return None
 
 
 def _neighbours(case: Case) -> list[Case]:

@@ -14,7 +14,7 @@ from gnomon.cases.forms import Form, RigidBody, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.euler_top import EulerTop
-from gnomon.reference.precision import Number
+from gnomon.reference.precision import Number, publish, working
 
 TURN = 2 * math.pi
 
@@ -103,7 +103,7 @@ class EulerTopCase(Case):
         ),
         Variant(
             "flips_1e12",
-            "tumbles about the middle axis from 1e-12 beside it: each flip forgets ten digits",
+            "tumbles from 1e-12 beside the middle axis, 1e-24 in energy: one rounding in the first flip decides the next",
             {"I1": 1, "I2": 2, "I3": 3},
             spinning("1e-12", 1, "1e-12"),
         ),
@@ -183,8 +183,11 @@ class EulerTopCase(Case):
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         motion = self.motion()
         found = {"precession_rate": motion.precession(digits)}
-        period = motion.body_period(digits)
+        period = motion.body_period(digits + 5)
         if period is not None:
+            with working(digits + 5) as mp:
+                turned = mp.mpf(motion.precession(digits + 5)) * mp.mpf(period)
+                period, found["precession_per_period"] = publish((mp.mpf(period), turned), digits)
             found["body_period"] = period
             if motion.kind == "general":
                 found["flip_interval"] = period / 2

@@ -89,3 +89,18 @@ def test_what_is_scored_is_part_of_the_key():
     times = np.array([90.0])
     whole = cases.get("euler_top", initial_state=speed.initial_state, span=100, **speed.parameters)
     assert whole.conditioning(times)[0] > speed.conditioning(times)[0]
+
+
+def test_roundings_on_the_way_count_where_the_start_is_finer():
+    """1e-12 off the unstable bottom the energy is 1e-24 beside the saddle's: one rounding at full swing decides it all.
+
+    A start that is as coarse as the rest of the way is restarted nowhere.
+    """
+    case = cases.get("rotating_pendulum", "near_homoclinic").rounded()
+    times = case.times[3::8]
+    found = accuracy._conditioning(case, times)
+    period = float(case.quantities()["period"])
+    assert np.all(found[times < 0.45 * period] < 1e-12)
+    assert np.max(found[times > period]) > 0.1
+    usual = cases.get("rotating_pendulum").rounded()
+    assert not accuracy._coarser(usual, [usual.exact(t, 28) for t in usual.times.tolist()])
