@@ -9,9 +9,18 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
-from gnomon.cases.euler_top import ORTHOGONAL, EulerTopCase, spinning, triangle, twice_energy
+from gnomon.cases.euler_top import (
+    ORTHOGONAL,
+    EulerTopCase,
+    momentum_x,
+    momentum_y,
+    momentum_z,
+    spinning,
+    triangle,
+    twice_energy,
+)
 from gnomon.cases.euler_top_scene import euler_top_scene, in_body, matrix
-from gnomon.cases.forms import FirstOrder, Values, euler_equations
+from gnomon.cases.forms import Equations, FirstOrder, Values, euler_equations
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.scene import Body, Readings, Scene, SceneForm
 from gnomon.reference.euler_top import EulerTop
@@ -33,6 +42,20 @@ def thrown_energy(t: Any, state: Values, parameters: Values) -> Values:
 def thrown_spin_energy(t: Any, state: Values, parameters: Values) -> Values:
     """Twice the energy of the rotation."""
     return twice_energy(t, state[6:], parameters[1:])
+
+
+def thrown_velocity(t: Any, state: Values, parameters: Values) -> Values:
+    """vz + g t."""
+    return (state[5] + parameters[0] * t,)
+
+
+def of_the_rotation(momentum: Equations) -> Equations:
+    """A component of the angular momentum about the centre, in space."""
+
+    def about_the_centre(t: Any, state: Values, parameters: Values) -> Values:
+        return momentum(t, state[6:], parameters[1:])
+
+    return about_the_centre
 
 
 def thrown_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
@@ -95,6 +118,10 @@ class DynamicsOfFreeRigidBodyInGravity(Case):
     invariants: ClassVar[Mapping[str, Invariant]] = {
         "energy": Invariant(thrown_energy),
         "twice_spin_energy": Invariant(thrown_spin_energy),
+        "upward_velocity": Invariant(thrown_velocity),
+        "momentum_x": Invariant(of_the_rotation(momentum_x)),
+        "momentum_y": Invariant(of_the_rotation(momentum_y)),
+        "momentum_z": Invariant(of_the_rotation(momentum_z)),
     }
 
     @cached_property

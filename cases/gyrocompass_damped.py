@@ -8,9 +8,11 @@ from math import sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
-from gnomon.cases.forms import FirstOrder, Values
+from gnomon.cases.forms import SemiLinear, Values
+from gnomon.cases.hinge_scene import hinged_point
 from gnomon.cases.hoop import Gyrocompass
 from gnomon.cases.numbers import Domain, Parameter, Range, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.damped import DampedMotion
 from gnomon.reference.precision import Number
 
@@ -18,6 +20,18 @@ from gnomon.reference.precision import Number
 def damped_compass(t: Any, state: Values, parameters: Values) -> Values:
     across, along, spin, earth, cosine, c = parameters
     return state[1], -(along * spin * earth * cosine * state[0] + c * state[1]) / across
+
+
+def compass_matrix(parameters: Values) -> Values:
+    across, along, spin, earth, cosine, c = parameters
+    return 0, 1, -along * spin * earth * cosine / across, -c / across
+
+
+def nothing_else(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0
+
+
+SCENE = hinged_point(damped_compass)
 
 
 def damped_compass_energy(t: Any, state: Values, parameters: Values) -> Values:
@@ -72,8 +86,12 @@ class GyrocompassDamped(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(damped_compass),)
+    def forms(self) -> tuple[SemiLinear, ...]:
+        return (SemiLinear(damped_compass, linear=compass_matrix, rest=nothing_else),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def time_scale(self) -> float:

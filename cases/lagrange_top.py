@@ -9,11 +9,14 @@ from functools import cached_property
 from math import cos, sin
 from typing import Any, ClassVar
 
-from gnomon.cases.case import Case, Invariant, Variant
+from gnomon.cases.case import Case, Floats, Invariant, Rung, Variant
 from gnomon.cases.forms import FirstOrder, RigidBody, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
+from gnomon.cases.top_models import ANGLES, MOMENTS, SPIN, LagrangeTopFast, LagrangeTopSmallNutation
+from gnomon.cases.top_scene import ANGLES_SCENE, BODY_SCENE, RISING_SCENE
 from gnomon.reference.lagrange_top import LagrangeTop
-from gnomon.reference.precision import Number
+from gnomon.reference.precision import Number, publish, working
 from gnomon.reference.top_attitude import TopAttitude
 
 
@@ -90,20 +93,6 @@ def body_vertical_momentum(t: Any, state: Values, parameters: Values) -> Values:
     return (moment * (state[0] * state[9] + state[1] * state[10]) + axial * state[2] * state[11],)
 
 
-ANGLES = (
-    Coordinate("theta", "rad", "angle", "tilt"),
-    Coordinate("omega_theta", "rad/s", "angular velocity"),
-    Coordinate("phi", "rad", "angle", "precession"),
-    Coordinate("psi", "rad", "angle", "spin"),
-)
-MOMENTS = (
-    Parameter("I1", "kg m^2", "0.02", "transverse moment about the point"),
-    Parameter("I3", "kg m^2", "0.01", "axial moment"),
-    Parameter("W", "N m", "0.5", "weight times distance of the centre of mass from the point"),
-)
-SPIN = Parameter("a", "kg m^2/s", "0.6", "p_psi, momentum of the spin, I3 w3")
-
-
 class _Angles(Case):
     """What the cases in Euler angles share."""
 
@@ -144,7 +133,19 @@ class _Angles(Case):
             found["nutation_period"] = motion.nutation_period(digits)
             found["precession_per_nutation"] = motion.precession_per_nutation(digits)
             found["lowest_cosine"], found["highest_cosine"] = heights
-        return found
+        return found | self._steady(digits)
+
+    def _steady(self, digits: int) -> dict[str, Any]:
+        """Rates of regular precession at the tilt of the start, and the least a with which the top sleeps."""
+        with working(digits + 20) as mp:
+            moment, weight, a = (mp.mpf(self.parameters[name]) for name in ("I1", "W", "a"))
+            across = 2 * moment * mp.cos(mp.mpf(self.initial_state[0]))
+            square = a * a - 2 * across * weight
+            found = {"sleeping_spin": 2 * mp.sqrt(moment * weight)}
+            if square >= 0 and a:
+                larger = a + mp.sign(a) * mp.sqrt(square)
+                found |= {"slow_precession": 2 * weight / larger, "fast_precession": larger / across}
+            return dict(zip(found, publish(found.values(), digits), strict=True))
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         theta, omega, phi, psi = state
@@ -209,6 +210,38 @@ class LagrangeTopCase(_Angles):
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(top_equations),)
 
+    @property
+    def scene(self) -> SceneForm:
+        return ANGLES_SCENE
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """The fast top in steady precession, then nutation to first order about the tilt of regular precession."""
+        n: dict[str, Any] = dict(self.parameters)
+        theta, omega, phi, psi = self.initial_state
+        small = LagrangeTopSmallNutation(
+            initial_state=self.initial_state, span=self.span, tilt=self._steady_tilt(), **n
+        )
+        nutating = Rung(small, _same, "small nutation about regular precession")
+        if not n["a"] or omega:
+            return (nutating,)
+        steady = LagrangeTopFast(
+            initial_state=(theta, 0, phi, psi), span=self.span, **{name: n[name] for name in ("I3", "W", "a")}
+        )
+        return (Rung(steady, _same, "steady precession at W/a, no nutation"), nutating)
+
+    def _steady_tilt(self) -> float:
+        """The tilt between the turning points at which theta'' vanishes, by bisection in doubles."""
+        heights = self._exact.heights()
+        if heights is None:
+            return float(self.initial_state[0])
+        numbers = tuple(map(float, self.parameter_values()))
+        high, low = (math.acos(float(u)) for u in heights)
+        for _ in range(60):
+            middle = (low + high) / 2
+            low, high = (middle, high) if top_equations(0, (middle, 0, 0, 0), numbers)[1] > 0 else (low, middle)
+        return low
+
     def natural_span(self) -> Number:
         if self.variant == "precessions_1e4":
             motion = self._exact
@@ -272,6 +305,14 @@ class LagrangeTopSleepingSeparatrix(_Angles):
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(rising_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return RISING_SCENE
+
+
+def _same(states: Floats) -> Floats:
+    return states
 
 
 def tilted(tilt: float, nutation: float, precession: float, spin: float) -> tuple[float, ...]:
@@ -345,6 +386,14 @@ class LagrangeTopAttitude(Case):
         Variant("fast", "a^2/(I1 W) = 1e6", initial_state=tilted(0.6, 0.0, 0.0, 10000.0)),
         Variant("precessions_1e4", "1e4 precessions: drift of round-off", span=76000),
         Variant(
+            "engines",
+            "the heavy top of the engine tables: tilt 30 degrees, 40 rad/s, no precession at the start",
+            {"I1": "0.19", "I3": "0.05", "W": "2.943"},
+            tilted(math.pi / 6, 0.0, 0.0, 40.0),
+            2,
+            scored=(AXIS,),
+        ),
+        Variant(
             "speed",
             "the heavy top of the timing tables: direction of the axis only",
             {"I1": 1, "I3": "0.5", "W": 1},
@@ -386,8 +435,15 @@ class LagrangeTopAttitude(Case):
         return 20 * self.time_scale if period is None else float(period) * 10.37
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        period = self._exact.nutation_period(digits)
-        return {} if period is None else {"nutation_period": period}
+        period, advance = self._exact.nutation_period(digits), self._exact.precession_per_nutation(digits)
+        return {} if period is None else {"nutation_period": period, "precession_per_nutation": advance}
+
+    @property
+    def scene(self) -> SceneForm | None:
+        """None where R(0) is no rotation: engines know no other attitude."""
+        rows = [self.initial_state[k : k + 3] for k in (3, 6, 9)]
+        lengths = [float(sum(x * x for x in row)) for row in rows]
+        return BODY_SCENE if max(abs(length - 1) for length in lengths) < 1e-9 else None
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         w1, w2, w3, *attitude = state

@@ -4,13 +4,23 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from math import sqrt
+from math import exp, sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Rung, Variant
-from gnomon.cases.euler_top import ORTHOGONAL, EulerTopCase, spinning, triangle
-from gnomon.cases.forms import RigidBody, Values
+from gnomon.cases.euler_top import (
+    ORTHOGONAL,
+    EulerTopCase,
+    momentum_x,
+    momentum_y,
+    momentum_z,
+    spinning,
+    triangle,
+)
+from gnomon.cases.euler_top_scene import euler_top_reading, euler_top_scene
+from gnomon.cases.forms import Equations, RigidBody, Values
 from gnomon.cases.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import Readings, Scene, SceneForm
 from gnomon.reference.precision import Number
 from gnomon.reference.stokes_body import StokesBody
 
@@ -38,6 +48,27 @@ def stokes_ratio(t: Any, state: Values, parameters: Values) -> Values:
     i1, i2, i3, _nu = parameters
     m1, m2, m3 = i1 * w1, i2 * w2, i3 * w3
     return (sqrt((m1 * w1 + m2 * w2 + m3 * w3) / (m1 * m1 + m2 * m2 + m3 * m3)),)
+
+
+def fading(momentum: Equations) -> Equations:
+    """A component of H in space, over its decay e^(-nu t)."""
+
+    def over_its_decay(t: Any, state: Values, parameters: Values) -> Values:
+        return (momentum(t, state, parameters[:3])[0] * exp(parameters[3] * t),)
+
+    return over_its_decay
+
+
+def stokes_scene(state: Values, parameters: Values) -> Scene:
+    """The medium's torque -nu H is a token of its own: engines damp rates, not momenta."""
+    return euler_top_scene(state, parameters[:3])
+
+
+def stokes_reading(readings: Readings, parameters: Values) -> Values:
+    return euler_top_reading(readings, parameters[:3])
+
+
+SCENE = SceneForm(stokes_scene, stokes_reading, frozenset({"gyroscopic", "drag_torque"}), conservative=False)
 
 
 class RigidBodyStokesMedium(Case):
@@ -80,7 +111,13 @@ class RigidBodyStokesMedium(Case):
         Variant("separatrix", "exactly on the separatrix", {"I1": 1, "I2": 2, "I3": "2.25"}, spinning(3, 1, 4)),
         Variant("no_medium", "nu = 0: the torque-free body", {"nu": 0}, span=60),
     )
-    invariants: ClassVar = {"twice_energy": Invariant(stokes_energy, "decays"), "ratio": Invariant(stokes_ratio)}
+    invariants: ClassVar = {
+        "twice_energy": Invariant(stokes_energy, "decays"),
+        "ratio": Invariant(stokes_ratio),
+        "momentum_x": Invariant(fading(momentum_x)),
+        "momentum_y": Invariant(fading(momentum_y)),
+        "momentum_z": Invariant(fading(momentum_z)),
+    }
 
     @cached_property
     def _exact(self) -> StokesBody:
@@ -94,6 +131,10 @@ class RigidBodyStokesMedium(Case):
     @property
     def forms(self) -> tuple[RigidBody, ...]:
         return (RigidBody(stokes_moments, stokes_torque),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def time_scale(self) -> float:

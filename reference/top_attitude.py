@@ -41,6 +41,17 @@ class TopAttitude(BallMotion):
             return None
         return self._derived(digits, lambda: _nutation(self, flint.ctx.prec).period())
 
+    def precession_per_nutation(self, digits: int = 15) -> Any | None:
+        """The azimuth gained in a nutation period (rad); None where there is none."""
+        if self._square == 0 or not nutates(self._top()):
+            return None
+
+        def gained() -> Any:
+            plus, minus = _nutation(self, flint.ctx.prec).advance()
+            return (plus + minus) / 2
+
+        return self._derived(digits, gained)
+
     @property
     def _vertical(self) -> tuple[Fraction, Fraction, Fraction]:
         x, y, z = self.attitude[6:]
