@@ -7,8 +7,10 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Event, Floats, Invariant, Rung, Variant
+from gnomon.cases.firing_pin_scene import CAUGHT, STRIKING
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.firing_pin import FiringPin
 from gnomon.reference.precision import Number, exact
 from mpmath import mpf
@@ -72,7 +74,7 @@ class TorpedoFiringPin(Case):
     section = "5.12.2 (model inferred from the section's title)"
     conventions = (
         "[inferred] x along the guide from the cocked pin; the guide's friction is mu m a, a the deceleration. "
-        "The primer at x = gap stops the pin; a pin that stops short of it stays: it fails to fire."
+        "The primer at x = gap stops the pin; a catch holds one that stops short of it: it fails to fire."
     )
     state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
@@ -136,6 +138,10 @@ class TorpedoFiringPin(Case):
         )
 
     @property
+    def scene(self) -> SceneForm:
+        return CAUGHT if self._exact.moves and not self._exact.fires else STRIKING
+
+    @property
     def time_scale(self) -> float:
         """sqrt(m/k)."""
         return math.sqrt(float(self.parameters["m"] / self.parameters["k"]))
@@ -178,5 +184,10 @@ class TorpedoFiringPin(Case):
 
     @property
     def ladder(self) -> tuple[Rung, ...]:
+        """Of an oblique impact, a cos(60 degrees), the head-on one too."""
         smooth = self.with_numbers(self.initial_state, self.parameters | {"mu": self.parameters["mu"] * 0})
-        return (Rung(smooth, no_change, "a smooth guide"),)
+        rungs = (Rung(smooth, no_change, "a smooth guide"),)
+        if self.variant != "oblique":
+            return rungs
+        head_on = self.with_numbers(self.initial_state, self.parameters | {"a": 2 * self.parameters["a"]})
+        return (*rungs, Rung(head_on, no_change, "the friction of a head-on impact"))

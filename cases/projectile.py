@@ -87,6 +87,7 @@ class ProjectileParabola(Case):
         return speed / g if speed * g > 0 else float(self.span)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`range`: to y = 0. Of all throws at this speed, where their envelope has its top and meets y = 0."""
         if self.parameters["g"] == 0:
             return {}
         motion = self.motion()
@@ -94,8 +95,12 @@ class ProjectileParabola(Case):
         found = {"apex_time": apex_time, "apex_height": apex_height}
         landing = motion.landing(digits)
         if landing is not None:
-            found |= {"landing_time": landing[0], "landing_x": landing[1]}
-        return found
+            found |= {"landing_time": landing[0], "landing_x": landing[1], "range": motion.range(digits)}
+        if motion.vx == 0 == motion.vy:
+            return found
+        found["highest_apex"] = motion.envelope(motion.x, digits)
+        farthest = motion.farthest_range(digits)
+        return found if farthest is None else found | {"farthest_range": farthest}
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         x, y, vx, vy = state

@@ -147,6 +147,7 @@ _CHECKS = {
     "gravity_field_particle_body": "checks_gravity:GravityFieldParticleBody",
     "weight_local_gravity": "checks_gravity:WeightLocalGravity",
     "falling_target": "checks_aim:FallingTarget",
+    "falling_target": "checks_aim:FallingTarget",
     "apparent_gravity_earth": "checks_frames:ApparentGravityEarth",
     "frame_transformation": "checks_frames:FrameTransformation",
     "material_frame_indifference": "checks_frames:MaterialFrameIndifference",

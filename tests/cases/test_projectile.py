@@ -49,7 +49,13 @@ def test_quantities():
     assert float(found["apex_time"]) == 1.5
     assert float(found["apex_height"]) == 11.25
     assert float(found["landing_time"]) == 3
-    assert float(found["landing_x"]) == 60
+    assert float(found["landing_x"]) == float(found["range"]) == 60
+    # of all throws at 25 m/s: v^2/(2 g) upright, v^2/g at 45 degrees
+    assert float(found["highest_apex"]) == 31.25
+    assert float(found["farthest_range"]) == 62.5
+    # far from the origin the range keeps its digits
+    far = cases.get("projectile_parabola", g=10, initial_state=(10**20, 0, 20, 15)).quantities()
+    assert float(far["range"]) == 60
     assert cases.get("projectile_parabola", g=0).quantities() == {}
 
 
