@@ -88,14 +88,18 @@ def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats,
 
     Linear in the logarithms between the two neighbouring settings of the sweep; nan where no setting reaches it.
     """
-    held = credited(errors)
+    return crossing(credited(errors), seconds, target)
+
+
+def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:
+    """`time_at` of errors that are `credited` already."""
     reached = np.flatnonzero(held <= target)
     if len(reached) == 0:
         return math.nan, False
     i = int(reached[0])
     if i == 0:
         return float(seconds[0]), True
-    upper, lower = np.log(held[i - 1]), np.log(max(held[i], np.finfo(float).tiny))
+    upper, lower = math.log(held[i - 1]), math.log(max(held[i], np.finfo(float).tiny))
     share = (upper - math.log(target)) / (upper - lower)
     return float(np.exp(np.log(seconds[i - 1]) + share * np.log(seconds[i] / seconds[i - 1]))), False
 
@@ -119,11 +123,10 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
         # Slow settings are launched once: the errors are those of the fullest launch, a launch without times near the
         # target has no say.
         sweep = errors[max(sorted(errors), key=lambda launch: len(errors[launch]))]
+        held = credited(list(sweep.values()))
+        timed = [[seconds.get(setting, math.nan) for setting in sweep] for seconds in launches.values()]
         for target in targets:
-            found = [
-                time_at(list(sweep.values()), [seconds.get(setting, math.nan) for setting in sweep], target)
-                for seconds in launches.values()
-            ]
+            found = [crossing(held, seconds, target) for seconds in timed]
             times = np.array([seconds for seconds, _ in found if math.isfinite(seconds)])
             if len(times):
                 bound = any(loosest for _, loosest in found)

@@ -16,7 +16,7 @@ from gnomon.cases.registry import case_class
 from gnomon.harness import store
 from gnomon.harness.analysis import SERIES
 from gnomon.harness.judge import Judge
-from gnomon.harness.truth import CaseSpec, truth
+from gnomon.harness.truth import CaseSpec, truths
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -88,13 +88,19 @@ def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any]) -> pd.DataFram
     wanted = wanted.groupby(SERIES, dropna=False).head(1)
     sampled = store.states(path, wanted["measurement"].tolist())
     rows: list[tuple[Any, ...]] = []
+    cases: list[tuple[Case, pd.DataFrame]] = []
     for (name, variant), group in wanted.groupby(["case", "variant"]):
         first = group.iloc[0]
         try:
-            case = rebuilt(name, variant, json.loads(first["numbers"]), float(first["span"]))
+            cases.append((rebuilt(name, variant, json.loads(first["numbers"]), float(first["span"])), group))
         except ValueError:
             continue  # a scene of the user's that cannot be imported here: its rows keep their errors, without laws
-        judge = Judge(case, None, truth(CaseSpec.of(case)))
+    exact = truths([CaseSpec.of(case) for case, _ in cases], lambda: None)
+    for case, group in cases:
+        known = exact[CaseSpec.of(case)]
+        if isinstance(known, str):
+            continue  # its exact motion fails here, and so there is nothing to hold the states against
+        judge = Judge(case, None, known)
         for trial in group.itertuples():
             states = sampled.get(trial.measurement)
             if states is None or states.shape != judge.truth.exact.shape:

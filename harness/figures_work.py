@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from typing import Any
 
 import altair as alt
 import numpy as np
 import pandas as pd
-from gnomon.harness.analysis import TARGETS, time_at
+from gnomon.harness.analysis import TARGETS, credited, crossing
 from gnomon.harness.style import GRID, LETTERS, PALE, QUIET, dressed, records
 
 SECONDS = {-9: "1 ns", -8: "10 ns", -7: "100 ns", -6: "1 µs", -5: "10 µs", -4: "100 µs", -3: "1 ms", -2: "10 ms"}
@@ -26,20 +27,22 @@ TOP = 2.6
 EXACT = -17.0
 """Where an error of exactly zero is drawn: below every floor."""
 OTHERS = "#c4c1b8"
+SCENE = ["case", "variant", "formulation"]
 
 
 def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
-    """The points of one work-precision diagram: one row a setting of a series, decades on both axes.
+    """The points of work-precision diagrams: one row a setting of a series, decades on both axes, and its SCENE.
 
     A failed trial stands in the margin above the diagram, in its library's lane, at its own work where that was
     measured, else at the work of the nearest setting of its series that was. `front` marks the integrators that stand
-    out.
+    out in their scene.
     """
     lanes = dict(zip(look["series"], look["lane"], strict=True))
     rows = reduced[reduced["setting"].notna()]
     with np.errstate(divide="ignore", invalid="ignore"):
         table = pd.DataFrame(
             {
+                **{name: rows[name] for name in SCENE},
                 "series": rows["integrator_id"],
                 "setting": rows["setting"],
                 "status": rows["status"],
@@ -49,15 +52,19 @@ def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
             }
         )
     failed = ~table["status"].isin(["ok", "inaccurate"]) | ~(table["error"] <= MARGIN)
+    sweep = table.groupby([*SCENE, "series"], sort=False).ngroup()
     for axis in ("time", "calls"):
         table[axis] = table[axis].where(np.isfinite(table[axis]))
-        nearest = table.groupby("series")[axis].transform(lambda column: column.ffill().bfill())
+        nearest = table[axis].groupby(sweep).ffill().groupby(sweep).bfill()
         table[axis] = table[axis].where(~failed, nearest)
     heights = (TOP - MARGIN) * (0.75 - 0.6 * table["series"].map(lanes).astype(float) / max(*lanes.values(), 1))
     kinds = dict(zip(look["series"], look["library"] + look["family"], strict=True))
-    chosen = front(table[~failed], kinds)
+    chosen = {scene: front(part, kinds) for scene, part in table[~failed].groupby(SCENE, sort=False)}
+    names = zip(*(table[name] for name in SCENE), table["series"], strict=True)
     return table.assign(
-        failed=failed, error=table["error"].where(~failed, MARGIN + heights), front=table["series"].isin(chosen)
+        failed=failed,
+        error=table["error"].where(~failed, MARGIN + heights),
+        front=[name in chosen.get(tuple(scene), ()) for *scene, name in names],
     )
 
 
@@ -67,35 +74,39 @@ def front(kept: pd.DataFrame, kinds: dict[str, str]) -> set[str]:
     `kinds` says the library and family of each. A kind that reaches none of the errors shows its most accurate
     integrator. `kept`: series, time and error in decades, the loosest setting of a series first.
     """
-    rows = []
-    for name, sweep in kept[np.isfinite(kept["time"])].groupby("series", sort=False):
-        errors, seconds = 10.0 ** sweep["error"].to_numpy(), 10.0 ** sweep["time"].to_numpy()
-        found = [time_at(errors, seconds, target)[0] for target in TARGETS]
-        rows.append((kinds[name], name, float(errors.min()), *found))
-    table = pd.DataFrame(rows, columns=["kind", "series", "best", *TARGETS])
-    chosen: set[str] = set()
-    for _, own in table.groupby("kind"):
-        fastest = {own.loc[own[t].idxmin(), "series"] for t in TARGETS if own[t].notna().any()}
-        chosen |= fastest or {own.loc[own["best"].idxmin(), "series"]}
-    return chosen
+    sweeps: dict[str, list[tuple[float, float]]] = {}
+    for name, time, error in zip(kept["series"], kept["time"], kept["error"], strict=True):
+        if math.isfinite(time):
+            sweeps.setdefault(name, []).append((10.0**error, 10.0**time))
+    fastest: dict[tuple[str, float], tuple[float, str]] = {}
+    most_accurate: dict[str, tuple[float, str]] = {}
+    for name, points in sweeps.items():
+        errors, seconds = zip(*points, strict=True)
+        kind, held = kinds[name], credited(errors)
+        most_accurate[kind] = min(most_accurate.get(kind, (math.inf, "")), (min(errors), name))
+        for target in TARGETS:
+            time, _ = crossing(held, seconds, target)
+            if math.isfinite(time):
+                fastest[kind, target] = min(fastest.get((kind, target), (math.inf, "")), (time, name))
+    there = {kind for kind, _ in fastest}
+    return {name for _, name in fastest.values()} | {
+        name for kind, (_, name) in most_accurate.items() if kind not in there
+    }
 
 
-def work_precision(
-    points: pd.DataFrame, look: pd.DataFrame, limits: dict[str, float], axis: str, named: Collection[str] | None = None
-) -> alt.LayerChart:
+def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
     """Error against time or right-hand sides (`axis` "time" or "calls"), failed trials in the margin above.
 
-    `look` holds the integrators of the legend, in its order; those that are not `named` (all where None) are left out
-    of it.
+    The specification without data; its scales name the integrators of `look`, in that order. `drawn` makes a diagram
+    of it, here as in the page.
     """
     names = {"time": SECONDS, "calls": COUNTS}[axis]
     title = {"time": "time of one solve", "calls": "right-hand sides evaluated"}[axis]
-    shown = look if named is None else look[look["series"].isin(set(named))]
-    domain = list(shown["series"])
+    domain = list(look["series"])
     legend = alt.Legend(title=None)
-    colour = alt.Color("series:N", legend=legend, scale=alt.Scale(domain=domain, range=list(shown["colour"])))
-    shape = alt.Shape("series:N", legend=legend, scale=alt.Scale(domain=domain, range=list(shown["shape"])))
-    dash = alt.StrokeDash("series:N", legend=legend, scale=alt.Scale(domain=domain, range=list(shown["dash"])))
+    colour = alt.Color("series:N", legend=legend, scale=alt.Scale(domain=domain, range=list(look["colour"])))
+    shape = alt.Shape("series:N", legend=legend, scale=alt.Scale(domain=domain, range=list(look["shape"])))
+    dash = alt.StrokeDash("series:N", legend=legend, scale=alt.Scale(domain=domain, range=list(look["dash"])))
     pick = alt.selection_point(name="pick", fields=["series"], bind="legend")
     hover = alt.selection_point(name="hover", fields=["series"], on="pointerover", clear="pointerout")
     strength = alt.condition(pick & hover, alt.value(1.0), alt.value(0.15))
@@ -151,12 +162,34 @@ def work_precision(
             y="at:Q", x=alt.value("width"), text="limit:N"
         ),
     )
+    margin_text = [{"low": MARGIN, "high": TOP, "text": "failed trials"}]
+    data: dict[str, Any] = {"points": [], "limits": [], "margin": margin_text}
+    found: dict[str, Any] = dressed(chart.properties(width=640, height=440, datasets=data)).to_dict(validate=False)
+    return found
+
+
+def drawn(specification: dict[str, Any], points: pd.DataFrame, limits: dict[str, float]) -> dict[str, Any]:
+    """A diagram: `specification` is what `work_precision` returns, the legend has what stands out among `points`."""
     data = {
         "points": records(points),
         "limits": [{"limit": name, "at": math.log10(value)} for name, value in limits.items() if value > 0],
-        "margin": [{"low": MARGIN, "high": TOP, "text": "failed trials"}],
     }
-    return dressed(chart.properties(width=640, height=440, datasets=data))
+    cut: dict[str, Any] = _restricted(specification, set(points.loc[points["front"], "series"]))
+    return cut | {"datasets": specification["datasets"] | data}
+
+
+def _restricted(node: Any, kept: Collection[str]) -> Any:
+    """A copy whose scales of integrators have only those that are kept."""
+    if isinstance(node, list):
+        return [_restricted(each, kept) for each in node]
+    if not isinstance(node, dict):
+        return node
+    found = {name: _restricted(value, kept) for name, value in node.items()}
+    scale = found.get("scale")
+    if found.get("field") == "series" and scale and "domain" in scale:
+        pairs = [pair for pair in zip(scale["domain"], scale["range"], strict=True) if pair[0] in kept]
+        found["scale"] = scale | {"domain": [name for name, _ in pairs], "range": [look for _, look in pairs]}
+    return found
 
 
 def _table(names: dict[int, str] | dict[str, str]) -> str:

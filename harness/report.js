@@ -22,6 +22,13 @@
     return (values[0] || []).map((_, i) => Object.fromEntries(names.map((name, k) => [name, values[k][i]])));
   }
 
+  // Places in diagrams travel as whole hundredths of a decade.
+  function pointsOf(scene) {
+    const points = rows(scene.points);
+    for (const point of points) for (const name of ["time", "calls", "error"]) if (point[name] !== null) point[name] /= 100;
+    return points;
+  }
+
   function charted(packed) {
     const spec = structuredClone(packed);
     for (const name of Object.keys(spec.datasets)) spec.datasets[name] = rows(spec.datasets[name]);
@@ -63,7 +70,7 @@
     const scene = data.work.cases[part("case").value][part("scene").value];
     const axis = pressed("axis");
     const spec = charted(data.work.specs[axis]);
-    const points = rows(scene.points);
+    const points = pointsOf(scene);
     if (pressed("which") === "all") points.forEach((point) => (point.front = 1));
     spec.datasets.points = points;
     spec.datasets.limits = scene.limits;
@@ -136,6 +143,12 @@
     return row;
   }
 
+  function byCaseOf(rows) {
+    const found = new Map();
+    rows.forEach((row) => found.set(row[0], [...(found.get(row[0]) ?? []), row]));
+    return found;
+  }
+
   function trustMap(place) {
     const map = data.map;
     const own = map.rows.filter((row) => row[1].startsWith("default"));
@@ -143,12 +156,58 @@
     const shown = map.series.map((_, i) => i).filter((i) => own.some((row) => ran(row, i)));
     const table = made("table");
     table.append(heading(map, shown));
-    own.forEach((given) => {
-      const row = sceneRow(map, given, shown, true);
-      row.prepend(made("th", "", given[0] + given[1].slice("default".length)));
-      table.append(row);
+    const byCase = byCaseOf(own);
+    Object.entries(data.chapters).forEach(([chapter, names]) => {
+      const rows = names.flatMap((name) => byCase.get(name) ?? []).map((given) => {
+        const row = sceneRow(map, given, shown, true);
+        row.prepend(made("th", "", given[0] + given[1].slice("default".length)));
+        return row;
+      });
+      if (!rows.length) return;
+      const head = opener(made("tr", "chapter"), chapter, "", () => rows, true);
+      head.append(Object.assign(made("td", "e"), { colSpan: shown.length }));
+      table.append(head, ...rows);
     });
     place.append(table);
+  }
+
+  // A row whose heading shows and hides other rows; they are made when first shown, and hidden ones hide theirs.
+  function opener(row, text, note, make, open = false) {
+    const head = made("th");
+    const button = made("button", "", `${text} `);
+    if (note) button.append(made("small", "", note));
+    head.append(button);
+    row.prepend(head);
+    row.below = open ? make() : [];
+    row.set = (shown) => {
+      button.setAttribute("aria-expanded", String(shown));
+      if (shown && !row.below.length) row.after(...(row.below = make()));
+      row.below.forEach((one) => {
+        one.hidden = !shown;
+        if (!shown) one.set?.(false);
+      });
+    };
+    button.setAttribute("aria-expanded", String(open));
+    button.addEventListener("click", () => row.set(button.getAttribute("aria-expanded") !== "true"));
+    return row;
+  }
+
+  // One cell an integrator: on how many of the scenes no setting was right, and what went wrong most often.
+  function brokenRow(map, name, scenes, shown) {
+    const row = made("tr");
+    shown.forEach((column) => {
+      const words = scenes.map((scene) => scene[2].slice(3 * column, 3 * column + 3)).filter((c) => c[0] !== " ")
+        .map((c) => [map.verdicts[parseInt(c[0], 16)], c[1] === "-"]).filter(([word]) => !/^(un|not)/.test(word));
+      if (!words.length) return row.append(made("td", "e", "·"));
+      const counts = {};
+      const broken = words.filter(([, lost]) => lost);
+      broken.forEach(([word]) => (counts[word] = (counts[word] ?? 0) + 1));
+      const most = Object.keys(counts).sort((a, b) => counts[b] - counts[a])[0];
+      const kind = most ?? (words.every(([word]) => word === "ok") ? "ok" : "partly");
+      const told = Object.entries(counts).map(([word, count]) => `${count} ${word}`).join(", ") || "holds on all";
+      row.append(made("td", `s-${kind}`, broken.length || "", `${name}, ${map.series[column]}: of ${words.length} scenes ${told}`));
+    });
+    return row;
   }
 
   function breakMap(place) {
@@ -156,42 +215,37 @@
     const shown = map.series.map((_, i) => i);
     const table = made("table");
     table.append(heading(map, shown));
-    const groups = new Map();
-    map.rows.forEach((row) => groups.set(row[0], [...(groups.get(row[0]) ?? []), row]));
-    groups.forEach((scenes, name) => {
-      const row = made("tr");
-      const head = made("th");
-      const button = made("button", "", `${name} `);
-      button.append(made("small", "", `${scenes.length} scene${scenes.length > 1 ? "s" : ""}`));
-      button.setAttribute("aria-expanded", "false");
-      head.append(button);
-      row.append(head);
-      shown.forEach((column) => {
-        const words = scenes.map((scene) => scene[2].slice(3 * column, 3 * column + 3)).filter((c) => c[0] !== " ")
-          .map((c) => [map.verdicts[parseInt(c[0], 16)], c[1] === "-"]).filter(([word]) => !/^(un|not)/.test(word));
-        if (!words.length) return row.append(made("td", "e", "·"));
-        const counts = {};
-        const broken = words.filter(([, lost]) => lost);
-        broken.forEach(([word]) => (counts[word] = (counts[word] ?? 0) + 1));
-        const most = Object.keys(counts).sort((a, b) => counts[b] - counts[a])[0];
-        const kind = most ?? (words.every(([word]) => word === "ok") ? "ok" : "partly");
-        const told = Object.entries(counts).map(([word, count]) => `${count} ${word}`).join(", ") || "holds on all";
-        row.append(made("td", `s-${kind}`, broken.length || "", `${name}, ${map.series[column]}: of ${words.length} scenes ${told}`));
-      });
-      table.append(row);
-      button.addEventListener("click", () => {
-        const open = button.getAttribute("aria-expanded") === "true";
-        button.setAttribute("aria-expanded", String(!open));
-        if (row.opened) return row.opened.forEach((one) => (one.hidden = open));
-        row.opened = scenes.map((given) => {
+    const many = (scenes) => `${scenes.length} scene${scenes.length > 1 ? "s" : ""}`;
+    const scenesOf = byCaseOf(map.rows);
+    const caseRow = (name) => {
+      const scenes = scenesOf.get(name) ?? [];
+      return opener(brokenRow(map, name, scenes, shown), name, many(scenes), () =>
+        scenes.map((given) => {
           const one = sceneRow(map, given, shown, false);
           one.prepend(made("th", "variant", given[1]));
           return one;
-        });
-        row.after(...row.opened);
-      });
+        }),
+      );
+    };
+    const few = scenesOf.size <= 20;
+    Object.entries(data.chapters).forEach(([chapter, names]) => {
+      const scenes = names.flatMap((name) => scenesOf.get(name) ?? []);
+      const row = opener(brokenRow(map, chapter, scenes, shown), chapter, many(scenes), () => names.map(caseRow), few);
+      row.classList.add("chapter");
+      table.append(row, ...row.below);
     });
     place.append(table);
+  }
+
+  // The contents: chapters with a case that has all the words stay, opened, and in them those cases.
+  function find(text) {
+    const words = text.toLowerCase().replaceAll("_", " ").split(" ").filter(Boolean);
+    all("details.chapter").forEach((chapter) => {
+      const rows = all("tr[data-words]", chapter);
+      rows.forEach((row) => (row.hidden = !words.every((word) => row.dataset.words.includes(word))));
+      chapter.hidden = rows.every((row) => row.hidden);
+      chapter.open = words.length > 0;
+    });
   }
 
   function showCase(name) {
@@ -219,6 +273,7 @@
   }
 
   function listen() {
+    all('[data-role="find"]').forEach((field) => field.addEventListener("input", () => find(field.value)));
     document.addEventListener("change", (event) => {
       if (event.target.dataset.role === "case") showCase(event.target.value);
       if (event.target.dataset.role === "scene") showScene();
@@ -247,7 +302,7 @@
     const script = document.createElement("script");
     script.textContent = await unpacked("vega");
     document.head.append(script);
-    showCase(Object.keys(data.work.cases)[0]);
+    showCase(data.first);
     const maps = { trust: trustMap, breaks: breakMap };
     all("[data-map]").forEach((place) => maps[place.dataset.map](place));
     listen();

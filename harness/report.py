@@ -25,7 +25,7 @@ def write_report(database: Path, folder: Path) -> Path:
     """
     run = Run.read(store.results_file(database))
     folder.mkdir(parents=True, exist_ok=True)
-    work = {name: work_scenes(run, name) for name in run.names}
+    work = work_scenes(run)
     charts = other_charts(run)
     words = page_words(run, folder, work)
     page = folder / "index.html"
@@ -46,12 +46,15 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
         for case in words["cases"]
     }
     about = {case["name"]: {key: case[key] for key in ("title", "section", "stresses")} for case in words["cases"]}
+    carried = {"tables": tables, "about": about, "chapters": words["chapters"], "first": words["first"]}
     return environment.from_string(_source("report.html.j2")).render(
         words,
+        titles={case["name"]: case["title"] for case in words["cases"]},
+        sections={case["name"]: case["section"] for case in words["cases"]},
         chart_names=list(charts["others"]),
         css=_source("report.css"),
         script=_source("report.js"),
-        data=packed_json(charts | {"tables": tables, "about": about}),
+        data=packed_json(charts | carried),
         vega=packed(vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;")),
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,8 @@ import altair as alt
 import numpy as np
 import pandas as pd
 from gnomon.harness import figures, style, tables
-from gnomon.harness.figures_work import work_points, work_precision
+from gnomon.harness.figures_work import SCENE, drawn, work_points, work_precision
+from gnomon.harness.images import write_images
 from gnomon.harness.report_pack import columnar, columns
 from gnomon.harness.report_run import Run
 
@@ -18,24 +20,28 @@ FLOOR, CONDITIONING = "floor: half an ulp of the output", "conditioning: half an
 Scenes = dict[str, dict[str, Any]]
 
 
-def work_scenes(run: Run, name: str) -> Scenes:
-    """The work-precision data of each scene of a case: points, limits, and what the scene stresses; defaults first."""
-    found: Scenes = {}
-    for (variant, formulation), part in run.reduced[run.reduced["case"] == name].groupby(
-        ["variant", "formulation"], sort=False
-    ):
-        points = work_points(part, run.look)
-        if points.empty:
+def work_scenes(run: Run) -> dict[str, Scenes]:
+    """The work-precision data of every scene by case: points, limits, and what it stresses; default scenes first."""
+    rows = run.reduced.assign(stresses=run.reduced.get("stresses", ""))
+    scenes = rows.groupby(SCENE, sort=False)[["conditioning", "floor", "stresses"]].agg(
+        {"conditioning": "max", "floor": "max", "stresses": "first"}
+    )
+    points = {scene: part.drop(columns=SCENE) for scene, part in work_points(run.reduced, run.look).groupby(SCENE)}
+    found: dict[str, Scenes] = {name: {} for name in run.names}
+    for (case, variant, formulation), limits in scenes.to_dict("index").items():
+        if (case, variant, formulation) not in points:
             continue
         label = (variant or "default") + (f" · {formulation}" if formulation else "")
-        limits = {CONDITIONING: float(part["conditioning"].max()), FLOOR: float(part["floor"].max())}
-        found[label] = {
-            "points": points,
-            "limits": {word: value for word, value in limits.items() if value > 0},
-            "stresses": str(part["stresses"].iloc[0] or "") if "stresses" in part else "",
+        lines = {CONDITIONING: limits["conditioning"], FLOOR: limits["floor"]}
+        found[case][label] = {
+            "points": points[case, variant, formulation],
+            "limits": {word: value for word, value in lines.items() if value > 0},
+            "stresses": str(limits["stresses"] or ""),
         }
-    ordered = sorted(found, key=lambda label: not label.startswith("default"))
-    return {label: found[label] for label in ordered}
+    default_first = {
+        name: sorted(scenes, key=lambda label: not label.startswith("default")) for name, scenes in found.items()
+    }
+    return {name: {label: found[name][label] for label in labels} for name, labels in default_first.items()}
 
 
 def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
@@ -65,14 +71,11 @@ def page_charts(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLeve
 
     The two work-precision specifications hold all integrators; the page cuts them down to those of a scene.
     """
-    none = pd.DataFrame({"series": [], "front": []})
-    specs = {
-        axis: columnar(work_precision(none, run.look, {}, axis).to_dict(validate=False)) for axis in ("time", "calls")
-    }
+    specs = {axis: columnar(work_precision(run.look, axis)) for axis in ("time", "calls")}
     cases = {
         name: {
             label: {
-                "points": columns(style.records(_rounded(scene["points"]))),
+                "points": columns(_hundredths(scene["points"])),
                 "limits": [
                     {"limit": word, "at": round(float(np.log10(at)), 3)} for word, at in scene["limits"].items()
                 ],
@@ -86,9 +89,12 @@ def page_charts(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLeve
     return {"work": {"specs": specs, "cases": cases}, "others": others, "map": _map(run)}
 
 
-def _rounded(points: pd.DataFrame) -> pd.DataFrame:
-    """Hundredths of a decade: a fifth of the size of a mark."""
-    return points.assign(**{name: points[name].round(2) for name in ("time", "calls", "error")})
+def _hundredths(points: pd.DataFrame) -> dict[str, list[Any]]:
+    """Columns with places in whole hundredths of a decade: a fifth of the size of a mark."""
+    found = {name: column.tolist() for name, column in points.items()}
+    for name in ("time", "calls", "error"):
+        found[name] = [None if math.isnan(value) else round(100 * value) for value in found[name]]
+    return found
 
 
 def _map(run: Run) -> dict[str, Any]:
@@ -124,16 +130,21 @@ def _map(run: Run) -> dict[str, Any]:
 
 
 def write_figures(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLevelMixin], folder: Path) -> None:
-    """Every chart as SVG and PNG: work-precision of the default scenes against time, and all others."""
+    """Every chart as SVG and PNG: work-precision of the default scenes against time, and all others.
+
+    What an earlier report left in the folder goes.
+    """
+    specification = work_precision(run.look, "time")
+    wanted: dict[str, dict[str, Any]] = {name: chart.to_dict(validate=False) for name, chart in charts.items()}
     for name, scenes in work.items():
         for label, scene in scenes.items():
             if not label.startswith("default"):
                 continue
-            points = scene["points"]
-            look = style.present(run.look, points["series"])
-            chart = work_precision(points, look, scene["limits"], "time", set(points.loc[points["front"], "series"]))
-            subtitle = label.removeprefix("default").removeprefix(" · ") or "default numbers"
-            file = name + ("" if label == "default" else "_" + label.removeprefix("default · ").replace(" ", "_"))
-            style.write_images(chart.properties(title={"text": run.titles[name], "subtitle": subtitle}), folder, file)
-    for name, other in charts.items():
-        style.write_images(other, folder, name)
+            subtitle = label.removeprefix("default").removeprefix(" · ")
+            title = {"text": run.titles[name], "subtitle": subtitle or "default numbers"}
+            file = name + (f"_{subtitle.replace(' ', '_')}" if subtitle else "")
+            wanted[file] = drawn(specification, scene["points"], scene["limits"]) | {"title": title}
+    write_images(wanted, folder)
+    for path in folder.iterdir():
+        if path.suffix in (".svg", ".png") and path.stem not in wanted:
+            path.unlink()

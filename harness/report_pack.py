@@ -25,14 +25,17 @@ def packed_json(value: Any) -> str:
 
 def columnar(spec: dict[str, Any]) -> dict[str, Any]:
     """A chart's specification with its data as columns."""
-    return spec | {"datasets": {name: columns(rows) for name, rows in spec["datasets"].items()}}
+    data = {
+        name: columns({key: [row[key] for row in rows] for key in (rows[0] if rows else ())})
+        for name, rows in spec["datasets"].items()
+    }
+    return spec | {"datasets": data}
 
 
-def columns(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Rows as columns in few characters: words as their numbers in a list, floats to four figures."""
+def columns(table: dict[str, list[Any]]) -> dict[str, Any]:
+    """Columns in few characters: words as their numbers in a list, floats to four figures."""
     found: dict[str, Any] = {}
-    for name in rows[0] if rows else ():
-        values = [row[name] for row in rows]
+    for name, values in table.items():
         if any(isinstance(value, str) for value in values):
             codes, words = pd.factorize(pd.Series(values, dtype=object))
             found[name] = {"words": list(words), "codes": codes.tolist()}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +17,18 @@ from gnomon.harness.plan import SIBLING
 
 DECIMAL_STEPS = (1e-2, 1e-3, 1e-4)
 """The steps at which engines are compared under their policies."""
+
+
+CHAPTERS = {
+    5: "5 Foundation principles",
+    6: "6 Dynamics of a particle",
+    7: "7 Momentum, work and energy",
+    8: "8 Systems of particles",
+    9: "9 Inertia",
+    10: "10 Rigid bodies",
+    11: "11 Advanced dynamics",
+}
+"""Of Beatty, Principles of Engineering Mechanics, volume 2, Dynamics."""
 
 
 @dataclass(frozen=True)
@@ -54,15 +67,29 @@ class Run:
 
     @cached_property
     def names(self) -> list[str]:
-        return list(dict.fromkeys(self.frame["case"]))
+        """The cases in the order of the book."""
+        return sorted(dict.fromkeys(self.frame["case"]), key=lambda name: _place(self.sections[name]))
+
+    @cached_property
+    def chapters(self) -> dict[str, list[str]]:
+        """The cases of each chapter, by its number and title."""
+        found: dict[str, list[str]] = {}
+        for name in self.names:
+            found.setdefault(CHAPTERS.get(_place(self.sections[name])[0], "Other cases"), []).append(name)
+        return found
 
     @cached_property
     def titles(self) -> dict[str, str]:
         return dict(self.frame.drop_duplicates("case")[["case", "title"]].to_numpy())
 
     @cached_property
+    def sections(self) -> dict[str, str]:
+        """Where each case stands in Beatty, Dynamics."""
+        return dict(self.frame.drop_duplicates("case")[["case", "section"]].to_numpy())
+
+    @cached_property
     def scenes(self) -> pd.DataFrame:
-        """Every scene that was run, in the order of the plan, a case's variants together: case, variant, scene."""
+        """Every scene that was run, in the order of the book, a case's variants together: case, variant, scene."""
         ran = tables.with_scenes(self.frame.drop_duplicates(["case", "variant", "formulation"]))
         place = {name: i for i, name in enumerate(self.names)}
         return ran.sort_values("case", key=lambda column: column.map(place), kind="stable")
@@ -92,3 +119,9 @@ class Run:
         answered = found[near & (found["error"].notna() | (found["status"] == "diverged"))]
         several = answered.groupby(["scene", "library", "setting"])["policy"].transform("nunique") > 1
         return answered[several].rename(columns={"library": "engine", "setting": "step"})
+
+
+def _place(section: str) -> tuple[int, ...]:
+    """The numbers of the first section named, to sort by; last where there is none."""
+    first = re.match(r"\d+(\.\d+)*", section)
+    return tuple(map(int, first[0].split("."))) if first else (99,)

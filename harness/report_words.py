@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from gnomon.harness import analysis, findings, report_checks, store, style, tables
+from gnomon.harness import analysis, findings, report_benchmarks, report_checks, store, style, tables
 from gnomon.harness.drift import laws
 from gnomon.harness.report_charts import Scenes
 from gnomon.harness.report_run import Run
@@ -37,7 +36,10 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
             "measurements": len(run.frame),
         },
         "shares": tables.status_shares(run.reduced),
+        "overall": tables.overall(run.equal),
         "fastest": tables.fastest(run.equal, scenes),
+        "chapters": run.chapters,
+        "first": str(run.frame["case"].iloc[0]),
         "libraries": tables.libraries(run.equal),
         "failures": tables.failure_groups(analysis.failures(run.reduced)),
         "ladders": ladder_rows(run.ladders),
@@ -47,23 +49,26 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
         "colours": style.STATUS_COLOURS,
         "certified": report_checks.certified(folder, run.path.parent),
         "certified_lines": report_checks.certified_lines(folder, run.path.parent),
-        "benchmarks": _benchmarks(_extra("benchmarks.json", folder, run.path.parent)),
+        "benchmarks": report_benchmarks.benchmarks(folder, run.path.parent),
+        "growth": report_benchmarks.growth(folder, run.path.parent),
     }
 
 
 def _cases(run: Run, work: dict[str, Scenes]) -> list[dict[str, Any]]:
     """Each case with its scenes and the rows of its tables."""
+    own = run.reduced["variant"] == ""
+    times = tables.equal_error_rows(run.equal, run.reduced)
     grown = laws(run.path, run.frame, run.frame["variant"] == "")
-    orders, parts = analysis.orders(run.reduced), analysis.anatomy(run.frame)
-    sections = dict(run.frame.drop_duplicates("case")[["case", "section"]].to_numpy())
+    orders, parts = analysis.orders(run.reduced[own]), analysis.anatomy(run.frame[run.frame["variant"] == ""])
+    stability = tables.stability_rows(run.matrix, run.trusted, orders, grown, parts)
     return [
         {
             "name": name,
             "title": run.titles[name],
-            "section": sections[name],
+            "section": run.sections[name],
             "stresses": {label: scene["stresses"] for label, scene in work[name].items()},
-            "times": tables.equal_error_rows(run.equal, run.reduced, name),
-            "stability": tables.stability_rows(run.matrix, run.trusted, orders, grown, parts, name),
+            "times": times.get(name, []),
+            "stability": stability.get(name, []),
         }
         for name in run.names
     ]
@@ -99,29 +104,4 @@ def engine_settings(frame: pd.DataFrame) -> list[dict[str, Any]]:
             "cases": list(dict.fromkeys(case for cases in part["case"] for case in cases)),
         }
         for (library, setting, value), part in grouped
-    ]
-
-
-def _extra(name: str, *folders: Path) -> Any:
-    """The content of a JSON file beside the report or the results, None where there is none."""
-    for folder in folders:
-        if (folder / name).is_file():
-            return json.loads((folder / name).read_text(encoding="utf-8"))
-    return None
-
-
-def _benchmarks(found: Any) -> list[dict[str, Any]]:
-    """Rows of a pytest-benchmark file: name, group, median and range."""
-    if not found:
-        return []
-    return [
-        {
-            "name": item["name"],
-            "group": item.get("group") or "",
-            "median": tables.time_text(item["stats"]["median"]),
-            "low": tables.time_text(item["stats"]["min"]),
-            "high": tables.time_text(item["stats"]["max"]),
-            "rounds": item["stats"]["rounds"],
-        }
-        for item in found["benchmarks"]
     ]

@@ -221,13 +221,16 @@ def load(path: str | Path, superseded: bool = False) -> Any:
 
 def states(path: str | Path, measurements: Sequence[int] | None = None) -> dict[int, Floats]:
     """Sampled states (64, dim) by measurement number, in the coordinates of the case; all where None are named."""
+    query = "SELECT measurement, dimension, states FROM sampled_states"
     with _reading(path) as db:
-        rows = db.execute("SELECT measurement, dimension, states FROM sampled_states")
-        wanted = None if measurements is None else set(map(int, measurements))
+        if measurements is None:
+            rows = db.execute(query).fetchall()
+        else:
+            each = (db.execute(f"{query} WHERE measurement = ?", (int(number),)) for number in measurements)
+            rows = [row for found in each for row in found]
         return {
             number: np.frombuffer(zlib.decompress(blob), dtype="<f8").reshape(-1, dimension)
             for number, dimension, blob in rows
-            if wanted is None or number in wanted
         }
 
 

@@ -7,17 +7,12 @@ colour vision.
 from __future__ import annotations
 
 import colorsys
-import re
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import vl_convert
-from gnomon.harness.png import smaller
 
 INK, QUIET, PALE, GRID = "#1f2933", "#5f6b7a", "#f4f2ec", "#e4e2dc"
-PNG_SCALE = 2
 FONT = "Helvetica Neue, Helvetica, Arial, Liberation Sans, sans-serif"
 
 # Okabe and Ito's palette, distinct under the common colour-vision deficiencies.
@@ -148,12 +143,3 @@ def dressed(chart: Any) -> Any:
             color=INK, fontSize=15, anchor="start", fontWeight=600, subtitleColor=QUIET, subtitleFontSize=12
         )
     )
-
-
-def write_images(chart: Any, folder: Path, name: str) -> None:
-    """The printed figure: `name`.svg, coordinates to a tenth of a pixel, and `name`.png."""
-    folder.mkdir(parents=True, exist_ok=True)
-    spec = chart.to_dict(validate=False)
-    drawn = re.sub(r"\d+\.\d{2,}", lambda number: f"{float(number[0]):.1f}", vl_convert.vegalite_to_svg(spec))
-    (folder / f"{name}.svg").write_text(drawn, encoding="utf-8")
-    (folder / f"{name}.png").write_bytes(smaller(vl_convert.vegalite_to_png(spec, scale=PNG_SCALE)))

@@ -23,6 +23,7 @@ MEANINGS = {
     "not_installed": "the library is not installed on this machine",
 }
 
+SCENE_AND_NAME = ("case", "formulation", "integrator_id")
 LAWS = {"sqrt t": "√t", "t^2": "t²", "faster than t^2": "faster than t²"}
 
 
@@ -99,21 +100,49 @@ class Row:
 
 def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]:
     """Per case and formulation, the fastest integrator at each target, with all that tie with it."""
+    own = equal[equal["variant"] == ""].sort_values("seconds")
+    found = {key: part.to_dict("records") for key, part in own.groupby(["case", "formulation", "target"], sort=False)}
     rows = []
     for case, formulation in scenes:
-        part = equal[(equal["case"] == case) & (equal["variant"] == "") & (equal["formulation"] == formulation)]
         cells = []
         for target in TARGETS:
-            at = part[part["target"] == target].sort_values("seconds")
-            if at.empty:
+            at = found.get((case, formulation, target))
+            if at is None:
                 cells.append(Cell("not reached", kind="none"))
                 continue
-            tied = at[at["tied"]]
-            others = ", ".join(tied["integrator_id"].iloc[1:4]) + (" …" if len(tied) > 4 else "")
-            note = time_text(at["seconds"].iloc[0]) + (f" · on a par: {others}" if others else "")
-            cells.append(Cell(str(at["integrator_id"].iloc[0]), note))
+            tied = [row["integrator_id"] for row in at if row["tied"]]
+            others = ", ".join(tied[1:4]) + (" …" if len(tied) > 4 else "")
+            note = time_text(at[0]["seconds"]) + (f" · on a par: {others}" if others else "")
+            cells.append(Cell(str(at[0]["integrator_id"]), note))
         rows.append(Row(case, cells, note=formulation))
     return rows
+
+
+def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
+    """Over all default scenes, the integrators that are most often fastest or on a par at some error, and how often.
+
+    The `shown` first at each error; the note says on how many cases each gets there, and its median ratio to the
+    fastest.
+    """
+    own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
+    cases = own.groupby("target")["case"].nunique()
+    grouped = own.groupby(["integrator_id", "target"])
+    counts = grouped.agg(wins=("tied", "sum"), reached=("case", "nunique"), ratio=("ratio", "median"))
+    chosen: set[str] = set()
+    for target in TARGETS:
+        at = counts[counts.index.get_level_values("target") == target]
+        chosen |= {name for name, _ in at[at["wins"] > 0].nlargest(shown, ["wins", "reached"]).index}
+    found = {(str(name), target): row for (name, target), row in counts.to_dict("index").items()}
+    rows = []
+    for name in sorted(chosen):
+        cells, wins = [], []
+        for target in TARGETS:
+            at = found.get((name, target), {"wins": 0, "reached": 0, "ratio": math.nan})
+            wins.append(int(at["wins"]))
+            note = f"reaches {at['reached']} of {cases.get(target, 0)}, median {ratio_text(at['ratio'])} ×"
+            cells.append(Cell(f"fastest on {at['wins']}" if at["wins"] else "–", note, "" if at["reached"] else "none"))
+        rows.append((-wins[1], -sum(wins), Row(name, cells)))
+    return [row for *_, row in sorted(rows, key=lambda each: each[:2])]
 
 
 def libraries(equal: pd.DataFrame) -> list[Row]:
@@ -135,62 +164,66 @@ def libraries(equal: pd.DataFrame) -> list[Row]:
     return sorted(rows, key=lambda row: row.head != "gnomon")
 
 
-def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame, case: str) -> list[Row]:
-    """Time at equal error of every integrator that ran the default scene of a case, fastest at 1e-6 first."""
-    part = equal[(equal["case"] == case) & (equal["variant"] == "")]
-    ran = reduced[(reduced["case"] == case) & (reduced["variant"] == "") & ~reduced["status"].isin(NEVER_RAN)]
-    rows = []
-    for (formulation, name), _ in ran.groupby(["formulation", "integrator_id"]):
-        mine = part[(part["formulation"] == formulation) & (part["integrator_id"] == name)].set_index("target")
+def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, list[Row]]:
+    """By case, time at equal error of every integrator that ran its default scene, fastest at 1e-6 first."""
+    reached = _by_key(equal[equal["variant"] == ""], *SCENE_AND_NAME, "target")
+    ran = reduced[(reduced["variant"] == "") & ~reduced["status"].isin(NEVER_RAN)]
+    found: dict[str, list[tuple[Any, Row]]] = {}
+    for case, formulation, name in sorted(_by_key(ran, *SCENE_AND_NAME)):
         cells, place = [], [math.inf] * len(TARGETS)
         for i, target in enumerate(TARGETS):
-            if target not in mine.index:
+            at = reached.get((case, formulation, name, target))
+            if at is None:
                 cells.append(Cell("–", kind="none"))
                 continue
-            at = mine.loc[target]
             place[i] = float(at["seconds"])
             spread = f"{time_text(at['low'])} – {time_text(at['high'])}" if at["launches"] > 1 else "one launch"
             text = ("≤ " if at["at_loosest"] else "") + time_text(at["seconds"])
             ratio = "fastest" if at["ratio"] == 1 else "on a par" if at["tied"] else f"{ratio_text(at['ratio'])} ×"
             cells.append(Cell(text, ratio, "best" if at["tied"] else "", f" · {spread}"))
-        rows.append(((formulation, place[1], place[0], place[2]), Row(str(name), cells, group=str(formulation))))
-    return [row for _, row in sorted(rows, key=lambda pair: pair[0])]
+        row = Row(str(name), cells, group=str(formulation))
+        found.setdefault(case, []).append(((formulation, place[1], place[0], place[2]), row))
+    return {case: [row for _, row in sorted(rows, key=lambda pair: pair[0])] for case, rows in found.items()}
 
 
 def stability_rows(
-    matrix: pd.DataFrame,
-    trusted: pd.DataFrame,
-    orders: pd.DataFrame,
-    laws: pd.DataFrame,
-    parts: pd.DataFrame,
-    case: str,
-) -> list[Row]:
-    """Status, best error, order or error over tolerance, its parts and drift of each integrator on the default scene.
+    matrix: pd.DataFrame, trusted: pd.DataFrame, orders: pd.DataFrame, laws: pd.DataFrame, parts: pd.DataFrame
+) -> dict[str, list[Row]]:
+    """By case, status, best error, order or error over tolerance, its parts and drift of each integrator on the default
+    scene.
 
     The frames are those of `analysis.status_matrix`, `trust`, `orders`, `drift.laws` and `analysis.anatomy`.
     """
-    chosen = matrix[(matrix["case"] == case) & (matrix["variant"] == "") & ~matrix["verdict"].isin(NEVER_RAN)]
-    trusts, measured = trusted.set_index(SERIES), orders.set_index(SERIES)
-    anatomies = parts.set_index(SERIES)
-    drifts = {key: part for key, part in laws.groupby(SERIES, dropna=False)} if len(laws) else {}
-    rows = []
-    for series in chosen.to_dict("records"):
-        key = tuple(series[column] for column in SERIES)
-        trial = trusts.loc[key]
+    chosen = matrix[(matrix["variant"] == "") & ~matrix["verdict"].isin(NEVER_RAN)]
+    trusts, measured, anatomies = (_by_key(frame, *SERIES) for frame in (trusted, orders, parts))
+    drifts: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    for law in laws.to_dict("records"):
+        drifts.setdefault(tuple(law[column] for column in SERIES), []).append(law)
+    rows: dict[str, list[Row]] = {}
+    for key, series in _by_key(chosen, *SERIES).items():
+        trial = trusts[key]
         status = Cell(f"{series['ok']} of {series['settings']} ok", _first(series), series["verdict"])
         best = Cell(error_text(trial["best"]), kind="none" if not math.isfinite(trial["best"]) else "")
         if math.isfinite(trial["best"]):
             above = trial["best"] / max(trial["attainable"], 1e-300)
             best.note = f"{short_text(above)} × attainable" if above >= 1 else "at the attainable"
-        knob = _order(measured, key)
+        knob = _order(measured.get(key))
         if math.isfinite(trial["over_tolerance"]):
             knob = Cell(
                 f"{short_text(trial['over_tolerance'])} × tolerance",
                 f"worst {short_text(trial['worst_over_tolerance'])} ×",
             )
-        cells = [status, best, knob, _parts(anatomies, key), *_drift(drifts.get(key))]
-        rows.append(Row(key[-1], cells, group=key[2]))
+        cells = [status, best, knob, _parts(anatomies.get(key)), *_drift(drifts.get(key))]
+        rows.setdefault(key[0], []).append(Row(key[-1], cells, group=key[2]))
     return rows
+
+
+def _by_key(table: pd.DataFrame, *columns: str) -> dict[tuple[Any, ...], dict[str, Any]]:
+    """The rows by what these columns hold; the first of several."""
+    found: dict[tuple[Any, ...], dict[str, Any]] = {}
+    for row in table.to_dict("records"):
+        found.setdefault(tuple(row[column] for column in columns), {str(name): value for name, value in row.items()})
+    return found
 
 
 def _first(series: dict[str, Any]) -> str:
@@ -199,21 +232,19 @@ def _first(series: dict[str, Any]) -> str:
     return f"{series['failure']}: {series['reason']}" if series["failure"] else ""
 
 
-def _order(measured: pd.DataFrame, key: tuple[str, ...]) -> Cell:
-    if key not in measured.index:
+def _order(found: dict[str, Any] | None) -> Cell:
+    if found is None:
         return Cell("–", kind="none")
-    found = measured.loc[key]
     declared = f"declared {found['declared']:.0f}" if math.isfinite(found["declared"]) else ""
     if not math.isfinite(found["order"]):
         return Cell("–", declared, "none")
     return Cell(f"order {found['order']:.2f}", declared)
 
 
-def _parts(parts: pd.DataFrame, key: tuple[str, ...]) -> Cell:
+def _parts(found: dict[str, Any] | None) -> Cell:
     """The error along the motion and across it, turns that angles lost, events against the exact ones."""
-    if key not in parts.index:
+    if found is None:
         return Cell("–", kind="none")
-    found = parts.loc[key]
     words, note = [], ""
     if math.isfinite(found["error_phase"]):
         words.append(f"phase {error_text(found['error_phase'])}")
@@ -228,11 +259,11 @@ def _parts(parts: pd.DataFrame, key: tuple[str, ...]) -> Cell:
     return Cell("; ".join(words), note) if words or note else Cell("–", kind="none")
 
 
-def _drift(laws: pd.DataFrame | None) -> list[Cell]:
+def _drift(laws: list[dict[str, Any]] | None) -> list[Cell]:
     """Two cells: the law of the error's growth, and those of the invariants."""
     if laws is None:
         return [Cell("–", kind="none"), Cell("–", kind="none")]
-    words = {law["quantity"]: (law["law"], law["size"]) for law in laws.to_dict("records")}
+    words = {law["quantity"]: (law["law"], law["size"]) for law in laws}
     error = words.pop("error", None)
     first = Cell(LAWS.get(error[0], error[0]), f"reaches {error_text(error[1])}") if error else Cell("–", kind="none")
     if not words:

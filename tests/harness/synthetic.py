@@ -11,9 +11,9 @@ import numpy as np
 from gnomon.harness.store import Store
 
 CASES = {
-    "pendulum_simple": ("Simple pendulum", 2, ("default", "separatrix", "long")),
-    "kepler_orbit": ("Kepler orbit", 4, ("default", "e09")),
-    "bouncing_ball": ("Bouncing ball", 2, ("default",)),
+    "pendulum_simple": ("Simple pendulum", "7.10", 2, ("default", "separatrix", "long")),
+    "kepler_orbit": ("Kepler orbit", "7.12, 5.9", 4, ("default", "e09")),
+    "bouncing_ball": ("Bouncing ball", "8.13", 2, ("default",)),
 }
 INTEGRATORS = (
     # library, name, policy, order, kind of setting, seconds a right-hand side, conserves
@@ -33,16 +33,23 @@ def write(path: Path) -> Path:
     with Store(path) as store:
         environment = {"cpu": "Invented CPU", "cores": 2, "python": "3.11.0", "git": "0000000", "numpy": "2.0.0"}
         run = store.begin_run("standard", "gnomon run", environment)
-        for name, (title, dimension, variants) in CASES.items():
+        for name, (title, section, dimension, variants) in CASES.items():
             for variant in variants:
                 for integrator in INTEGRATORS:
-                    _series(store, run, name, title, dimension, variant, integrator)
+                    _series(store, run, name, title, section, dimension, variant, integrator)
         store.end_run(run)
     return path
 
 
 def _series(
-    store: Store, run: int, case: str, title: str, dimension: int, variant: str, integrator: tuple[Any, ...]
+    store: Store,
+    run: int,
+    case: str,
+    title: str,
+    section: str,
+    dimension: int,
+    variant: str,
+    integrator: tuple[Any, ...],
 ) -> None:
     library, name, policy, order, kind, cost, conserves = integrator
     identity = f"{library}:{name}" + (f" [{policy}]" if policy else "")
@@ -52,7 +59,7 @@ def _series(
     if kind == "step" and not unsupported:
         settings = [0.5 / 2**k for k in range(11)]
     trial = {
-        "series": series, "section": "4.3", "title": title, "case": case, "variant": variant, "stresses": "invented",
+        "series": series, "section": section, "title": title, "case": case, "variant": variant, "stresses": "invented",
         "formulation": "standard", "form": "Separable", "library": library, "integrator": name, "policy": policy,
         "integrator_id": identity, "order_declared": order, "sampling": "grid" if kind == "step" else "dense",
         "conserves": conserves, "setting_kind": kind, "dimension": dimension, "span": SPAN, "time_scale": 1.0,

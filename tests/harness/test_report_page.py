@@ -136,7 +136,7 @@ READY = """(async () => {
 
 SCROLLED = """(async () => {
   document.documentElement.style.scrollBehavior = "auto";
-  document.querySelectorAll("details:not([open]) > summary, .map button").forEach((part) => part.click());
+  document.querySelectorAll("details:not([open]) > summary, .map button[aria-expanded=false]").forEach((part) => part.click());
   const frame = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
   const waiting = () => [...document.querySelectorAll(".chart")].filter(
     (figure) => !["built", "failed"].includes(figure.dataset.state));
@@ -159,6 +159,17 @@ CHOSEN = """(async () => {
   document.querySelector('[data-role="which"] [value="all"]').click();
   while (gnomonCharts.built + gnomonCharts.failed < WANTED) await new Promise(requestAnimationFrame);
   return document.querySelector('[data-table="times"] th').textContent;
+})()"""
+
+
+FOUND = """(() => {
+  const field = document.querySelector('[data-role="find"]');
+  field.value = "WORDS";
+  field.dispatchEvent(new Event("input", { bubbles: true }));
+  return [...document.querySelectorAll("details.chapter:not([hidden])")].map((chapter) => [
+    chapter.querySelector("strong").textContent,
+    [...chapter.querySelectorAll("tr[data-words]:not([hidden]) a")].map((link) => link.dataset.case),
+  ]);
 })()"""
 
 
@@ -189,8 +200,12 @@ def test_page_in_a_browser(browser: Browser, page: Path, tmp_path: Path, width: 
         (figure) => figure.querySelectorAll("svg path, svg line").length > 30)"""
     assert browser.value(drawn)
     cells = """[...document.querySelectorAll("[data-map]")].map((map) => map.querySelectorAll("td").length)"""
-    assert browser.value(cells) == [3 * 7, (3 + 6) * 7], "rows of defaults; rows of cases and of all scenes"
+    assert browser.value(cells) == [3 * 7 + 2, (2 + 3 + 6) * 7], "rows of defaults; of chapters, cases, scenes"
     assert browser.value("document.documentElement.scrollWidth") == width
+
+    # Typing finds a case and opens its chapter; nothing typed shows all.
+    assert browser.value(FOUND.replace("WORDS", "orbit 7.12")) == [["7 Momentum, work and energy", ["kepler_orbit"]]]
+    assert len(browser.value(FOUND.replace("WORDS", ""))) == 2
 
     # Another case, its last scene, the other axis and all integrators are drawn in place.
     assert browser.value(CHOSEN.replace("WANTED", str(shown + 4))) == "integrator"

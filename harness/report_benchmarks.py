@@ -1,0 +1,92 @@
+"""What `make bench` published, in rows and words: claims of speed in pairs, times of calls, growth of energy errors."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from gnomon.harness import tables
+from gnomon.harness.analysis import CLAIM
+
+BENCHMARKS, GROWTH = "benchmarks.json", "growth.json"
+
+
+def benchmarks(*folders: Path) -> dict[str, Any] | None:
+    """Rows of pairs and of single times, from the first of the folders that has them; None without any."""
+    found = _read(BENCHMARKS, *folders)
+    if found is None:
+        return None
+    rows = found["rows"]
+    return {
+        "launches": found["launches"],
+        "environment": found["environment"],
+        "pairs": [_pair(row) for row in rows if "ours" in row],
+        "singles": [_single(row) for row in rows if "ours" not in row],
+    }
+
+
+def growth(*folders: Path) -> dict[str, Any] | None:
+    """Laws of energy errors in words, from the first of the folders that has them; None without any."""
+    found = _read(GROWTH, *folders)
+    if found is None:
+        return None
+    return found | {"rows": [_law(row) for row in found["rows"]]}
+
+
+def _pair(row: dict[str, Any]) -> dict[str, str]:
+    missed = [name for side, name in (("ours", "ours_name"), ("peer", "peer_name")) if row[side] is None]
+    words = {name: str(row[name]) for name in ("group", "scene", "level", "ours_name", "peer_name")}
+    words["ours"], words["peer"] = ("–" if row[s] is None else tables.time_text(row[s]) for s in ("ours", "peer"))
+    words["asked"] = "–" if row["asked"] is None else f"{row['asked']:g}"
+    if missed:
+        said = " and ".join(str(row[name]) for name in missed)
+        return words | {"ratio": "–", "range": "", "verdict": f"not reached by {said}"}
+    ratio = row["median"]
+    verdict = "" if row["asked"] is None else "reached" if ratio >= row["asked"] else "not reached"
+    if 1 / CLAIM < ratio < CLAIM:
+        verdict = "no difference is claimed"
+    return words | {
+        "ratio": _times(ratio),
+        "range": f"{_times(row['low'])} – {_times(row['high'])}",
+        "verdict": verdict,
+    }
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.2f}" if ratio < 9.95 else f"{ratio:.0f}"
+
+
+def _single(row: dict[str, Any]) -> dict[str, str]:
+    asked = row["asked"]
+    return {
+        "group": row["group"],
+        "name": row["ours_name"],
+        "median": tables.time_text(row["median"]),
+        "range": f"{tables.time_text(row['low'])} – {tables.time_text(row['high'])}",
+        "asked": "–" if asked is None else tables.time_text(asked),
+        "verdict": "" if asked is None else "reached" if row["median"] <= asked else "not reached",
+    }
+
+
+def _law(row: dict[str, Any]) -> dict[str, str]:
+    return {
+        "name": row["integrator"],
+        "case": row["case"],
+        "setting": row["setting"],
+        "periods": f"{row['periods']:.0e}".replace("e+0", "e"),
+        "starts": str(row["starts"]),
+        "size": tables.error_text(row["size"]),
+        "power": f"{row['power']:.2f} ± {row['uncertainty']:.2f}",
+        "law": row["law"],
+        "expected": row["expected"],
+        "verdict": "" if row["law"] == row["expected"] else "differs",
+    }
+
+
+def _read(name: str, *folders: Path) -> dict[str, Any] | None:
+    for folder in folders:
+        if (folder / name).is_file():
+            found: dict[str, Any] = json.loads((folder / name).read_text(encoding="utf-8"))
+            return found
+    return None
