@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import mpmath
 import numpy as np
 from gnomon.cases import get
+from gnomon.reference.weierstrass import solve_quartic
 from mpmath import mpf
 
 
@@ -24,6 +26,23 @@ def test_without_rotation_a_plane_swing_is_the_pendulum() -> None:
             for a, b in (*pairs, (vz, omega * mpmath.sin(theta))):
                 # The angle carries 60 digits, states of 36 are compared at rates of some 1/s.
                 assert abs(a - b) < mpf("1e-34")
+
+
+def test_at_the_pole_the_height_is_an_elliptic_function() -> None:
+    """z'^2 = (1 - z^2)(2E - 2(g/L) z) - (J - Om (1 - z^2))^2 by Biermann and Weierstrass: no integration."""
+    with mpmath.workdps(60):
+        pole = mpmath.nstr(mpmath.pi / 2, 58)
+        case = get("foucault_pendulum_nonlinear", "pole", initial_state=("0.28", 0, "-0.96", 0, "0.5", 0), lat=pole)
+        pull, rate, height = Fraction("9.81"), Fraction("0.5"), Fraction("-0.96")
+        energy, spin = Fraction("0.25") / 2 + pull * height, Fraction("0.28") / 2 + rate * Fraction("0.28") ** 2
+        rest = spin - rate  # J - Om (1 - z^2) = rest + Om z^2
+        quartic = (2 * energy - rest**2, -2 * pull, -2 * energy - 2 * rest * rate, 2 * pull, -(rate**2))
+        for t in ("0.9", "4.7"):
+            z, rising = solve_quartic(mpmath.mp, quartic, height, Fraction(0), mpf(t))
+            found = case.exact(t, 40)
+            # the equations have the cosine of a latitude that is pi/2 to 58 digits
+            assert abs(found[2] - z) < mpf("1e-35")
+            assert abs(found[5] - rising) < mpf("1e-35")
 
 
 def test_small_swings_follow_the_linear_pendulum() -> None:
