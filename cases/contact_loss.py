@@ -224,7 +224,7 @@ class AmusementPark(_ContactLossCase):
         },
         (Rule("R omega^2 + g cos(theta) > 0 (the loop carries at the start)", lambda n: _normal_force(n, 1)),),
     )
-    variants = (
+    variants: ClassVar[tuple[Variant, ...]] = (
         Variant("through", "fast enough: contact is kept all round", initial_state=(0, 0, "7.2", 0)),
         Variant(
             "just_short",
@@ -276,7 +276,7 @@ class PendulumOnString(AmusementPark):
         Parameter("R", "m", 1, "length of the string"),
     )
     default_state = (1, 0, "5.4", 0)
-    variants = (
+    variants: ClassVar[tuple[Variant, ...]] = (
         Variant("through", "fast enough: the string stays taut all round", initial_state=(0, 0, "7.2", 0)),
         Variant(
             "just_short",

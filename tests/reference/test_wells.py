@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import mpmath
 import pytest
+from gnomon.reference.light_cart import LightCart
 from gnomon.reference.precision import exact
 from gnomon.reference.wells import (
     CartPendulum,
@@ -99,3 +100,25 @@ def test_a_tube_under_sudden_pressure_stretches_until_the_work_is_spent():
         assert 1 < motion.balance(38) < largest
     assert made(ThickTube, 3, 2, 1, 0, "5.545").holds
     assert not made(ThickTube, 3, 2, 1, 0, "5.546").holds
+
+
+def test_a_light_cart_by_quadrature_from_the_turning_point():
+    """The same motion without a cosine series; far lighter carts than that reaches: the energy, and the centre of mass."""
+    for start in ((0, 2, "0.3", 0), (0, "0.5", 0, "-1.5"), (0, "-0.5", 1, "1.5"), (0, "-0.5", 1, "-1.5"), (0, 0, 0, 1)):
+        numbers = [exact(x) for x in (G, 1, "0.5", 1, *start)]
+        one, other = LightCart(*numbers), CartPendulum(*numbers)
+        for t in ("0.3", "2.3", "7.7"):
+            for a, b in zip(one.state(t, 40), other.state(t, 40), strict=True):
+                assert abs(a - b) < mpmath.mpf("1e-38")
+        assert abs(one.period(40) - other.period(40)) < mpmath.mpf("1e-38")
+    bare = LightCart(*(exact(x) for x in (G, 1, "1e-8", 1, 0, 2, "0.3", 0)))
+    with mpmath.workdps(50):
+        for t in ("0.5", "1.3", "4"):
+            x, theta, vx, omega = bare.state(t, 50)
+            light = mpmath.mpf("1e-8")
+            energy = (1 + light) * vx**2 / 2 + omega**2 / 2 + vx * omega * mpmath.cos(theta)
+            energy -= mpmath.mpf(G) * mpmath.cos(theta)
+            start = (1 + light) * mpmath.mpf("0.3") ** 2 / 2 - mpmath.mpf(G) * mpmath.cos(2)
+            assert abs(energy - start) < mpmath.mpf("1e-42") * (1 + omega**2)
+            place = (1 + light) * (x - mpmath.mpf("0.3") * mpmath.mpf(t)) + mpmath.sin(theta)
+            assert abs(place - mpmath.sin(2)) < mpmath.mpf("1e-45")
