@@ -7,39 +7,48 @@ SOURCES := $(shell find reference cases harness src -type f -not -path '*/__pyca
 RUN := runs/standard.sqlite
 # The optional libraries to compare with: make report EXTRAS=dev,peers
 EXTRAS ?= dev
+INSTALLED := $(VENV)/installed-$(EXTRAS)
 
 .PHONY: report certificates test test-all lint types unit bench clean
 
-report: $(VENV)/installed
+report: $(INSTALLED)
 	$(BIN)/gnomon certify --to runs/certificates.json --opponents reports/checks.json
 	$(BIN)/gnomon run --suite standard --out $(RUN)
 	$(BIN)/gnomon report $(RUN) --to reports
 
 # Every variant too, published: about 6 minutes on 2 cores. The page of the next `make report` shows it.
-certificates: $(VENV)/installed
+certificates: $(INSTALLED)
 	$(BIN)/gnomon certify --all --to reports/certificates.json
 
 test: lint types unit
 
-lint: $(VENV)/installed
+lint: $(INSTALLED)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 
 # mypy sees the package under its import name only in an ordinary install, so that is what the venv holds.
-types: $(VENV)/installed
+types: $(INSTALLED)
 	$(BIN)/mypy -p gnomon
 
-unit: $(VENV)/installed
+unit: $(INSTALLED)
 	$(BIN)/pytest -n auto --dist loadfile -m "not slow" --benchmark-disable
 
 test-all: lint types
 	$(BIN)/pytest -n auto --dist loadfile --benchmark-disable
 
-bench: $(VENV)/installed
-	$(BIN)/pytest tests/benchmarks --benchmark-only --benchmark-json=runs/benchmarks.json
+# Claims of speed in five launches, then growth laws, then every other benchmark once; the next `make report` shows them.
+LAUNCHES := 1 2 3 4 5
+bench: $(INSTALLED)
+	for launch in $(LAUNCHES); do \
+	  $(BIN)/pytest tests/benchmarks/test_pairs.py -q --benchmark-only --benchmark-json=runs/launch_$$launch.json || exit 1; \
+	done
+	$(BIN)/python -m gnomon.harness.benchmarks $(LAUNCHES:%=runs/launch_%.json) --to reports/benchmarks.json
+	$(BIN)/python -m gnomon.harness.growth --to reports/growth.json
+	$(BIN)/pytest tests/benchmarks --ignore=tests/benchmarks/test_pairs.py -m "not slow" --benchmark-only \
+	  --benchmark-max-time=0.25 --benchmark-min-rounds=3 --benchmark-json=runs/benchmarks.json
 
 # A stale build/ would put files into the package that are no longer in the tree.
-$(VENV)/installed: pyproject.toml $(SOURCES) | $(BIN)/python
+$(INSTALLED): pyproject.toml $(SOURCES) | $(BIN)/python
 	rm -rf build src/gnomon.egg-info
 ifdef UV
 	VIRTUAL_ENV=$(VENV) $(UV) pip install --quiet --reinstall-package gnomon '.[$(EXTRAS)]'

@@ -1,0 +1,61 @@
+"""The launches of the paired benchmarks gathered: medians and ranges over processes, for the report.
+
+`make bench` launches tests/benchmarks/test_pairs.py in fresh processes, each of which leaves a pytest-benchmark file,
+and then `python -m gnomon.harness.benchmarks LAUNCH... --to reports/benchmarks.json`. A benchmark's `extra_info` holds
+`rows`: dictionaries of what was compared (`group`, `scene`, `level`), the asked value (or null) and either `ours` and
+`peer` in seconds (null where a side does not reach the level) or `value` in `unit`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from gnomon.harness import environment
+
+NAMED = ("group", "scene", "level", "ours_name", "peer_name", "unit", "asked")
+"""What a row says of itself, the same in every launch."""
+
+
+def gathered(launches: Sequence[Path]) -> dict[str, Any]:
+    """One row a comparison: medians of both sides, and of the ratio with its range over the launches."""
+    found: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    for path in launches:
+        for benchmark in json.loads(path.read_text(encoding="utf-8"))["benchmarks"]:
+            for row in benchmark["extra_info"].get("rows", []):
+                found.setdefault(tuple(row.get(name) for name in NAMED), []).append(row)
+    rows = [dict(zip(NAMED, key, strict=True)) | reduced(members) for key, members in found.items()]
+    return {"launches": len(launches), "environment": environment.describe(), "rows": rows}
+
+
+def reduced(members: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Medians over launches; a level counts as reached only where every launch reached it."""
+    result: dict[str, Any] = {"launches": len(members)}
+    if "value" in members[0]:
+        return result | spread([row["value"] for row in members])
+    for side in ("ours", "peer"):
+        times = [row[side] for row in members]
+        result[side] = None if None in times else median(times)
+    if result["ours"] is None or result["peer"] is None:
+        return result | dict.fromkeys(("median", "low", "high"))
+    return result | spread([row["peer"] / row["ours"] for row in members])
+
+
+def spread(values: Sequence[float]) -> dict[str, float]:
+    return {"median": median(values), "low": min(values), "high": max(values)}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("launches", nargs="+", type=Path)
+    parser.add_argument("--to", type=Path, required=True)
+    arguments = parser.parse_args()
+    arguments.to.write_text(json.dumps(gathered(arguments.launches), indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,215 @@
+"""How the error of energy grows over 1e5 to 1e6 periods: its power of time, fitted for every in-house smooth method.
+
+Symplectic methods keep it bounded as long as their own error rules (backward error analysis: Hairer, Lubich, Wanner,
+Geometric Numerical Integration, IX.8). Where only round-off is left and is summed with care it grows as a random walk,
+t^(1/2): Brouwer's law (Astronomical Journal 46, 1937; Hairer, McLachlan, Razakarivony, BIT 48, 2008). Else as t.
+
+`python -m gnomon.harness.growth --to reports/growth.json` is part of `make bench`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gnomon.cases.arithmetic import rebind
+from gnomon.cases.case import Case
+from gnomon.cases.registry import get
+from gnomon.harness import environment, registry
+from gnomon.harness.integrator import Problem
+from gnomon.harness.judge import NUMPY
+from gnomon.harness.problem import accepted_form, initial_state
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+SAMPLES = 512
+DECADES = 2.0
+"""The power is fitted over the last two decades of time, where a start no longer shows."""
+
+PERIODS = ("period", "gyration_period", "body_period")
+LAWS = ((0.25, "bounded"), (0.75, "sqrt t"), (1.5, "t"))
+
+
+@dataclass(frozen=True)
+class Subject:
+    """An integrator by its id on a case: steps a period or a tolerance, over so many periods from so many starts.
+
+    `parts`: the span in so many solves, each from the last state of the one before, for methods that limit their steps.
+    """
+
+    integrator: str
+    setting: float
+    expected: str
+    case: str = "pendulum_simple"
+    periods: float = 1e5
+    starts: int = 4
+    parts: int = 1
+    parameters: tuple[tuple[str, int], ...] = ()
+
+
+def bounded(steps: float, *names: str, **more: Any) -> list[Subject]:
+    return [Subject(f"gnomon:{name}", steps, "bounded", **more) for name in names]
+
+
+def linear(setting: float, *names: str, **more: Any) -> list[Subject]:
+    return [Subject(f"gnomon:{name}", setting, "t", **more) for name in names]
+
+
+def random_walk(setting: float, *names: str, **more: Any) -> list[Subject]:
+    return [Subject(f"gnomon:{name}", setting, "sqrt t", **more) for name in names]
+
+
+SUBJECTS = [
+    # Their own error rules: steps or tolerances well above round-off.
+    *bounded(64, "Symplectic Euler", "Störmer-Verlet", "Position Verlet", periods=1e6),
+    *bounded(32, "Forest-Ruth 4", "McLachlan-Atela 4", "Suzuki 4", "Blanes-Moan 4"),
+    *bounded(16, "Yoshida 6", "Kahan-Li 6", "Blanes-Moan 6"),
+    *bounded(12, "Yoshida 8", "Kahan-Li 8"),
+    *bounded(48, "Implicit midpoint"),
+    *bounded(16, "Gauss 2-stage"),
+    *bounded(8, "Gauss 3-stage", "Gauss 4-stage"),
+    *bounded(5, "Gauss 5-stage", "Gauss 6-stage", "Gauss 7-stage"),
+    *bounded(32, "Higuera-Cary", case="relativistic_charge", parameters=(("Ez", 0),)),
+    *bounded(48, "RATTLE", "RATTLE Suzuki 4", case="holonomic_constraint_dae"),
+    *bounded(24, "RATTLE Kahan-Li 6", case="holonomic_constraint_dae"),
+    *bounded(64, "Axis splitting 2", case="euler_top"),
+    *bounded(32, "Axis splitting 6", case="euler_top"),
+    # Only round-off is left.
+    *random_walk(16, "Gauss 8-stage", starts=8),
+    *random_walk(1e-16, "Gauss 8-stage SIMD", starts=16, periods=1e6),
+    *random_walk(1e-16, "Taylor", starts=8),
+    # Uniform fields leave only round-off, and a rotation that is rounded the same way in every step.
+    *linear(32, "Boris", case="charge_in_E_and_B", parameters=(("Ez", 0),)),
+    *linear(16, "Volume-preserving 4", "Volume-preserving 6", case="charge_in_E_and_B", parameters=(("Ez", 0),)),
+    # No structure to keep.
+    *linear(65536, "Explicit Euler", periods=1e2, starts=2),
+    *linear(1024, "Explicit midpoint", "Heun", "RK3", starts=2),
+    *linear(128, "RK4"),
+    *linear(96, "RKMK 4", case="euler_top"),
+    *linear(96, "Störmer 8"),
+    *linear(48, "Störmer 12"),
+    *linear(1e-7, "Bogacki-Shampine 3(2)", parts=16, starts=2),
+    *linear(1e-7, "Dormand-Prince 5(4)", "Tsitouras 5(4)", parts=8, starts=2),
+    *linear(1e-8, "Verner 6(5)", "RKN 6(4)", parts=4, starts=2),
+    *linear(1e-9, "DOP853", "Verner 9(8)", "RKN 12(10)", parts=2, starts=2),
+    *linear(1e-9, "Gragg-Bulirsch-Stoer", parts=8, starts=2),
+    *linear(1e-8, "Taylor", starts=2),
+    *linear(1e-5, "Radau IIA 5", parts=8, starts=2),
+]
+
+
+def measured(subject: Subject) -> dict[str, Any]:
+    """A row of the published table: the fitted power of time with its standard error, and the law that it is near."""
+    times, errors = energy_errors(subject)
+    power, uncertainty = fitted(times, errors)
+    return {
+        "integrator": subject.integrator.removeprefix("gnomon:"),
+        "case": subject.case,
+        "setting": f"{subject.setting:g} steps a period" if subject.setting > 1 else f"tolerance {subject.setting:g}",
+        "periods": subject.periods,
+        "starts": subject.starts,
+        "size": float(np.sqrt(np.mean(errors[:, -8:] ** 2))),
+        "power": power,
+        "uncertainty": uncertainty,
+        "law": next((name for bound, name in LAWS if power < bound), "faster than t"),
+        "expected": subject.expected,
+    }
+
+
+def energy_errors(subject: Subject) -> tuple[Floats, Floats]:
+    """Times in periods (SAMPLES,) and |energy / its start - 1| (starts, SAMPLES), in extended precision.
+
+    Starts are the case's, shrunk by 1/64 from one to the next. Raises RuntimeError where an integration ends early.
+    """
+    numbers: dict[str, Any] = dict(subject.parameters)
+    case = get(subject.case, **numbers).rounded()
+    integrator = registry.own()[subject.integrator]
+    form = accepted_form(case, integrator.accepts)
+    assert form is not None
+    energy = next(name for name in case.invariants if "energy" in name)
+    count = SAMPLES // subject.parts
+    interval = twenty_bits(period_of(case) * subject.periods / SAMPLES)
+    parameters = np.array([float(x) for x in case.parameter_values()])
+    whole = np.arange(1, SAMPLES + 1, dtype=np.float64)
+    problem = Problem(form, len(case.state), parameters, whole[:count] * interval, float(case.time_scale))
+    setting = subject.setting
+    if setting > 1:
+        setting = interval / round(setting * subject.periods / SAMPLES)
+    solve = integrator.prepare(problem, setting)
+    state = initial_state(case) * (1 - np.arange(subject.starts)[:, None] / 64)
+    value = in_extended_precision(case.invariants[energy].function, parameters)
+    start, found = value(state), []
+    for _ in range(subject.parts):
+        solution = solve(state.copy())
+        if solution.stopped is not None:
+            raise RuntimeError(f"{subject.integrator} stopped: {solution.stopped}")
+        found.append(np.abs(value(solution.states) / start[:, None] - 1))
+        state = solution.states[:, -1]
+    return whole * (subject.periods / SAMPLES), np.asarray(np.concatenate(found, axis=1), dtype=np.float64)
+
+
+def period_of(case: Case) -> float:
+    found = case.quantities()
+    return next((float(found[name]) for name in PERIODS if name in found), 2 * math.pi * float(case.time_scale))
+
+
+def twenty_bits(x: float) -> float:
+    """Rounded down to twenty significant bits: its multiples are exact."""
+    unit = math.ldexp(1.0, math.frexp(x)[1] - 20)
+    return math.floor(x / unit) * unit
+
+
+def in_extended_precision(function: Callable[..., Any], parameters: Floats) -> Callable[[Floats], Any]:
+    """An invariant of arrays of states (..., dim); what it rounds is then far below what the states are rounded by."""
+    bound, wide = rebind(function, NUMPY), tuple(np.longdouble(x) for x in parameters)
+
+    def value(states: Floats) -> Any:
+        return bound(np.longdouble(0), tuple(np.moveaxis(states.astype(np.longdouble), -1, 0)), wide)[0]
+
+    return value
+
+
+def fitted(times: Floats, errors: Floats) -> tuple[float, float]:
+    """The power of time of the root mean square of errors (starts, times), and its standard error by the jackknife.
+
+    A line through the logarithms of the root mean squares over the octaves of time.
+    """
+    octave = np.floor(np.log2(times[-1] / times)).astype(int)
+    chosen = [octave == k for k in range(math.ceil(DECADES / math.log10(2)))]
+    centres = np.array([np.mean(np.log(times[mask])) for mask in chosen])
+
+    def power(members: Floats) -> float:
+        sizes = np.array([np.sqrt(np.mean(members[:, mask] ** 2)) for mask in chosen])
+        return float(np.polyfit(centres, np.log(sizes), 1)[0])
+
+    count = len(errors)
+    without = np.array([power(np.delete(errors, i, axis=0)) for i in range(count)])
+    return power(errors), float(math.sqrt((count - 1) / count * np.sum((without - without.mean()) ** 2)))
+
+
+def published(subjects: Sequence[Subject]) -> dict[str, Any]:
+    """All of them, on all cores; the longest first, so that none is left over at the end."""
+    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as processes:
+        rows = list(processes.map(measured, subjects))
+    return {"environment": environment.describe(), "rows": rows}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--to", type=Path, required=True)
+    arguments = parser.parse_args()
+    arguments.to.write_text(json.dumps(published(SUBJECTS), indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,103 @@
+"""Two integrators at equal error, in pairs in one process: what claims of speed between them rest on.
+
+Each is swept over its one knob, the tolerance, and judged as in a run. Its time at an error is interpolated between
+neighbouring settings by the rule of the report's tables (`analysis.time_at`): no lucky sign change of an error counts.
+The two take turns, so that a slow spell of the machine falls on both.
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import perf_counter_ns
+from typing import Any
+
+import numpy as np
+from gnomon.cases.case import Case
+from gnomon.cases.formulation import Formulation
+from gnomon.harness.analysis import time_at
+from gnomon.harness.integrator import Integrator, Solve
+from gnomon.harness.judge import Judge
+from gnomon.harness.problem import accepted_form
+from gnomon.harness.truth import CaseSpec, truth
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Side:
+    """One integrator of a pair: the errors of its settings, loosest first, and what solves at each."""
+
+    errors: list[float]
+    solves: list[Solve]
+
+    def near(self, targets: Sequence[float]) -> list[int]:
+        """The settings that the times at these errors are interpolated between."""
+        found: set[int] = set()
+        for target in targets:
+            # With the places of the settings for times, the time at the target says between which two it lies.
+            place, _ = time_at(self.errors, range(1, len(self.errors) + 1), target)
+            if math.isfinite(place):
+                found |= {math.ceil(place) - 2, math.ceil(place) - 1}
+        return sorted(found - {-1})
+
+    def time(self, known: dict[int, float], target: float) -> float | None:
+        """Seconds at an error, from those of the settings near it; None where no setting reaches it."""
+        seconds, _ = time_at(self.errors, [known.get(k, math.nan) for k in range(len(self.errors))], target)
+        return seconds if math.isfinite(seconds) else None
+
+
+def swept(
+    integrator: Integrator, case: Case, formulation: Formulation | None, tolerances: Sequence[float]
+) -> tuple[Side, Floats]:
+    """An integrator on a case of binary64 numbers, at each tolerance that it reaches the end with; its start (1, dim)."""
+    judge = Judge(case, formulation, truth(CaseSpec.of(case, formulation)))
+    problem = judge.problem(accepted_form(case, integrator.accepts, formulation))
+    start = judge.truth.start[None]
+    side = Side([], [])
+    for tolerance in tolerances:
+        solve = integrator.prepare(problem, tolerance)
+        solution = solve(start.copy())
+        if solution.stopped is None:
+            distances = case.metric.distance(judge.decoded(solution.states[0]), judge.truth.exact, judge.truth.times)
+            side.errors.append(float(np.max(distances)))
+            side.solves.append(solve)
+    return side, start
+
+
+def at_equal_error(
+    pair: tuple[Side, Side], start: Floats, targets: Sequence[float], repeats: int
+) -> list[tuple[float | None, float | None]]:
+    """Seconds of both at each target, None where a side does not reach it."""
+    chosen = [side.near(targets) for side in pair]
+    solves = [[side.solves[k] for k in near] for side, near in zip(pair, chosen, strict=True)]
+    known = [
+        dict(zip(near, times, strict=True))
+        for near, times in zip(chosen, interleaved(solves, start, repeats), strict=True)
+    ]
+    ours, peer = ([side.time(times, target) for target in targets] for side, times in zip(pair, known, strict=True))
+    return list(zip(ours, peer, strict=True))
+
+
+def interleaved(sides: Sequence[Sequence[Solve]], start: Floats, repeats: int) -> list[list[float]]:
+    """Median seconds of each after one call that does not count, the sides taking turns."""
+    times: list[list[list[int]]] = [[[] for _ in side] for side in sides]
+    gc.collect()
+    gc.disable()
+    try:
+        for repeat in range(repeats + 1):
+            for k in range(max(map(len, sides))):
+                for side, kept in zip(sides, times, strict=True):
+                    if k < len(side):
+                        own: Any = start.copy()
+                        begin = perf_counter_ns()
+                        side[k](own)
+                        elapsed = perf_counter_ns() - begin
+                        if repeat:
+                            kept[k].append(elapsed)
+    finally:
+        gc.enable()
+    return [[float(np.median(t)) * 1e-9 for t in kept] for kept in times]

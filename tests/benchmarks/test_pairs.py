@@ -1,0 +1,203 @@
+"""Claims of speed, in pairs in one process; `make bench` launches this file five times and publishes the medians.
+
+`extra_info["rows"]` of each benchmark holds its comparisons, as `gnomon.harness.benchmarks` reads them. Without
+`--benchmark-only` or with `--benchmark-disable` each is run once, on a short sweep, to see that it works.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases.registry import get
+from gnomon.harness.adapters import heyoka, scipy_ivp, scipy_ode
+from gnomon.harness.integrator import Integrator
+from gnomon.harness.integrators.dop853 import Dop853
+from gnomon.harness.integrators.explicit import RK4
+from gnomon.harness.integrators.gauss import Gauss4
+from gnomon.harness.integrators.gauss_fast import GaussFast
+from gnomon.harness.integrators.splitting import KahanLi8
+from gnomon.harness.integrators.stormer import Stormer12
+from gnomon.harness.integrators.taylor import Taylor
+from gnomon.harness.pairs import Side, at_equal_error, interleaved, swept
+from gnomon.harness.problem import counting, initial_state, problem_of
+
+HALF_DECADES = [10.0 ** (-k / 2) for k in range(4, 32)]
+DECADES = [10.0**-k for k in range(4, 14)]
+
+AGAINST_HEYOKA: dict[tuple[str, str, str], dict[float, float | None]] = {
+    ("pendulum_simple", "speed", ""): {1e-6: 5, 1e-9: 4, 1e-12: 3},
+    ("kepler_orbit", "speed_e06", ""): {1e-6: 4, 1e-9: 3, 1e-12: None},
+    ("kepler_orbit", "speed_e099", "sundman"): {1e-6: 1.2, 1e-9: None},
+    ("lagrange_top_attitude", "speed", ""): {1e-6: 2.5, 1e-9: 2, 1e-12: 2},
+    ("euler_top", "speed", ""): {1e-6: 3, 1e-9: 3, 1e-12: 2.5},
+    ("forced_oscillator", "speed", ""): {1e-6: 4, 1e-9: 3, 1e-12: 2.5},
+}
+"""The ratio asked at each error, None where none is asked: half an ulp in v0 moves Kepler's orbit by 1.9e-12."""
+
+SCIPY = [(scipy_ivp.DOP853, 150.0), (scipy_ode.Dop853, 20.0)]
+
+
+def needs_heyoka() -> None:
+    pytest.importorskip("heyoka", reason="heyoka is not installed: make bench EXTRAS=dev,peers")
+
+
+def compare(
+    benchmark: Any,
+    pair: tuple[Integrator, Integrator],
+    scene: tuple[str, str, str],
+    asked: dict[float, float | None],
+    tolerances: Sequence[float],
+    repeats: int,
+) -> None:
+    """Both swept on a scene and timed at equal error; the rows go to the benchmark."""
+    name, variant, way = scene
+    case = get(name, variant).rounded()
+    formulation = next((f for f in case.formulations if way and way in f.name.lower()), None)
+    assert (formulation is None) == (way == "")
+    if benchmark.disabled:
+        tolerances, repeats = tolerances[-8:], 1
+    (ours, start), (peer, _) = (swept(side, case, formulation, tolerances) for side in pair)
+    times = at_equal_error((ours, peer), start, list(asked), repeats)
+    label = f"{name}/{variant}" + (f" ({formulation.name})" if formulation else "")
+    named = {
+        "group": f"against {pair[1].id}",
+        "scene": label,
+        "unit": "s",
+        "ours_name": pair[0].name,
+        "peer_name": pair[1].id,
+    }
+    benchmark.extra_info["rows"] = [
+        named | {"level": f"{error:g}", "asked": ratio, "ours": own, "peer": other}
+        for (error, ratio), (own, other) in zip(asked.items(), times, strict=True)
+    ]
+    benchmark.pedantic(ours.solves[-1], (start,), rounds=repeats)
+    assert any(own and other for own, other in times), "no comparison was possible"
+
+
+@pytest.mark.parametrize("scene", AGAINST_HEYOKA, ids=lambda scene: "-".join(filter(None, scene)))
+def test_against_heyoka(benchmark: Any, scene: tuple[str, str, str]) -> None:
+    needs_heyoka()
+    compare(benchmark, (GaussFast(), heyoka.Taylor()), scene, AGAINST_HEYOKA[scene], HALF_DECADES, 25)
+
+
+@pytest.mark.parametrize(("peer", "asked"), SCIPY, ids=lambda x: x.__name__ if isinstance(x, type) else "")
+@pytest.mark.parametrize("scene", [("pendulum_simple", "speed", ""), ("kepler_orbit", "speed_e06", "")], ids="-".join)
+def test_dop853_against_scipy(
+    benchmark: Any, scene: tuple[str, str, str], peer: type[Integrator], asked: float
+) -> None:
+    if benchmark.disabled and peer is scipy_ivp.DOP853:
+        pytest.skip("a second a solve: make bench")
+    compare(benchmark, (Dop853(), peer()), scene, {1e-6: asked, 1e-9: asked}, DECADES, 3)
+
+
+TRAJECTORIES = 10_000
+TOGETHER = [10.0 ** (-k / 2) for k in range(12, 28, 2)]
+
+
+def test_an_ensemble_against_heyoka_in_batches(benchmark: Any) -> None:
+    """1e4 pendulums, each of another amplitude, both sides on all the cores that this process may use.
+
+    The error is the largest of eight of them, spread over the amplitudes.
+    """
+    needs_heyoka()
+    count, tolerances, turns = (64, TOGETHER[-3:], 1) if benchmark.disabled else (TRAJECTORIES, TOGETHER, 3)
+    case = get("pendulum_simple", "speed").rounded()
+    starts = np.column_stack([np.linspace(0.5, 2.5, count), np.zeros(count)])
+    judged = np.linspace(0, count - 1, 8).astype(int)
+    alone = [get("pendulum_simple", "speed", tuple(starts[i].tolist()), float(case.span)).rounded() for i in judged]
+    exact = [own.sample(case.times) for own in alone]
+
+    def side(integrator: Integrator) -> Side:
+        found = Side([], [])
+        problem = problem_of(case, integrator.accepts)
+        for tolerance in tolerances:
+            solve = integrator.prepare(problem, tolerance)
+            solution = solve(starts[np.r_[judged, judged]])  # sixteen of them go the way of an ensemble
+            assert solution.stopped is None
+            distances = [
+                own.metric.distance(states, true)
+                for own, states, true in zip(alone, solution.states, exact, strict=False)
+            ]
+            found.errors.append(float(np.max(distances)))
+            found.solves.append(solve)
+        return found
+
+    pair = side(GaussFast()), side(heyoka.Taylor())
+    targets = (1e-6, 1e-9, 1e-12)
+    times = at_equal_error(pair, starts, targets, turns)
+    named = {
+        "group": "against heyoka:Taylor in batches", "scene": "1e4 pendulums, a trajectory", "unit": "s", "asked": 3,
+        "ours_name": GaussFast.name, "peer_name": "heyoka:Taylor",
+    }  # fmt: skip
+    benchmark.extra_info["rows"] = [
+        named | {"level": f"{error:g}", "ours": own and own / count, "peer": other and other / count}
+        for error, (own, other) in zip(targets, times, strict=True)
+    ]
+    benchmark.pedantic(pair[0].solves[0], (starts,), rounds=1)
+    assert any(own and other for own, other in times), "no comparison was possible"
+
+
+@pytest.mark.parametrize("method", [RK4, KahanLi8, Stormer12, Dop853, Gauss4], ids=lambda method: method.name)
+def test_nanoseconds_a_right_hand_side(benchmark: Any, method: type[Integrator]) -> None:
+    """Of methods that call one right-hand side after the other, on the pendulum: all that a step costs over its calls."""
+    case = get("pendulum_simple", "speed").rounded()
+    problem = problem_of(case, method.accepts)
+    setting = 1e-9 if method.sweep.kind == "tolerance" else problem.interval / 64
+    start = initial_state(case)[None]
+    counted = counting(problem)
+    method().prepare(counted, setting)(start)
+    ((seconds,),) = interleaved([[method().prepare(problem, setting)]], start, 1 if benchmark.disabled else 25)
+    benchmark.extra_info["rows"] = [
+        {
+            "group": "a right-hand side", "scene": "pendulum_simple/speed", "level": None, "unit": "s", "asked": None,
+            "ours_name": method.name, "peer_name": None, "value": seconds / counted.buffer[-1],
+        }
+    ]  # fmt: skip
+    benchmark.pedantic(method().prepare(problem, setting), (start,), rounds=1)
+
+
+FIRST_CALLS = {m.name: m for m in (RK4, KahanLi8, Dop853, Gauss4, GaussFast, Taylor)}
+
+
+def test_first_call_with_a_warm_cache(benchmark: Any) -> None:
+    """From `prepare` to the end of the first solve, each method in a process of its own, after the import of numba."""
+    seconds = {}
+    for name in list(FIRST_CALLS)[: 1 if benchmark.disabled else None]:
+        program = f"import runpy; runpy.run_path({str(Path(__file__))!r})['first_call']({name!r})"
+        for _ in range(1 if benchmark.disabled else 2):  # the first one warms the cache
+            found = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
+        seconds[name] = float(found.stdout)
+    benchmark.extra_info["rows"] = [
+        {
+            "group": "first call with a warm cache", "scene": "pendulum_simple/speed", "level": None, "unit": "s",
+            "asked": 0.01, "ours_name": name, "peer_name": None, "value": value,
+        }
+        for name, value in seconds.items()
+    ]  # fmt: skip
+    benchmark.pedantic(lambda: None, rounds=1)
+    assert seconds
+
+
+def first_call(name: str) -> None:
+    """Print the seconds of the first call. numba has compiled something else before: that is its own start, once."""
+    from numba import cfunc
+
+    cfunc("float64(float64)")(identity)
+    method = FIRST_CALLS[name]
+    case = get("pendulum_simple", "speed").rounded()
+    problem, start = problem_of(case, method.accepts), initial_state(case)[None]
+    setting = 1e-9 if method.sweep.kind == "tolerance" else problem.interval / 64
+    begin = perf_counter()
+    method().prepare(problem, setting)(start)
+    print(perf_counter() - begin)
+
+
+def identity(x: float) -> float:
+    return x

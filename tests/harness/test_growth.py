@@ -1,0 +1,82 @@
+"""Growth of energy errors: the fit finds planted powers, and methods follow their laws over a thousand periods."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gnomon.harness import registry
+from gnomon.harness.growth import SAMPLES, SUBJECTS, Subject, fitted, measured, twenty_bits
+
+
+@pytest.mark.parametrize("power", [0.0, 0.5, 1.0])
+def test_a_planted_power_is_found(power: float) -> None:
+    """Sixteen errors of random sign and size about t^power."""
+    times = np.arange(1, SAMPLES + 1) / SAMPLES
+    noise = 1 + 0.1 * np.random.default_rng(1).standard_normal((16, SAMPLES))
+    found, uncertainty = fitted(times, np.abs(1e-10 * times**power * noise))
+    assert found == pytest.approx(power, abs=0.03)
+    assert uncertainty < 0.03
+
+
+def test_random_walks_grow_as_the_square_root() -> None:
+    times = np.arange(1, SAMPLES + 1) / SAMPLES
+    walks = np.abs(np.cumsum(np.random.default_rng(2).standard_normal((64, SAMPLES)), axis=1))
+    found, uncertainty = fitted(times, walks)
+    assert abs(found - 0.5) < 3 * uncertainty
+    assert uncertainty < 0.1
+
+
+def test_every_smooth_method_of_our_own_is_there() -> None:
+    """Left out: methods that locate events, time stepping for contact, and those that need a linear part."""
+    left_out = ("hybrid", "moreau", "exponential")
+    wanted = {
+        name
+        for name, integrator in registry.own().items()
+        if ".integrators." in type(integrator).__module__ and type(integrator).__module__.split(".")[-1] not in left_out
+    }
+    assert {subject.integrator for subject in SUBJECTS} == wanted
+
+
+def test_symplectic_methods_are_those_expected_to_stay_bounded() -> None:
+    for subject in SUBJECTS:
+        conserves = registry.own()[subject.integrator].conserves
+        if subject.expected == "bounded":
+            assert set(conserves) & {"symplectic", "reversible"}
+        if "symplectic" in conserves:
+            assert subject.expected in ("bounded", "sqrt t")
+
+
+SHORT = [
+    ("gnomon:Störmer-Verlet", "bounded"),
+    ("gnomon:Blanes-Moan 4", "bounded"),
+    ("gnomon:Gauss 4-stage", "bounded"),
+    ("gnomon:Axis splitting 2", "bounded"),
+    ("gnomon:RATTLE", "bounded"),
+    ("gnomon:RK4", "t"),
+    ("gnomon:DOP853", "t"),
+]
+
+
+@pytest.mark.parametrize(("name", "law"), SHORT)
+def test_the_law_over_a_thousand_periods(name: str, law: str) -> None:
+    subject = next(s for s in SUBJECTS if s.integrator == name)
+    row = measured(replace(subject, periods=1e3, starts=2))
+    assert row["law"] == law == subject.expected
+
+
+def test_gauss_follows_brouwers_law() -> None:
+    """Rounded coefficients, or an iteration that stops too early, would make it 1: ten times the error in a thousand
+    periods, and more later."""
+    subject = Subject("gnomon:Gauss 8-stage", 16, "sqrt t", periods=2e3, starts=16)
+    row = measured(subject)
+    assert row["size"] < 1e-14
+    assert row["power"] < 0.75
+
+
+def test_intervals_have_exact_multiples() -> None:
+    x = twenty_bits(math.pi)
+    assert 0 <= math.pi - x < 2**-18
+    assert all(np.float64(k) * x == k * int(x * 2**18) / 2**18 for k in range(SAMPLES))
