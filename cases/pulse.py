@@ -82,7 +82,7 @@ class ImpulseInstantaneous(Case):
         Variant("short_1e-3", "a pulse of 1 ms between coasts", {"T": "1e-3"}),
         Variant(
             "short_1e-9",
-            "a pulse of 1 ns: step-size control that only looks at samples of the force steps over it",
+            "a pulse of 1 ns: step-size control that only samples the force steps over it; time has 7 digits within it",
             {"T": "1e-9"},
         ),
         Variant("kick_off", "starts at rest: nothing happens until the pulse", {"T": "1e-6"}, (0, 0)),
