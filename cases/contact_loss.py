@@ -86,11 +86,10 @@ def sphere_start(t: Any, state: Values, parameters: Values) -> str:
     return "contact" if state[1] == 0 and state[3] == 0 else "flight"
 
 
-def _normal_force(n: Mapping[str, Fraction], side: int) -> bool:
-    """Whether side g cos(theta) + R omega^2 has the sign of contact, decided with 60 digits."""
+def _carries(n: Mapping[str, Fraction]) -> bool:
+    """Whether the sphere still pushes at the start, decided with 60 digits."""
     with working(60) as mp:
-        pull = mp.mpf(n["g"]) * mp.cos(mp.mpf(n["theta"]))
-        return bool(pull + side * mp.mpf(n["R"] * n["omega"] ** 2) > 0)
+        return bool(mp.mpf(n["g"]) * mp.cos(mp.mpf(n["theta"])) > mp.mpf(n["R"] * n["omega"] ** 2))
 
 
 class _ContactLossCase(Case):
@@ -179,7 +178,7 @@ class BeadLeavingSphere(_ContactLossCase):
             "omega": Range(low=0.0, typical=(0.0, 1.0)),
             "u": Range(0.0, 0.0, typical=(0.0, 0.0)),
         },
-        (Rule("R omega^2 < g cos(theta) (the sphere still carries)", lambda n: _normal_force(n, -1)),),
+        (Rule("R omega^2 < g cos(theta) (the sphere still carries)", _carries),),
     )
     variants = (
         Variant(
@@ -221,8 +220,7 @@ class AmusementPark(_ContactLossCase):
             "h": Range(0.0, 0.0, typical=(0.0, 0.0)),
             "omega": Range(low=0.0, typical=(1.0, 8.0)),
             "u": Range(0.0, 0.0, typical=(0.0, 0.0)),
-        },
-        (Rule("R omega^2 + g cos(theta) > 0 (the loop carries at the start)", lambda n: _normal_force(n, 1)),),
+        }
     )
     variants: ClassVar[tuple[Variant, ...]] = (
         Variant("through", "fast enough: contact is kept all round", initial_state=(0, 0, "7.2", 0)),
