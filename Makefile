@@ -4,7 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 UV := $(shell command -v uv 2>/dev/null)
 SOURCES := $(shell find reference cases harness src -type f -not -path '*/__pycache__/*')
-RUN := runs/standard.sqlite
+# The suite to report on: `make report SUITE=foundation` takes the twelve cases that exercise every form
+SUITE ?= standard
 # The optional libraries to compare with: make report EXTRAS=dev,peers
 EXTRAS ?= dev
 INSTALLED := $(VENV)/installed-$(EXTRAS)
@@ -13,8 +14,8 @@ INSTALLED := $(VENV)/installed-$(EXTRAS)
 
 report: $(INSTALLED)
 	$(BIN)/gnomon certify --to runs/certificates.json --opponents reports/checks.json
-	$(BIN)/gnomon run --suite standard --out $(RUN)
-	$(BIN)/gnomon report $(RUN) --to reports
+	$(BIN)/gnomon run --suite $(SUITE) --out runs/$(SUITE).sqlite
+	$(BIN)/gnomon report runs/$(SUITE).sqlite --to reports
 
 # Every variant too, published: about 6 minutes on 2 cores. The page of the next `make report` shows it.
 certificates: $(INSTALLED)
