@@ -81,9 +81,9 @@ def _conditioning(case: Case, times: Floats) -> Floats:
     for neighbour in _neighbours(case):
         total += _distances(case, [neighbour.exact(t, DIGITS) for t in moments], nominal) ** 2
     for index in _coarser(case, nominal):
-        later = _rounded_there(case, nominal[index])
-        if later is not None:
-            states = [later.exact(t - moments[index], DIGITS) for t in moments[index:]]
+        again = _rounded_there(case, nominal[index])
+        if again is not None:
+            states = [again.exact(t - moments[index], DIGITS) for t in moments[index:]]
             total[index:] += _distances(case, states, nominal[index:]) ** 2
     return np.asarray(np.sqrt(total))
 

@@ -8,10 +8,12 @@ from functools import cached_property
 from math import sqrt
 from typing import Any, ClassVar
 
+import numpy as np
 from gnomon.cases.billiard_scene import SCENE
-from gnomon.cases.case import Case, Event, Invariant, Variant
+from gnomon.cases.case import Case, Event, Floats, Invariant, Rung, Variant
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.projectile import ProjectileParabola
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.billiard import BilliardBall
 from gnomon.reference.precision import Number
@@ -166,6 +168,30 @@ class BilliardBallCase(Case):
     @property
     def scene(self) -> SceneForm:
         return SCENE
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """Uniform deceleration against the slip of the start, for ever: a throw, seen along and across the slip."""
+        sx, sy = map(float, self._exact.slip)
+        size = math.hypot(sx, sy)
+        if not size:
+            return ()
+        along, radius = (sx / size, sy / size), float(self.parameters["R"])
+        start = np.array([float(x) for x in self.initial_state])
+        turn = np.array([[-along[1], along[0]], along])
+        thrown = ProjectileParabola(
+            initial_state=[*(turn @ start[:2]).tolist(), *(turn @ start[2:4]).tolist()],
+            span=self.span,
+            g=self.parameters["mu"] * self.parameters["g"],
+        )
+
+        def spun(states: Floats) -> Floats:
+            place, velocity = states[:, :2] @ turn, states[:, 2:] @ turn
+            gained = 5 / (2 * radius) * (velocity - start[2:4])
+            rates = np.stack([start[4] + gained[:, 1], start[5] - gained[:, 0], 0 * gained[:, 0] + start[6]], axis=1)
+            return np.concatenate([place, velocity, rates], axis=1)
+
+        return (Rung(thrown, spun, "sliding only, with the slip's direction of the start"),)
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         """The end of the sliding."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from gnomon.cases.euler_top_scene import matrix, quaternion
 from gnomon.cases.scene import Body, Contact, Readings, Scene, SceneForm
 
 
@@ -27,3 +30,23 @@ def billiard_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple
 
 
 SCENE = SceneForm(billiard_scene, billiard_reading, frozenset({"coulomb_isotropic"}), conservative=False)
+
+
+def attitude_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    scene = billiard_scene(state[:7], parameters)
+    attitude = state[7:] if any(state[7:]) else (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    return replace(scene, bodies=(replace(scene.bodies[0], quaternion=quaternion(attitude)),))
+
+
+def attitude_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    return (*billiard_reading(readings, parameters), *matrix(readings.bodies["ball"][1]))
+
+
+def drill_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """The contact is a patch (token `drill_friction`)."""
+    return billiard_scene(state, parameters[:3])
+
+
+TOKENS = frozenset({"coulomb_isotropic"})
+ATTITUDE_SCENE = SceneForm(attitude_scene, attitude_reading, TOKENS, conservative=False)
+DRILL_SCENE = SceneForm(drill_scene, billiard_reading, TOKENS | {"drill_friction"}, conservative=False)

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import Constrained, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import Body, Readings, Scene, SceneForm
 from gnomon.reference.cartesian_pendulum import CartesianPendulum
 from gnomon.reference.precision import Number
 
@@ -55,6 +56,21 @@ def radial_velocity(t: Any, state: Values, parameters: Values) -> Values:
     """The constraint on velocities, x vx + y vy: zero."""
     x, y, vx, vy = state
     return (x * vx + y * vy,)
+
+
+def on_a_rod(state: Values, parameters: Values) -> Scene:
+    """A free point that a rod holds, as long as the start is far from the pivot (token `rod`)."""
+    x, y, vx, vy = state
+    bob = Body("bob", 1.0, (0.0, 0.0, 0.0), (x, 0.0, y), velocity=(vx, 0.0, vy))
+    return Scene((0.0, 0.0, -parameters[0]), (bob,))
+
+
+def rod_end(readings: Readings, parameters: Values) -> Values:
+    place, _, velocity, _ = readings.bodies["bob"]
+    return place[0], place[2], velocity[0], velocity[2]
+
+
+SCENE = SceneForm(on_a_rod, rod_end, frozenset({"rod"}))
 
 
 def _consistent(numbers: Mapping[str, Fraction]) -> bool:
@@ -119,6 +135,10 @@ class HolonomicConstraintDae(Case):
                 cartesian_pendulum_equations, force=gravity_in_the_plane, constraint=circle, gradient=circle_gradient
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def time_scale(self) -> float:

@@ -7,10 +7,13 @@ from fractions import Fraction
 from math import cos, sin
 from typing import Any, ClassVar
 
-from gnomon.cases.case import Invariant, Variant
+import numpy as np
+from gnomon.cases.case import Floats, Invariant, Rung, Variant
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.integrated import IntegratedCase
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.scene import Body, Hinge, Readings, Scene, SceneForm
+from gnomon.cases.small_vibrations import SmallVibrations
 from gnomon.reference.precision import Number, publish, working
 
 
@@ -35,6 +38,25 @@ def double_pendulum_energy(t: Any, state: Values, parameters: Values) -> Values:
     first, second = l1 * w1, l2 * w2
     kinetic = (m1 + m2) * first * first / 2 + m2 * second * (second / 2 + first * cos(th1 - th2))
     return (kinetic - (m1 + m2) * g * l1 * cos(th1) - m2 * g * l2 * cos(th2),)
+
+
+def double_pendulum_scene(state: Values, parameters: Values) -> Scene:
+    """Two point masses; the second hinge hangs from the first mass (token `chained_hinges`)."""
+    th1, th2, w1, w2 = state
+    m1, m2, l1, l2, g = parameters
+    origin, across = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+    bodies = (Body("upper", m1, origin), Body("lower", m2, origin))
+    first = Hinge("pivot", "upper", origin, across, (0.0, 0.0, -l1), th1, w1)
+    second = Hinge("joint", "lower", (0.0, 0.0, -l1), across, (0.0, 0.0, -l2), th2 - th1, w2 - w1)
+    return Scene((0.0, 0.0, -g), bodies, hinges=(first, second))
+
+
+def double_pendulum_reading(readings: Readings, parameters: Values) -> Values:
+    (first, rate), (second, other) = readings.joints["pivot"], readings.joints["joint"]
+    return first, first + second, rate, rate + other
+
+
+SCENE = SceneForm(double_pendulum_scene, double_pendulum_reading, frozenset({"hinge", "chained_hinges"}))
 
 
 class DoublePendulum(IntegratedCase):
@@ -77,6 +99,12 @@ class DoublePendulum(IntegratedCase):
             {"m1": "0.01"},
             (1, "1.1", 0, 0),
         ),
+        Variant(
+            "engines",
+            "the small slow mode of the engine tables, 1e-4 rad, but for a rounding",
+            initial_state=("1e-4", 1.4142135623730951e-4, 0, 0),
+            span=20,
+        ),
     )
     invariants: ClassVar = {"energy": Invariant(double_pendulum_energy)}
 
@@ -85,6 +113,26 @@ class DoublePendulum(IntegratedCase):
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(double_pendulum_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """Small swings: two masses in a row on springs, in their horizontal displacements; a third stands apart."""
+        m1, m2, l1, l2, g = self.parameter_values()
+        th1, th2, w1, w2 = self.initial_state
+        springs: dict[str, Any] = {"k1": (m1 + m2) * g / l1, "k2": 0, "k3": g, "k12": m2 * g / l2, "k23": 0}
+        start = (l1 * th1, l1 * th1 + l2 * th2, 0, l1 * w1, l1 * w1 + l2 * w2, 0)
+        small = SmallVibrations(initial_state=start, span=self.span, m1=m1, m2=m2, m3=1, **springs)
+        upper, lower = float(l1), float(l2)
+
+        def swung(states: Floats) -> Floats:
+            x1, x2, _, v1, v2, _ = states.T
+            return np.stack([x1 / upper, (x2 - x1) / lower, v1 / upper, (v2 - v1) / lower], axis=1)
+
+        return (Rung(small, swung, "small swings: two modes"),)
 
     def _frequencies(self, digits: int = 15) -> tuple[Any, ...]:
         """Of small swings: roots of m1 w^4 - (m1 + m2) g (1/l1 + 1/l2) w^2 + (m1 + m2) g^2/(l1 l2) = 0."""

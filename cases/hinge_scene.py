@@ -5,6 +5,7 @@ Its moment about the axis is 1 kg m^2, so a tangential force in newtons is the a
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import atan2
 
 from gnomon.cases.forms import Equations, Values
@@ -23,7 +24,7 @@ def hinged_point(equations: Equations, *more: str) -> SceneForm:
     return _hinged(lambda t, state, parameters: equations(t, state, parameters)[1], "velocity_force", False, *more)
 
 
-def _hinged(torque: Equations, token: str, conservative: bool, *more: str) -> SceneForm:
+def _hinged(torque: Callable[[float, Values, Values], float], token: str, conservative: bool, *more: str) -> SceneForm:
     def build(state: Values, parameters: Values) -> Scene:
         def push(t: float, position: Vector, velocity: Vector) -> Vector:
             (x, y, _), (vx, vy, _) = position, velocity

@@ -190,7 +190,8 @@ class ParticleOnCone(_OnSurface):
     @cached_property
     def _exact(self) -> OnCone:
         alpha, g = self.parameter_values()
-        return OnCone(g, *self.initial_state, alpha)
+        s, phi, vs, w = self.initial_state
+        return OnCone(g, s, phi, vs, w, alpha)
 
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
@@ -250,7 +251,8 @@ class ParticleOnParaboloid(_OnSurface):
     @cached_property
     def _exact(self) -> OnParaboloid:
         p, g = self.parameter_values()
-        return OnParaboloid(g, *self.initial_state, p)
+        r, phi, vr, w = self.initial_state
+        return OnParaboloid(g, r, phi, vr, w, p)
 
     @property
     def forms(self) -> tuple[FirstOrder, ...]:

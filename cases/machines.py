@@ -9,7 +9,9 @@ from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Event, Invariant, Variant
 from gnomon.cases.forms import FirstOrder, Hybrid, Mode, Transition, Values
+from gnomon.cases.hinge_scene import hinged_point
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import Body, Hinge, Readings, Scene, SceneForm
 from gnomon.reference.machines import BeltDrive, CoastDown, Flywheel
 from gnomon.reference.precision import Number, publish, working
 from mpmath import mpf
@@ -70,6 +72,30 @@ def coast_mode(t: Any, state: Values, parameters: Values) -> str:
     return "turns" if state[1] > 0 else "rests"
 
 
+def viscous(t: Any, state: Values, parameters: Values) -> Values:
+    return state[1], -parameters[1] * state[1] / parameters[0]
+
+
+def belt_scene(state: Values, parameters: Values) -> Scene:
+    """Two pulleys, each on its axle; the belt between them is a token of its own."""
+    i1, i2, r1, r2, _force, _torque = parameters
+    w1, w2 = state
+    up = (0.0, 0.0, 1.0)
+    bodies = (Body("driving", 1.0, (i1, i1, i1)), Body("driven", 1.0, (i2, i2, i2)))
+    axles = (
+        Hinge("first", "driving", (0.0, 0.0, 0.0), up, (0.0, 0.0, 0.0), 0.0, w1),
+        Hinge("second", "driven", (2 * (r1 + r2), 0.0, 0.0), up, (0.0, 0.0, 0.0), 0.0, w2),
+    )
+    return Scene((0.0, 0.0, 0.0), bodies, hinges=axles)
+
+
+def belt_reading(readings: Readings, parameters: Values) -> Values:
+    return readings.joints["first"][1], readings.joints["second"][1]
+
+
+BELT_SCENE = SceneForm(belt_scene, belt_reading, frozenset({"hinge", "belt", "torque"}), conservative=False)
+WHEEL_SCENE = hinged_point(cyclic_torque, "time_force")
+COAST_SCENE = hinged_point(viscous, "joint_friction")
 WHEEL = (Coordinate("angle", "rad", "angle"), Coordinate("w", "rad/s", "angular velocity"))
 
 
@@ -143,6 +169,10 @@ class BeltDrivenMachine(Case):
             ),
         )  # fmt: skip
 
+    @property
+    def scene(self) -> SceneForm:
+        return BELT_SCENE
+
     def _listed(self, digits: int) -> tuple[Event, ...]:
         motion = self._exact
         if not motion.side or motion.grip_time > self.span:
@@ -165,7 +195,7 @@ class BeltDrivenMachine(Case):
 class FlywheelCase(Case):
     name = "flywheel"
     title = "Flywheel under a cyclic torque"
-    section = "10.12.2"
+    section = "10.12.2, 10.11.1"
     conventions = "I w' = M (1 + p cos(W t)) - c w."
     autonomous = False
     state = WHEEL
@@ -190,6 +220,13 @@ class FlywheelCase(Case):
     )
     variants = (
         Variant("start_up", "from rest to the steady state, (M/c) (1 - e^(-c t/I))", {"p": 0}, (0, 0), 100),
+        Variant(
+            "constant_torque",
+            "c = p = 0: the start about a fixed axis, w = M t/I, which any method of order 2 has exactly",
+            {"p": 0, "c": 0},
+            (0, 0),
+            10,
+        ),
         Variant("fast_cycle", "W = 1e4: a small ripple on a slow rise", {"W": 10000}, span="1.03"),
         Variant("no_drag", "c = 0: rises without bound", {"c": 0}),
         Variant("long", "1e4 cycles: drift of the angle", span="10472.4"),
@@ -205,6 +242,10 @@ class FlywheelCase(Case):
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(cyclic_torque),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return WHEEL_SCENE
 
     @property
     def time_scale(self) -> float:
@@ -280,6 +321,10 @@ class FlywheelCoastDown(Case):
                 terminal=frozenset({"rests"}),
             ),
         )
+
+    @property
+    def scene(self) -> SceneForm:
+        return COAST_SCENE
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         if self.initial_state[1] == 0 or self._exact.stop_time(20) > self.span:

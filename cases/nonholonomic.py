@@ -6,12 +6,13 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
-from math import cos, sin
+from math import atan2, cos, sin, sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.scene import Body, Readings, Scene, SceneForm
 from gnomon.reference.nonholonomic import ChaplyginSleigh, KnifeEdge
 from gnomon.reference.precision import Number
 
@@ -28,6 +29,14 @@ def sleigh_energy(t: Any, state: Values, parameters: Values) -> Values:
     return ((m * v * v + (inertia + m * a * a) * w * w) / 2,)
 
 
+def sleigh_turn(t: Any, state: Values, parameters: Values) -> Values:
+    """theta - (q/a) atan(v/(q w)), q^2 = I/m + a^2: the turn left, given by the shares of v and w in the energy."""
+    v, w, theta = state
+    m, inertia, a = parameters
+    q = sqrt(inertia / m + a * a)
+    return (theta - q / a * atan2(v * w, q * w * w),)
+
+
 def skate_equations(t: Any, state: Values, parameters: Values) -> Values:
     _x, _y, th, v = state
     w, gs = parameters
@@ -39,6 +48,59 @@ def skate_energy(t: Any, state: Values, parameters: Values) -> Values:
     x, _y, _th, v = state
     _w, gs = parameters
     return (v * v / 2 - gs * x,)
+
+
+def skate_speed(t: Any, state: Values, parameters: Values) -> Values:
+    """w v - gs sin(theta)."""
+    _x, _y, th, v = state
+    w, gs = parameters
+    return (w * v - gs * sin(th),)
+
+
+def skate_turn(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[2] - parameters[0] * t,)
+
+
+def on_edge(x: float, y: float, angle: float, speed: float, turn: float, body: tuple[float, float]) -> Body:
+    """A body on an upright knife edge at (x, y): mass and moment about the upright."""
+    mass, moment = body
+    velocity = (speed * cos(angle), speed * sin(angle), 0.0)
+    attitude = (0.0, 0.0, sin(angle / 2), cos(angle / 2))
+    return Body("edge", mass, (moment, moment, moment), (x, y, 0.0), attitude, velocity, (0.0, 0.0, turn))
+
+
+def read_edge(readings: Readings) -> tuple[float, float, float, float, float]:
+    """x, y, angle, forward speed, turn."""
+    (x, y, _), (_, _, qz, qw), (vx, vy, _), (_, _, turn) = readings.bodies["edge"]
+    angle = 2 * atan2(qz, qw)
+    return x, y, angle, vx * cos(angle) + vy * sin(angle), turn
+
+
+def sleigh_scene(state: Values, parameters: Values) -> Scene:
+    """The edge at the origin; the mass a ahead of it goes into the moment."""
+    v, w, theta = state
+    m, inertia, a = parameters
+    return Scene((0.0, 0.0, 0.0), (on_edge(0.0, 0.0, theta, v, w, (m, inertia + m * a * a)),))
+
+
+def sleigh_reading(readings: Readings, parameters: Values) -> Values:
+    _, _, angle, speed, turn = read_edge(readings)
+    return speed, turn, angle
+
+
+def skate_scene(state: Values, parameters: Values) -> Scene:
+    x, y, th, v = state
+    w, gs = parameters
+    return Scene((gs, 0.0, 0.0), (on_edge(x, y, th, v, w, (1.0, 1.0)),))
+
+
+def skate_reading(readings: Readings, parameters: Values) -> Values:
+    return read_edge(readings)[:4]
+
+
+EDGE = frozenset({"knife_edge"})
+SLEIGH_SCENE = SceneForm(sleigh_scene, sleigh_reading, EDGE, conservative=False)
+SKATE_SCENE = SceneForm(skate_scene, skate_reading, EDGE, conservative=False)
 
 
 class ChaplyginSleighCase(Case):
@@ -74,7 +136,7 @@ class ChaplyginSleighCase(Case):
         Variant("straight", "exactly straight back: stays there, though unstable", initial_state=(-1, 0, 0), span=100),
         Variant("slow", "the centre of mass almost on the edge: a slow turn", {"a": "1e-4"}),
     )
-    invariants: ClassVar = {"energy": Invariant(sleigh_energy)}
+    invariants: ClassVar = {"energy": Invariant(sleigh_energy), "turn": Invariant(sleigh_turn)}
 
     @cached_property
     def _exact(self) -> ChaplyginSleigh:
@@ -86,6 +148,10 @@ class ChaplyginSleighCase(Case):
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(sleigh_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SLEIGH_SCENE
 
     @property
     def time_scale(self) -> float:
@@ -139,7 +205,11 @@ class KnifeEdgeIncline(Case):
         Variant("straight", "w = 0: down the slope", {"w": 0}, (0, 0, "0.3", 0), span=20),
         Variant("launched", "with speed across", initial_state=(0, 0, 1, 3)),
     )
-    invariants: ClassVar = {"energy": Invariant(skate_energy)}
+    invariants: ClassVar = {
+        "energy": Invariant(skate_energy),
+        "speed": Invariant(skate_speed),
+        "turn": Invariant(skate_turn),
+    }
 
     @cached_property
     def _exact(self) -> KnifeEdge:
@@ -151,6 +221,10 @@ class KnifeEdgeIncline(Case):
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(skate_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SKATE_SCENE
 
     @property
     def time_scale(self) -> float:

@@ -8,8 +8,10 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
-from gnomon.cases.forms import FirstOrder, Values
+from gnomon.cases.forms import SemiLinear, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.row_scene import masses_in_a_row
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.precision import Number
 from gnomon.reference.vibrations import Vibrations, chain
 
@@ -22,11 +24,28 @@ def rayleigh_equations(t: Any, state: Values, parameters: Values) -> Values:
     return v1, v2, (between - k1 * x1 - c1 * v1) / m1, (-between - k3 * x2 - c3 * v2) / m2
 
 
-def rayleigh_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+def rayleigh_matrix(parameters: Values) -> Values:
     m1, m2, k1, k2, k3, c1, c2, c3 = parameters
     first = -(k1 + k2) / m1, k2 / m1, -(c1 + c2) / m1, c2 / m1
     second = k2 / m2, -(k2 + k3) / m2, c2 / m2, -(c2 + c3) / m2
     return (0, 0, 1, 0, 0, 0, 0, 1, *first, *second)
+
+
+def rayleigh_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+    return rayleigh_matrix(parameters)
+
+
+def nothing_else(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0, 0, 0
+
+
+def as_row(parameters: Values) -> Values:
+    """Masses, springs to the ground and between, then the dampers in the same order."""
+    m1, m2, k1, k2, k3, c1, c2, c3 = parameters
+    return m1, m2, k1, k3, k2, c1, c3, c2
+
+
+SCENE = masses_in_a_row(2, as_row, damped=True)
 
 
 def rayleigh_energy(t: Any, state: Values, parameters: Values) -> Values:
@@ -104,8 +123,12 @@ class RayleighDissipation(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(rayleigh_equations, rayleigh_jacobian),)
+    def forms(self) -> tuple[SemiLinear, ...]:
+        return (SemiLinear(rayleigh_equations, rayleigh_jacobian, linear=rayleigh_matrix, rest=nothing_else),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def time_scale(self) -> float:

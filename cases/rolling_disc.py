@@ -8,9 +8,11 @@ from math import cos, pi, sin, sqrt, tau
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Invariant, Variant
+from gnomon.cases.disc_scene import SCENE
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.integrated import IntegratedCase
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.precision import Number, publish, working
 
 
@@ -146,6 +148,10 @@ class RollingDisc(IntegratedCase):
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
         return (FirstOrder(disc_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
 
     @property
     def time_scale(self) -> float:

@@ -9,8 +9,10 @@ from math import pi
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Case, Invariant, Variant
-from gnomon.cases.forms import SecondOrder, Separable, Values
+from gnomon.cases.forms import Form, SecondOrder, SemiLinear, Separable, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.row_scene import masses_in_a_row
+from gnomon.cases.scene import SceneForm
 from gnomon.reference.precision import Number
 from gnomon.reference.vibrations import Matrix, Vibrations, chain
 
@@ -53,6 +55,43 @@ def row_energy(t: Any, state: Values, parameters: Values) -> Values:
     m1, m2, m3, k1, k2, k3, k12, k23 = parameters
     twice = m1 * v1 * v1 + m2 * v2 * v2 + m3 * v3 * v3 + k1 * x1 * x1 + k2 * x2 * x2 + k3 * x3 * x3
     return ((twice + k12 * (x2 - x1) * (x2 - x1) + k23 * (x3 - x2) * (x3 - x2)) / 2,)
+
+
+def chain_equations(t: Any, state: Values, parameters: Values) -> Values:
+    return (*state[3:], *chain_acceleration(t, state[:3], parameters))
+
+
+def row_equations(t: Any, state: Values, parameters: Values) -> Values:
+    return (*state[3:], *row_acceleration(t, state[:3], parameters))
+
+
+def chain_matrix(parameters: Values) -> Values:
+    (k,) = parameters
+    return row_matrix((1, 1, 1, k, 0, k, k, k))
+
+
+def row_matrix(parameters: Values) -> Values:
+    """The first three rows say x' = v."""
+    m1, m2, m3, k1, k2, k3, k12, k23 = parameters
+    return (
+        *(0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1),
+        *(-(k1 + k12) / m1, k12 / m1, 0, 0, 0, 0),
+        *(k12 / m2, -(k12 + k2 + k23) / m2, k23 / m2, 0, 0, 0),
+        *(0, k23 / m3, -(k23 + k3) / m3, 0, 0, 0),
+    )
+
+
+def nothing_else(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0, 0, 0, 0, 0
+
+
+def chain_as_row(parameters: Values) -> Values:
+    (k,) = parameters
+    return 1.0, 1.0, 1.0, k, 0.0, k, k, k
+
+
+CHAIN_SCENE = masses_in_a_row(3, chain_as_row)
+ROW_SCENE = masses_in_a_row(3, lambda parameters: parameters)
 
 
 class _Vibrating(Case):
@@ -125,8 +164,13 @@ class SmallVibrationsChain(_Vibrating):
         return Vibrations((one, one, one), springs, _zeros(), self.initial_state[:3], self.initial_state[3:])
 
     @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(chain_acceleration, chain_potential),)
+    def forms(self) -> tuple[Form, ...]:
+        linear = SemiLinear(chain_equations, linear=chain_matrix, rest=nothing_else)
+        return (Separable(chain_acceleration, chain_potential), linear)
+
+    @property
+    def scene(self) -> SceneForm:
+        return CHAIN_SCENE
 
 
 class SmallVibrations(_Vibrating):
@@ -196,8 +240,12 @@ class SmallVibrations(_Vibrating):
         return Vibrations((m1, m2, m3), springs, _zeros(), self.initial_state[:3], self.initial_state[3:])
 
     @property
-    def forms(self) -> tuple[SecondOrder, ...]:
-        return (SecondOrder(row_acceleration),)
+    def forms(self) -> tuple[Form, ...]:
+        return (SecondOrder(row_acceleration), SemiLinear(row_equations, linear=row_matrix, rest=nothing_else))
+
+    @property
+    def scene(self) -> SceneForm:
+        return ROW_SCENE
 
 
 def _zeros() -> Matrix:

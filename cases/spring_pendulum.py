@@ -7,12 +7,14 @@ from fractions import Fraction
 from math import sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.case import Invariant, Variant
+import numpy as np
+from gnomon.cases.case import Floats, Invariant, Rung, Variant
 from gnomon.cases.forms import Separable, Values
 from gnomon.cases.integrated import IntegratedCase
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.point_scene import UP, free_point
 from gnomon.cases.scene import SceneForm
+from gnomon.cases.small_vibrations import SmallVibrations
 from gnomon.reference.precision import Number, publish, working
 
 
@@ -116,6 +118,23 @@ class SpringPendulum(IntegratedCase):
             hanging = length + m * g / k
             values = publish((hanging, mp.sqrt(g / hanging), mp.sqrt(k / m)), digits)
         return dict(zip(("hanging_length", "swing_frequency", "spring_frequency"), values, strict=True))
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """About the hanging rest swing and spring are two oscillators apart; a third mass stands idle."""
+        m, k, length, g = self.parameter_values()
+        x, y, vx, vy = self.initial_state
+        hanging = length + m * g / k
+        springs: dict[str, Any] = {"k1": m * g / hanging, "k2": k, "k3": k, "k12": 0, "k23": 0}
+        small = SmallVibrations(
+            initial_state=(x, y + hanging, 0, vx, vy, 0), span=self.span, m1=m, m2=m, m3=m, **springs
+        )
+        rest = float(hanging)
+
+        def hung(states: Floats) -> Floats:
+            return np.stack([states[:, 0], states[:, 1] - rest, states[:, 3], states[:, 4]], axis=1)
+
+        return (Rung(small, hung, "small swings: spring and swing apart"),)
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         x, y, vx, vy = state

@@ -73,7 +73,8 @@ class LagrangeTopFast(Case):
 
     @cached_property
     def _exact(self) -> FastTop:
-        return FastTop(*self.parameter_values(), self.initial_state)
+        axial, weight, a = self.parameter_values()
+        return FastTop(axial, weight, a, self.initial_state)
 
     def motion(self) -> FastTop:
         return self._exact
@@ -128,7 +129,8 @@ class LagrangeTopSmallNutation(Case):
 
     @cached_property
     def _exact(self) -> SmallNutation:
-        return SmallNutation(*self.parameter_values(), self.initial_state)
+        moment, axial, weight, a, b, tilt = self.parameter_values()
+        return SmallNutation(moment, axial, weight, a, b, tilt, self.initial_state)
 
     def motion(self) -> SmallNutation:
         return self._exact

@@ -58,6 +58,12 @@ class BilliardBall(BallMotion):
         sx, sy = self.slip
         return self._derived(digits, lambda: ball((sx * sx + sy * sy) / 7))
 
+    def spin_up(self) -> tuple[Any, Any, Any]:
+        """w' while it slides, in balls."""
+        sx, sy = map(ball, self.slip)
+        push = ball(Fraction(5, 2) * self.mu * self.g / self.R) / self._slip_size()
+        return -push * sy, push * sx, flint.arb(0)
+
     def _rolling_time(self) -> Any:
         return 2 * self._slip_size() / ball(7 * self.mu * self.g)
 

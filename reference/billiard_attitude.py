@@ -1,0 +1,72 @@
+"""The attitude of a billiard ball (Beatty, Dynamics, 10.15): R' = hat(w) R with w in space.
+
+While the ball slides, w = w0 + alpha t; the quaternion's power series in t converges everywhere, with its terms below
+those of exp(|w0| t/2 + |alpha| t^2/4). While it rolls w is constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import flint
+from gnomon.reference.balls import BallMotion, ball, refined
+from gnomon.reference.billiard import BilliardBall
+from gnomon.reference.precision import publish, working
+from gnomon.reference.top_attitude import Quaternion, matrix, product
+
+NOTHING = (flint.arb(0),) * 3
+
+
+@dataclass(frozen=True)
+class BilliardAttitude(BallMotion):
+    """State (x, y, vx, vy, wx, wy, wz, R11..R33)."""
+
+    centre: BilliardBall
+    attitude: tuple[Fraction, ...]
+
+    def rolling_state(self, digits: int = 15) -> tuple[Any, ...]:
+        """The state at the end of the sliding; mu > 0."""
+        with working(digits + 2) as mp:
+            return publish(refined(mp, lambda: self._after(self.centre._rolling_time(), flint.arb(0))), digits)
+
+    def _after(self, until: Any, rest: Any) -> list[Any]:
+        """The state `rest` after the end of the sliding at `until`."""
+        here = list(self.centre._rolled(rest))
+        start = [ball(w) for w in (self.centre.wx, self.centre.wy, self.centre.wz)]
+        slid = turned(start, self.centre.spin_up(), until)
+        return [*here, *self._rows(product(turned(here[4:7], NOTHING, rest), slid))]
+
+    def _rows(self, turn: Quaternion) -> list[Any]:
+        rotation, rows = matrix(turn), [[ball(x) for x in self.attitude[3 * i : 3 * i + 3]] for i in range(3)]
+        return [sum(rotation[i][k] * rows[k][j] for k in range(3)) for i in range(3) for j in range(3)]
+
+    def _balls(self, t: Fraction) -> Sequence[Any]:
+        if self.centre.slides and self.centre.rolls_at(t):
+            until = self.centre._rolling_time()
+            return self._after(until, ball(t) - until)
+        start = [ball(w) for w in (self.centre.wx, self.centre.wy, self.centre.wz)]
+        growth = self.centre.spin_up() if self.centre.slides else NOTHING
+        return [*self.centre._balls(t), *self._rows(turned(start, growth, ball(t)))]
+
+
+def turned(rate: Sequence[Any], growth: Sequence[Any], time: Any) -> Quaternion:
+    """The rotation after a time at the rate `rate` + `growth` t, both in space."""
+    zero = flint.arb(0)
+    first: Quaternion = (zero, *(w * time / 2 for w in rate))  # type: ignore[assignment]
+    second: Quaternion = (zero, *(a * time * time / 2 for a in growth))  # type: ignore[assignment]
+    size = sum(x * x for x in first).sqrt() + 2 * sum(x * x for x in second).sqrt()
+    # Beyond n terms of exp(a + b), a and b the sizes, less than e^(2a + 4b) 2^(1 - n) is left (Cauchy, on |z| = 2).
+    count = flint.ctx.prec + int(float(size.mid()) * 6) + 16
+    before: Quaternion = (zero, zero, zero, zero)
+    term: Quaternion = (flint.arb(1), zero, zero, zero)
+    total = term
+    for n in range(1, count + 1):
+        one, other = product(first, term), product(second, before)
+        before, term = term, tuple((a + b) / n for a, b in zip(one, other, strict=True))  # type: ignore[assignment]
+        total = tuple(a + b for a, b in zip(total, term, strict=True))  # type: ignore[assignment]
+    rest = (2 * size).exp() * flint.arb(2) ** (1 - count)
+    left = flint.arb(0, 1) * rest
+    return tuple(x + left for x in total)  # type: ignore[return-value]
