@@ -20,11 +20,14 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-DONE, ASK, FULL, NOT_FINITE, STEP_TOO_SMALL = 0, 1, 2, 3, 4
+DONE, ASK, FULL, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 0, 1, 2, 3, 4, 5
 """Why `run` returns: finished; the target of where[FIRED] to be asked for; no room for more events; failures."""
 
-MODE, SAMPLE, SUBSTEP, STEPS, COUNT, FIRED, FRESH, FIELDS = 0, 1, 2, 3, 4, 5, 6, 7
-"""Fields of `where`. FRESH: 1 right after an event, 2 at the very start, else 0."""
+MODE, SAMPLE, SUBSTEP, STEPS, COUNT, FIRED, FRESH, REFUSED, FIELDS = 0, 1, 2, 3, 4, 5, 6, 7, 8
+"""Fields of `where`. FRESH: 1 right after an event, 2 at the very start, else 0. REFUSED: steps made again, shorter."""
+
+MOST_STEPS = 5_000_000
+"""Of methods with error control: past that the tolerance is out of proportion to the span, or the equations are stiff."""
 
 ERROR_5, ERROR_3 = 16, 17
 """Rows of the table of DOP853 with the weights of its error estimates."""
@@ -194,6 +197,8 @@ def run(
             reaches = False
         if tolerance > 0.0 and t + length <= t and not reaches:
             return STEP_TOO_SMALL
+        if tolerance > 0.0 and where[STEPS] + where[REFUSED] >= MOST_STEPS:
+            return TOO_MANY_STEPS
         for g in range(transitions):
             if source[g] == mode:
                 part(parts, guards + g, t, y, p, x)
@@ -215,6 +220,7 @@ def run(
                 clock[2] = length * (max(0.2, 0.9 * error ** (-1 / 8)) if error < np.inf else 0.1)
                 if not clock[2] > 0.0:
                     return NOT_FINITE
+                where[REFUSED] += 1
                 continue
             clock[2] = max(clock[2], length) if reaches else length
             clock[2] *= min(6.0, 0.9 * max(error, 1e-10) ** (-1 / 8))

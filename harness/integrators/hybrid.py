@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.forms import Hybrid
-from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Steps, Tolerance
+from gnomon.harness.integrator import Integrator, Problem, Solution, Solve, Steps, Tolerance
 from gnomon.harness.integrators import dop853, event_stepping
+from gnomon.harness.integrators.adaptive import check_tolerance
 from gnomon.harness.integrators.event_stepping import (
     ASK,
     COUNT,
@@ -18,13 +18,15 @@ from gnomon.harness.integrators.event_stepping import (
     FRESH,
     FULL,
     MODE,
+    MOST_STEPS,
     NOT_FINITE,
     SAMPLE,
     STEP_TOO_SMALL,
     STEPS,
+    TOO_MANY_STEPS,
 )  # fmt: skip
 from gnomon.harness.integrators.explicit import RK4, ExplicitEuler
-from gnomon.harness.integrators.fixed_step import DIGITS, MOST_STEPS, Table, rounded
+from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded, substeps_of
 from gnomon.reference.precision import working
 from numpy.typing import NDArray
 
@@ -37,6 +39,7 @@ REASONS = {
     NOT_FINITE: "the state was not finite",
     STEP_TOO_SMALL: "the step size fell below the spacing of times",
     FULL: f"more than {MOST_EVENTS} events",
+    TOO_MANY_STEPS: f"more than {MOST_STEPS} steps",
 }
 
 
@@ -60,8 +63,10 @@ class EventRungeKutta(Integrator):
         form, times, buffer = problem.form, problem.times, problem.buffer
         assert isinstance(form, Hybrid)
         fixed = isinstance(self.sweep, Steps)
-        if not (math.isfinite(setting) and setting > 0) or (fixed and times[-1] / setting > MOST_STEPS):
-            raise Refused(f"{self.sweep.kind} {setting} is not positive, or takes more than {MOST_STEPS:g} steps")
+        if fixed:
+            substeps_of(problem, setting)
+        else:
+            check_tolerance(setting)
         run = event_stepping.compiled()
         parts = event_stepping.compiled_parts(form, problem.dimension, len(problem.parameters))
         with working(DIGITS) as mp:

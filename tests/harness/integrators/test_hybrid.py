@@ -103,7 +103,7 @@ def test_the_order_survives_events_in_a_curved_motion(kind: type[EulerEvents], c
     found = np.array([errors(kind, float(h))[:2] for h in steps])
     for column in found.T:
         slope = np.polyfit(np.log(steps), np.log(column), 1)[0]
-        assert abs(slope - kind.order) < 0.2
+        assert abs(slope - kind.order) < 0.1
 
 
 @pytest.mark.parametrize("kind", [Dop853Events, scipy_events.DOP853])
