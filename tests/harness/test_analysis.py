@@ -54,6 +54,42 @@ def test_settings_beyond_round_off_are_left_out() -> None:
     assert held.tolist() == [1e-4, 1e-8, 2e-12, 2e-12, math.inf, math.inf]
 
 
+def test_the_sweep_ends_where_errors_are_three_times_the_second_smallest() -> None:
+    assert analysis.credited([1e-4, 1e-12, 2e-12, 7e-12]).tolist() == [1e-4, 2e-12, 2e-12, math.inf]
+    assert analysis.credited([1e-4, 1e-12, 2e-12, 5e-12]).tolist() == [1e-4, 5e-12, 5e-12, 5e-12]
+
+
+def test_equal_error_counts_no_setting_that_diverged() -> None:
+    rows = _rows("one", [1e-2, 1e-4], [1.0, 2.0])
+    rows.loc[rows["error_max"] < 1e-3, "status"] = "diverged"
+    assert analysis.equal_error(rows, targets=[1e-2, 1e-4])["target"].tolist() == [1e-2]
+
+
+def test_a_setting_takes_the_median_of_its_launches_and_the_largest_error() -> None:
+    rows = pd.concat([_rows("one", [1e-2], [1.0]), _rows("one", [3e-2], [7.0]).assign(launch=2)])
+    (reduced,) = analysis.settings(rows).to_dict("records")
+    assert reduced["seconds"] == pytest.approx(np.median([1.0, 1.1, 7.0, 7.7]))
+    assert reduced["error_max"] == 3e-2
+
+
+def test_trust_takes_the_best_setting_and_the_tolerances_above_the_attainable() -> None:
+    rows = _rows("one", [1e-2, 2e-6, 3e-9, 9e-9], [1.0, 2.0, 3.0, 4.0], setting_kind="tolerance", floor=1e-17)
+    rows["setting"] = [1e-3, 1e-6, 1e-9, 1e-12] * 2
+    (found,) = analysis.trust(analysis.settings(rows.assign(conditioning=1e-10))).to_dict("records")
+    assert (found["best"], found["at"], found["attainable"]) == (3e-9, 1e-9, 1e-10)
+    # 1e-12 asks for less than the attainable; the others err by 10, 2 and 3 times the tolerance
+    assert found["over_tolerance"] == pytest.approx(3.0)
+    assert found["worst_over_tolerance"] == pytest.approx(10.0)
+    (above,) = analysis.trust(analysis.settings(rows.assign(conditioning=1e-18))).to_dict("records")
+    assert above["attainable"] == 1e-17
+
+
+def test_the_anatomy_is_that_of_the_setting_nearest_1e_5() -> None:
+    rows = _rows("one", [1e-2, 3e-5, 1e-9], [1.0, 2.0, 3.0], turns=[0, 4, 1] * 2, error_phase=[1e-2, 2e-5, 1e-9] * 2)
+    (found,) = analysis.anatomy(rows).to_dict("records")
+    assert (found["error_max"], found["error_phase"], found["turns"]) == (3e-5, 2e-5, 4)
+
+
 def test_equal_error_takes_launches_apart_and_claims_nothing_below_1_2() -> None:
     one = _rows("one", [1e-2, 1e-4], [1.0, 2.0])
     near = _rows("near", [1e-2, 1e-4], [1.15, 2.3])
@@ -69,6 +105,12 @@ def test_order_is_measured_above_the_plateau_of_round_off() -> None:
     errors = [max(1e-3 * 0.25**k, 3e-13 * 0.9**k) for k in range(20)]
     rows = analysis.settings(_rows("verlet", errors, [1.0] * 20, conditioning=1e-16))
     assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0, abs=0.01)]
+
+
+def test_a_coarse_start_that_levels_off_is_no_plateau() -> None:
+    errors = [2e-3, 1.9e-3, *(1e-3 * 0.25**k for k in range(8))]
+    rows = analysis.settings(_rows("verlet", errors, [1.0] * 10, conditioning=1e-16))
+    assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0, abs=0.05)]
 
 
 def test_verdicts() -> None:

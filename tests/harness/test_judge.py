@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from gnomon.harness.judge import Judge, _to_time
 from gnomon.harness.truth import CaseSpec, truth
+from gnomon.harness.worker import Outcome
 
 from gnomon import cases
 
@@ -40,6 +42,30 @@ def test_what_the_conditioning_excuses_is_ok(judge: Judge) -> None:
     status, _ = Judge(CASE, None, excused).status(np.full(64, 1.9))
     assert status == "ok"
     assert Judge(CASE, None, excused).status(np.full(64, 2.1))[0] == "diverged"
+
+
+def test_later_samples_are_excused_by_the_worst_conditioning_before() -> None:
+    truth_ = truth(CaseSpec.of(CASE))
+    peak = np.full(64, 1e-15)
+    peak[10] = 0.2
+    excused = Judge(CASE, None, type(truth_)(**{**vars(truth_), "conditioning": peak}))
+    assert excused.status(np.where(np.arange(64) < 10, 0.0, 1.9))[0] == "ok"
+    assert excused.status(np.where(np.arange(64) == 9, 1.9, 0.0))[0] == "diverged"
+
+
+def test_a_measurement_has_errors_and_times_in_the_right_columns(judge: Judge) -> None:
+    states = judge.truth.exact.copy()
+    (scale,) = (group.scale for group in CASE.metric.groups if group.name == "angular velocity")
+    states[[5, 63], 1] += np.array([4e-3, 3e-3]) * scale
+    seconds = tuple(np.arange(11) + 1.0)
+    row, _ = judge.measure(Outcome(states, None, None, 7, 21, seconds, 0.5, None), 1e-4)
+    # the states are rounded after the addition
+    assert row["error_max"] == pytest.approx(4e-3, rel=1e-9)
+    assert row["error_end"] == pytest.approx(3e-3, rel=1e-9)
+    assert row["error_rms"] == pytest.approx(5e-3 / 8, rel=1e-9)
+    assert row["error_over_tolerance"] == pytest.approx(40, rel=1e-9)
+    assert (row["seconds_low"], row["seconds_median"], row["seconds_high"]) == (2.0, 6.0, 10.0)
+    assert (row["steps"], row["rhs_calls"], row["repeats"], row["prepare_seconds"]) == (7, 21, 11, 0.5)
 
 
 def test_states_that_are_not_finite_name_the_time(judge: Judge) -> None:
@@ -101,6 +127,10 @@ def test_an_invariant_that_decays_may_not_grow() -> None:
     grown = judge.truth.exact.copy()
     grown[30:] = grown[:34]
     assert np.max(judge.drift(grown)[decaying[0]]) > 1e-3
+    # It counts from the lowest so far: the start itself may not be exceeded by the first sample either.
+    first = judge.truth.exact.copy()
+    first[0] = 1.001 * np.array([float(x) for x in case.initial_state])
+    assert judge.drift(first)[decaying[0]][0] == pytest.approx(1.001**2 - 1, rel=1e-6)
 
 
 def test_the_size_of_an_invariant_that_vanishes_is_that_of_its_terms() -> None:
@@ -126,8 +156,29 @@ def test_a_formulation_is_judged_as_the_case() -> None:
     case = cases.get("kepler_orbit").rounded()
     formulation = next(f for f in case.formulations if f.clock is not None)
     judge = Judge(case, formulation, truth(CaseSpec.of(case, formulation)))
-    assert np.all(judge.truth.conditioning >= truth(CaseSpec.of(case)).conditioning * (1 - 1e-12))
+    # The encoded start is the case's own and a clock: its rounding has the effect of half an ulp in each component.
+    effects = [truth(CaseSpec.of(case)).conditioning]
+    times = case.times.tolist()
+    for index, value in enumerate(case.initial_state):
+        if value != 0:
+            moved = [*case.initial_state]
+            moved[index] += Fraction(math.ulp(float(value))) / 2
+            other = case.with_numbers(moved, case.parameters)
+            pairs = [(other.exact(t, 40), case.exact(t, 40)) for t in times]
+            differences = np.array([[float(x - y) for x, y in zip(a, b, strict=True)] for a, b in pairs])
+            by_group = case.metric.by_group(differences, np.zeros_like(differences))
+            effects.append(np.max(list(by_group.values()), axis=0))
+    expected = np.sqrt(np.sum(np.square(effects), axis=0))
+    np.testing.assert_allclose(judge.truth.conditioning, expected, rtol=1e-6)  # curvature over half an ulp is far below
     assert not np.allclose(np.diff(judge.truth.problem_times), judge.truth.problem_times[0])
     start = judge.truth.start
     decoded = formulation.decode(start[np.newaxis], judge.parameters)[0]
     np.testing.assert_allclose(decoded, [float(x) for x in case.initial_state], rtol=0, atol=1e-15)
+
+
+def test_a_start_at_the_edge_of_what_decodes_is_moved_inward() -> None:
+    case = cases.get("cycloidal_pendulum", "cusp_to_cusp").rounded()
+    (formulation,) = case.formulations
+    found = truth(CaseSpec.of(case, formulation))
+    assert np.all(np.isfinite(found.conditioning))
+    assert np.all(found.conditioning >= truth(CaseSpec.of(case)).conditioning * (1 - 1e-12))

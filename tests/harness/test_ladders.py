@@ -6,7 +6,7 @@ import math
 
 import pandas as pd
 import pytest
-from gnomon.harness.ladders import worth
+from gnomon.harness.ladders import cost, worth
 
 from gnomon import cases
 
@@ -27,3 +27,31 @@ def test_the_linear_pendulum_lags_by_amplitude_squared_over_16() -> None:
     lag = 2 * math.pi * swings * amplitude**2 / 16
     # The sample nearest the largest slope misses it by 1 %; the next term of the period is A^4.
     assert worth(swing)[0]["error"] == pytest.approx(lag, rel=0.05)
+
+
+def test_the_quartic_pendulum_lags_by_amplitude_to_the_fourth_over_384() -> None:
+    """Period over that of a small swing: 1 + A^2/16 + 33 A^4/9216 for the pendulum, 57 in place of 33 for the model."""
+    amplitude, span = 0.2, 40
+    swing = cases.get("pendulum_simple", initial_state=(str(amplitude), 0), span=span)
+    lag = math.sqrt(9.81) * span * amplitude**4 * (57 - 33) / 9216
+    # The sample nearest the largest slope misses it by 1 %; the next term of the periods is A^2 smaller.
+    assert worth(swing)[1]["error"] == pytest.approx(lag, rel=0.06)
+
+
+def test_a_throw_is_the_orbit_in_its_own_axes() -> None:
+    """Over a short while gravity is uniform to h/R: with the axes mixed up the throw would miss by its own size."""
+    throw = cases.get("kepler_orbit", "throw")
+    (row,) = worth(throw)
+    # in 61 s the height changes by some 20 km of 6371
+    assert row["error"] < 0.02
+
+
+def test_cost_is_per_characteristic_time_and_a_ratio_to_the_full_model() -> None:
+    fixed = {"variant": "", "formulation": "", "target": 1e-6}
+    times = [("full", "a", 8.0), ("full", "b", 4.0), ("full", "c", 1.0), ("model", "a", 1.0), ("model", "b", 2.0)]
+    equal = pd.DataFrame([{"case": case, "integrator_id": name, "seconds": t, **fixed} for case, name, t in times])
+    spans = [{"case": "full", "span": 40.0, "time_scale": 10.0}, {"case": "model", "span": 6.0, "time_scale": 3.0}]
+    found = cost("full", "model", equal, pd.DataFrame(spans).assign(variant=""))
+    # a: (1/2) / (8/4), b: (2/2) / (4/4)
+    assert found["ratio"] == pytest.approx((0.25 + 1) / 2)
+    assert (found["integrators"], found["fastest"], found["seconds"]) == (2, "a", 0.5)
