@@ -23,7 +23,7 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
         "results": run.path.name,
         "history": history,
         "environment": history["environment"],
-        "launches": int(run.frame["launch"].max()),
+        "launches": launches_text(run.frame),
         "findings": findings.findings(run.equal, run.policies),
         "targets": [tables.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
         "cases": _cases(run, work),
@@ -72,6 +72,16 @@ def _cases(run: Run, work: dict[str, Scenes]) -> list[dict[str, Any]]:
         }
         for name in run.names
     ]
+
+
+def launches_text(frame: pd.DataFrame) -> str:
+    """How the times on the default scenes were taken: cases may be launched more often than others."""
+    counts = frame[frame["variant"] == ""].groupby("case")["launch"].max()
+    if counts.empty or counts.max() == 1:
+        return "from one launch"
+    most = counts == counts.max()
+    text = f"medians of {counts.max()} launches"
+    return text if most.all() else f"{text} on {most.sum()} of the {len(counts)} cases, fewer on the others"
 
 
 def ladder_rows(rungs: pd.DataFrame) -> list[dict[str, Any]]:

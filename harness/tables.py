@@ -121,8 +121,8 @@ def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]
 def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
     """Over all default scenes, the integrators that are most often fastest or on a par at some error, and how often.
 
-    The `shown` first at each error; the note says on how many cases each gets there, and its median ratio to the
-    fastest.
+    The `shown` first at each error; the note says on how many cases each gets there, and the median of its time over
+    the fastest's there.
     """
     own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     cases = own.groupby("target")["case"].nunique()
@@ -139,7 +139,7 @@ def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
         for target in TARGETS:
             at = found.get((name, target), {"wins": 0, "reached": 0, "ratio": math.nan})
             wins.append(int(at["wins"]))
-            note = f"reaches {at['reached']} of {cases.get(target, 0)}, median {ratio_text(at['ratio'])} ×"
+            note = f"reaches {at['reached']} of {cases.get(target, 0)} · {ratio_text(at['ratio'])}\N{NO-BREAK SPACE}×"
             cells.append(Cell(f"fastest on {at['wins']}" if at["wins"] else "–", note, "" if at["reached"] else "none"))
         rows.append((-wins[1], -sum(wins), Row(name, cells)))
     return [row for *_, row in sorted(rows, key=lambda each: each[:2])]
