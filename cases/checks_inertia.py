@@ -11,8 +11,9 @@ import flint
 from gnomon.cases.check import Check, Numbers, Setting
 from gnomon.cases.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference import bodies, inertia
+from gnomon.reference.balls import ball
 from gnomon.reference.precision import Number
-from gnomon.reference.principal import is_inertia, multiplicity, principal_moments
+from gnomon.reference.principal import determinant, is_inertia, multiplicity, principal_moments
 from gnomon.reference.vectors import (
     PLANES,
     apply,
@@ -189,7 +190,8 @@ class InertiaTransformationPrincipal(Check):
     conventions = (
         "Ixy is the tensor's component (minus the product of inertia). The axes are turned by Rx(beta) Rz(alpha); the "
         "moment and the radius of gyration are about the direction (nx, ny, nz), of any length. coinciding: how many "
-        "principal moments are equal."
+        "principal moments are equal; invariant: trace, sum of principal minors, determinant; ellipsoid_radius: Cauchy's "
+        "ellipsoid x.I x = 1 along n."
     )
     parameter_list = (
         Parameter("Ixx", "kg m^2", 3),
@@ -253,7 +255,23 @@ class InertiaTransformationPrincipal(Check):
             "moment_about_n": moment,
             "radius_of_gyration": (abs(moment) / p.m).sqrt(),
             "coinciding": flint.arb(multiplicity(self._entries)),
+            **named("invariant", map(ball, self._invariants), ("first", "second", "third")),
+            **({"ellipsoid_radius": 1 / moment.sqrt()} if self._turns_about_n else {}),
         }
+
+    @property
+    def _invariants(self) -> tuple[Fraction, Fraction, Fraction]:
+        """Trace, sum of the principal minors, determinant."""
+        xx, yy, zz, xy, xz, yz = self._entries
+        minors = xx * yy - xy * xy + xx * zz - xz * xz + yy * zz - yz * yz
+        return xx + yy + zz, minors, determinant(self._entries)
+
+    @property
+    def _turns_about_n(self) -> bool:
+        """Whether the moment about n is not zero: where it is, as for a thin rod, Cauchy's ellipsoid has no end there."""
+        x, y, z = (self.parameters["n" + axis] for axis in "xyz")
+        xx, yy, zz, xy, xz, yz = self._entries
+        return xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z) != 0
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
         """Eigenvalues by QR; the tensor of six equimomental points, turned; the moment from distances to the axis."""
@@ -278,7 +296,30 @@ class InertiaTransformationPrincipal(Check):
             "moment_about_n": moment,
             "radius_of_gyration": mp.sqrt(mp.fabs(moment) / p.m),
             "coinciding": 1 + sum(near),
+            **named("invariant", _symmetric_functions(values), ("first", "second", "third")),
+            **({"ellipsoid_radius": _to_the_surface(mp, matrix, n)} if self._turns_about_n else {}),
         }
+
+
+def _symmetric_functions(values: Any) -> tuple[Any, Any, Any]:
+    a, b, c = values
+    return a + b + c, a * b + b * c + c * a, a * b * c
+
+
+def _to_the_surface(mp: Any, matrix: Any, n: Any) -> Any:
+    """The distance along n at which x.I x = 1, by bisection."""
+
+    def outside(r: Any) -> bool:
+        x = r * n
+        return bool((x.T * matrix * x)[0] > 1)
+
+    low, high = mp.zero, mp.one
+    while not outside(high):
+        low, high = high, 2 * high
+    while high - low > 4 * mp.eps * high:
+        middle = (low + high) / 2
+        low, high = (low, middle) if outside(middle) else (middle, high)
+    return (low + high) / 2
 
 
 def _points(mp: Any, values: Any, vectors: Any) -> list[tuple[Any, Any, Any, Any]]:

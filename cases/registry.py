@@ -156,6 +156,7 @@ _CHECKS = {
     "conservative_force_test": "checks_work:ConservativeForceTest",
     "hamilton_action": "checks_action:HamiltonAction",
     "amusement_rides": "checks_rides:AmusementRides",
+    "capstan_belt": "checks_belt:CapstanBelt",
     "rotor_dynamic_balance": "checks_bodies:RotorDynamicBalance",
     "work_energy_rigid_body": "checks_bodies:WorkEnergyRigidBody",
     "generalized_impulse": "checks_bodies:GeneralizedImpulse",
