@@ -206,12 +206,18 @@ class ChainOffTable(_ChainOverEdge):
         return Runaway(g * (1 + mu) / length, mu * length / (1 + mu), length, g, *self.initial_state)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`edge_tension` at the start, over the mass per length: (1 + mu) (L - s) g s/L (m^2/s^2)."""
+        """Tension at the edge over the mass per length, (1 + mu) (L - s) g s/L (m^2/s^2), at the start and at its largest.
+
+        It is largest where half of the chain hangs, or at the start where more does.
+        """
         g, length, mu = self.parameter_values()
         s = self.initial_state[0]
-        tension = (1 + mu) * (length - s) * g * s / length
-        edge = self._exact._quantity(digits, lambda mp: mp.mpf(tension))
-        return super().quantities(digits) | {"edge_tension": edge}
+        most = s if self._exact.rests else max(s, length / 2)
+        first, largest = ((1 + mu) * (length - x) * g * x / length for x in (s, most))
+        found = {"edge_tension": first, "largest_edge_tension": largest}
+        return super().quantities(digits) | {
+            name: self._exact._rational(digits, value) for name, value in found.items()
+        }
 
 
 class ChainOverPulley(_ChainOverEdge):

@@ -156,14 +156,22 @@ class CycloidalPendulum(Case):
         return found
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """The normal force is over the mass (m/s^2); the string between the jaws is 4 a long."""
+        """Normal forces are over the mass (m/s^2): g cos(phi/2) + v^2/(4a cos(phi/2)), v = 2a cos(phi/2) phi'.
+
+        As a string between jaws of the same shape, its evolute, the pendulum is 4 a long.
+        """
         motion = self._exact
+        a, g = self.parameter_values()
+        phi, rate = self.initial_state
+        start = motion._quantity(digits, lambda mp: mp.mpf(g + a * rate**2) * mp.cos(mp.mpf(phi) / 2))
         return {
             "period": motion.period(digits),
             "angle_amplitude": motion.angle_amplitude(digits),
             "arc_amplitude": motion.arc_amplitude(digits),
             "energy": motion.energy(digits),
+            "normal_force_start": start,
             "normal_force_bottom": motion.normal_force_bottom(digits),
+            "string_length": motion._rational(digits, 4 * a),
         }
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
