@@ -30,7 +30,8 @@ class AmusementRides(Check):
     title = "Conical pendulum, rotor, banked curve, loop: speeds and forces that hold a rider"
     section = "6.3.4"
     conventions = (
-        "Chairs on chains of length L from a shaft at w: cos(angle) = g/(L w^2), tension over mass L w^2. A rotor of "
+        "Chairs on chains of length L from a shaft at w: cos(angle) = g/(L w^2), tension over mass L w^2; below the "
+        "bifurcation_rate sqrt(g/L) they hang straight down. A rotor of "
         "radius R at w_r holds by friction mu_min = g/(R w_r^2). A curve of radius R banked by beta, friction mu: speeds "
         "from sqrt(g R tan(beta - phi)) to sqrt(g R tan(beta + phi)), tan(phi) = mu. A loop of radius R: sqrt(5 g R) at "
         "the bottom keeps contact; the rider then weighs 6 m g there."
@@ -80,6 +81,7 @@ class AmusementRides(Check):
         return {
             "chair_angle": angle,
             "chair_tension": p.L * p.w * p.w,
+            "bifurcation_rate": (p.g / p.L).sqrt(),
             "rotor_friction": p.g / (p.R * p.w_r * p.w_r),
             "slowest": (p.g * p.R * (tangent - p.mu) / (1 + p.mu * tangent)).sqrt(),
             "fastest": (p.g * p.R * (tangent + p.mu) / (1 - p.mu * tangent)).sqrt(),
@@ -112,6 +114,7 @@ class AmusementRides(Check):
         return {
             "chair_angle": angle,
             "chair_tension": pull,
+            "bifurcation_rate": mp.sqrt(mp.diff(lambda x: p.g / p.L * mp.sin(x), 0)),
             "rotor_friction": 1 / (p.w_r**2 * p.R / p.g),
             "slowest": speed(-p.mu),
             "fastest": speed(p.mu),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -136,6 +137,7 @@ def wrench_solve(p: Numbers) -> dict[str, float]:
         **named("moment_Q", [float(v) for v in M - np.cross(Q, F)]),
         "pitch": float(pitch),
         **named("axis", (float(x), float(y), float(z))),
+        **named("momentum_O", [float(v) for v in M + np.cross(Q, F)]),
     }
 
 
@@ -149,12 +151,39 @@ def impulse_solve(p: Numbers) -> dict[str, float]:
     return {"first_rate": float(first), "second_rate": float(second), "energy": float(struck @ [first, second]) / 2}
 
 
+def round_bodies_quad(p: Numbers) -> dict[str, float]:
+    """scipy.integrate.quad: the rod by particles; shell and sphere by rings and discs across the line to the point."""
+    from scipy.integrate import quad
+
+    mu, a, r, length = p["mu"], p["a"], p["r"], p["L"]
+
+    def integral(f: object, low: float, high: float) -> float:
+        return float(quad(f, low, high, epsabs=0, epsrel=1e-12, limit=200)[0])
+
+    def ring(cosine: float) -> float:
+        square = r * r + a * a - 2 * a * r * cosine
+        return mu / 2 * (r - a * cosine) / (square * math.sqrt(square))
+
+    def disc(x: float) -> float:
+        off = r - x
+        return 3 * mu / (2 * a**3) * (math.copysign(1.0, off) - off / math.sqrt(a * a - x * x + off * off))
+
+    parts = [-a, r, a] if r < a else [-a, a]
+    return {
+        "particle": mu / (r * r),
+        "rod": 2 * integral(lambda x: mu / length * r / math.hypot(x, r) ** 3, 0.0, length / 2),
+        "shell": integral(ring, -1.0, 1.0),
+        "sphere": sum(integral(disc, low, high) for low, high in itertools.pairwise(parts)),
+    }
+
+
 FIELD = "gravity_field_particle_body"
 OPPONENTS = (
     Opponent("ellipk, ellipe", "scipy", FIELD, ring_special),
     Opponent("ellipkm1, ellipe", "scipy", FIELD, ring_special_complement),
     Opponent("cubature", "scipy", FIELD, field_cubature),
     Opponent("quad", "scipy", FIELD, field_quad),
+    Opponent("quad over round bodies", "scipy", FIELD, round_bodies_quad),
     Opponent("quad", "scipy", "conservative_force_test", circulation_quad),
     Opponent("formulas in doubles", "numpy", "weight_local_gravity", weight_doubles),
     Opponent("solve", "numpy", "moment_equipollent", wrench_solve),

@@ -58,6 +58,22 @@ def test_paths_and_particles() -> None:
     assert max(errors("moment_momentum_moving_point", None, "central differences").values()) < 1e-9
 
 
+def test_frames_and_rides() -> None:
+    """To rounding or to the tolerance asked for; lost where a hole falls between nodes or the answer under an ulp."""
+    assert max(errors("com_rigid_body", None, "average, quad").values()) < 1e-12
+    assert errors("com_rigid_body", "pin_hole", "average, quad")["plate"] > 0.1
+    assert max(errors("gravity_field_particle_body", None, "quad over round bodies").values()) < 1e-12
+    assert max(errors("apparent_gravity_earth", None, "formulas in doubles").values()) < 1e-15
+    # sqrt of an ulp, 1.5e-8, over the second derivative's few units
+    assert errors("frame_transformation", None, "Rotation, second differences")["acceleration"] < 1e-5
+    assert max(errors("material_frame_indifference", None, "Rotation").values()) < 1e-15
+    assert errors("projectile_coriolis_first_order", "a_day", "solve_ivp")["beyond"] < 1e-12
+    assert errors("projectile_coriolis_first_order", "slow", "solve_ivp")["beyond"] > 1
+    assert errors("stability_pendulum_linearisation", None, "eigvals, solve_ivp")["angle"] < 1e-10
+    assert max(errors("amusement_rides", None, "brentq").values()) < 1e-14
+    assert max(errors("falling_target", None, "formulas in doubles").values()) < 1e-14
+
+
 def test_failures_are_rows_with_their_status(tmp_path: Path) -> None:
     def planted(what: str) -> Opponent:
         def compute(numbers: object) -> dict[str, float]:
