@@ -7,6 +7,7 @@ function pointer.
 
 from __future__ import annotations
 
+import dis
 import hashlib
 import importlib.util
 import inspect
@@ -151,6 +152,7 @@ def _generated(
     outputs: int,
 ) -> Kernel:
     """`out` gets the second half of y (`lead` values, for q' = v) and then the values of `call`."""
+    check_values(dict(functions), call, states, parameters, outputs - lead)
     # The call is written with y and p as tuples, unpacked from the arrays.
     lines = [f"y = ({_items('y_', states)})", f"p = ({_items('p_', parameters)})", f"r = {call}"]
     lines += [f"out[{i}] = y[{lead + i}]" for i in range(lead)]
@@ -169,6 +171,18 @@ def _generated(
         f"    kernel(t, carray(y_, {states}), carray(p_, {parameters + counted}), carray(out, {outputs}))\n"
     )
     return Kernel(load_module(source))
+
+
+def check_values(functions: dict[str, Any], call: str, states: int, parameters: int, wanted: int) -> None:
+    """Raises ValueError where a call of plain functions gives another number of values than is wanted, or raises."""
+    nan = math.nan
+    try:
+        found = eval(call, dict(functions), {"t": nan, "y": (nan,) * states, "p": (nan,) * parameters})
+    except Exception as error:
+        raise ValueError(f"{call} raises {type(error).__name__}: {error}") from error
+    if len(found) != wanted:
+        names = ", ".join(function.__name__ for function in functions.values())
+        raise ValueError(f"{names} gives {len(found)} values where {wanted} {'is' if wanted == 1 else 'are'} wanted")
 
 
 def _items(name: str, count: int) -> str:
@@ -195,6 +209,8 @@ def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[
         return
     if name == "<lambda>" or function.__closure__:
         raise ValueError(f"{function.__qualname__} is a lambda or a closure; write it as a function of a module")
+    if any(instruction.opname == "RAISE_VARARGS" for instruction in dis.get_instructions(function)):
+        raise ValueError(f"{name} raises an exception, which compiled code cannot pass on; let it give nan instead")
     seen[name] = function
     for used in sorted(_names(function.__code__)):
         value = function.__globals__.get(used)

@@ -158,6 +158,9 @@ def traced(form: FirstOrder, dimension: int, parameters: int) -> Trace:
     graph = Graph()
     equations = rebind(form.equations, graph.arithmetic())
     found = equations(graph.node("t"), graph.variables("y", dimension), graph.variables("p", parameters))
+    if len(found) != dimension:
+        wanted = f"{dimension} {'is' if dimension == 1 else 'are'} wanted"
+        raise ValueError(f"{form.equations.__name__} gives {len(found)} values where {wanted}")
     return Trace(graph, tuple(graph.number(x) for x in found))
 
 

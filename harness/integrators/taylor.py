@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-LEAST_TOLERANCE = 1e-17
-"""Order 21: the remainder is then below round-off."""
+LEAST_TOLERANCE = 1e-16
+"""Unit round-off."""
 
 MOST_STEPS = 5_000_000
 """Several seconds: past that the equations are stiff."""

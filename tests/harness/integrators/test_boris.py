@@ -14,7 +14,7 @@ from gnomon.cases.forms import Charged, Values
 from gnomon.cases.registry import get
 from gnomon.harness.integrator import Problem
 from gnomon.harness.integrators import boris
-from gnomon.harness.integrators.boris import Boris, HigueraCary, VolumePreserving4
+from gnomon.harness.integrators.boris import Boris, HigueraCary
 from gnomon.harness.integrators.fixed_step import FixedStep
 from gnomon.harness.order import fit_order, measure_order, solve_exactly
 from gnomon.reference import taylor
@@ -197,9 +197,3 @@ def test_higuera_and_cary_keep_the_drift_and_boris_does_not() -> None:
 def test_a_slow_charge_is_left_to_boris() -> None:
     assert HigueraCary().unsupported(BOTTLE) is not None
     assert HigueraCary().unsupported(RELATIVISTIC) is None
-
-
-def test_the_same_bits_again_and_samples_off_the_grid() -> None:
-    problem = Problem(BOTTLE, 6, np.zeros(0), TIMES, 1.0)
-    solve = VolumePreserving4().prepare(problem, problem.interval)
-    assert np.array_equal(solve(np.array([START])).states, solve(np.array([START])).states)

@@ -132,12 +132,3 @@ def test_samples_off_the_grid_are_refused() -> None:
         HochbruckOstermann4().prepare(shifted, problem.interval)
     with pytest.raises(Refused, match="not a positive number"):
         HochbruckOstermann4().prepare(problem, float("nan"))
-
-
-def test_the_same_bits_again() -> None:
-    case = get("forced_oscillator").rounded()
-    problem = problem_of(case, HochbruckOstermann4.accepts)
-    solve = HochbruckOstermann4().prepare(problem, problem.interval / 4)
-    start = initial_state(case)[None]
-    assert np.array_equal(solve(start).states, solve(start).states)
-    assert solve(start).steps == 4 * 64

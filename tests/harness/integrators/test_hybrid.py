@@ -195,8 +195,7 @@ def test_a_motion_that_runs_away_is_reported() -> None:
     assert np.isnan(solution.states).any()
 
 
-@pytest.mark.parametrize("kind", [RK4Events, Dop853Events, scipy_events.RK45])
 @pytest.mark.parametrize("setting", [0.0, -1.0])
-def test_impossible_settings_are_refused(kind: type[Integrator], setting: float) -> None:
+def test_impossible_settings_are_refused(setting: float) -> None:
     with pytest.raises(Refused):
-        kind().prepare(PROBLEM, setting)
+        scipy_events.RK45().prepare(PROBLEM, setting)

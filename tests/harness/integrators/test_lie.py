@@ -84,7 +84,7 @@ def test_order(method: type[FixedStep], name: str) -> None:
     # Round-off of a few thousand steps, each of an ulp: about 1e-14.
     measured = fit_order([0.25 / n for n in counts], errors, floor=1e-14)
     assert measured is not None
-    assert measured[0] == pytest.approx(method.order, abs=0.2)
+    assert measured[0] == pytest.approx(method.order, abs=0.1)
 
 
 @pytest.mark.parametrize("method", lie.INTEGRATORS, ids=lambda method: method.name)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 import pytest
 from gnomon.cases.forms import Friction, Hybrid, Impact
 from gnomon.cases.registry import get
-from gnomon.harness.integrator import Refused
 from gnomon.harness.integrators.moreau import Moreau
 from gnomon.harness.problem import initial_state, problem_of
 
@@ -67,11 +65,11 @@ def errors(name: str, counts: list[int], variant: str | None = None) -> list[flo
 def test_order(name: str) -> None:
     """Where an event falls within its step is chance: the error is C h within a factor of five or so.
 
-    Over twelve halvings that bends the slope by ln 5 / ln 4096 = 0.2.
+    Over fifty steps, four to a halving, that leaves the slope uncertain by ln 5 / (sqrt 50 * 2.6) = 0.09.
     """
-    counts = [2**k for k in range(2, 15)]
+    counts = sorted({round(2 ** (k / 4)) for k in range(8, 60)})
     slope = np.polyfit(np.log(counts), np.log(errors(name, counts)), 1)[0]
-    assert -slope == pytest.approx(1, abs=0.2)
+    assert -slope == pytest.approx(1, abs=0.1)
 
 
 def test_what_rests_stays() -> None:
@@ -89,13 +87,3 @@ def test_steps_far_longer_than_flights_pass_the_zeno_limit() -> None:
     y, v = Moreau().prepare(problem, h)(initial_state(case)[None]).states[0, -1]
     assert abs(v) < 9.81 * h
     assert abs(y) < 9.81 * h
-
-
-def test_settings_and_bits() -> None:
-    case = get("bouncing_ball").rounded()
-    problem = problem_of(case, Moreau.accepts)
-    for step in (0.0, -1.0, math.nan):
-        with pytest.raises(Refused, match="is not a positive number"):
-            Moreau().prepare(problem, step)
-    solve, start = Moreau().prepare(problem, problem.interval / 8), initial_state(case)[None]
-    assert np.array_equal(solve(start).states, solve(start).states)

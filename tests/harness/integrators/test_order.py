@@ -17,7 +17,7 @@ from gnomon.harness.integrators.splitting import KahanLi6, KahanLi8, Yoshida8
 from gnomon.harness.order import fit_order, measure_order, measure_order_exactly
 
 METHODS = tuple(m for m in (*explicit.INTEGRATORS, *splitting.INTEGRATORS, *gauss.INTEGRATORS) if m.order <= 8)
-WITHIN = 0.2
+WITHIN = 0.1
 """The next term of the error is smaller by a factor of the step: at the finest steps it bends the slope by less."""
 
 

@@ -156,23 +156,6 @@ def test_steps_sum_with_compensation() -> None:
     assert errors[1] > 5 * errors[0]
 
 
-@pytest.mark.parametrize("method", FIXED, ids=lambda method: method.name)
-def test_no_allocation_in_a_step(method: type[FixedStep]) -> None:
-    from numba.core.runtime import _nrt_python, rtsys
-
-    _nrt_python.memsys_enable_stats()
-    case = get("pendulum_simple").rounded()
-    problem = problem_of(case, method.accepts)
-    counts = []
-    for substeps in (16, 256):
-        solve = method().prepare(problem, problem.interval / substeps)
-        solve(initial_state(case)[None])
-        before = rtsys.get_allocation_stats().alloc
-        solve(initial_state(case)[None])
-        counts.append(rtsys.get_allocation_stats().alloc - before)
-    assert counts[0] == counts[1]
-
-
 @pytest.mark.parametrize(
     ("method", "a_step", "once"),
     [(ExplicitEuler, 1, 0), (RK4, 4, 0), (SymplecticEuler, 1, 0), (StormerVerlet, 1, 1), (KahanLi6, 9, 1)],

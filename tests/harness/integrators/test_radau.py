@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from math import sqrt
 from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.forms import FirstOrder, Values
+from bad_equations import branching, scalar, squared, undefined
 from gnomon.cases.registry import get
-from gnomon.harness.integrator import Problem, Refused
+from gnomon.harness.integrator import Refused
 from gnomon.harness.integrators import radau
 from gnomon.harness.integrators.gauss import integrals
 from gnomon.harness.integrators.radau import Radau5
@@ -108,49 +106,6 @@ def test_the_same_bits_alone_in_an_ensemble_and_again() -> None:
     together = solve(pair).states
     assert np.array_equal(together, solve(pair).states)
     assert np.array_equal(together[1], solve(pair[1:]).states[0])
-
-
-def test_no_allocation_in_a_step() -> None:
-    """As many for a few steps as for many."""
-    from numba.core.runtime import _nrt_python, rtsys
-
-    _nrt_python.memsys_enable_stats()
-    case = get("pendulum_simple").rounded()
-    start, counts, steps = initial_state(case)[None], [], []
-    for span in (4, 1):
-        part = case.with_span(case.span / span)
-        solve = Radau5().prepare(problem_of(part, Radau5.accepts), 1e-7)
-        solve(start)
-        before = rtsys.get_allocation_stats().alloc
-        steps.append(solve(start).steps or 0)
-        counts.append(rtsys.get_allocation_stats().alloc - before)
-    assert steps[1] > 3 * steps[0] > 0
-    assert counts[0] == counts[1]
-
-
-def squared(t: Any, state: Values, parameters: Values) -> Values:
-    (x,) = state
-    return (x * x,)
-
-
-def undefined(t: Any, state: Values, parameters: Values) -> Values:
-    (x,) = state
-    return (sqrt(-1 - x * x),)
-
-
-def branching(t: Any, state: Values, parameters: Values) -> Values:
-    (x,) = state
-    return (x if x else 0,)
-
-
-def scalar(equations: Any) -> Problem:
-    return Problem(FirstOrder(equations), 1, np.zeros(0), np.arange(1, 65) * 0.03125, 1.0)
-
-
-@pytest.mark.parametrize("tolerance", [0.0, -1e-6, math.nan, math.inf, 1e-15, 1.0])
-def test_a_tolerance_that_cannot_be_met(tolerance: float) -> None:
-    with pytest.raises(Refused, match=f"tolerance {tolerance}"):
-        Radau5().prepare(scalar(squared), tolerance)
 
 
 def test_equations_that_branch_are_refused() -> None:

@@ -135,13 +135,6 @@ def test_reversible(method: type[FixedStep]) -> None:
         assert max(map(abs, gaps)) < 1e-50, "sixty digits, of which twenty steps lose a few"
 
 
-def test_the_same_bits_again() -> None:
-    case = get("holonomic_constraint_dae").rounded()
-    problem = problem_of(case, Rattle.accepts)
-    solve = Rattle().prepare(problem, problem.interval / 32)
-    assert np.array_equal(solve(initial_state(case)[None]).states, solve(initial_state(case)[None]).states)
-
-
 def flat(t: Any, place: Values, parameters: Values) -> Values:
     x, _y = place
     return (0 * x,)

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from fractions import Fraction
 from math import acos, acosh, asin, asinh, atan, atanh, cos, cosh, exp, hypot, log, sin, sinh, sqrt, tan, tanh
 from typing import Any
 
 import numpy as np
 import pytest
+from bad_equations import branching, scalar, squared, stiff, undefined
 from gnomon.cases import registry
 from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.forms import FirstOrder, Values
-from gnomon.harness.integrator import Problem, Refused
+from gnomon.harness.integrator import Refused
 from gnomon.harness.integrators.graph import UNARY
 from gnomon.harness.integrators.taylor import Taylor, order_for
 from gnomon.harness.integrators.taylor_text import STRIDE, coefficients_text
+from gnomon.harness.order import fit_order
 from gnomon.harness.problem import accepted_form, initial_state, problem_of
 from gnomon.reference.precision import working
 
@@ -65,6 +66,32 @@ def test_coefficients_of_every_function(equations: Any) -> None:
         start = [mp.mpf(x.numerator) / x.denominator for x in state[: 2 + (equations is constants)]]
         found = [residual(mp, form, mp.mpf(1) / 8, start, [mp.mpf(3) / 4], ORDER, mp.mpf(10) ** -k) for k in (12, 14)]
     assert abs(found[0] - found[1]) <= 1e-9 * found[0], "C h^order (1 + O(h)), in 400 digits of which h^order takes 168"
+
+
+@pytest.mark.parametrize("order", [4, 12, 20])
+def test_order_at_fixed_order_and_step(order: int) -> None:
+    """The recurrences of the compiled method, run in sixty digits over steps of the same length."""
+    case = registry.get("kepler_orbit", span="0.5" if order < 20 else "0.125")
+    form = accepted_form(case, (FirstOrder,))
+    assert isinstance(form, FirstOrder)
+    text, length = coefficients_text(form, 4, len(case.parameter_list))
+    counts = [12, 16, 24, 32] if order > 4 else [96, 128, 192, 256]
+    with working(60) as mp:
+        space: dict[str, Any] = {name: getattr(mp, name) for name in UNARY} | {"ONE": mp.mpf(1)}
+        exec(text, space)
+        parameters = [mp.mpf(x.numerator) / x.denominator for x in case.parameter_values()]
+        exact, errors = case.exact(case.span, 55), []
+        for count in counts:
+            h = mp.mpf(case.span.numerator) / case.span.denominator / count
+            state = [mp.mpf(x.numerator) / x.denominator for x in case.initial_state]
+            for _ in range(count):
+                w = [mp.mpf(0)] * length
+                space["kernel"](mp.mpf(0), [*state, order], parameters, w)
+                state = [mp.fsum(w[STRIDE * i + k] * h**k for k in range(order + 1)) for i in range(4)]
+            errors.append(float(max(abs(a - b) for a, b in zip(state, exact, strict=True))))
+    measured = fit_order([1 / count for count in counts], errors, floor=1e-50)
+    assert measured is not None
+    assert measured[0] == pytest.approx(order, abs=0.1)
 
 
 def first_order_cases() -> list[str]:
@@ -117,54 +144,6 @@ def test_the_same_bits_alone_in_an_ensemble_and_again() -> None:
     together = solve(pair).states
     assert np.array_equal(together, solve(pair).states)
     assert np.array_equal(together[1], solve(pair[1:]).states[0])
-
-
-def scalar(equations: Any) -> Problem:
-    return Problem(FirstOrder(equations), 1, np.zeros(0), np.arange(1, 65) * 0.03125, 1.0)
-
-
-def test_no_allocation_in_a_step() -> None:
-    """As many for a few steps as for many."""
-    from numba.core.runtime import _nrt_python, rtsys
-
-    _nrt_python.memsys_enable_stats()
-    case = registry.get("pendulum_simple").rounded()
-    start, counts, steps = initial_state(case)[None], [], []
-    for span in (4, 1):
-        part = case.with_span(case.span / span)
-        solve = Taylor().prepare(problem_of(part, Taylor.accepts), 1e-7)
-        solve(start)
-        before = rtsys.get_allocation_stats().alloc
-        steps.append(solve(start).steps or 0)
-        counts.append(rtsys.get_allocation_stats().alloc - before)
-    assert steps[1] > 3 * steps[0] > 0
-    assert counts[0] == counts[1]
-
-
-def squared(t: Any, state: Values, parameters: Values) -> Values:
-    (x,) = state
-    return (x * x,)
-
-
-def undefined(t: Any, state: Values, parameters: Values) -> Values:
-    (x,) = state
-    return (sqrt(-1 - x * x),)
-
-
-def branching(t: Any, state: Values, parameters: Values) -> Values:
-    (x,) = state
-    return (x if x else 0,)
-
-
-def stiff(t: Any, state: Values, parameters: Values) -> Values:
-    (x,) = state
-    return (-100000000 * x,)
-
-
-@pytest.mark.parametrize("tolerance", [0.0, -1e-6, math.nan, math.inf, 1e-18, 1.0])
-def test_a_tolerance_that_cannot_be_met(tolerance: float) -> None:
-    with pytest.raises(Refused, match=f"tolerance {tolerance}"):
-        Taylor().prepare(scalar(squared), tolerance)
 
 
 def test_equations_that_branch_are_refused() -> None:

@@ -1,0 +1,54 @@
+"""Equations that fail: on the way, at once, by branching; and the scalar problem that they are tested on."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+from gnomon.cases.forms import FirstOrder, Values
+from gnomon.harness.integrator import Problem
+
+
+def scalar(equations: Any) -> Problem:
+    """x' = f(x) over two seconds."""
+    return Problem(FirstOrder(equations), 1, np.zeros(0), np.arange(1, 65) * 0.03125, 1.0)
+
+
+def squared(t: Any, state: Values, parameters: Values) -> Values:
+    """x' = x^2 from x = 1 reaches infinity at t = 1."""
+    (x,) = state
+    return (x * x,)
+
+
+def undefined(t: Any, state: Values, parameters: Values) -> Values:
+    """Not a number anywhere."""
+    (x,) = state
+    return (sqrt(-1 - x * x),)
+
+
+def branching(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (x if x else 0,)
+
+
+def stiff(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (-100000000 * x,)
+
+
+def raising(t: Any, state: Values, parameters: Values) -> Values:
+    """Raises on the way, at x above 2."""
+    (x,) = state
+    if x > 2:
+        raise ValueError("x is above 2")
+    return (x * x,)
+
+
+def too_many(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return x * x, x
+
+
+def none_at_all(t: Any, state: Values, parameters: Values) -> Values:
+    return ()

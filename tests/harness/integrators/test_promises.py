@@ -1,0 +1,116 @@
+"""What every in-house method promises, whatever its family: impossible settings refused, failures told, the same bits,
+nothing allocated in a step, nothing claimed that is not tested."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import gnomon.harness
+import numpy as np
+import pytest
+from gnomon.cases.case import Case
+from gnomon.cases.registry import get
+from gnomon.harness.integrator import Integrator, Refused
+from gnomon.harness.problem import accepted_form, initial_state, problem_of
+from gnomon.harness.registry import own
+
+ALL = [method for method in own().values() if ".integrators." in type(method).__module__]
+EVERY = pytest.mark.parametrize("method", ALL, ids=lambda method: method.id)
+CASES = (
+    "pendulum_simple", "charge_in_E_and_B", "relativistic_charge", "holonomic_constraint_dae", "damped_oscillator",
+    "euler_top", "coulomb_friction_oscillator",
+)  # fmt: skip
+TESTED_CLAIMS = {
+    "splitting": {"symplectic", "reversible"},  # test_properties
+    "gauss": {"symplectic", "reversible"},  # test_properties
+    "boris": {"reversible"},  # test_boris
+    "rattle": {"symplectic", "reversible"},  # test_rattle
+    "lie": {"symplectic", "reversible", "momentum", "attitude"},  # test_lie
+}
+"""By family, the claims that its tests put to each of its methods that makes them."""
+
+
+def case_for(method: Integrator) -> Case:
+    """The first of the cases that the method takes."""
+    for name in CASES:
+        case = get(name).rounded()
+        form = accepted_form(case, method.accepts)
+        if form is not None and method.unsupported(form) is None:
+            return case
+    raise LookupError(f"{method.id} takes none of {CASES}")
+
+
+def ordinary(method: Integrator, problem: Any) -> float:
+    return 1e-6 if method.sweep.kind == "tolerance" else problem.interval / 16
+
+
+@EVERY
+def test_impossible_settings_are_refused_with_their_value(method: Integrator) -> None:
+    """A tolerance below round-off; a step that does not divide the sampling interval, or would take for ever."""
+    problem = problem_of(case_for(method), method.accepts)
+    impossible = [0.0, -0.1, math.nan, math.inf]
+    if method.sweep.kind == "tolerance":
+        impossible += [1e-17, 1.0, 2.0]
+    else:
+        impossible += [1e-300, problem.interval / 2.5, problem.interval * 2]
+    for setting in impossible:
+        with pytest.raises(Refused, match=r"^(tolerance|step size) (-?[\d.e+-]+|nan|inf) "):
+            method.prepare(problem, setting)
+
+
+@EVERY
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_equations_that_are_not_finite_end_the_trajectory_at_once(method: Integrator, value: float) -> None:
+    problem = problem_of(case_for(method), method.accepts)
+    solution = method.prepare(problem, ordinary(method, problem))(np.full((1, problem.dimension), value))
+    assert solution.stopped is not None
+    assert "sample 1" in solution.stopped
+    assert not np.all(np.isfinite(solution.states))
+    assert (solution.steps or 0) < 1000
+
+
+@EVERY
+def test_the_same_bits_again(method: Integrator) -> None:
+    case = case_for(method)
+    problem = problem_of(case, method.accepts)
+    start, setting = initial_state(case)[None], ordinary(method, problem)
+    first, second = (method.prepare(problem, setting)(start.copy()) for _ in range(2))
+    assert first.stopped is None
+    assert np.array_equal(first.states, second.states)
+
+
+@EVERY
+def test_nothing_is_allocated_in_a_step(method: Integrator) -> None:
+    """As much for a few steps as for several times as many: memory is constant in their number, too."""
+    from numba.core.runtime import _nrt_python, rtsys
+
+    _nrt_python.memsys_enable_stats()
+    case = case_for(method)
+    start, counts, steps = initial_state(case)[None], [], []
+    # A quarter of the span as well: the steps of high orders hardly get shorter. But as many events, which may allocate.
+    short = case if case.hybrid else case.with_span(case.span / 4)
+    for part, tolerance, share in ((short, 1e-3, 8), (case, 1e-12, 32)):
+        problem = problem_of(part, method.accepts)
+        setting = tolerance if method.sweep.kind == "tolerance" else problem.interval / share
+        solve = method.prepare(problem, setting)
+        solve(start.copy())
+        before = rtsys.get_allocation_stats().alloc
+        steps.append(solve(start.copy()).steps or 0)
+        counts.append(rtsys.get_allocation_stats().alloc - before)
+    assert steps[1] > 1.5 * steps[0] > 0
+    assert counts[0] == counts[1]
+
+
+@EVERY
+def test_no_claim_without_a_test(method: Integrator) -> None:
+    family = type(method).__module__.rpartition(".")[2]
+    assert set(method.conserves) <= TESTED_CLAIMS.get(family, set())
+
+
+def test_no_full_fastmath() -> None:
+    """Contraction of a product and a sum into one rounding is all that is allowed."""
+    for path in Path(gnomon.harness.__file__).parent.rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        assert text.count("fastmath") == text.count('fastmath={"contract"}'), path
