@@ -32,7 +32,7 @@ def flat_box(
         inertia = (m * (b * b + c * c) / 3, m * (a * a + c * c) / 3, m * (a * a + b * b) / 3)
         box = Body("box", m, inertia, (x, 0.0, c), velocity=(v, 0.0, 0.0), half_extents=HALF_EXTENTS)
         plane = Contact("box", (0.0, 0.0, 1.0), friction=friction(parameters), velocity=(belt(parameters), 0.0, 0.0))
-        forces = ()
+        forces: tuple[Force, ...] = ()
         if push is not None:
             law = push
             forces = (Force("box", token, lambda t, place, _velocity: law(t, place[0], parameters)),)

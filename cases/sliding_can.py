@@ -58,7 +58,7 @@ def can_mode(t: Any, state: Values, parameters: Values) -> str:
 
 
 def tilted_gravity(parameters: tuple[float, ...]) -> Vector:
-    m, g, alpha, *_ = parameters
+    _m, g, alpha, *_ = parameters
     return g * sin(alpha), 0.0, -g * cos(alpha)
 
 

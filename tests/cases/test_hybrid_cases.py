@@ -187,3 +187,54 @@ def test_the_elastic_ball_retraces_its_way() -> None:
     assert abs(back[0] - 1) < 1e-36
     assert abs(back[1] + 2) < 1e-36
     assert get("bouncing_ball").reversed((1, 2)) is None
+
+
+@pytest.mark.parametrize("variant", [None, "high", "thrown_out", "inside"])
+def test_the_tunnel_keeps_its_energy_inside_and_outside(variant: str | None) -> None:
+    case = get("planet_tunnel", variant)
+    energy = case.invariants["energy"].function
+    with mpmath.workdps(60):
+        function = rebind(energy, mpmath_arithmetic(mpmath.mp))
+        parameters = tuple(mpmath.mpf(v.numerator) / v.denominator for v in case.parameter_values())
+        values = [
+            function(t, case.exact(case.span * k / 7, 50), parameters)[0]
+            for k, t in zip(range(8), range(8), strict=True)
+        ]
+        assert max(values) - min(values) < mpmath.mpf("1e-44") * abs(values[0])
+
+
+def test_the_torque_is_the_rate_of_moment_of_momentum_about_both_points() -> None:
+    """About a point at rest, r x F; about the carried support, less its acceleration: 6.10."""
+    case = get("moment_of_momentum_pendulum", span=3)
+    with mpmath.workdps(60):
+        g, length, ax, ay = (mpmath.mpf(v.numerator) / v.denominator for v in case.parameter_values())
+
+    def motion(t: mpmath.mpf) -> tuple[mpmath.mpf, ...]:
+        """Place and velocity of the bob in space, its arm, and the tension's part along x and y."""
+        theta, omega = case.exact(t, 50)
+        s, c = mpmath.sin(theta), mpmath.cos(theta)
+        arm, swing = (length * s, -length * c), (length * omega * c, length * omega * s)
+        place = (arm[0] + ax * t**2 / 2, arm[1] + ay * t**2 / 2)
+        return (*place, swing[0] + ax * t, swing[1] + ay * t, *arm, *swing)
+
+    with mpmath.workdps(60):
+        t, h = mpmath.mpf("1.3"), mpmath.mpf("1e-20")
+
+        def fixed(time: mpmath.mpf) -> mpmath.mpf:
+            x, y, vx, vy, *_ = motion(time)
+            return x * vy - y * vx
+
+        def carried(time: mpmath.mpf) -> mpmath.mpf:
+            *_, u, w, su, sw = motion(time)
+            return u * sw - w * su
+
+        x, y, _vx, _vy, u, w, *_ = motion(t)
+        before, after = motion(t - h), motion(t + h)
+        acceleration = [(b - a) / (2 * h) for a, b in zip(before[2:4], after[2:4], strict=True)]
+        pull = (acceleration[0], acceleration[1] + g)  # of the rod, over the mass
+        about_rest = (fixed(t + h) - fixed(t - h)) / (2 * h)
+        assert abs(about_rest - (x * pull[1] - y * pull[0] - x * g)) < mpmath.mpf("1e-25")
+        about_support = (carried(t + h) - carried(t - h)) / (2 * h)
+        # the rod's pull passes through the support
+        assert abs(u * pull[1] - w * pull[0]) < mpmath.mpf("1e-25")
+        assert abs(about_support - (-u * g - (u * ay - w * ax))) < mpmath.mpf("1e-25")

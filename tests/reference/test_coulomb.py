@@ -67,3 +67,15 @@ def test_friction_takes_its_force_times_the_way():
     )
     assert float(motion.dissipated()) == pytest.approx(0.05 * 9.81 * way, rel=1e-13)
     assert oscillator(x="0.03").turns == 0
+
+
+def test_the_energy_ladder():
+    """Each half cycle costs the friction force times its way."""
+    motion = oscillator()
+    with mpmath.workdps(60):
+        before = mpf(20) * mpf("0.25") / 2
+        for turn in range(1, 6):
+            after = motion.energy_after(turn, 50)
+            way = abs(motion.turn_position(turn, 50) - motion.turn_position(turn - 1, 50))
+            assert abs(before - after - mpf("0.05") * mpf("9.81") * way) < mpf("1e-46")
+            before = after

@@ -72,3 +72,11 @@ def test_released_from_rest_it_never_meets_the_centre():
     W = math.sin(0.8526)
     assert float(abs(p - q)) == pytest.approx(3 * W / math.sqrt(9.81 + W * W), rel=1e-14)
     assert float(p + q) == pytest.approx(3, rel=1e-14)
+
+
+def test_the_closest_approach_is_where_the_distance_is_least():
+    motion = pendulum(Om="0.3", L=1, vy="0.2")
+    period = float(motion.swing_period())
+    distances = [float(mpmath.hypot(*motion.state(period * k / 4000)[:2])) for k in range(2001)]
+    # at most half a step from it, second order
+    assert abs(min(distances) - float(motion.closest())) < 1e-5 * max(distances)

@@ -82,3 +82,36 @@ def test_the_equations_of_motion_hold(electric, magnetic, proper):
         slopes = [(y - x) / (2 * mpf(10) ** -40) for x, y in zip(before, after, strict=True)]
         for slope, rate, size in zip(slopes, rates, [C] * 3 + [q * 10**7] * 3, strict=True):
             assert abs(slope - rate) < mpf("1e-50") * size
+
+
+def test_the_intrinsic_form_of_the_acceleration():
+    """Along the path and the curvature, from differences of the exact motion (6.3.2)."""
+    motion = charge((10**6, -3 * 10**5, 2 * 10**5), ("0.002", "-0.01", "0.02"), (C, C // 3, -C // 2))
+    with mpmath.workdps(60):
+        h = mpf("1e-25")
+
+        def velocity(t):
+            u = motion.state(t, 55)[3:]
+            gamma = mpmath.sqrt(1 + mpmath.fsum(x * x for x in u) / mpf(C) ** 2)
+            return mpmath.matrix([x / gamma for x in u])
+
+        slope = (velocity(h) - velocity(-h)) / (2 * h)
+        v = velocity(0)
+        speed = mpmath.norm(v)
+        along = (slope.T * v)[0] / speed
+        across = mpmath.norm(slope - along / speed * v)
+        assert abs(motion.tangential_acceleration(40) / along - 1) < mpf("1e-20")
+        assert abs(motion.curvature_radius(40) / (speed**2 / across) - 1) < mpf("1e-20")
+    assert charge((1, 0, 0), proper=(C, 0, 0)).curvature_radius() == mpmath.inf
+
+
+def test_field_invariants_are_those_of_another_frame():
+    """Fields boosted along x by 3/5 c, gamma 5/4 (Lorentz): the same two numbers."""
+    electric, magnetic = (Fraction(7), Fraction(-2), Fraction(5)), tuple(Fraction(x, C) for x in (3, 4, -1))
+    (ex, ey, ez), (bx, by, bz) = electric, magnetic
+    v, gamma = Fraction(3, 5) * C, Fraction(5, 4)
+    other = (
+        (ex, gamma * (ey - v * bz), gamma * (ez + v * by)),
+        (bx, gamma * (by + v * ez / C**2), gamma * (bz - v * ey / C**2)),
+    )
+    assert charge(*other).field_invariants() == charge(electric, magnetic).field_invariants()
