@@ -29,7 +29,7 @@ from gnomon.harness.pairs import Side, at_equal_error, interleaved, swept
 from gnomon.harness.problem import counting, initial_state, problem_of
 
 HALF_DECADES = [10.0 ** (-k / 2) for k in range(4, 32)]
-DECADES = [10.0**-k for k in range(4, 14)]
+DECADES = [10.0**-k for k in range(6, 16)]
 
 AGAINST_HEYOKA: dict[tuple[str, str, str], dict[float, float | None]] = {
     ("pendulum_simple", "speed", ""): {1e-6: 5, 1e-9: 4, 1e-12: 3},
@@ -63,7 +63,10 @@ def compare(
     assert (formulation is None) == (way == "")
     if benchmark.disabled:
         tolerances, repeats = tolerances[-8:], 1
-    (ours, start), (peer, _) = (swept(side, case, formulation, tolerances) for side in pair)
+    (ours, start), (peer, _) = (
+        swept(side, case, formulation, [t for t in tolerances if t >= side.sweep.tightest])  # type: ignore[union-attr]
+        for side in pair
+    )
     times = at_equal_error((ours, peer), start, list(asked), repeats)
     label = f"{name}/{variant}" + (f" ({formulation.name})" if formulation else "")
     named = {
@@ -94,7 +97,7 @@ def test_dop853_against_scipy(
 ) -> None:
     if benchmark.disabled and peer is scipy_ivp.DOP853:
         pytest.skip("a second a solve: make bench")
-    compare(benchmark, (Dop853(), peer()), scene, {1e-6: asked, 1e-9: asked}, DECADES, 3)
+    compare(benchmark, (Dop853(), peer()), scene, {1e-3: asked, 1e-6: asked}, DECADES, 3)
 
 
 TRAJECTORIES = 10_000
