@@ -129,17 +129,20 @@ class Store:
     """An open results file. Every write is one transaction, so kill -9 loses at most the trial under way."""
 
     def __init__(self, path: Path) -> None:
-        """Open or create; raises ValueError for a file that is not ours or is of a newer schema."""
+        """Open or create; raises ValueError for a file that is not ours, of a newer schema, or that cannot be written."""
         self.path = path
         path.parent.mkdir(parents=True, exist_ok=True)
         fresh = not path.exists() or path.stat().st_size == 0
         if not fresh:
             _check(path)
-        self._connection = sqlite3.connect(path, timeout=30)
-        self._connection.execute("PRAGMA journal_mode = WAL")
-        self._connection.execute("PRAGMA synchronous = NORMAL")
-        if fresh:
-            self._connection.executescript(f"BEGIN; {_SCHEMA} COMMIT;")
+        try:
+            self._connection = sqlite3.connect(path, timeout=30)
+            self._connection.execute("PRAGMA journal_mode = WAL")
+            self._connection.execute("PRAGMA synchronous = NORMAL")
+            if fresh:
+                self._connection.executescript(f"BEGIN; {_SCHEMA} COMMIT;")
+        except sqlite3.OperationalError as error:
+            raise ValueError(f"{path}: cannot be written ({error}); give another --out") from None
 
     def begin_run(self, suite: str, command: str, environment: Mapping[str, Any]) -> int:
         """A new row of `runs` with its environment; returns its number."""

@@ -83,6 +83,14 @@ def test_foreign_files_are_named(text_file: str, tmp_path: Path, capfd: pytest.C
         assert "gnomon" in line
 
 
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs a folder in which nobody can write")
+def test_results_that_cannot_be_written_are_one_line(capfd: pytest.CaptureFixture[str]) -> None:
+    arguments = ("run", "--case", "planted:Short", "--integrator", "planted:Sound", "--suite", "quick")
+    assert gnomon(*arguments, "--out", "/proc/results.sqlite") == 2
+    line = capfd.readouterr().err.strip().splitlines()[-1]
+    assert line.startswith("error: /proc/results.sqlite: cannot be written")
+
+
 def test_a_missing_library_that_is_named_is_wrong_usage(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
