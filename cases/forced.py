@@ -167,7 +167,7 @@ def second_order_linear(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def second_order_matrix(parameters: Values) -> Values:
-    b, c, *_load = parameters
+    b, c, _h0, _h1, _r, _p = parameters
     return 0, 1, -c, -2 * b
 
 

@@ -28,7 +28,7 @@ def can_slides(t: Any, state: Values, parameters: Values) -> Values:
 def can_floats(t: Any, state: Values, parameters: Values) -> Values:
     """v' = g sin(alpha): the air carries it."""
     _s, v = state
-    _m, g, alpha, *_rest = parameters
+    _m, g, alpha, _mu_s, _mu_k, _lift, _warming = parameters
     return v, g * sin(alpha)
 
 
