@@ -36,7 +36,10 @@ class Group:
         """Gauged differences, shape (..., len(indices)): angles modulo a turn."""
         index = list(self.indices)
         raw = states[..., index] - exact[..., index]
-        return np.asarray(np.remainder(raw + math.pi, 2 * math.pi) - math.pi if self.wrapped else raw)
+        if not self.wrapped:
+            return np.asarray(raw)
+        # A difference below half a turn stays as it is: adding pi would round it to the ulp of pi.
+        return np.where(np.abs(raw) <= math.pi, raw, np.remainder(raw + math.pi, 2 * math.pi) - math.pi)
 
 
 @dataclass(frozen=True)

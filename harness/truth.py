@@ -25,6 +25,7 @@ from gnomon import cases
 
 Floats = NDArray[np.float64]
 _SOURCES = ("gnomon.reference", "gnomon.cases")
+_OWN = ("gnomon.harness.truth", "gnomon.harness.problem")
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ def truths(specs: Sequence[CaseSpec], progress: Callable[[], None]) -> dict[Case
 
 
 def _key(spec: CaseSpec) -> str:
-    code = source.of_module(spec.path.partition(":")[0], _SOURCES)
+    code = source.of_module(spec.path.partition(":")[0], _SOURCES) + source.of_module(__name__, _OWN)
     return f"truth 1\n{code}\n{json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])}"
 
 

@@ -28,6 +28,23 @@ def test_conditioning_of_a_known_motion():
     assert case.conditioning(t)[0] == pytest.approx(expected, rel=1e-12)
 
 
+def test_conditioning_of_an_angle_keeps_its_digits():
+    """theta = 1e-3 cos t for a short while: half an ulp is far below that of a turn, and must not be rounded to it."""
+    case = cases.get("pendulum_simple", initial_state=(2.0**-10, 0), g=1, L=1, span=1).rounded()
+    half = {"theta": math.ulp(2.0**-10) / 2, "g": math.ulp(1.0) / 2, "t": math.ulp(0.5) / 2}
+    sine, cosine, size = math.sin(0.5), math.cos(0.5), 2.0**-10
+    slow = size * 0.5 / 2  # the frequency is sqrt(g/L), of which half an ulp in g moves half
+    scales = case.scales()
+    effects = [
+        (half["theta"] * cosine, half["theta"] * sine),
+        *[(half["g"] * slow * sine, half["g"] * (slow * cosine + size * sine / 2))] * 2,
+        (half["t"] * size * sine, half["t"] * size * cosine),
+    ]
+    expected = math.sqrt(sum(max(a / scales["angle"], v / scales["angular velocity"]) ** 2 for a, v in effects))
+    # the pendulum is not quite linear: the amplitude squared; L also turns the other way, its half ulp is g's
+    assert case.conditioning(np.array([0.5]))[0] == pytest.approx(expected, rel=1e-3)
+
+
 def test_a_phase_error_grows_with_time():
     """Kepler: half an ulp in the energy moves the period, so the error grows by the number of orbits."""
     case = cases.get("kepler_orbit", initial_state=(1, 0, 0, 1.25)).rounded()
