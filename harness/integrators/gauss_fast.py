@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import hashlib
+import inspect
 import math
 import os
+import sys
+import tempfile
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
-from gnomon.cases.forms import FirstOrder, SecondOrder
+from gnomon.cases.forms import FirstOrder, SecondOrder, first_order
+from gnomon.harness.compile import cache_folder
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
-from gnomon.harness.integrators import gauss_fast_kernel, gauss_fast_text
+from gnomon.harness.integrators import gauss, gauss_fast_kernel, gauss_fast_text, radau
 from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded
 from gnomon.harness.integrators.gauss import integrals, lagrange, nodes
 from gnomon.reference.precision import working
@@ -28,7 +34,7 @@ REASONS = {
     gauss_fast_text.NOT_FINITE: "the equations gave a value that is not finite",
     gauss_fast_text.STEP_TOO_SMALL: "the step size fell below the spacing of times",
     gauss_fast_text.TOO_MANY_STEPS: f"more than {gauss_fast_text.MOST_STEPS} steps",
-    gauss_fast_text.STIFF: "the equations are stiff: convergence of the stages, not accuracy, has limited the steps for too long",
+    gauss_fast_text.STIFF: "the equations are stiff, and Radau IIA 5 stops too",
 }
 
 
@@ -39,6 +45,9 @@ class GaussFast(Integrator):
     polynomial (Hairer, Lubich, Wanner, Geometric Numerical Integration, VIII.6), sped up by the equations' derivatives
     where these are few and the equations dear. The step size follows the decay of the stage polynomial. Sums are
     compensated. Samples are steps of their own within a step, of the same order.
+
+    A trajectory whose steps are limited by convergence, while it moves slowly, is stiff: Radau IIA 5 does it instead, to
+    the same tolerance.
 
     Of ensembles eight trajectories go through one vector with common steps, on all cores: as good as each alone, with
     other roundings.
@@ -64,9 +73,22 @@ class GaussFast(Integrator):
             out = np.full((len(initial), len(times), initial.shape[1]), np.nan)
             stop = np.zeros(3, dtype=np.int64)
             if len(initial) < ENSEMBLE:
-                taken = run(buffer, coefficients, initial, times, setting, out, stop)
-                return Solution(out, int(taken), reason(stop))
+                taken = one_by_one(initial, out, stop, 0)
+                return Solution(out, taken, reason(stop))
             return together(initial, out, stop)
+
+        def one_by_one(initial: Floats, out: Floats, stop: NDArray[np.int64], first: int) -> int:
+            taken = 0
+            for i in range(len(initial)):
+                one, end = slice(i, i + 1), np.zeros(3, dtype=np.int64)
+                taken += run(buffer, coefficients, initial[one], times, setting, out[one], end)
+                if end[0] == gauss_fast_text.STIFF:
+                    instead = stiffly(problem, setting, initial[one])
+                    if instead is not None:
+                        taken, out[one], end[0] = taken + instead.steps, instead.states, 0
+                if end[0] and not stop[0]:
+                    stop[:] = end[0], first + i, end[2]
+            return taken
 
         def together(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> Solution:
             eight, shape = gauss_fast_kernel.compiled_ensemble(*arguments)
@@ -83,20 +105,47 @@ class GaussFast(Integrator):
                 parts = list(threads.map(part, range(0, len(initial), CHUNK)))
             steps = sum(taken for taken, _ in parts)
             for first in (first for _, firsts in parts for first in firsts):
-                here, alone = slice(first, first + 8), np.zeros(3, dtype=np.int64)
-                steps += run(buffer, coefficients, initial[here], times, setting, out[here], alone)
-                if alone[0] and not stop[0]:
-                    stop[:] = alone[0], alone[1] + first, alone[2]
+                here = slice(first, first + 8)
+                steps += one_by_one(initial[here], out[here], stop, first)
             return Solution(out, int(steps), reason(stop))
 
         return solve
 
 
+def stiffly(problem: Problem, tolerance: float, initial: Floats) -> Solution | None:
+    """One trajectory by Radau IIA 5, whose tolerance is absolute below 1; None where that stops too."""
+    form = first_order(problem.form)  # type: ignore[arg-type]
+    problem, finest = replace(problem, form=form), 1e-16  # type: ignore[arg-type]
+    try:
+        found = radau.prepared(problem, max(tolerance, finest), 0.0)(initial)
+        # Components that stay small are known only now.
+        sizes = np.max(np.abs(found.states[0]), axis=0)
+        smallest = np.min(sizes[sizes > 0], initial=1.0)
+        if smallest < 1 and found.stopped is None:
+            found = radau.prepared(problem, max(tolerance * smallest, finest), 0.0)(initial)
+    except Refused:
+        return None
+    return found if found.stopped is None else None
+
+
 @cache
 def table(second_order: bool) -> Floats:
-    """The coefficients as the kernel takes them, rounded once from high precision; each row one line of the cache."""
-    with working(DIGITS) as mp:
-        found = rounded(rows(mp, second_order))
+    """The coefficients as the kernel takes them, rounded once from high precision; each row one line of the cache.
+
+    They take .06 s and are kept in a file, named by all that they are made of.
+    """
+    made_of = inspect.getsource(sys.modules[__name__]) + inspect.getsource(gauss)
+    name = hashlib.sha256(f"{made_of}{DIGITS}{second_order}".encode()).hexdigest()[:24]
+    path = cache_folder() / f"gauss_{name}.npy"
+    if path.exists():
+        found = np.load(path)
+    else:
+        with working(DIGITS) as mp:
+            found = rounded(rows(mp, second_order))
+        descriptor, temporary = tempfile.mkstemp(dir=path.parent)
+        with os.fdopen(descriptor, "wb") as file:
+            np.save(file, found)
+        os.replace(temporary, path)
     space = np.empty(found.size + 8)
     aligned = space[-space.ctypes.data % 64 // 8 :][: found.size].reshape(found.shape)
     aligned[:] = found
@@ -125,6 +174,7 @@ def rows(mp: Any, second_order: bool) -> Table:
         *([(2 * n + 1) * b[j] * mp.legendre(n, 2 * c[j] - 1) for j in s] for n in (6, 7)),
         *([ahead[j][k] for j in s] for k in s),
         *([once[j][k] for j in s] for k in s),
+        *([mp.fsum(m[j][i] * ahead[i][k] for i in s) for j in s] for m in (a, once) for k in s),
     ]
 
 

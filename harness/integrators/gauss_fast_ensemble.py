@@ -132,7 +132,7 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
         for j in range(8):
             put(work, SLOPES + N * j + @, lanes(g[@]))
         wish = min({first}, end)
-        t, sample, attempts, left, last, ratio = 0.0, 0, 0, 0.0, 0.0, 0.0
+        t, sample, attempts, stiff, left, last, ratio = 0.0, 0, 0, 0, 0.0, 0.0, 0.0
         failed, rejected = False, False
         while sample < times.size and not failed:
             # Equal steps to the next sample: so many are left.
@@ -206,6 +206,11 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
                 for i in range(some):
                     out[first + i, sample, %] = lane(y[%], i)
                 sample += 1
+            if rate > FAST / 2:
+                moves = lanes(0.0)
+                moves = larger(moves, lanes(h) * size@ / (size({rate}) + lanes(TINY)))
+                stiff = stiff + 1 if highest(moves) < SLOWLY else max(stiff - 1, 0)
+                failed = failed or stiff > MOST_STIFF
             grow = min(1 / wanted, 1.0 if rejected else GROW_MOST)
             if rate > FAST and rounds > 2:
                 grow = min(grow, max(0.5, FAST / rate))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -13,7 +13,7 @@ from gnomon.cases.forms import Form, SecondOrder
 from gnomon.harness.compile import OPTIONS, load_module
 from gnomon.harness.integrators import gauss_fast_ensemble as ensemble
 from gnomon.harness.integrators import gauss_fast_text as text
-from gnomon.harness.integrators.traced import DEAR, ROUND, Value, code, number, reached, traced
+from gnomon.harness.integrators.traced import DEAR, ROUND, Trace, Value, code, number, reached, traced
 
 SIGNATURE = (
     '"int64(float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1])"'
@@ -28,12 +28,14 @@ class Layout:
     """What the stepping is filled in with: the unknown slopes, and the derivatives where it pays to have them.
 
     `kind`: the words of the templates; y' = f(t, y), q'' = a(t, q) or q'' = a(t, q, q'). `derivatives`: of which slope,
-    by which component of the state, its value.
+    by which component of the state, its value. `frozen`: components of the state that never change; the equations take
+    them after the parameters.
     """
 
     kind: str
     values: tuple[Value, ...]
     derivatives: tuple[tuple[int, int, Value], ...]
+    frozen: tuple[int, ...] = ()
 
     @property
     def second_order(self) -> bool:
@@ -41,7 +43,7 @@ class Layout:
 
 
 @cache
-def layout(form: Form, parameters: int, dimension: int) -> Layout:
+def layout(form: Form, parameters: int, dimension: int, freezing: bool = True) -> Layout:
     """How the equations of a form are best solved."""
     trace, values = traced(form, dimension, parameters)
     kind, half, state = "FIRST_ORDER", dimension // 2, trace.state
@@ -49,11 +51,20 @@ def layout(form: Form, parameters: int, dimension: int) -> Layout:
         kind, state = "SECOND_ORDER", state[:half]
     elif dimension % 2 == 0 and all(x is y for x, y in zip(values[:half], state[half:], strict=True)):
         kind, values = "WITH_VELOCITY", values[half:]
+    elif freezing and 0 < len(still := [i for i, value in enumerate(values) if number(value, 0)]) < dimension:
+        trace, values = traced(form, dimension, parameters, tuple(still))
+        values, state = (tuple(x for i, x in enumerate(of) if i not in still) for of in (values, trace.state))
+        return Layout(kind, values, derivatives(trace, values, state), tuple(still))
+    return Layout(kind, values, derivatives(trace, values, state))
+
+
+def derivatives(trace: Trace, values: Sequence[Value], state: Sequence[Value]) -> tuple[tuple[int, int, Value], ...]:
+    """Those that are not 0; none where it does not pay to have them."""
     dear = any(x.operation in DEAR for x in reached(values) if x.level == ROUND)
     if len(values) > MOST_NEWTON or not dear:
-        return Layout(kind, values, ())
+        return ()
     found = [(i, j, trace.derivative(x, y, {})) for i, x in enumerate(values) for j, y in enumerate(state)]
-    return Layout(kind, values, tuple(entry for entry in found if not number(entry[2], 0)))
+    return tuple(entry for entry in found if not number(entry[2], 0))
 
 
 @cache
@@ -66,7 +77,9 @@ def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> Call
         for name, inline in (("stages", "forceinline=True,"), ("aside", ""))
     )
     body = stages.replace("{correct}", correction(found)) + text.ADVANCE
-    for word, meaning in getattr(text, found.kind).items():
+    words = getattr(text, found.kind)
+    body = body.replace("{sums_of_a_round}", words["sums"].replace("\n    ", "\n        "))
+    for word, meaning in words.items():
         body = body.replace("{" + word + "}", meaning)
     module = filled(body.replace("SIGNATURE", SIGNATURE), found, count, parameters, dimension, counted)
     run: Callable[..., int] = load_module(module).advance
@@ -78,12 +91,13 @@ def compiled_ensemble(
     form: Form, parameters: int, dimension: int, counted: bool
 ) -> tuple[Callable[..., int], tuple[int, int]]:
     """`advance_eight(parameters, table, initial, times, tolerance, out, left_over, work)` and the shape of `work`."""
-    found = layout(form, parameters, dimension)
+    found = layout(form, parameters, dimension, freezing=False)
     count = len(found.values)
     words = getattr(text, found.kind)
     body, rows = ensemble.text(getattr(ensemble, found.kind), [(i, j) for i, j, _ in found.derivatives], count)
     at_start = "<|y[@], |>" + ("<|y[N + @], |>" if found.kind == "WITH_VELOCITY" else "")
     body = body.replace("{placed_at_start}", at_start)
+    words = words | {"rate": words["rate"].replace("y@", "y[@]")}
     for word in ("placed", "rate", "first"):
         body = body.replace("{" + word + "}", words[word])
     body = body.replace("TOGETHER", ensemble.SIGNATURE)
@@ -93,9 +107,13 @@ def compiled_ensemble(
 
 def filled(body: str, found: Layout, count: int, parameters: int, dimension: int, counted: bool) -> str:
     """The text of a module. It names the sources of the lanes by their hash, so that an edit there renews it."""
-    body = expanded(body, count, dimension)
-    body = body.replace("N + ", f"{count} + ")
-    body = body.replace("PARAMETERS", "".join(f"p_[{i}], " for i in range(parameters)))
+    body = expanded(body, count, dimension - len(found.frozen))
+    body = body.replace("N + ", f"{count} + ").replace("CORRECTED", str(bool(found.derivatives)))
+    moving = [i for i in range(dimension) if i not in found.frozen]
+    body = re.sub(r"(initial\[n|out\[n, sample), (\d+)\]", lambda x: f"{x[1]}, {moving[int(x[2])]}]", body)
+    body = body.replace("FROZEN", "; ".join(f"out[n, sample, {i}] = initial[n, {i}]" for i in found.frozen) or "pass")
+    given = [*(f"p_[{i}], " for i in range(parameters)), *(f"initial[n, {i}], " for i in found.frozen)]
+    body = body.replace("PARAMETERS", "".join(given))
     body = body.replace("COUNT", f"p_[{parameters}] += 8 *") if counted else re.sub(r"\n *COUNT.*", "", body)
     equations = code((*found.values, *(value for _, _, value in found.derivatives)))
     parts = (f"# {lanes_digest()}", text.HEAD, *equations, body)

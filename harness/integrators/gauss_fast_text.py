@@ -9,7 +9,8 @@ What a step does:
 1. First guesses: the last step's stage polynomial carried on (its monomials, times the powers of the ratio of the
    steps).
 2. Fixed point of f = f(y + h A f), or of a = a(q + h c v + h^2 A^2 a), until the change that the next round would
-   bring is a fraction of the tolerance. Where changes do not shrink the step is tried again shorter.
+   bring is a fraction of the tolerance; changes are looked at from three rounds before the number that the last step took. Where
+   they do not shrink the step is tried again shorter.
 3. The error from the decay of the stage polynomial. Let a be the size of its two highest Legendre coefficients and F
    that of the derivative itself. Coefficient 8, the first that is missing, is about a; collocation at the Gauss nodes
    squares it (the error of a linear equation is exactly of that form), so that a step errs by about h a^2 / F.
@@ -29,18 +30,20 @@ from __future__ import annotations
 
 NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, STIFF = 1, 2, 3, 4
 
-MOST_STEPS, MOST_STIFF = 40_000_000, 2_000_000
-"""Attempts for one trajectory, some twenty seconds; and in one run those that convergence alone limits."""
+MOST_STEPS, MOST_STIFF = 40_000_000, 1000
+"""Attempts for one trajectory, some twenty seconds; and steps of a slow motion that convergence alone limits."""
 
 # Rows of the table (rows, 8): columns of the stage matrix (squared for second-order equations), of the monomials of the
 # stage polynomial about its end and of the powers of the nodes; nodes; weights; those of positions; weights of the two
-# highest Legendre coefficients; columns of the polynomial one step ahead and of the stage matrix itself.
+# highest Legendre coefficients; columns of the polynomial one step ahead and of the stage matrix itself; the stage
+# matrices times the former.
 STAGES, MONOMIALS, POWERS, NODES, WEIGHTS, POSITIONS, SIXTH, SEVENTH, AHEAD, ONCE = 0, 8, 16, 24, 25, 26, 27, 28, 29, 37
+CARRIED, ONCE_CARRIED = 45, 53
 
 HEAD = f"""
 import math
 import numpy as np
-from gnomon.harness.integrators.lanes import fma, highest, lane, lanes, larger, products, put, row, size, total, with_lane
+from gnomon.harness.integrators.lanes import fma, highest, lane, lanes, larger, over, products, put, row, size, total, with_lane
 from gnomon.harness.integrators.lanes_math import sin_and_cos
 from llvmlite import ir
 from numba import njit, types
@@ -49,11 +52,11 @@ NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, STIFF = {NOT_FINITE}, {STEP_TOO_SMAL
 MOST_STEPS, MOST_STIFF, MOST_ROUNDS, MOST_CHANGE = {MOST_STEPS}, {MOST_STIFF}, 24, 1e100
 STAGES, MONOMIALS, POWERS, NODES = {STAGES}, {MONOMIALS}, {POWERS}, {NODES}
 WEIGHTS, POSITIONS, SIXTH, SEVENTH = {WEIGHTS}, {POSITIONS}, {SIXTH}, {SEVENTH}
-AHEAD, ONCE = {AHEAD}, {ONCE}
+AHEAD, ONCE, CARRIED, ONCE_CARRIED = {AHEAD}, {ONCE}, {CARRIED}, {ONCE_CARRIED}
 ROUNDOFF, ONE = 2.0**-52, 0x3FF0000000000000
 SHARE, NOISE, FAST, SLOW, SURE = 0.1, 1e2, 0.3, 0.7, 1e-6
 ERRS, LESS, HOLD, LEAP, LEAST, CALM = 0.002, 0.1, 2.2, 1.3, 1e-6, 100
-NEGLIGIBLE, COARSE = 1e-6, 1e-6
+SLOWLY, COARSE = 1e-3, 1e-6
 SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-300
 
 
@@ -92,7 +95,9 @@ def at(m, x):
 
 FIRST_ORDER = {
     "prepare": "",
-    "place": "q = products(table, STAGES, (<|f@, |>))\n        x@ = fma(hh, q[@], lanes(y[@]))",
+    "sums": "p = products(table, STAGES, (<|f@, |>))\n    v = p",
+    "carried": "p = products(table, CARRIED, (<|old@, |>))\n    v = p",
+    "place": "x@ = fma(hh, p[@], lanes(y[@]))",
     "placed": "<|x@, |>",
     "shift": "q = products(table, STAGES, (<|d@, |>))\n        s@ = hh * q[@]",
     "moved": "<|h * total(f@ * row(table, WEIGHTS)) + low[@], |>",
@@ -105,7 +110,7 @@ SECOND_ORDER = FIRST_ORDER | {
     "prepare": "b@ = fma(hh * row(table, NODES), lanes(y[N + @]), lanes(y[@]))\n    "
     "e@ = fma(hh * row(table, NODES), lanes(y[N + @]), lanes(y[@]) - b@) + lanes(low[@])",
     "lost": "s@ = s@ + (fma(hh * hh, p[@], b@ - x@) + e@)",
-    "place": "p = products(table, STAGES, (<|f@, |>))\n        x@ = fma(hh * hh, p[@], b@)",
+    "place": "x@ = fma(hh * hh, p[@], b@)",
     "shift": "q = products(table, STAGES, (<|d@, |>))\n        s@ = hh * hh * q[@]",
     "moved": "<|h * y[N + @] + (h * h * total(f@ * row(table, POSITIONS)) + h * low[N + @] + low[@]), |>"
     "<|h * total(f@ * row(table, WEIGHTS)) + low[N + @], |>",
@@ -115,15 +120,16 @@ SECOND_ORDER = FIRST_ORDER | {
     "blur": "4 * ROUNDOFF * furthest / (step * step)",
 }
 WITH_VELOCITY = SECOND_ORDER | {
-    "place": SECOND_ORDER["place"] + "\n        v = products(table, ONCE, (<|f@, |>))"
-    "\n        u@ = fma(hh, v[@], lanes(y[N + @]))",
+    "sums": "p = products(table, STAGES, (<|f@, |>))\n    v = products(table, ONCE, (<|f@, |>))",
+    "carried": "p = products(table, CARRIED, (<|old@, |>))\n    v = products(table, ONCE_CARRIED, (<|old@, |>))",
+    "place": SECOND_ORDER["place"] + "\n        u@ = fma(hh, v[@], lanes(y[N + @]))",
     "placed": "<|x@, |><|u@, |>",
-    "shift": SECOND_ORDER["shift"] + "\n        v = products(table, ONCE, (<|d@, |>))\n        w@ = hh * v[@]",
+    "shift": SECOND_ORDER["shift"] + "\n        r = products(table, ONCE, (<|d@, |>))\n        w@ = hh * r[@]",
 }
 
 STAGES_OF_A_STEP = """
 @njit(INLINE OPTIONS)
-def NAME(t, h, y, low, f, k, table, fine, noise, sure, expected):
+def NAME(t, h, y, low, f, p, v, k, table, fine, noise, sure, expected, quiet):
     <|f@, |> = f
     hh = lanes(h)
     w = forcing(fma(hh, row(table, NODES), lanes(t)), k)
@@ -133,26 +139,43 @@ def NAME(t, h, y, low, f, k, table, fine, noise, sure, expected):
         {place}
         g = slopes(({placed}), w, k)
         {correct}
-        off = lanes(0.0)
-        off = fma(size(g@ - f@), lanes(fine[@]), off)
-        f@ = g@
-        change = total(off)
         rounds += 1
-        if rounds > 1:
-            rate = change / before if before > 0.0 else 0.0
-        if rounds > 1 or expected > 0.0:
-            if change * max(rate, sure) <= 1.0 and rate < SLOW:
-                break
-            if change < noise and (rate > SLOW or rounds > 8):
-                break
-            if not change < MOST_CHANGE or rounds == MOST_ROUNDS or (rounds > 2 and rate > SLOW):
-                rounds = -rounds
-                break
-        before = change
+        if rounds > quiet:
+            off = lanes(0.0)
+            off = fma(size(g@ - f@), lanes(fine[@]), off)
+            change = total(off)
+            if rounds > quiet + 1:
+                rate = change / before if before > 0.0 else 0.0
+            if rounds > quiet + 1 or expected > 0.0 or (quiet > 0 and change <= 1.0):
+                f@ = g@
+                if change * max(rate, sure) <= 1.0 and rate < SLOW:
+                    break
+                if change < noise and (rate > SLOW or rounds > 8):
+                    break
+                if not change < MOST_CHANGE or rounds == MOST_ROUNDS or (rounds > 2 and rate > SLOW):
+                    rounds = -rounds
+                    break
+            before = change
+        f@ = g@
+        {sums_of_a_round}
     return rounds, rate, (<|f@, |>)
 """
 
 ADVANCE = """
+@njit(forceinline=True, OPTIONS)
+def sums(f, table):
+    <|f@, |> = f
+    {sums}
+    return p, v
+
+
+@njit(forceinline=True, OPTIONS)
+def carried(old, table):
+    <|old@, |> = old
+    {carried}
+    return p, v
+
+
 @njit(OPTIONS)
 def moved(h, y, low, f, table):
     <|f@, |> = f
@@ -161,8 +184,6 @@ def moved(h, y, low, f, table):
 
 @njit(SIGNATURE, OPTIONS, cache=True)
 def advance(p_, table, initial, times, tolerance, out, stop):
-    p = (PARAMETERS)
-    k = constants(p)
     end = times[-1]
     # Sums of times stay exact while steps are multiples of the spacing of numbers next to this one.
     grid = 2.0 ** np.ceil(np.log2(end)) if end > 0.0 else 1.0
@@ -170,6 +191,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
     noise = NOISE * ROUNDOFF / share
     taken = 0
     for n in range(initial.shape[0]):
+        k = constants((PARAMETERS))
         t, sample, attempts, stiff, reason = 0.0, 0, 0, 0, 0
         y% = initial[n, %]
         low% = 0.0
@@ -182,7 +204,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
         largest = max(largest, abs({rate}))
         fastest = max(fastest, size@)
         h = min({first}, end)
-        last, rejected, calm = h, False, 0
+        last, rejected, calm, usual, rate = h, False, 0, 0, 0.0
         old@ = f@
         while sample < times.size:
             if not (h > 0.0 and h < np.inf):
@@ -213,17 +235,22 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             weakest = min(weakest, scale@)
             cloud = noise * max(1.0, step * blur / (4 * ROUNDOFF * weakest))
             if step == last:
-                ahead = products(table, AHEAD, (<|old@, |>))
+                # The guesses themselves are needed only where their first change is looked at.
+                ahead = (<|old@, |>)
+                if usual == 0 or CORRECTED:
+                    ahead = products(table, AHEAD, (<|old@, |>))
+                p, v = carried((<|old@, |>), table)
             else:
                 ratios = powers(step / last)
                 m = products(table, MONOMIALS, (<|old@, |>))
                 ahead = products(table, POWERS, (<|m[@] * ratios, |>))
+                p, v = sums(ahead, table)
             sure = SURE if t > 0.0 else 1.0
-            rounds, rate, f = stages(t, step, y, low, ahead, k, table, (<|fine@, |>), cloud, sure, 0.0)
+            rounds, found, f = stages(t, step, y, low, ahead, p, v, k, table, (<|fine@, |>), cloud, sure, 0.0, usual)
             COUNT abs(rounds)
+            rate = found if found > 0.0 else rate
             if rounds < 0:
-                stiff += 1
-                h = 0.3 * step
+                h, usual = 0.3 * step, 0
                 rejected = True
                 continue
             error = 0.0
@@ -257,13 +284,15 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                     else:
                         x = fma(lanes(part / step), row(table, NODES), lanes(-1.0))
                         near = (<|at(m[@], x), |>)
+                        p, v = sums(near, table)
                         again, ignored, settled = aside(
-                            t, part, y, low, near, k, table, (<|fine@, |>), cloud, 1e-3, max(rate, 1e-3)
+                            t, part, y, low, near, p, v, k, table, (<|fine@, |>), cloud, 1e-3, max(rate, 1e-3), 0
                         )
                         near = settled if again > 0 else near
                         COUNT abs(again)
                         change = moved(part, y, low, near, table)
                         out[n, sample, %] = y% + change[%]
+                    FROZEN
                     sample += 1
             taken += 1
             t = after
@@ -273,18 +302,24 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             last = step
             grow = 1 / wanted
             calm = calm + 1 if grow >= 1.0 and not rejected else 0
-            if grow > 1.0:
-                if grow >= HOLD:
-                    grow = min(grow / LEAP, GROW_MOST)
-                elif calm < CALM or grow < 1.1:
-                    grow = 1.0
-            if rate > FAST and rounds > 2:
-                grow = min(grow, max(0.5, FAST / rate))
-            if error > NEGLIGIBLE:
-                stiff = max(stiff - 1, 0)
-            elif rate > FAST / 2:
-                stiff += 1
-            h = step * (min(grow, 1.0) if rejected else grow)
+            fast = rate > FAST and rounds > 2
+            if 1.0 <= grow < HOLD and calm < CALM and not fast and not rejected:
+                # The usual case on its own: the next step need not wait for the size that is wanted of it.
+                h = step
+            else:
+                if grow > 1.0:
+                    if grow >= HOLD:
+                        grow = min(grow / LEAP, GROW_MOST)
+                    elif calm < CALM or grow < 1.1:
+                        grow = 1.0
+                if fast:
+                    grow = min(grow, max(0.5, FAST / rate))
+                h = step * (min(grow, 1.0) if rejected else grow)
+            usual = max(rounds - 3, 0)
+            if rate > FAST / 2:
+                moves = 0.0
+                moves = max(moves, step * size@ / (abs({rate}) + TINY))
+                stiff = stiff + 1 if moves < SLOWLY else max(stiff - 1, 0)
             rejected = False
         if reason != 0 and stop[0] == 0:
             stop[0] = reason

@@ -2,7 +2,7 @@
 
 The equations are evaluated once on symbols. What is met twice is computed once; what holds for the whole run (parameters
 alone), for the whole step (parameters and t) or for one round only (the state) is told apart, so that each is computed as
-seldom as can be. Arithmetic is kept operation by operation; only + 0, * 1 and * 0 vanish.
+seldom as can be. Arithmetic is kept operation by operation; only + 0, * 1, * 0 and x - x vanish.
 """
 
 from __future__ import annotations
@@ -70,10 +70,16 @@ class Node:
 class Trace:
     """Symbols for t, the state and the parameters, and every value made of them, each once."""
 
-    def __init__(self, dimension: int, parameters: int) -> None:
+    def __init__(self, dimension: int, parameters: int, frozen: tuple[int, ...] = ()) -> None:
         self.nodes: dict[tuple[Any, ...], Node] = {}
         self.t = self._leaf("t", STEP)
-        self.state = tuple(self._leaf(f"y[{i}]", ROUND) for i in range(dimension))
+        places = iter(range(dimension))
+        self.state = tuple(
+            self._leaf(f"p[{parameters + frozen.index(i)}]", RUN)
+            if i in frozen
+            else self._leaf(f"y[{next(places)}]", ROUND)
+            for i in range(dimension)
+        )
         self.parameters = tuple(self._leaf(f"p[{i}]", RUN) for i in range(parameters))
 
     def _leaf(self, name: str, level: int) -> Node:
@@ -94,6 +100,8 @@ class Trace:
     def difference(self, a: Value, b: Value) -> Value:
         if number(b, 0):
             return a
+        if a is b:
+            return 0
         return -b if number(a, 0) else self.node("-", a, b)
 
     def product(self, a: Value, b: Value) -> Value:
@@ -106,6 +114,8 @@ class Trace:
     def quotient(self, a: Value, b: Value) -> Value:
         if number(a, 0) or number(b, 1):
             return a
+        if level(a) == ROUND and level(b) < ROUND and isinstance(b, Node):
+            return self.node("over", a, b, 1 / b)
         return self.node("/", a, b)
 
     def function(self, name: str) -> Callable[..., Value]:
@@ -131,6 +141,10 @@ class Trace:
         return done[id(value)]
 
 
+def level(value: Value) -> int:
+    return value.level if isinstance(value, Node) else RUN
+
+
 def number(value: Value, which: int) -> bool:
     return isinstance(value, int | float) and value == which
 
@@ -150,6 +164,8 @@ def chained(trace: Trace, value: Node, d: Sequence[Value]) -> Value:
             return d[0] * b + a * d[1]
         case "/":
             return (d[0] - value * d[1]) * (1 / b)
+        case "over":
+            return d[0] * value.arguments[2]
         case "**" if not isinstance(b, Node):
             return b * a ** (b - 1) * d[0]
         case "**":
@@ -178,9 +194,14 @@ def chained(trace: Trace, value: Node, d: Sequence[Value]) -> Value:
     return slope[value.operation]() * d[0]
 
 
-def traced(form: Form, dimension: int, parameters: int) -> tuple[Trace, tuple[Value, ...]]:
-    """The first-order right-hand side of a form, traced; of SecondOrder the accelerations alone."""
-    trace = Trace(dimension, parameters)
+def traced(
+    form: Form, dimension: int, parameters: int, frozen: tuple[int, ...] = ()
+) -> tuple[Trace, tuple[Value, ...]]:
+    """The first-order right-hand side of a form, traced; of SecondOrder the accelerations alone.
+
+    Components of the state that are `frozen` stand after the parameters.
+    """
+    trace = Trace(dimension, parameters, frozen)
     functions = {name: trace.function(name) for name in FUNCTIONS}
     t, y, p = trace.t, trace.state, trace.parameters
     if isinstance(form, SecondOrder):
@@ -262,6 +283,8 @@ def pairs(nodes: Sequence[Node]) -> dict[int, tuple[Node, Node]]:
 
 
 def expression(operation: str, arguments: Sequence[str]) -> str:
+    if operation == "over":
+        return f"over({', '.join(f'lanes({x})' for x in arguments)})"
     if operation in FUNCTIONS:
         return f"math.{operation}({', '.join(arguments)})"
     return f"-{arguments[0]}" if operation == "neg" else f" {operation} ".join(arguments)

@@ -31,6 +31,7 @@ def evaluated(
     """The generated code run on floats."""
     space: dict[str, Any] = {
         "math": math, "lanes": float, "njit": lambda **_: lambda f: f, "sin_and_cos": lambda x: (math.sin(x), math.cos(x)),
+        "over": lambda a, b, c: a / b,
     }  # fmt: skip
     exec("".join(code(values)).replace(", OPTIONS", ""), space)
     k = space["constants"](parameters)
