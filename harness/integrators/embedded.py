@@ -86,15 +86,23 @@ def first_step(
         speed += (k[0, i] / scale) ** 2
     if speed != speed or speed == np.inf:
         return np.nan
-    h = 1e-6 if size <= 1e-10 or speed <= 1e-10 else 0.01 * sqrt(size / speed)
-    h = min(h, most)
+    h = trial_step(size, speed, most)
     for i in range(y.size):
         x[i] = y[i] + h * k[0, i]
     call(f, h, x, p, slope)
     bend = 0.0
     for i in range(y.size):
         bend += ((slope[i] - k[0, i]) / (tolerance * (1.0 + abs(y[i])))) ** 2
-    largest = max(sqrt(bend) / h, sqrt(speed)) / sqrt(float(y.size))
+    return step_for(h, max(sqrt(bend) / h, sqrt(speed)) / sqrt(float(y.size)), most)
+
+
+def trial_step(size: float, speed: float, most: float) -> float:
+    """A step that changes the state by a hundredth, from the squared norms of y and y'."""
+    return min(1e-6 if size <= 1e-10 or speed <= 1e-10 else 0.01 * sqrt(size / speed), most)
+
+
+def step_for(h: float, largest: float, most: float) -> float:
+    """The first step from the larger of the norms of y' and, over the trial step h, y''."""
     if not largest < np.inf:
         return h
     step = max(1e-6, h * 1e-3) if largest <= 1e-15 else (0.01 / largest) ** (1 / ORDER)

@@ -10,15 +10,15 @@ from gnomon.cases.forms import SecondOrder
 from gnomon.harness.integrator import Integrator, Tolerance
 from gnomon.harness.integrators import nystrom_table as published
 from gnomon.harness.integrators.adaptive import STAGES, Adaptive
-from gnomon.harness.integrators.embedded import Row, full, number
+from gnomon.harness.integrators.embedded import Row, full, number, step_for, trial_step
 from gnomon.harness.integrators.fixed_step import Table
 from gnomon.harness.integrators.stepping import call
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-ORDER = ENDS = 0
-"""Of each method, when it is compiled: its order; 1 where the slope at the end of the step has a weight in it."""
+ENDS = 0
+"""Of each method, when it is compiled: 1 where the slope at the end of the step has a weight in it."""
 
 
 class Nystrom(Adaptive):
@@ -81,8 +81,7 @@ def first_step(
         speed += (y[half + i] / scale) ** 2 + (k[0, i] / scale_v) ** 2
     if speed != speed or speed == np.inf:
         return np.nan
-    h = 1e-6 if size <= 1e-10 or speed <= 1e-10 else 0.01 * sqrt(size / speed)
-    h = min(h, most)
+    h = trial_step(size, speed, most)
     for i in range(half):
         x[i] = y[i] + h * y[half + i]
     call(f, h, x, p, slope)
@@ -90,11 +89,7 @@ def first_step(
     for i in range(half):
         bend += (h * k[0, i] / (tolerance * (1.0 + abs(y[i])))) ** 2
         bend += ((slope[i] - k[0, i]) / (tolerance * (1.0 + abs(y[half + i])))) ** 2
-    largest = max(sqrt(bend) / h, sqrt(speed)) / sqrt(float(y.size))
-    if not largest < np.inf:
-        return h
-    step = max(1e-6, h * 1e-3) if largest <= 1e-15 else (0.01 / largest) ** (1 / ORDER)
-    return min(100 * h, step, most)
+    return step_for(h, max(sqrt(bend) / h, sqrt(speed)) / sqrt(float(y.size)), most)
 
 
 def attempt(
