@@ -85,7 +85,7 @@ class GaussFast(Integrator):
                 if end[0] == gauss_fast_text.STIFF:
                     instead = stiffly(problem, setting, initial[one])
                     if instead is not None:
-                        taken, out[one], end[0] = taken + instead.steps, instead.states, 0
+                        taken, out[one], end[0] = taken + (instead.steps or 0), instead.states, 0
                 if end[0] and not stop[0]:
                     stop[:] = end[0], first + i, end[2]
             return taken
