@@ -57,8 +57,7 @@ def rolling_and_turning(t: Any, state: Values, parameters: Values) -> Values:
 
 def start_rolling_as_it_stands(t: Any, state: Values, parameters: Values) -> Values:
     """No slip is left."""
-    x, y, vx, vy, _wx, _wy, *rest = state
-    return (x, y, vx, vy, -vy / parameters[0], vx / parameters[0], *rest)
+    return (*state[:4], -state[3] / parameters[0], state[2] / parameters[0], *state[6:])
 
 
 def turning_energy(t: Any, state: Values, parameters: Values) -> Values:

@@ -18,7 +18,7 @@ from typing import Any
 import pandas
 from gnomon.cases import checks, get_check
 from gnomon.cases.check import Check
-from gnomon.harness import opponents_fields, opponents_frames, opponents_inertia, opponents_particles
+from gnomon.harness import opponents_bodies, opponents_fields, opponents_frames, opponents_inertia, opponents_particles
 from gnomon.harness.opponent import Opponent, Unsupported
 from gnomon.reference.precision import exact, working
 
@@ -28,6 +28,7 @@ COLUMNS = ("check", "variant", "opponent", "library", "quantity", "error", "seco
 
 OPPONENTS: tuple[Opponent, ...] = (
     *opponents_inertia.OPPONENTS,
+    *opponents_bodies.OPPONENTS,
     *opponents_fields.OPPONENTS,
     *opponents_frames.OPPONENTS,
     *opponents_particles.OPPONENTS,
