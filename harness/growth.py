@@ -36,6 +36,9 @@ SAMPLES = 512
 DECADES = 2.0
 """The power is fitted over the last two decades of time, where a start no longer shows."""
 
+STRETCH = 1.0123
+"""Of steps and span: were a step a whole fraction of the period, the same roundings would come back in every period."""
+
 PERIODS = ("period", "gyration_period", "body_period")
 LAWS = ((0.25, "bounded"), (0.75, "sqrt t"), (1.5, "t"))
 
@@ -115,10 +118,12 @@ def measured(subject: Subject) -> dict[str, Any]:
     return {
         "integrator": subject.integrator.removeprefix("gnomon:"),
         "case": subject.case,
-        "setting": f"{subject.setting:g} steps a period" if subject.setting > 1 else f"tolerance {subject.setting:g}",
+        "setting": f"about {subject.setting:g} steps a period"
+        if subject.setting > 1
+        else f"tolerance {subject.setting:g}",
         "periods": subject.periods,
         "starts": subject.starts,
-        "size": float(np.sqrt(np.mean(errors[:, -8:] ** 2))),
+        "size": float(np.median(np.sqrt(np.mean(errors[:, -8:] ** 2, axis=1)))),
         "power": power,
         "uncertainty": uncertainty,
         "law": next((name for bound, name in LAWS if power < bound), "faster than t"),
@@ -138,7 +143,8 @@ def energy_errors(subject: Subject) -> tuple[Floats, Floats]:
     assert form is not None
     energy = next(name for name in case.invariants if "energy" in name)
     count = SAMPLES // subject.parts
-    interval = twenty_bits(period_of(case) * subject.periods / SAMPLES)
+    period = period_of(case)
+    interval = twenty_bits(STRETCH * period * subject.periods / SAMPLES)
     parameters = np.array([float(x) for x in case.parameter_values()])
     whole = np.arange(1, SAMPLES + 1, dtype=np.float64)
     problem = Problem(form, len(case.state), parameters, whole[:count] * interval, float(case.time_scale))
@@ -155,7 +161,7 @@ def energy_errors(subject: Subject) -> tuple[Floats, Floats]:
             raise RuntimeError(f"{subject.integrator} stopped: {solution.stopped}")
         found.append(np.abs(value(solution.states) / start[:, None] - 1))
         state = solution.states[:, -1]
-    return whole * (subject.periods / SAMPLES), np.asarray(np.concatenate(found, axis=1), dtype=np.float64)
+    return whole * (interval / period), np.asarray(np.concatenate(found, axis=1), dtype=np.float64)
 
 
 def period_of(case: Case) -> float:
@@ -180,21 +186,17 @@ def in_extended_precision(function: Callable[..., Any], parameters: Floats) -> C
 
 
 def fitted(times: Floats, errors: Floats) -> tuple[float, float]:
-    """The power of time of the root mean square of errors (starts, times), and its standard error by the jackknife.
+    """The power of time of errors (starts, times), the mean over the starts, and its standard error.
 
-    A line through the logarithms of the root mean squares over the octaves of time.
+    Of each start a line through the logarithms of the root mean squares over the octaves of time. A mean of logarithms,
+    so that one start whose period is a simple fraction of the step, where roundings repeat, does not rule the others.
     """
     octave = np.floor(np.log2(times[-1] / times)).astype(int)
     chosen = [octave == k for k in range(math.ceil(DECADES / math.log10(2)))]
     centres = np.array([np.mean(np.log(times[mask])) for mask in chosen])
-
-    def power(members: Floats) -> float:
-        sizes = np.array([np.sqrt(np.mean(members[:, mask] ** 2)) for mask in chosen])
-        return float(np.polyfit(centres, np.log(sizes), 1)[0])
-
-    count = len(errors)
-    without = np.array([power(np.delete(errors, i, axis=0)) for i in range(count)])
-    return power(errors), float(math.sqrt((count - 1) / count * np.sum((without - without.mean()) ** 2)))
+    sizes = np.array([np.sqrt(np.mean(errors[:, mask] ** 2, axis=1)) for mask in chosen])
+    powers = np.polyfit(centres, np.log(sizes), 1)[0]
+    return float(np.mean(powers)), float(np.std(powers, ddof=1) / math.sqrt(len(powers)))
 
 
 def published(subjects: Sequence[Subject]) -> dict[str, Any]:
