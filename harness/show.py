@@ -117,7 +117,7 @@ def _functions(case: Case) -> Iterator[tuple[str, Callable[..., Any]]]:
     elif isinstance(form, FirstOrder):
         yield "y' = equations(t, y, parameters)", form.equations
         if isinstance(form, Charged):
-            yield "charge over mass times E and B", form.fields
+            yield "a and w of u' = a + v x w; of a charge q E/m and q B/m", form.fields
         elif isinstance(form, Constrained):
             yield "force over mass without the constraint's", form.force
             yield "constraint, constant on the motion", form.constraint
