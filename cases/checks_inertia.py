@@ -255,7 +255,7 @@ class InertiaTransformationPrincipal(Check):
             "moment_about_n": moment,
             "radius_of_gyration": (abs(moment) / p.m).sqrt(),
             "coinciding": flint.arb(multiplicity(self._entries)),
-            **named("invariant", map(ball, self._invariants), ("first", "second", "third")),
+            **named("invariant", [ball(x) for x in self._invariants], ("first", "second", "third")),
             **({"ellipsoid_radius": 1 / moment.sqrt()} if self._turns_about_n else {}),
         }
 
