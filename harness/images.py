@@ -13,7 +13,7 @@ from typing import Any
 
 import vl_convert
 from gnomon.harness.png import smaller
-from gnomon.harness.processes import context, main_hidden
+from gnomon.harness.processes import context, interrupts_ignored, main_hidden, quiet_child
 
 PNG_SCALE = 1.0
 SVG = "{http://www.w3.org/2000/svg}"
@@ -29,8 +29,10 @@ def write_images(specifications: Mapping[str, dict[str, Any]], folder: Path) -> 
     folder.mkdir(parents=True, exist_ok=True)
     names = sorted(specifications)
     workers = min(os.cpu_count() or 1, len(names) or 1)
-    with ProcessPoolExecutor(workers, mp_context=context("spawn")) as pool, main_hidden(True):
-        list(pool.map(_write, [specifications[name] for name in names], [folder / name for name in names]))
+    with ProcessPoolExecutor(workers, mp_context=context("spawn"), initializer=quiet_child) as pool, main_hidden(True):
+        with interrupts_ignored():
+            written = pool.map(_write, [specifications[name] for name in names], [folder / name for name in names])
+        list(written)
 
 
 def _write(specification: dict[str, Any], path: Path) -> None:

@@ -9,7 +9,7 @@ import os
 import sys
 
 from gnomon.harness import registry
-from gnomon.harness.processes import die_with_parent
+from gnomon.harness.processes import quiet_child
 
 from gnomon import cases
 
@@ -54,7 +54,7 @@ def _quietly() -> None:
             os.close(descriptor)
 
 
-die_with_parent()
+quiet_child()
 _quietly()
 gc.collect()
 gc.freeze()  # a collection in a worker then neither walks these objects nor copies their pages

@@ -11,6 +11,7 @@ import sys
 import threading
 import types
 from collections.abc import Iterator
+from multiprocessing import forkserver
 from typing import Any
 
 
@@ -19,7 +20,22 @@ def context(method: str = "forkserver") -> Any:
     found = multiprocessing.get_context(method)
     if method == "forkserver":
         found.set_forkserver_preload(["gnomon.harness.preload"])
+        with interrupts_ignored():
+            forkserver.ensure_running()
     return found
+
+
+@contextlib.contextmanager
+def interrupts_ignored() -> Iterator[None]:
+    """Programs started within never see Ctrl-C, not even while they import: an ignored signal stays ignored."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @contextlib.contextmanager
@@ -52,3 +68,9 @@ def die_with_parent() -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
+
+
+def quiet_child() -> None:
+    """Of a child process: it ends with its parent, and leaves Ctrl-C for that to handle."""
+    die_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from gnomon.cases import Case
 from gnomon.cases.formulation import Formulation
 from gnomon.harness import source
 from gnomon.harness.problem import initial_state, problem_of
-from gnomon.harness.processes import context, die_with_parent, main_hidden
+from gnomon.harness.processes import context, main_hidden, quiet_child
 from gnomon.reference import diskcache
 from numpy.typing import NDArray
 
@@ -106,7 +105,7 @@ def truths(specs: Sequence[CaseSpec], progress: Callable[[], None]) -> dict[Case
     if not missing:
         return found
     workers = min(os.cpu_count() or 1, len(missing))
-    with ProcessPoolExecutor(workers, mp_context=context(), initializer=_quiet_child) as pool:
+    with ProcessPoolExecutor(workers, mp_context=context(), initializer=quiet_child) as pool:
         with main_hidden(not any(spec.in_main for spec in missing)):
             waiting = {pool.submit(truth, spec): spec for spec in missing}
         for future in as_completed(waiting):
@@ -125,11 +124,6 @@ def _read(entry: diskcache.Entry) -> Truth:
     arrays = dict(entry.arrays)
     scale = float(arrays.pop("time_scale"))
     return Truth(**arrays, time_scale=scale)
-
-
-def _quiet_child() -> None:
-    die_with_parent()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
 
 
 def _compute(spec: CaseSpec) -> Truth:
