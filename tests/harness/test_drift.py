@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
-from gnomon.harness.drift import law, rebuilt
+from gnomon.harness import analysis, store
+from gnomon.harness.drift import law, laws, rebuilt
 
 from gnomon import cases
 
@@ -23,6 +25,7 @@ T = np.arange(1, 65) / 6.4
         (1e-6 * T * (1 + 0.1 * np.sin(9 * T)), "t"),
         (1e-6 * T**2, "t^2"),
         (1e-6 * T**4, "faster than t^2"),
+        (1e-6 * np.minimum(T, T[-1] / 4) ** 3, "bounded"),  # a start-up
         (1e-9 * np.exp(1.5 * T), "exponential"),
         (np.where(T > 5, np.nan, T), "diverged"),
     ],
@@ -41,3 +44,26 @@ def test_a_case_is_rebuilt_from_its_stored_numbers() -> None:
 def test_a_case_that_has_changed_since_is_refused() -> None:
     with pytest.raises(ValueError, match="theta"):
         rebuilt("pendulum_simple", "", {"g": "1", "L": "1", "omega": "0"}, 1.0)
+
+
+def test_laws_are_those_of_the_setting_whose_error_is_nearest_1e_5(tmp_path: Path) -> None:
+    case = cases.get("pendulum_simple").rounded()
+    exact, times = case.sample(case.times), case.times / case.times[-1]
+    numbers = {name: str(value) for name, value in case.numbers.items()}
+    trial = dict.fromkeys(store.TRIAL_COLUMNS, "") | {"case": case.name, "variant": "default", "series": "one"}
+    trial = {name.strip('"'): value for name, value in trial.items()}
+    trial |= {"formulation": "standard", "integrator_id": "l:one", "span": float(case.span), "numbers": numbers}
+    growths = {1e-2: times**2, 2e-5: times, 1e-9: np.sqrt(times)}
+    with store.Store(tmp_path / "results.sqlite") as results:
+        run = results.begin_run("quick", "", {})
+        results.plan(run, [trial | {"trial_key": str(size), "setting": size} for size in growths])
+        for size, growth in growths.items():
+            states = exact + np.outer(size * growth, [1.0, 0.0])
+            row = {"trial_key": str(size), "launch": 1, "status": "ok", "error_max": size}
+            results.add(run, row, None, states)
+    frame = analysis.tidy(store.load(tmp_path))
+    found = laws(tmp_path, frame, frame["variant"] == "").set_index("quantity")
+    assert set(found.index) == {"error", "energy"}
+    assert found.loc["error", ["setting", "law"]].tolist() == [2e-5, "t"]
+    # theta is scaled by its amplitude, 2 rad
+    assert found.loc["error", "size"] == pytest.approx(1e-5, rel=1e-6)
