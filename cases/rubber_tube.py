@@ -65,6 +65,8 @@ def _holds(n: Mapping[str, Fraction]) -> bool:
 
 
 class RubberTubeThin(Case):
+    """No scene: a wall that deforms is no set of rigid bodies."""
+
     name = "rubber_tube_thin"
     title = "Radial oscillation of a thin-walled incompressible (neo-Hookean/Mooney-Rivlin) tube: Ermakov-Pinney"
     section = "6.13.2"
@@ -137,6 +139,8 @@ class RubberTubeThin(Case):
 
 
 class RubberTubeThick(WellCase):
+    """No scene: a wall that deforms is no set of rigid bodies."""
+
     name = "rubber_tube_thick"
     title = "Knowles thick-walled incompressible Mooney-Rivlin tube, radial oscillation: quadrature"
     section = "6.13.2"
