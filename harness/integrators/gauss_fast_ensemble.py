@@ -207,8 +207,9 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
                     out[first + i, sample, %] = lane(y[%], i)
                 sample += 1
             if rate > FAST / 2:
-                moves = lanes(0.0)
-                moves = larger(moves, lanes(h) * size@ / (size({rate}) + lanes(TINY)))
+                most, moves = lanes(TINY), lanes(0.0)
+                most = larger(most, size({rate}))
+                moves = larger(moves, lanes(h) * size@ / (size({rate}) + lanes(FAINT) * most))
                 stiff = stiff + 1 if highest(moves) < SLOWLY else max(stiff - 1, 0)
                 failed = failed or stiff > MOST_STIFF
             grow = min(1 / wanted, 1.0 if rejected else GROW_MOST)

@@ -56,7 +56,7 @@ AHEAD, ONCE, CARRIED, ONCE_CARRIED = {AHEAD}, {ONCE}, {CARRIED}, {ONCE_CARRIED}
 ROUNDOFF, ONE = 2.0**-52, 0x3FF0000000000000
 SHARE, NOISE, FAST, SLOW, SURE = 0.1, 1e2, 0.3, 0.7, 1e-6
 ERRS, LESS, HOLD, LEAP, LEAST, CALM = 0.002, 0.1, 2.2, 1.3, 1e-6, 100
-SLOWLY, COARSE = 1e-3, 1e-6
+SLOWLY, FAINT, COARSE = 1e-3, 1e-12, 1e-6
 SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-300
 
 
@@ -317,8 +317,10 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 h = step * (min(grow, 1.0) if rejected else grow)
             usual = max(rounds - 3, 0)
             if rate > FAST / 2:
-                moves = 0.0
-                moves = max(moves, step * size@ / (abs({rate}) + TINY))
+                # What has died away goes on dying as fast as ever.
+                most, moves = 0.0, 0.0
+                most = max(most, abs({rate}))
+                moves = max(moves, step * size@ / (abs({rate}) + FAINT * most + TINY))
                 stiff = stiff + 1 if moves < SLOWLY else max(stiff - 1, 0)
             rejected = False
         if reason != 0 and stop[0] == 0:

@@ -166,7 +166,12 @@ def test_takes_a_formulation_with_a_clock() -> None:
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-12])
 @pytest.mark.parametrize(
     ("name", "variant"),
-    [("damped_oscillator", "stiff_1e6"), ("damped_oscillator", "stiff_1e12"), ("forced_oscillator", "stiff")],
+    [
+        ("damped_oscillator", "stiff_1e6"),
+        ("damped_oscillator", "stiff_1e12"),
+        ("forced_oscillator", "stiff"),
+        ("projectile_stokes_drag", "stiff"),
+    ],
 )
 def test_stiff_equations_are_handed_over(name: str, variant: str, tolerance: float) -> None:
     """A thousand steps show that convergence limits them, some thousands of Radau IIA 5 do the motion. Its error adds up
