@@ -99,7 +99,7 @@ FOUNDATION = (
 )
 """Cases that between them exercise every form."""
 
-_REST = Suite("standard", (), 1, True, 0.03, 0.02, block_seconds=0.002)
+_REST = Suite("standard", (), 1, True, 0.03, 0.012, block_seconds=0.002)
 SUITES = {
     "standard": Suite("standard", (), 5, True, 0.25, 0.02, rest=_REST),
     "foundation": Suite("foundation", FOUNDATION, 5, True, 0.25, 0.02),

@@ -237,6 +237,7 @@ def test_the_standard_suite_has_every_case_and_takes_the_foundation_further() ->
     chosen = plan.choose(suite.cases, suite.variants)
     assert {case.name for case, _ in chosen} == set(cases.names())
     inside, outside = cases.get("pendulum_simple"), cases.get("bead_leaving_sphere")
-    assert suite.of(inside) is suite and suite.of(inside).limit(inside) > suite.of(outside).limit(outside)
+    assert suite.of(inside) is suite
+    assert suite.of(inside).limit(inside) > suite.of(outside).limit(outside)
     assert suite.of(outside).launches == 1
     assert suite.within(2.0).of(outside).limit(outside) == 2.0

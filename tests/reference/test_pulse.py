@@ -47,4 +47,3 @@ def test_at_once_the_velocity_jumps():
     assert motion.before_the_impulse() == (pytest.approx(0.35, rel=1e-15), 0.5)
     assert motion.state(Fraction(7, 10)) == (pytest.approx(0.35, rel=1e-15), 2)
     assert motion.state(Fraction(699, 1000))[1] == 0.5
-

@@ -67,7 +67,8 @@ def test_the_largest_lift_that_holds():
         SlidingCan(*numbers, Fraction(lift), Fraction(5), Fraction(0), Fraction(0))
         for lift in (0.12992876274052303, 0.12992876274052306)
     )
-    assert below.holds and not above.holds
+    assert below.holds
+    assert not above.holds
     assert below.lift < above.holding_lift(30) < above.lift
     # e^(-t/T) is the share of an ulp that is left: 36.6 time constants
     assert 180 < above.onset() < 185
