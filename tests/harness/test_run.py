@@ -191,12 +191,22 @@ if __name__ == "__main__":
 """
 
 
+def _hear_interrupts() -> None:
+    """Tests that a shell started in the background inherit that Ctrl-C is ignored, and pass it on."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_a_run_that_is_killed_leaves_no_worker_and_goes_on_where_it_stopped(tmp_path: Path, how: int) -> None:
     script = tmp_path / "job.py"
     script.write_text(SCRIPT.format(folder=str(Path(__file__).parent), limit=0.5, out=str(tmp_path)))
     marker = {"GNOMON_TEST_RUN": str(tmp_path)}
-    process = subprocess.Popen([sys.executable, str(script)], env=os.environ | marker, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        [sys.executable, str(script)],
+        env=os.environ | marker,
+        stderr=subprocess.DEVNULL,
+        preexec_fn=_hear_interrupts,
+    )
     path = tmp_path / "results.sqlite"
     # the run is under way once it has measured something; poll() ends the wait should it die before
     while process.poll() is None and not (path.exists() and _count(path) >= 4):

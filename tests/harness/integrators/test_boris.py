@@ -70,8 +70,7 @@ def states(method: FixedStep, form: Charged, substeps: int, start: Any = START) 
 def test_fields_and_equations_say_the_same(name: str) -> None:
     """u' = a + v x w with v = u/gamma, at random states in sixty digits."""
     case, source = get(name), random.Random(name)
-    (form,) = case.forms
-    assert isinstance(form, Charged)
+    (form,) = (form for form in case.forms if isinstance(form, Charged))
     with working(60) as mp:
         for _ in range(5):
             state = [mp.mpf(source.uniform(-3, 3)) for _ in range(6)]

@@ -40,10 +40,10 @@ def with_columns(count: int) -> FixedStep:
     })()  # type: ignore[no-any-return]  # fmt: skip
 
 
-@pytest.mark.parametrize(("count", "coarsest"), [(1, 96), (2, 48), (4, 24), (7, 24), (10, 36)])
+@pytest.mark.parametrize(("count", "coarsest"), [(1, 96), (2, 48), (4, 24), (7, 24), (10, 60)])
 def test_each_column_is_two_orders_better(count: int, coarsest: int) -> None:
     counts = [coarsest * n // 12 for n in (12, 16, 24, 32)]
-    measured = measure_order_exactly(with_columns(count), get("kepler_orbit", span="0.5"), counts)
+    measured = measure_order_exactly(with_columns(count), get("kepler_orbit", span="0.5"), counts, digits=80)
     assert measured is not None
     assert measured[0] == pytest.approx(2 * count, abs=0.1), "the next term is smaller by the square of the step"
 
