@@ -114,7 +114,7 @@ def run(
     integrator: Annotated[
         list[str] | None, typer.Option(help="An id, name, library or package.module:Class; repeatable.")
     ] = None,
-    suite: Annotated[str, typer.Option(help="standard, foundation or quick.")] = "standard",
+    suite: Annotated[str, typer.Option(help="standard, foundation, quick or catalogue.")] = "standard",
     out_path: Annotated[Path, typer.Option("--out", help="The results: a folder or a file.sqlite.")] = Path("runs"),
     limit: Annotated[float | None, typer.Option(help="Seconds that one trial may take.")] = None,
     workers: Annotated[int, typer.Option(help="Trials at a time.", min=1)] = 2,
@@ -138,6 +138,8 @@ def run(
             raise ValueError(f"--limit {limit:g}: a trial needs a positive number of seconds")
         chosen_suite = chosen_suite.within(limit)
     chosen = _chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
+    if not case:
+        chosen = [one for one in chosen if chosen_suite.takes(one[0])]
     integrators = registry.find_all(integrator)
     if not (integrator or chosen_suite.siblings):
         integrators = tuple(one for one in integrators if one.everywhere)

@@ -64,6 +64,10 @@ class Suite:
         """How this suite runs a case."""
         return self if self.rest is None or case.name in FOUNDATION else self.rest
 
+    def takes(self, case: Case) -> bool:
+        """Whether it runs a case with these numbers: hard variants are not in every suite."""
+        return case.variant is None or self.of(case).variants
+
     def within(self, limit_seconds: float) -> Suite:
         """The same with one limit for every trial."""
         return replace(
@@ -99,11 +103,12 @@ FOUNDATION = (
 )
 """Cases that between them exercise every form."""
 
-_REST = Suite("standard", (), 1, True, 0.03, 0.012, block_seconds=0.002)
+_REST = Suite("rest", (), 1, False, 0.03, 0.02, block_seconds=0.002)
 SUITES = {
     "standard": Suite("standard", (), 5, True, 0.25, 0.02, rest=_REST),
     "foundation": Suite("foundation", FOUNDATION, 5, True, 0.25, 0.02),
     "quick": Suite("quick", FOUNDATION, 1, False, 0.03, 0.03, block_seconds=0.002, siblings=False),
+    "catalogue": Suite("catalogue", (), 5, True, 0.25, 0.02, rest=replace(_REST, variants=True)),
 }
 
 

@@ -240,4 +240,9 @@ def test_the_standard_suite_has_every_case_and_takes_the_foundation_further() ->
     assert suite.of(inside) is suite
     assert suite.of(inside).limit(inside) > suite.of(outside).limit(outside)
     assert suite.of(outside).launches == 1
+    hard_inside, hard_outside = cases.get("pendulum_simple", "long_1e4"), cases.get("bead_leaving_sphere", "near_top")
+    assert suite.takes(outside)
+    assert suite.takes(hard_inside)
+    assert not suite.takes(hard_outside)
+    assert plan.suite("catalogue").takes(hard_outside)
     assert suite.within(2.0).of(outside).limit(outside) == 2.0
