@@ -103,7 +103,7 @@ FOUNDATION = (
 )
 """Cases that between them exercise every form."""
 
-_REST = Suite("rest", (), 1, False, 0.03, 0.02, block_seconds=0.002)
+_REST = Suite("rest", (), 1, False, 0.02, 0.02, block_seconds=0.002, siblings=False)
 SUITES = {
     "standard": Suite("standard", (), 5, True, 0.25, 0.02, rest=_REST),
     "foundation": Suite("foundation", FOUNDATION, 5, True, 0.25, 0.02),
