@@ -274,4 +274,7 @@ class GyrocompassTilting(IntegratedCase):
             nothing = np.zeros(len(states))
             return np.stack([states[:, 0], nothing, states[:, 1], nothing], axis=1)
 
-        return (*plane.ladder, Rung(plane, level, "the axis held in the horizontal plane"))
+        def raised(rung: Rung) -> Rung:
+            return Rung(rung.case, lambda states: level(rung.project(states)), rung.effect)
+
+        return (*map(raised, plane.ladder), Rung(plane, level, "the axis held in the horizontal plane"))

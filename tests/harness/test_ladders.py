@@ -55,3 +55,12 @@ def test_cost_is_per_characteristic_time_and_a_ratio_to_the_full_model() -> None
     # a: (1/2) / (8/4), b: (2/2) / (4/4)
     assert found["ratio"] == pytest.approx((0.25 + 1) / 2)
     assert (found["integrators"], found["fastest"], found["seconds"]) == (2, "a", 0.5)
+
+
+@pytest.mark.parametrize("name", [name for name in cases.names() if cases.get(name).ladder])
+def test_every_rung_is_in_the_coordinates_of_its_case(name: str) -> None:
+    full = cases.get(name).rounded()
+    times = full.times[::16]
+    for rung in full.ladder:
+        projected = rung.project(rung.case.sample(times))
+        assert projected.shape == (len(times), len(full.state))
