@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.billiard_scene import SCENE
 from gnomon.cases.case import Case, Event, Floats, Invariant, Rung, Variant
-from gnomon.cases.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.forms import Equations, Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.projectile import ProjectileParabola
 from gnomon.cases.scene import SceneForm
@@ -63,6 +63,22 @@ def slip_mode(t: Any, state: Values, parameters: Values) -> str:
     if abs(sx) >= abs(sy):
         return "slide_east" if sx > 0 else "slide_west"
     return "slide_north" if sy > 0 else "slide_south"
+
+
+def until_it_rolls(sliding: Equations, rolling: Equations, start: Equations, settle: float) -> Hybrid:
+    """Sliding in four modes, by the axis nearest to the slip, then rolling."""
+    axes = {"east": (1.0, 0.0), "west": (-1.0, 0.0), "north": (0.0, 1.0), "south": (0.0, -1.0)}
+    guards = {"east": (slip_east, -1), "west": (slip_east, 1), "north": (slip_north, -1), "south": (slip_north, 1)}
+    return Hybrid(
+        modes=(*(Mode(f"slide_{way}", sliding, axis) for way, axis in axes.items()), Mode("roll", rolling)),
+        start=slip_mode,
+        transitions=tuple(
+            Transition(f"rolls_{way}", f"slide_{way}", guard, direction, start, "roll")
+            for way, (guard, direction) in guards.items()
+        ),
+        settle=settle,
+        terminal=frozenset({"roll"}),
+    )
 
 
 def ball_energy(t: Any, state: Values, parameters: Values) -> Values:
@@ -147,23 +163,7 @@ class BilliardBallCase(Case):
 
     @property
     def forms(self) -> tuple[Hybrid, ...]:
-        axes = {"east": (1.0, 0.0), "west": (-1.0, 0.0), "north": (0.0, 1.0), "south": (0.0, -1.0)}
-        guards = {"east": (slip_east, -1), "west": (slip_east, 1), "north": (slip_north, -1), "south": (slip_north, 1)}
-        return (
-            Hybrid(
-                modes=(
-                    *(Mode(f"slide_{way}", ball_sliding, axis) for way, axis in axes.items()),
-                    Mode("roll", ball_rolling),
-                ),
-                start=slip_mode,
-                transitions=tuple(
-                    Transition(f"rolls_{way}", f"slide_{way}", guard, direction, start_rolling, "roll")
-                    for way, (guard, direction) in guards.items()
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"roll"}),
-            ),
-        )
+        return (until_it_rolls(ball_sliding, ball_rolling, start_rolling, 1e-9 * self.time_scale),)
 
     @property
     def scene(self) -> SceneForm:

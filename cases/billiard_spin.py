@@ -14,14 +14,13 @@ from gnomon.cases.billiard import (
     ball_energy,
     ball_rolling,
     ball_sliding,
-    slip_east,
     slip_mode,
-    slip_north,
+    until_it_rolls,
 )
 from gnomon.cases.billiard_scene import ATTITUDE_SCENE, DRILL_SCENE
-from gnomon.cases.case import Case, Event, Floats, Invariant, Rung, Variant
+from gnomon.cases.case import Case, Event, Invariant, Rung, Variant, same
 from gnomon.cases.euler_top import ORTHOGONAL, EulerTopCase
-from gnomon.cases.forms import FirstOrder, Hybrid, Mode, Transition, Values
+from gnomon.cases.forms import FirstOrder, Hybrid, Values
 from gnomon.cases.numbers import Domain, Parameter, Rule, positive
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.billiard_attitude import BilliardAttitude
@@ -84,10 +83,6 @@ def kept_velocity_y(t: Any, state: Values, parameters: Values) -> Values:
     return (state[3] - 2 * parameters[0] * state[4] / 5,)
 
 
-def _same(states: Floats) -> Floats:
-    return states
-
-
 class BilliardBallAttitude(Case):
     name = "billiard_ball_attitude"
     title = "Billiard ball with its attitude: sliding, then rolling"
@@ -140,21 +135,9 @@ class BilliardBallAttitude(Case):
 
     @property
     def forms(self) -> tuple[Hybrid, ...]:
-        axes = {"east": (1.0, 0.0), "west": (-1.0, 0.0), "north": (0.0, 1.0), "south": (0.0, -1.0)}
-        guards = {"east": (slip_east, -1), "west": (slip_east, 1), "north": (slip_north, -1), "south": (slip_north, 1)}
         return (
-            Hybrid(
-                modes=(
-                    *(Mode(f"slide_{way}", sliding_and_turning, axis) for way, axis in axes.items()),
-                    Mode("roll", rolling_and_turning),
-                ),
-                start=slip_mode,
-                transitions=tuple(
-                    Transition(f"rolls_{way}", f"slide_{way}", guard, direction, start_rolling_as_it_stands, "roll")
-                    for way, (guard, direction) in guards.items()
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"roll"}),
+            until_it_rolls(
+                sliding_and_turning, rolling_and_turning, start_rolling_as_it_stands, 1e-9 * self.time_scale
             ),
         )
 
@@ -262,4 +245,4 @@ class BilliardBallDrill(Case):
     def ladder(self) -> tuple[Rung, ...]:
         numbers: dict[str, Any] = {name: self.parameters[name] for name in ("R", "mu", "g")}
         plain = BilliardBallCase(initial_state=self.initial_state, span=self.span, **numbers)
-        return (*plain.ladder, Rung(plain, _same, "rolls when the slip ends; no friction against the drill"))
+        return (*plain.ladder, Rung(plain, same, "rolls when the slip ends; no friction against the drill"))

@@ -9,7 +9,7 @@ from functools import cached_property
 from math import sin, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.case import Case, Event, Floats, Invariant, Rung, Variant
+from gnomon.cases.case import Case, Event, Invariant, Rung, Variant, same
 from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.pendulum import PendulumSimple
@@ -69,10 +69,6 @@ def dragged_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[
 
 
 SCENE = SceneForm(dragged_scene, dragged_reading, frozenset({"hinge", "velocity_force"}), conservative=False)
-
-
-def _same(states: Floats) -> Floats:
-    return states
 
 
 def _moves(n: Mapping[str, Fraction]) -> bool:
@@ -185,4 +181,4 @@ class PendulumQuadraticDamping(Case):
     def ladder(self) -> tuple[Rung, ...]:
         """Without drag."""
         free = PendulumSimple(initial_state=self.initial_state, span=self.span, g=self.parameters["w2"], L=1)
-        return (Rung(free, _same, "no drag: the pendulum"),)
+        return (Rung(free, same, "no drag: the pendulum"),)

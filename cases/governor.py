@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from math import cos, pi, sin
 from typing import Any, ClassVar
 
-from gnomon.cases.case import Floats, Invariant, Rung, Variant
+from gnomon.cases.case import Invariant, Variant
 from gnomon.cases.forms import FirstOrder, Form, Values
+from gnomon.cases.free_azimuth import FreeAzimuthCase
 from gnomon.cases.hoop_scene import GOVERNOR
-from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.scene import SceneForm
-from gnomon.cases.well import WellCase
 from gnomon.reference.governor import Governor
-
-HEAVIER = 2**40
-"""A spindle so many times heavier keeps its spin to twelve digits."""
 
 
 def governor_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -54,16 +51,12 @@ def governor_momentum(t: Any, state: Values, parameters: Values) -> Values:
     return ((inertia + 2 * m * length * length * sine * sine) * spin,)
 
 
-def _same(states: Floats) -> Floats:
-    return states
-
-
 def _motion(n: Mapping[str, Fraction]) -> Governor:
     names = ("g", "m", "M", "L", "I", "theta", "phi", "rate", "spin")
     return Governor(*(n[name] for name in names))
 
 
-class EngineeringDesignAnalysis(WellCase):
+class EngineeringDesignAnalysis(FreeAzimuthCase):
     """Watt's governor (M = 0), or Porter's with its heavy sleeve, cut off from the engine."""
 
     name = "engineering_design_analysis"
@@ -73,12 +66,6 @@ class EngineeringDesignAnalysis(WellCase):
         "[inferred] The book names a design analysis; the model is a governor with two arms L from a common pin on the "
         "spindle, a ball m on each, two links of the same length down to a sleeve M, and a spindle and rotor of moment "
         "I. theta from the spindle downward, phi the azimuth; no torque acts about the spindle."
-    )
-    state = (
-        Coordinate("theta", "rad", "angle"),
-        Coordinate("phi", "rad", "angle"),
-        Coordinate("rate", "rad/s", "angular velocity"),
-        Coordinate("spin", "rad/s", "angular velocity"),
     )
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
@@ -132,7 +119,7 @@ class EngineeringDesignAnalysis(WellCase):
         Variant("long_1e4", "10,000 swings and 16,000 turns: phase errors of both", {}),
     )
     invariants: ClassVar = {"energy": Invariant(governor_energy), "momentum": Invariant(governor_momentum)}
-    _PERIODS: ClassVar = {"long_1e4": 10000.37}
+    _DRIVEN = "constant spin: a spindle that the arms do not slow"
 
     @cached_property
     def _exact(self) -> Governor:
@@ -142,47 +129,6 @@ class EngineeringDesignAnalysis(WellCase):
     def forms(self) -> tuple[Form, ...]:
         return (FirstOrder(governor_equations),)
 
-    @cached_property
-    def time_scale(self) -> float:  # type: ignore[override]
-        """The period of the arms over 2 pi, or a radian of the fastest spin where that is shorter."""
-        slow, fastest = super().time_scale, float(self._exact.fastest_spin())
-        return min(slow, 1 / fastest) if fastest else slow
-
-    def natural_span(self) -> Any:
-        """5.37 periods of the arms."""
-        return (
-            self._PERIODS.get(self.variant or "", 5.37) * float(self._exact.period()) if not self._exact.rests else 10
-        )
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`azimuth`: by which phi grows in one period of the arms; `small_frequency` is that about the steady angle."""
-        motion = self._exact
-        found = {"steady_angle": motion.steady_angle(digits), "momentum": motion.momentum(digits)}
-        if motion.rests:
-            return found
-        return (
-            super().quantities(digits)
-            | found
-            | {
-                "small_frequency": motion.small_frequency(digits),
-                "azimuth": motion.carried_over_period(0, digits),
-            }
-        )
-
     @property
     def scene(self) -> SceneForm:
         return GOVERNOR
-
-    @property
-    def ladder(self) -> tuple[Rung, ...]:
-        """Constant spin first, by a spindle too heavy for the arms to slow."""
-        numbers = self.numbers | {"I": self.parameters["I"] * HEAVIER}
-        if self.parameters["I"] > HEAVIER or not self.domain.admits(numbers):
-            return ()
-        parameters: dict[str, Any] = self.parameters | {"I": numbers["I"]}
-        driven = type(self)(initial_state=self.initial_state, span=self.span, **parameters)
-        return (Rung(driven, _same, "constant spin: a spindle that the arms do not slow"),)
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        theta, phi, rate, spin = state
-        return (theta, phi, -rate, -spin), self.parameters

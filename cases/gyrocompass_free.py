@@ -8,7 +8,7 @@ from math import atan2, cos, pi, sin, sqrt
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.case import Floats, Invariant, Rung, Variant
+from gnomon.cases.case import Floats, Invariant, Rung, Variant, same
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.gyrocompass_damped import GyrocompassDamped
 from gnomon.cases.hinge_scene import hinged_point
@@ -103,10 +103,6 @@ TILTING_SCENE = SceneForm(
 )
 
 
-def _same(states: Floats) -> Floats:
-    return states
-
-
 class GyrocompassDampedNonlinear(IntegratedCase):
     name = "gyrocompass_damped_nonlinear"
     title = "Gyrocompass with viscous damping at any angle (certified Taylor)"
@@ -172,8 +168,8 @@ class GyrocompassDampedNonlinear(IntegratedCase):
         undamped = {name: value for name, value in numbers.items() if name != "c"}
         free = Gyrocompass(initial_state=self.initial_state, span=self.span, **undamped)
         return (
-            Rung(linear, _same, "small angles, damped"),
-            Rung(free, _same, "any angle and the square of the Earth's rate, not damped"),
+            Rung(linear, same, "small angles, damped"),
+            Rung(free, same, "any angle and the square of the Earth's rate, not damped"),
         )
 
 

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from math import cos, pi, sin, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.case import Floats, Invariant, Rung, Variant
+from gnomon.cases.case import Invariant, Rung, Variant, same
 from gnomon.cases.forms import FirstOrder, SecondOrder, Values
+from gnomon.cases.free_azimuth import FreeAzimuthCase
 from gnomon.cases.hinge_scene import hinged_point
 from gnomon.cases.hoop import RotatingPendulum, hoop_acceleration
 from gnomon.cases.hoop_scene import FREE_HOOP
 from gnomon.cases.integrated import IntegratedCase
-from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.scene import SceneForm
-from gnomon.cases.well import WellCase
 from gnomon.reference.governor import Governor
 from gnomon.reference.precision import Number, publish, working
-
-HEAVIER = 2**40
-"""A hoop so many times heavier keeps its rate to twelve digits."""
 
 
 def free_hoop_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -69,27 +66,17 @@ def swept_equations(t: Any, state: Values, parameters: Values) -> Values:
 SWEPT = hinged_point(swept_equations, "time_force")
 
 
-def _same(states: Floats) -> Floats:
-    return states
-
-
 def _motion(n: Mapping[str, Fraction]) -> Governor:
     """A governor without a sleeve, its two balls together as heavy as the bead."""
     return Governor(n["g"], n["m"] / 2, Fraction(0), n["R"], n["I"], n["theta"], n["phi"], n["rate"], n["spin"])
 
 
-class RotatingPendulumFreeHoop(WellCase):
+class RotatingPendulumFreeHoop(FreeAzimuthCase):
     name = "rotating_pendulum_free_hoop"
     title = "Bead on a hoop that turns freely about the vertical: ignorable azimuth"
     section = "11.12.2, 11.10.1"
     conventions = (
         "theta from the downward vertical, phi the azimuth of the hoop; I is the hoop's moment about the axis."
-    )
-    state = (
-        Coordinate("theta", "rad", "angle"),
-        Coordinate("phi", "rad", "angle"),
-        Coordinate("rate", "rad/s", "angular velocity"),
-        Coordinate("spin", "rad/s", "angular velocity"),
     )
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
@@ -119,7 +106,7 @@ class RotatingPendulumFreeHoop(WellCase):
         Variant("long_1e4", "10,000 swings: phase errors of swing and azimuth"),
     )  # fmt: skip
     invariants: ClassVar = {"energy": Invariant(free_hoop_energy), "momentum": Invariant(free_hoop_momentum)}
-    _PERIODS: ClassVar = {"long_1e4": 10000.37}
+    _DRIVEN = "prescribed rate: a hoop that the bead does not slow"
 
     @cached_property
     def _exact(self) -> Governor:
@@ -132,43 +119,6 @@ class RotatingPendulumFreeHoop(WellCase):
     @property
     def scene(self) -> SceneForm:
         return FREE_HOOP
-
-    @cached_property
-    def time_scale(self) -> float:  # type: ignore[override]
-        """The period of the bead over 2 pi, or a radian of the fastest turn of the hoop where that is shorter."""
-        slow, fastest = super().time_scale, abs(float(self._exact.fastest_spin()))
-        return min(slow, 1 / fastest) if fastest else slow
-
-    def natural_span(self) -> Number:
-        """5.37 periods of the bead."""
-        periods = self._PERIODS.get(self.variant or "", 5.37)
-        return 10 if self._exact.rests else periods * float(self._exact.period())
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`azimuth`: by which phi grows in one period of the bead."""
-        motion = self._exact
-        found = {"steady_angle": motion.steady_angle(digits), "momentum": motion.momentum(digits)}
-        if motion.rests:
-            return found
-        found |= {
-            "small_frequency": motion.small_frequency(digits),
-            "azimuth": motion.carried_over_period(0, digits),
-        }
-        return super().quantities(digits) | found
-
-    @property
-    def ladder(self) -> tuple[Rung, ...]:
-        """A prescribed rate first: a hoop too heavy for the bead to slow."""
-        numbers = self.numbers | {"I": self.parameters["I"] * HEAVIER}
-        if self.parameters["I"] > HEAVIER or not self.domain.admits(numbers):
-            return ()
-        parameters: dict[str, Any] = self.parameters | {"I": numbers["I"]}
-        driven = type(self)(initial_state=self.initial_state, span=self.span, **parameters)
-        return (Rung(driven, _same, "prescribed rate: a hoop that the bead does not slow"),)
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        theta, phi, rate, spin = state
-        return (theta, phi, -rate, -spin), self.parameters
 
 
 class RotatingPendulumSwept(IntegratedCase):
@@ -230,4 +180,4 @@ class RotatingPendulumSwept(IntegratedCase):
     def ladder(self) -> tuple[Rung, ...]:
         numbers: dict[str, Any] = {name: self.parameters[name] for name in ("g", "R", "Om")}
         still = RotatingPendulum(initial_state=self.initial_state, span=self.span, **numbers)
-        return (Rung(still, _same, "a constant rate, that of the start"),)
+        return (Rung(still, same, "a constant rate, that of the start"),)

@@ -9,7 +9,7 @@ from functools import cached_property
 from math import cos, sin
 from typing import Any, ClassVar
 
-from gnomon.cases.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.case import Case, Invariant, Rung, Variant, same
 from gnomon.cases.forms import FirstOrder, RigidBody, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.scene import SceneForm
@@ -222,13 +222,13 @@ class LagrangeTopCase(_Angles):
         small = LagrangeTopSmallNutation(
             initial_state=self.initial_state, span=self.span, tilt=self._steady_tilt(), **n
         )
-        nutating = Rung(small, _same, "small nutation about regular precession")
+        nutating = Rung(small, same, "small nutation about regular precession")
         if not n["a"] or omega:
             return (nutating,)
         steady = LagrangeTopFast(
             initial_state=(theta, 0, phi, psi), span=self.span, **{name: n[name] for name in ("I3", "W", "a")}
         )
-        return (Rung(steady, _same, "steady precession at W/a, no nutation"), nutating)
+        return (Rung(steady, same, "steady precession at W/a, no nutation"), nutating)
 
     def _steady_tilt(self) -> float:
         """The tilt between the turning points at which theta'' vanishes, by bisection in doubles."""
@@ -309,10 +309,6 @@ class LagrangeTopSleepingSeparatrix(_Angles):
     @property
     def scene(self) -> SceneForm:
         return RISING_SCENE
-
-
-def _same(states: Floats) -> Floats:
-    return states
 
 
 def tilted(tilt: float, nutation: float, precession: float, spin: float) -> tuple[float, ...]:

@@ -9,7 +9,7 @@ from math import cos, pi, sin, sqrt, tau
 from typing import Any, ClassVar
 
 from gnomon.cases import accuracy
-from gnomon.cases.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.case import Case, Invariant, Rung, Variant, same
 from gnomon.cases.duffing import DuffingUnforced
 from gnomon.cases.forms import Separable, Values
 from gnomon.cases.harmonic import HarmonicOscillator
@@ -38,10 +38,6 @@ def energy(t: Any, state: Values, parameters: Values) -> Values:
     theta, omega = state
     g, length = parameters
     return (omega * omega / 2 + 2 * (g / length) * sin(theta / 2) * sin(theta / 2),)
-
-
-def _same(states: Floats) -> Floats:
-    return states
 
 
 class PendulumSimple(Case):
@@ -177,12 +173,12 @@ class PendulumSimple(Case):
         if self._exact.regime != Pendulum.LIBRATION or abs(self.initial_state[0]) > pi:
             return ()
         linear = HarmonicOscillator(initial_state=self.initial_state, span=self.span, m=length, k=g)
-        rungs = [Rung(linear, _same, "restoring force proportional to the angle")]
+        rungs = [Rung(linear, same, "restoring force proportional to the angle")]
         alpha, beta = g / length, -g / (6 * length)
         numbers = {"alpha": alpha, "beta": beta} | dict(zip("xv", self.initial_state, strict=True))
         if DuffingUnforced.domain.admits(numbers):
             quartic = DuffingUnforced(initial_state=self.initial_state, span=self.span, alpha=alpha, beta=beta)
-            rungs.append(Rung(quartic, _same, "softening: period grows with amplitude squared"))
+            rungs.append(Rung(quartic, same, "softening: period grows with amplitude squared"))
         return tuple(rungs)
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:

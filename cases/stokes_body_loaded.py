@@ -7,7 +7,7 @@ from functools import cached_property
 from math import exp
 from typing import Any, ClassVar
 
-from gnomon.cases.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.case import Case, Invariant, Rung, Variant, same
 from gnomon.cases.euler_top import ORTHOGONAL, EulerTopCase, momentum_x, momentum_y, momentum_z, spinning, triangle
 from gnomon.cases.forms import FirstOrder, RigidBody, Values, euler_equations
 from gnomon.cases.free_body import DynamicsOfFreeRigidBodyInGravity, thrown_reading, thrown_scene
@@ -218,8 +218,4 @@ class RigidBodyStokesMediumTorque(IntegratedCase):
             return ()
         numbers: dict[str, Any] = {name: self.parameters[name] for name in ("I1", "I2", "I3", "nu")}
         undriven = RigidBodyStokesMedium(initial_state=self.initial_state, span=self.span, **numbers)
-        return (*undriven.ladder, Rung(undriven, _same, "no torque"))
-
-
-def _same(states: Floats) -> Floats:
-    return states
+        return (*undriven.ladder, Rung(undriven, same, "no torque"))

@@ -33,6 +33,11 @@ Floats = NDArray[np.float64]
 OPTIONS = 'error_model="numpy", fastmath={"contract"}, cache=True'
 SIGNATURE = "void(float64, float64[::1], float64[::1], float64[::1])"
 ARRAY_SIGNATURE = "float64[::1](float64, float64[::1], float64[::1])"
+IMPORTS = ["import numpy as np", "from numba import carray, cfunc, njit, types"]
+C_FUNCTION = """POINTER = types.CPointer(types.float64)
+@cfunc(types.void(types.float64, POINTER, POINTER, POINTER), cache=True)
+"""
+"""What stands before a C function (t, y, p, out) in a generated module."""
 
 
 class Kernel:
@@ -153,8 +158,7 @@ def _generated(
 ) -> Kernel:
     """`out` gets the second half of y (`lead` values, for q' = v) and then the values of `call`."""
     check_values(dict(functions), call, states, parameters, outputs - lead)
-    # The call is written with y and p as tuples, unpacked from the arrays.
-    lines = [f"y = ({_items('y_', states)})", f"p = ({_items('p_', parameters)})", f"r = {call}"]
+    lines = [*unpacked(states, parameters), f"r = {call}"]
     lines += [f"out[{i}] = y[{lead + i}]" for i in range(lead)]
     lines += [f"out[{lead + i}] = r[{i}]" for i in range(outputs - lead)]
     if counted:
@@ -165,9 +169,7 @@ def _generated(
         f"@njit({OPTIONS})\ndef kernel(t, y_, p_, out):\n{body}\n\n"
         f"@njit({OPTIONS})\n"
         f"def array(t, y_, p_):\n    out = np.empty({outputs})\n    kernel(t, y_, p_, out)\n    return out\n\n"
-        f"POINTER = types.CPointer(types.float64)\n"
-        f"@cfunc(types.void(types.float64, POINTER, POINTER, POINTER), cache=True)\n"
-        f"def c_kernel(t, y_, p_, out):\n"
+        f"{C_FUNCTION}def c_kernel(t, y_, p_, out):\n"
         f"    kernel(t, carray(y_, {states}), carray(p_, {parameters + counted}), carray(out, {outputs}))\n"
     )
     return Kernel(load_module(source))
@@ -185,6 +187,11 @@ def check_values(functions: dict[str, Any], call: str, states: int, parameters: 
         raise ValueError(f"{names} gives {len(found)} values where {wanted} {'is' if wanted == 1 else 'are'} wanted")
 
 
+def unpacked(states: int, parameters: int) -> list[str]:
+    """Lines that make tuples y and p of the arrays y_ and p_: plain functions take tuples."""
+    return [f"{name} = ({_items(f'{name}_', count)})" for name, count in (("y", states), ("p", parameters))]
+
+
 def _items(name: str, count: int) -> str:
     return "".join(f"{name}[{i}], " for i in range(count))
 
@@ -192,7 +199,7 @@ def _items(name: str, count: int) -> str:
 def gather(functions: dict[str, Callable[..., Any]]) -> str:
     """Source text that defines `functions` under the given names, compiled by numba, with all that they call."""
     seen: dict[str, Callable[..., Any]] = {}
-    parts: list[str] = ["import numpy as np", "from numba import carray, cfunc, njit, types"]
+    parts = list(IMPORTS)
     for alias, function in functions.items():
         gather_into(function, seen, parts)
         if function.__name__ != alias:

@@ -200,7 +200,7 @@ def fitted(times: Floats, errors: Floats) -> tuple[float, float]:
 
 
 def published(subjects: Sequence[Subject]) -> dict[str, Any]:
-    """All of them, on all cores; the longest first, so that none is left over at the end."""
+    """All of them, on all cores."""
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as processes:
         rows = list(processes.map(measured, subjects))
     return {"environment": environment.describe(), "rows": rows}

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.forms import Hybrid
-from gnomon.harness.compile import gather_into, load_module
+from gnomon.harness.compile import C_FUNCTION, IMPORTS, gather_into, load_module, unpacked
 from gnomon.harness.integrators.stepping import call, compiled_whole
 from numpy.typing import NDArray
 
@@ -305,16 +305,10 @@ def compiled_parts(form: Hybrid, dimension: int, parameters: int) -> int:
         *((g.reset, "p", write) for g in form.transitions),
         *((maps.get(g.name, g.reset), "p", write) for g in form.transitions),
     ]  # fmt: skip
-    sources = ["import numpy as np", "from numba import carray, cfunc, njit, types"]
+    sources = list(IMPORTS)
     seen: dict[str, Any] = {"np": np}
-    lines = [
-        "POINTER = types.CPointer(types.float64)",
-        "@cfunc(types.void(types.float64, POINTER, POINTER, POINTER), cache=True)",
-        "def parts(t, y_, p_, out):",
-        f"    y = ({''.join(f'y_[{i}], ' for i in range(dimension))})",
-        f"    p = ({''.join(f'p_[{i}], ' for i in range(parameters))})",
-        "    k = int(out[0])",
-    ]
+    lines = [f"{C_FUNCTION}def parts(t, y_, p_, out):", *(f"    {line}" for line in unpacked(dimension, parameters))]
+    lines.append("    k = int(out[0])")
     for k, (function, arguments, ends) in enumerate(functions):
         gather_into(function, seen, sources)
         lines += [f"    if k == {k}:", f"        r = {function.__name__}(t, y, {arguments})"]

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 import inspect
 import math
 import os
 import sys
-import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache
@@ -15,11 +13,11 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.forms import FirstOrder, SecondOrder, first_order
-from gnomon.harness.compile import cache_folder
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
 from gnomon.harness.integrators import gauss, gauss_fast_kernel, gauss_fast_text, radau
 from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded
 from gnomon.harness.integrators.gauss import integrals, lagrange, nodes
+from gnomon.reference import diskcache
 from gnomon.reference.precision import working
 from numpy.typing import NDArray
 
@@ -132,20 +130,15 @@ def stiffly(problem: Problem, tolerance: float, initial: Floats) -> Solution | N
 def table(second_order: bool) -> Floats:
     """The coefficients as the kernel takes them, rounded once from high precision; each row one line of the cache.
 
-    They take .06 s and are kept in a file, named by all that they are made of.
+    They take .06 s and are kept on disk, under all that they are made of.
     """
     made_of = inspect.getsource(sys.modules[__name__]) + inspect.getsource(gauss)
-    name = hashlib.sha256(f"{made_of}{DIGITS}{second_order}".encode()).hexdigest()[:24]
-    path = cache_folder() / f"gauss_{name}.npy"
-    if path.exists():
-        found = np.load(path)
-    else:
+
+    def build() -> diskcache.Entry:
         with working(DIGITS) as mp:
-            found = rounded(rows(mp, second_order))
-        descriptor, temporary = tempfile.mkstemp(dir=path.parent)
-        with os.fdopen(descriptor, "wb") as file:
-            np.save(file, found)
-        os.replace(temporary, path)
+            return diskcache.Entry({"rows": rounded(rows(mp, second_order))})
+
+    found = diskcache.cached(f"gauss table {DIGITS} {second_order}\n{made_of}", build).arrays["rows"]
     space = np.empty(found.size + 8)
     aligned = space[-space.ctypes.data % 64 // 8 :][: found.size].reshape(found.shape)
     aligned[:] = found

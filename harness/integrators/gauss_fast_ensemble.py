@@ -13,6 +13,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from gnomon.harness.integrators.gauss_fast_text import settled
+
 SIGNATURE = (
     '"int64(float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1], '
     'float64[:, ::1])"'
@@ -86,13 +88,7 @@ def eight_stages(t, h, y, k, table, work, fine, noise, sure):
         rounds += 1
         if rounds > 1:
             rate = change / before if before > 0.0 else 0.0
-            if change * max(rate, sure) <= 1.0 and rate < SLOW:
-                break
-            if change < noise and (rate > SLOW or rounds > 8):
-                break
-            if not change < MOST_CHANGE or rounds == MOST_ROUNDS or (rounds > 2 and rate > SLOW):
-                rounds = -rounds
-                break
+            {verdict}
         before = change
     return rounds, rate
 
@@ -235,7 +231,7 @@ def text(words: Mapping[str, str], entries: list[tuple[int, int]], count: int) -
         lines.append(f"c{i} = fma(row(work, FIRST_DERIVATIVE + DERIVATIVES * j + {n}), {shift}, c{i})")
     foresee = FORESEE.replace("CORRECTIONS", "\n            ".join(lines))
     body = TEXT.replace("{keep}", KEEP_WITH_DERIVATIVES if entries else KEEP)
-    body = body.replace("{finish}", foresee if entries else FINISH)
+    body = body.replace("{finish}", foresee if entries else FINISH).replace("{verdict}", settled(12))
     for word, meaning in words.items():
         body = body.replace("{" + word + "}", meaning)
     size = 8 * count

@@ -28,6 +28,8 @@ as the first guess: it has the order of the end of a step, and steps are free of
 
 from __future__ import annotations
 
+import textwrap
+
 NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, STIFF = 1, 2, 3, 4
 
 MOST_STEPS, MOST_STIFF = 40_000_000, 1000
@@ -127,6 +129,20 @@ WITH_VELOCITY = SECOND_ORDER | {
     "shift": SECOND_ORDER["shift"] + "\n        r = products(table, ONCE, (<|d@, |>))\n        w@ = hh * r[@]",
 }
 
+VERDICT = """if change * max(rate, sure) <= 1.0 and rate < SLOW:
+    break
+if change < noise and (rate > SLOW or rounds > 8):
+    break
+if not change < MOST_CHANGE or rounds == MOST_ROUNDS or (rounds > 2 and rate > SLOW):
+    rounds = -rounds
+    break"""
+
+
+def settled(depth: int) -> str:
+    """The lines that end a loop of rounds so deep, with `rounds` below zero where it does not converge."""
+    return textwrap.indent(VERDICT, " " * depth).lstrip()
+
+
 STAGES_OF_A_STEP = """
 @njit(INLINE OPTIONS)
 def NAME(t, h, y, low, f, p, v, k, table, fine, noise, sure, expected, quiet):
@@ -148,18 +164,12 @@ def NAME(t, h, y, low, f, p, v, k, table, fine, noise, sure, expected, quiet):
                 rate = change / before if before > 0.0 else 0.0
             if rounds > quiet + 1 or expected > 0.0 or (quiet > 0 and change <= 1.0):
                 f@ = g@
-                if change * max(rate, sure) <= 1.0 and rate < SLOW:
-                    break
-                if change < noise and (rate > SLOW or rounds > 8):
-                    break
-                if not change < MOST_CHANGE or rounds == MOST_ROUNDS or (rounds > 2 and rate > SLOW):
-                    rounds = -rounds
-                    break
+                {verdict}
             before = change
         f@ = g@
         {sums_of_a_round}
     return rounds, rate, (<|f@, |>)
-"""
+""".replace("{verdict}", settled(16))
 
 ADVANCE = """
 @njit(forceinline=True, OPTIONS)

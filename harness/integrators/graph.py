@@ -11,7 +11,7 @@ from typing import Any
 
 from gnomon.cases.arithmetic import rebind
 from gnomon.cases.forms import FirstOrder
-from gnomon.harness.compile import OPTIONS, load_module
+from gnomon.harness.compile import OPTIONS, check_values, load_module
 
 Key = tuple[Any, ...]
 UNARY = (
@@ -155,12 +155,10 @@ class Trace:
 
 def traced(form: FirstOrder, dimension: int, parameters: int) -> Trace:
     """The graph of first-order equations. Raises ValueError for what it cannot write down (a branch, atan2)."""
+    check_values({"equations": form.equations}, "equations(t, y, p)", dimension, parameters, dimension)
     graph = Graph()
     equations = rebind(form.equations, graph.arithmetic())
     found = equations(graph.node("t"), graph.variables("y", dimension), graph.variables("p", parameters))
-    if len(found) != dimension:
-        wanted = f"{dimension} {'is' if dimension == 1 else 'are'} wanted"
-        raise ValueError(f"{form.equations.__name__} gives {len(found)} values where {wanted}")
     return Trace(graph, tuple(graph.number(x) for x in found))
 
 
