@@ -141,8 +141,8 @@ def run(
     if not case:
         chosen = [one for one in chosen if chosen_suite.takes(one[0])]
     integrators = registry.find_all(integrator)
-    if not (integrator or chosen_suite.siblings):
-        integrators = tuple(one for one in integrators if one.everywhere)
+    if integrator:
+        chosen_suite = replace(chosen_suite, siblings=True)
     for one in integrators if integrator else ():
         reason = registry.missing(one)
         if reason is not None:

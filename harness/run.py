@@ -36,8 +36,8 @@ def run(
 ) -> Path:
     """Run every chosen case (see `plan.choose`) through every integrator; returns the path of the results file.
 
-    Where `siblings` is False, integrators that declare it (`Integrator.everywhere`) stay away from hard variants, and
-    from all cases for which the suite does not take them.
+    Where `siblings` is False, integrators that declare it (`Integrator.everywhere`) stay away from hard variants; from
+    the cases for which the suite does not take them they stay away altogether.
 
     What is in the file already is not repeated. An interruption at any moment leaves a file from which the same call
     goes on. A case whose exact motion cannot be computed raises ValueError once all others are done.
@@ -45,8 +45,7 @@ def run(
     progress = progress or Progress(quiet=True)
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
     series = plan.pairs(chosen, integrators, siblings=siblings)
-    if not siblings:
-        series = [one for one in series if one.integrator.everywhere or suite.of(one.case).siblings]
+    series = [one for one in series if one.integrator.everywhere or suite.of(one.case).siblings]
     with progress, Store(path) as results:
         known, broken = _truths(series, progress)
         number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe())

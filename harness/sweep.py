@@ -75,7 +75,7 @@ class Sweep:
                 continue
             self._current = trial
             count = self.launch == 1 and self.series.integrator.counts_rhs
-            return Order(trial.setting, count, self.suite.block_seconds, self._repeats())
+            return Order(trial.setting, count, self.suite.block_seconds, self._repeats(), self.suite.slow_seconds)
         self._finished()
         return None
 

@@ -31,8 +31,6 @@ Floats = NDArray[np.float64]
 
 MEMORY_BYTES = 16 * 2**30
 """The address space of a worker: far above any sound trial, compiled code and reservations of libraries included."""
-SLOW_SECONDS = 0.02
-"""A counted run longer than this serves as the warm-up of the timed call, which is then made once."""
 FEWEST_CALLS = 3
 """Timed calls of a trial that is not slow, whatever the block allows: a median of fewer is at the mercy of one."""
 _OUTPUT_BYTES = 4000
@@ -53,12 +51,13 @@ class Task:
 
 @dataclass(frozen=True)
 class Order:
-    """One trial: its setting, whether to count right-hand sides, and how long and how often to time it."""
+    """One trial: its setting, whether to count right-hand sides, how long and how often to time it, once where it is slow."""
 
     setting: float
     count: bool
     block_seconds: float
     repeats: int
+    slow_seconds: float
 
 
 @dataclass
@@ -136,7 +135,7 @@ class _Series:
         self.connection.send(("prepared", prepare_seconds))
         try:
             seconds = counted_seconds
-            if others is None or (counted_seconds < SLOW_SECONDS and order.repeats > 1):
+            if others is None or (counted_seconds < order.slow_seconds and order.repeats > 1):
                 warm = _Call(solve, next(self.moved), self.task)
                 seconds, others = warm.seconds, warm.states
             self.connection.send(("ran", seconds))
@@ -188,7 +187,7 @@ class _Series:
         A call that is slow or not to be repeated is made once, unless it is much faster than one from another state
         was: then the method met this state before, at another setting, and the calls that count are made from new ones.
         """
-        slow = estimate > SLOW_SECONDS or order.repeats == 1
+        slow = estimate > order.slow_seconds or order.repeats == 1
         calls: list[_Call] = []
         gc.collect()
         gc.disable()
