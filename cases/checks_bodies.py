@@ -1,18 +1,14 @@
-"""Derived numbers of rigid bodies: unbalanced rotors, kinetic energy and power, struck rods (Beatty 10, 11)."""
+"""Derived numbers of rigid bodies: unbalanced rotors, struck rods (Beatty 10.11, 10.12, 11.10)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from fractions import Fraction
 from typing import Any, ClassVar
 
 from gnomon.cases.check import Check, Setting
 from gnomon.cases.checks_frames import second_derivative
 from gnomon.cases.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference import bodies
-from gnomon.reference.balls import ball
-from gnomon.reference.euler_top import EulerTop
-from gnomon.reference.quadrature import integral
 from gnomon.reference.struck_rods import rates
 from gnomon.reference.vectors import named
 
@@ -97,116 +93,6 @@ class RotorDynamicBalance(Check):
     def _at_rest(mp: Any, p: Any, product: Any) -> tuple[Any, Any]:
         """A rotor that does not turn needs the same balance."""
         return tuple(mp.lu_solve(mp.matrix([[1, 1], [p.d, -p.d]]), mp.matrix([-p.m * p.e, product])))
-
-
-class WorkEnergyRigidBody(Check):
-    name = "work_energy_rigid_body"
-    title = "Kinetic energy (Koenig), power and work of rigid bodies"
-    section = "10.16, 10.18-10.21"
-    conventions = (
-        "A free body with principal moments I1, I2, I3 falls with weight along -z while it turns: kinetic energy about the "
-        "centre of mass and in all at time t, the power of its weight, and the work done since the start. ball_loss: work "
-        "that friction takes from a billiard ball (mass m, mu) whose contact point slides at (s0x, s0y), until it rolls."
-    )
-    parameter_list = (
-        *(Parameter(f"I{k}", "kg m^2", v, "principal moment") for k, v in zip("123", (1, 2, "2.5"), strict=True)),
-        *(
-            Parameter(f"w{k}", "rad/s", v, "rate at the start")
-            for k, v in zip("123", ("0.4", "1.3", "-0.7"), strict=True)
-        ),
-        *(Parameter(f"v{k}", "m/s", v, "velocity of the centre") for k, v in zip("xyz", (3, "-1.5", 7), strict=True)),
-        Parameter("m", "kg", 4, "mass"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("t", "s", "1.7", "time"),
-        Parameter("mu", "", "0.2", "coefficient of friction"),
-        Parameter("s0x", "m/s", "1.2", "sliding speed"),
-        Parameter("s0y", "m/s", "-0.5", "sliding speed"),
-    )
-    domain = Domain(
-        {"I1": positive(3.0, 5.0), "I2": positive(3.0, 5.0), "I3": positive(3.0, 5.0), "m": positive(), "g": positive(), "mu": positive()}
-        | {f"w{k}": Range(typical=(-2.0, 2.0)) for k in "123"}
-        | {"t": Range(low=0.0, typical=(0.0, 3.0)), "s0x": Range(typical=(-3.0, 3.0)), "s0y": Range(typical=(0.1, 3.0))},
-        (
-            Rule("the triangle inequality of I1, I2, I3", lambda p: 2 * max(p[i] for i in ("I1", "I2", "I3")) <= p["I1"] + p["I2"] + p["I3"]),
-            Rule("(s0x, s0y) is no zero vector (a ball that rolls)", lambda p: bool(p["s0x"] or p["s0y"])),
-        ),
-    )  # fmt: skip
-    variants = (
-        Setting("middle_axis", "turning about the middle axis, 1e-6 off", {"w1": "1e-6", "w2": 3, "w3": 0, "t": 6}),
-        Setting("flat_body", "I3 = I1 + I2: all mass in a plane", {"I1": 1, "I2": 2, "I3": 3}),
-        Setting(
-            "slow_turn", "rotation holds 1e-20 of the energy", {"w1": "1e-10", "w2": "2e-10", "w3": "-1e-10", "t": 2}
-        ),
-        Setting("apex", "thrown so that the power vanishes at t", {"g": 10, "vz": 20, "t": 2}),
-    )
-    guard = 50
-    natural_sizes: ClassVar[Mapping[str, float]] = {"power": 100.0, "work": 100.0}
-
-    def formulas(self, p: Any) -> Mapping[str, Any]:
-        # All rational: the rotation's energy is that of the start, whatever the body does in between.
-        n = self.parameters
-        rise = n["vz"] - n["g"] * n["t"]
-        turning = sum((n["I" + k] * n["w" + k] ** 2 for k in "123"), Fraction(0)) / 2
-        moving = n["m"] * (n["vx"] ** 2 + n["vy"] ** 2 + rise**2) / 2
-        found = {
-            "translational": moving,
-            "rotational": turning,
-            "kinetic": moving + turning,
-            "power": -n["m"] * n["g"] * rise,
-            "work": -n["m"] * n["g"] * (n["vz"] * n["t"] - n["g"] * n["t"] ** 2 / 2),
-            "ball_loss": n["m"] * (n["s0x"] ** 2 + n["s0y"] ** 2) / 7,
-        }
-        return {name: ball(value) for name, value in found.items()}
-
-    def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Six particles on the principal axes, carried by the exact attitude: speeds by differences of places."""
-        digits = mp.dps
-        n = self.parameters
-        top = EulerTop((n["I1"], n["I2"], n["I3"]), (n["w1"], n["w2"], n["w3"]))
-        half = sum((n["I" + k] for k in "123"), Fraction(0)) / 2
-        step, wide = Fraction(1, 10**digits), Fraction(1, 10 ** (digits // 2))
-
-        with mp.workdps(4 * digits):
-            arms = [mp.sqrt(3 * mp.mpf(half - n["I" + k]) / mp.mpf(n["m"])) for k in "123"]
-
-            def place(time: Fraction, turning: bool) -> list[Any]:
-                t = mp.mpf(time)
-                centre = [mp.mpf(n["vx"]) * t, mp.mpf(n["vy"]) * t, mp.mpf(n["vz"]) * t - mp.mpf(n["g"]) * t**2 / 2]
-                if not turning:
-                    return [centre]
-                attitude = top.state(time, 4 * digits)[3:]
-                return [
-                    [centre[i] + sign * arms[k] * mp.mpf(attitude[3 * i + k]) for i in range(3)]
-                    for k in range(3)
-                    for sign in (1, -1)
-                ]
-
-            def energy(time: Fraction, turning: bool) -> Any:
-                before, after = place(time - step, turning), place(time + step, turning)
-                mass = mp.mpf(n["m"]) / len(before)
-                squares = [
-                    ((b - a) / (2 * mp.mpf(step))) ** 2
-                    for one, other in zip(before, after, strict=True)
-                    for a, b in zip(one, other, strict=True)
-                ]
-                return mass / 2 * mp.fsum(squares)
-
-            now = energy(n["t"], True)
-            moving = energy(n["t"], False)
-            power = (energy(n["t"] + wide, True) - energy(n["t"] - wide, True)) / (2 * mp.mpf(wide))
-            work = now - energy(Fraction(0), True)
-
-        sliding = mp.hypot(p.s0x, p.s0y)
-        until = 2 * sliding / (7 * p.mu * p.g)
-        loss = integral(mp, lambda t: p.mu * p.m * p.g * (sliding - 7 * p.mu * p.g * t / 2), [mp.mpf(0), until])
-        return {
-            "translational": moving,
-            "rotational": now - moving,
-            "kinetic": now,
-            "power": power,
-            "work": work,
-            "ball_loss": loss,
-        }
 
 
 class GeneralizedImpulse(Check):

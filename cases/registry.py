@@ -158,7 +158,7 @@ _CHECKS = {
     "amusement_rides": "checks_rides:AmusementRides",
     "capstan_belt": "checks_belt:CapstanBelt",
     "rotor_dynamic_balance": "checks_bodies:RotorDynamicBalance",
-    "work_energy_rigid_body": "checks_bodies:WorkEnergyRigidBody",
+    "work_energy_rigid_body": "checks_energy:WorkEnergyRigidBody",
     "generalized_impulse": "checks_bodies:GeneralizedImpulse",
     "projectile_coriolis_first_order": "checks_perturbation:ProjectileCoriolisFirstOrder",
     "falkland_gunnery": "checks_perturbation:FalklandGunnery",

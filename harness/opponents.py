@@ -18,7 +18,14 @@ from typing import Any
 import pandas
 from gnomon.cases import checks, get_check
 from gnomon.cases.check import Check
-from gnomon.harness import opponents_bodies, opponents_fields, opponents_frames, opponents_inertia, opponents_particles
+from gnomon.harness import (
+    opponents_bodies,
+    opponents_fields,
+    opponents_frames,
+    opponents_inertia,
+    opponents_particles,
+    opponents_rigid,
+)
 from gnomon.harness.opponent import Opponent, Unsupported
 from gnomon.reference.precision import exact, working
 
@@ -29,6 +36,7 @@ COLUMNS = ("check", "variant", "opponent", "library", "quantity", "error", "seco
 OPPONENTS: tuple[Opponent, ...] = (
     *opponents_inertia.OPPONENTS,
     *opponents_bodies.OPPONENTS,
+    *opponents_rigid.OPPONENTS,
     *opponents_fields.OPPONENTS,
     *opponents_frames.OPPONENTS,
     *opponents_particles.OPPONENTS,

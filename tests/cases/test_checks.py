@@ -58,6 +58,7 @@ def test_closed_form_holds_over_the_domain(name: str) -> None:
         ("hamilton_action", {"mode": "0.5"}, "mode = 0.5 is outside"),
         ("hamilton_action", {"mode": "1.5"}, "mode is a whole number"),
         ("work_energy_rigid_body", {"I3": 9}, "triangle inequality"),
+        ("work_energy_rigid_body", {"p_phi": "-4.5"}, "differs from p_psi and -p_psi"),
     ],
 )
 def test_bad_numbers_are_named(name: str, numbers: dict[str, object], message: str) -> None:
