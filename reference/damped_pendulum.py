@@ -155,6 +155,8 @@ class Course:
     def __init__(self, motion: DampedPendulum) -> None:
         self.motion = motion
         self.swings: list[Swing] = []
+        self.bottom = 0
+        """The bottom 2 pi j that the last of them ends after."""
 
     def at(self, t: Fraction) -> Swing:
         """The swing that t falls in."""
@@ -173,12 +175,12 @@ class Course:
         if not self.swings:
             side = 1 if motion.forward else -1
             begin, since, speed = side * ball(motion.theta), flint.arb(0), ball(motion.v**2)
-            bottom = motion._first_bottom()
+            self.bottom = motion._first_bottom()
         else:
             last = self.swings[-1]
             side, begin, since, speed = -last.side, -last.end, last.until, flint.arb(0)
-            bottom = -int((last.end / (2 * flint.arb.pi()) + flint.arb(0.5)).floor().unique_fmpz())
-        end = self._rest(begin, speed, bottom)
+            self.bottom = -self.bottom
+        end = self._rest(begin, speed, self.bottom)
         way, longest = end - begin, LONGEST / float(motion.w2) ** 0.5
         if speed.is_zero():
             middle = (way / 2).sqrt()
