@@ -109,7 +109,8 @@ class ChaplyginSleighCase(Case):
     section = "11.2.2"
     conventions = (
         "v is the forward speed of the edge, the centre of mass a ahead of it; energy is kept, yet the motion tends to "
-        "straight ahead (v = V): no volume is."
+        "straight ahead (v = V): no volume is. Where the edge goes follows from the state: x' = v cos(theta), "
+        "y' = v sin(theta)."
     )
     state = (
         Coordinate("v", "m/s", "velocity"),
@@ -172,7 +173,14 @@ class ChaplyginSleighCase(Case):
         return (until + 5) * square / (a * speed)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        return {"final_speed": self._exact.speed(digits), "whole_turn": self._exact.whole_turn(digits)}
+        """`edge_x` and `edge_y`: where the edge is at the end of the span, seen from where it starts."""
+        x, y = self._exact.path(self.span, digits)
+        return {
+            "final_speed": self._exact.speed(digits),
+            "whole_turn": self._exact.whole_turn(digits),
+            "edge_x": x,
+            "edge_y": y,
+        }
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         v, w, theta = state

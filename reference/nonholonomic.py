@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from gnomon.reference.balls import BallMotion, ball
+import flint
+from gnomon.reference.balls import BallMotion, ball, refined
+from gnomon.reference.precision import Number, exact, publish, working
 
 
 @dataclass(frozen=True)
@@ -15,7 +17,7 @@ class ChaplyginSleigh(BallMotion):
     """State (v, w, theta): v' = a w^2, w' = -v w a/q, theta' = w, q = (I + m a^2)/m; a > 0.
 
     v = V tanh s, sqrt(q) w = V sech s, s = s0 + (a V/q) t, V^2 = v^2 + q w^2; theta turns by
-    sqrt(q)/a times gd(s) - gd(s0).
+    sqrt(q)/a times gd(s) - gd(s0). The edge's way is a quadrature: dx + i dy = (q/a) tan(u) e^(i theta) du, u = gd(s).
     """
 
     m: Fraction
@@ -37,6 +39,35 @@ class ChaplyginSleigh(BallMotion):
         """theta from t = -infinity to infinity, pi sqrt(q)/a."""
         return self._derived(digits, lambda: ball(self._square).sqrt() / ball(self.a) * ball(0).acos() * 2)
 
+    def path(self, t: Number, digits: int = 15) -> tuple[Any, Any]:
+        """x and y of the edge at time t, from where it starts; x along theta = 0."""
+        time = exact(t, "t")
+        with working(digits + 5) as mp:
+            x, y = publish(refined(mp, lambda: self._way(time)), digits)
+        return x, y
+
+    def _way(self, t: Fraction) -> Sequence[Any]:
+        if self.w == 0 or t == 0:
+            sine, cosine = ball(self.theta).sin_cos()
+            return [ball(self.v * t) * cosine, ball(self.v * t) * sine]
+        first, s = self._place(t)
+        begin, end = (2 * (x / 2).tanh().atan() for x in (first, s))
+        ratio = (1 if self.w > 0 else -1) * ball(self._square).sqrt() / ball(self.a)
+        scale, start = ball(self._square / self.a), ball(self.theta)
+
+        def along(part: Callable[[Any], Any]) -> Any:
+            way = flint.acb.integral(
+                lambda u, _: u.tan() * part(start + ratio * (u - begin)), flint.acb(begin), flint.acb(end)
+            )
+            return scale * way.real
+
+        return [along(lambda theta: theta.cos()), along(lambda theta: theta.sin())]
+
+    def _place(self, t: Fraction) -> tuple[Any, Any]:
+        """s at the start and at time t; w is not zero."""
+        first = (ball(self.v) / (ball(self._square).sqrt() * abs(ball(self.w)))).asinh()
+        return first, first + ball(self.a / self._square * t) * self._speed()
+
     def _speed(self) -> Any:
         return ball(self.v**2 + self._square * self.w**2).sqrt()
 
@@ -46,8 +77,7 @@ class ChaplyginSleigh(BallMotion):
             return [v, w, theta]
         side = 1 if self.w > 0 else -1
         root, speed = ball(self._square).sqrt(), self._speed()
-        first = (v / (root * abs(w))).asinh()
-        s = first + ball(self.a / self._square * t) * speed
+        first, s = self._place(t)
         turned = 2 * ((s / 2).tanh().atan() - (first / 2).tanh().atan())
         return [speed * s.tanh(), side * speed / root * s.sech(), theta + side * root / ball(self.a) * turned]
 

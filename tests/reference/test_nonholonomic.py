@@ -27,6 +27,25 @@ def test_the_sleigh_moves_as_integrated(start):
     assert difference(ChaplyginSleigh(m, inertia, a, *map(exact, start)), field, start, 3) < mpf("1e-47")
 
 
+@pytest.mark.parametrize(
+    ("a", "start"),
+    [("0.3", ("-1.5", "0.4", 0)), ("0.3", (-1, "1e-12", 2)), ("0.01", (0, -20, 1)), ("0.3", (-1, 0, "0.7"))],
+)
+def test_the_edge_goes_where_its_speed_and_heading_take_it(a, start):
+    """A Taylor integration of all five equations; the path's quadrature runs in the turn, not in time."""
+    m, inertia, arm = Fraction(2), Fraction("0.5"), Fraction(a)
+
+    def field(t, state):
+        v, w, theta, _x, _y = state
+        return ball(arm) * w * w, -ball(m * arm / (inertia + m * arm**2)) * v * w, w, v * theta.cos(), v * theta.sin()
+
+    sleigh = ChaplyginSleigh(m, inertia, arm, *map(exact, start))
+    (state,) = integrate(field, (*map(exact, start), Fraction(0), Fraction(0)), (Fraction(3),), 60)
+    with mpmath.workdps(70):
+        for a, b in zip(sleigh.path(3, 50), state[3:], strict=True):
+            assert abs(a - mpf(b.numerator) / b.denominator) < mpf("1e-46")
+
+
 def test_the_sleigh_ends_straight_ahead_after_half_a_turn_times_root_q_over_a():
     sleigh = ChaplyginSleigh(Fraction(1), Fraction(3), Fraction(1), Fraction(-1), Fraction(1, 10**20), Fraction(0))
     v, w, theta = sleigh.state(1000, 30)
