@@ -12,13 +12,17 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.order import fit_order
+from gnomon.harness.order import slopes
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
 SERIES = ["case", "variant", "formulation", "library", "integrator_id"]
+ON_A_LINE = 0.1
+"""A slope is an order only where each of its pieces is within this of it, the margin that a measured order has about
+the declared one. An error that passes through zero between two steps bends the line by whole orders."""
+
 CLAIM = 1.2
 """Ratios of times below this are not claimed as a difference: launches of one program differ by 10 to 13 %."""
 
@@ -75,9 +79,10 @@ def credited(errors: Sequence[float] | Floats) -> Floats:
     within 3 times of the second smallest error (of the second, so that one lucky setting cannot cut the sweep).
     """
     values = np.asarray(errors, dtype=float)
-    if len(values) == 0:
-        return values
-    second = np.sort(values)[min(1, len(values) - 1)]
+    found = np.sort(values[np.isfinite(values)])
+    if len(found) == 0:
+        return np.full(len(values), math.inf)
+    second = found[min(1, len(found) - 1)]
     last = int(np.flatnonzero(values <= 3 * second)[-1])
     kept = np.maximum.accumulate(values[: last + 1][::-1])[::-1]
     return np.concatenate([kept, np.full(len(values) - last - 1, math.inf)])
@@ -86,7 +91,8 @@ def credited(errors: Sequence[float] | Floats) -> Floats:
 def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:
     """Time at which a sweep, loosest setting first, reaches an error; and whether its loosest setting already does.
 
-    Linear in the logarithms between the two neighbouring settings of the sweep; nan where no setting reaches it.
+    Linear in the logarithms between the two neighbouring settings of the sweep; nan where no setting reaches it. Where
+    the sweep holds any error only from some setting on, an infinite one before, that setting counts as the loosest.
     """
     return crossing(credited(errors), seconds, target)
 
@@ -97,8 +103,8 @@ def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> 
     if len(reached) == 0:
         return math.nan, False
     i = int(reached[0])
-    if i == 0:
-        return float(seconds[0]), True
+    if i == 0 or math.isinf(held[i - 1]):
+        return float(seconds[i]), True
     upper, lower = math.log(held[i - 1]), math.log(max(held[i], np.finfo(float).tiny))
     share = (upper - math.log(target)) / (upper - lower)
     return float(np.exp(np.log(seconds[i - 1]) + share * np.log(seconds[i] / seconds[i - 1]))), False
@@ -109,10 +115,12 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
 
     `seconds` is the median over launches, `low` and `high` their range; `at_loosest` says that the sweep begins below
     the target, so that the time is an upper bound; `tied` marks the fastest and all that are within 1.2 times of it.
+
+    A setting that diverged has answered, and wrongly: its error counts as infinite. One that gave no answer has no say.
     """
     rows = []
-    usable = frame[np.isfinite(frame["error_max"]) & (frame["seconds_median"] > 0)]
-    usable = usable[usable["status"].isin(["ok", "inaccurate"])]
+    usable = frame[frame["status"].isin(["ok", "inaccurate", "diverged"]) & (frame["seconds_median"] > 0)]
+    usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != "diverged", math.inf))
     columns = ("launch", "setting", "error_max", "seconds_median")
     for key, series in _series(usable.sort_values("setting", ascending=False), *columns):
         launches: dict[int, dict[float, float]] = {}
@@ -230,16 +238,21 @@ def policies(reduced: pd.DataFrame) -> pd.DataFrame:
 
 
 def orders(reduced: pd.DataFrame) -> pd.DataFrame:
-    """Measured order beside the declared one of every fixed-step series; nan where fewer than 4 settings show it."""
+    """Measured order beside the declared one of every fixed-step series, nan where its points are on no line.
+
+    `lowest` and `highest` are the slopes from one point to the next, nan where fewer than 4 settings lie in the range.
+    """
     rows = []
     fixed = reduced[(reduced["setting_kind"] == "step") & (reduced["status"] == "ok")]
     for key, series in fixed.groupby(SERIES, dropna=False):
         errors = series["error_max"].to_numpy(float)
         floor = float(np.nanmax([series["conditioning"].max(), series["floor"].max(), 0.0]))
         floor = max(floor, _plateau(series["setting"].to_numpy(float), errors, float(series["order_declared"].iloc[0])))
-        fitted = fit_order(series["setting"].tolist(), errors.tolist(), floor)
-        rows.append((*key, math.nan if fitted is None else fitted[0], series["order_declared"].iloc[0]))
-    return pd.DataFrame(rows, columns=[*SERIES, "order", "declared"])
+        found = slopes(series["setting"].tolist(), errors.tolist(), floor)
+        order, lowest, highest = found or (math.nan,) * 3
+        straight = max(order - lowest, highest - order) <= ON_A_LINE
+        rows.append((*key, order if straight else math.nan, lowest, highest, series["order_declared"].iloc[0]))
+    return pd.DataFrame(rows, columns=[*SERIES, "order", "lowest", "highest", "declared"])
 
 
 def _plateau(steps: Floats, errors: Floats, order: float) -> float:

@@ -59,7 +59,9 @@ def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
         table[axis] = table[axis].where(~failed, nearest)
     heights = (TOP - MARGIN) * (0.75 - 0.6 * table["series"].map(lanes).astype(float) / max(*lanes.values(), 1))
     kinds = dict(zip(look["series"], look["library"] + look["family"], strict=True))
-    chosen = {scene: front(part, kinds) for scene, part in table[~failed].groupby(SCENE, sort=False)}
+    answered = table.assign(error=table["error"].where(~failed, math.inf))
+    answered = answered[~failed | (table["status"] == "diverged")]
+    chosen = {scene: front(part, kinds) for scene, part in answered.groupby(SCENE, sort=False)}
     names = zip(*(table[name] for name in SCENE), table["series"], strict=True)
     return table.assign(
         failed=failed,
@@ -72,7 +74,8 @@ def front(kept: pd.DataFrame, kinds: dict[str, str]) -> set[str]:
     """The integrators that a reader would choose: the fastest of each kind at each of the errors 1e-3 to 1e-12.
 
     `kinds` says the library and family of each. A kind that reaches none of the errors shows its most accurate
-    integrator. `kept`: series, time and error in decades, the loosest setting of a series first.
+    integrator. `kept`: series, time and error in decades (infinite where it diverged), the loosest setting of a series
+    first.
     """
     sweeps: dict[str, list[tuple[float, float]]] = {}
     for name, time, error in zip(kept["series"], kept["time"], kept["error"], strict=True):
@@ -82,6 +85,8 @@ def front(kept: pd.DataFrame, kinds: dict[str, str]) -> set[str]:
     most_accurate: dict[str, tuple[float, str]] = {}
     for name, points in sweeps.items():
         errors, seconds = zip(*points, strict=True)
+        if math.isinf(min(errors)):
+            continue
         kind, held = kinds[name], credited(errors)
         most_accurate[kind] = min(most_accurate.get(kind, (math.inf, "")), (min(errors), name))
         for target in TARGETS:

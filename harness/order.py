@@ -6,6 +6,7 @@ coefficients to as many digits, of which the binary64 table is the rounding.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from fractions import Fraction
@@ -44,6 +45,25 @@ def fit_order(
     The range: errors below 1e-2 and above 100 times `floor`, what round-off and conditioning leave (one for all steps
     or one for each). Points past the first one that falls under it are left out, whatever they do.
     """
+    points = _fitted_points(steps, errors, floor)
+    return None if points is None else (_slope(points), len(points))
+
+
+def slopes(
+    steps: Sequence[float], errors: Sequence[float], floor: float | Sequence[float] = 0.0
+) -> tuple[float, float, float] | None:
+    """The slope of `fit_order`, and the smallest and largest slope from one of its points to the next."""
+    points = _fitted_points(steps, errors, floor)
+    if points is None:
+        return None
+    pieces = [_slope(pair) for pair in itertools.pairwise(points)]
+    return _slope(points), min(pieces), max(pieces)
+
+
+def _fitted_points(
+    steps: Sequence[float], errors: Sequence[float], floor: float | Sequence[float]
+) -> list[tuple[float, float]] | None:
+    """The points (log step, log error) that a slope is fitted to, coarsest first; None with fewer than 4."""
     floors = np.broadcast_to(np.asarray(floor, dtype=np.float64), (len(steps),))
     usable: list[tuple[float, float]] = []
     for step, error, least in sorted(zip(steps, errors, floors.tolist(), strict=True), reverse=True):
@@ -56,11 +76,9 @@ def fit_order(
     if len(usable) < FEWEST:
         return None
     count = FEWEST
-    slope = _slope(usable[-count:])
-    while count < min(MOST, len(usable)) and abs(_slope(usable[-count - 1 :]) - slope) < STRAIGHT:
+    while count < min(MOST, len(usable)) and abs(_slope(usable[-count - 1 :]) - _slope(usable[-count:])) < STRAIGHT:
         count += 1
-        slope = _slope(usable[-count:])
-    return slope, count
+    return usable[-count:]
 
 
 def _slope(points: Sequence[tuple[float, float]]) -> float:

@@ -236,9 +236,12 @@ def _order(found: dict[str, Any] | None) -> Cell:
     if found is None:
         return Cell("–", kind="none")
     declared = f"declared {found['declared']:.0f}" if math.isfinite(found["declared"]) else ""
-    if not math.isfinite(found["order"]):
+    if math.isfinite(found["order"]):
+        return Cell(f"order {found['order']:.2f}", declared)
+    if not math.isfinite(found["lowest"]):
         return Cell("–", declared, "none")
-    return Cell(f"order {found['order']:.2f}", declared)
+    bent = f"slopes from {found['lowest']:.1f} to {found['highest']:.1f}"
+    return Cell("no line", "; ".join(word for word in (bent, declared) if word), "none")
 
 
 def _parts(found: dict[str, Any] | None) -> Cell:

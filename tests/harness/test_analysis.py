@@ -113,6 +113,51 @@ def test_a_coarse_start_that_levels_off_is_no_plateau() -> None:
     assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0, abs=0.05)]
 
 
+@pytest.mark.parametrize(
+    ("bend", "straight"),
+    [([1, 1, 1, 1], True), ([1, 1, 1, 1.06], True), ([1, 1, 1, 0.9], False), ([1, 1, 0.03, 1], False)],
+)
+def test_an_order_is_printed_only_where_the_points_lie_on_a_line(bend: list[float], straight: bool) -> None:
+    """A factor f on the finest of four errors turns the last piece by log2 f, and the fit by 0.3 of that."""
+    errors = [1e-3 * 0.25**k * f for k, f in enumerate(bend)]
+    rows = analysis.settings(_rows("verlet", errors, [1.0] * 4, conditioning=1e-16))
+    (found,) = analysis.orders(rows).to_dict("records")
+    pieces = -np.diff(np.log2(errors))
+    assert (found["lowest"], found["highest"]) == (pytest.approx(min(pieces)), pytest.approx(max(pieces)))
+    assert math.isfinite(found["order"]) is straight
+    assert found["declared"] == 2
+
+
+def test_three_settings_show_no_order() -> None:
+    rows = analysis.settings(_rows("verlet", [1e-3, 2.5e-4, 6.25e-5], [1.0] * 3))
+    (found,) = analysis.orders(rows).to_dict("records")
+    assert all(math.isnan(found[name]) for name in ("order", "lowest", "highest"))
+
+
+@pytest.mark.parametrize("answer", [0.5, math.nan])
+def test_a_tighter_setting_that_diverged_is_held_against_looser_ones(answer: float) -> None:
+    """At 1/4 it answered, wrongly, with an error above the motion's size or none at all; at 1/8 it holds again."""
+    rows = _rows("patchy", [1e-9, 1e-9, answer, 1e-9, 1e-9], [1.0, 2.0, 4.0, 8.0, 16.0])
+    rows.loc[rows["setting"] == 0.25, "status"] = "diverged"
+    (found,) = analysis.equal_error(rows, targets=[1e-6]).to_dict("records")
+    assert (found["seconds"], found["at_loosest"]) == (pytest.approx(8.0 * 1.05), True)
+
+
+@pytest.mark.parametrize("status", ["crashed", "refused", "timeout", "skipped"])
+def test_a_setting_without_an_answer_has_no_say(status: str) -> None:
+    rows = _rows("patchy", [1e-9, 1e-9, math.nan, 1e-9], [1.0, 2.0, math.nan, 8.0])
+    rows.loc[rows["setting"] == 0.25, "status"] = status
+    (found,) = analysis.equal_error(rows, targets=[1e-6]).to_dict("records")
+    assert found["seconds"] == pytest.approx(1.05)
+
+
+def test_divergence_beyond_the_best_settings_does_not_count() -> None:
+    rows = _rows("verlet", [1e-3, 1e-6, 1e-9, 1.0], [1.0, 2.0, 4.0, 8.0])
+    rows.loc[rows["error_max"] == 1.0, "status"] = "diverged"
+    (found,) = analysis.equal_error(rows, targets=[1e-6]).to_dict("records")
+    assert found["seconds"] == pytest.approx(2.0 * 1.05)
+
+
 def test_verdicts() -> None:
     good = _rows("good", [1e-2, 1e-4], [1.0, 2.0])
     cut = _rows("cut", [1e-2, 1e-4], [1.0, 2.0])
