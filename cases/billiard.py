@@ -51,9 +51,14 @@ def slip_north(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def start_rolling(t: Any, state: Values, parameters: Values) -> Values:
-    """No slip is left."""
-    x, y, vx, vy, _wx, _wy, wz = state
-    return x, y, vx, vy, -vy / parameters[0], vx / parameters[0], wz
+    """No slip is left: it rolls with the angular momentum about the point of contact, which no friction changes.
+
+    Where the slip ends its direction is round-off, and the last stage of a step that ends there pushes anywhere. That
+    leaves a slip and no other trace: of the state only the momentum is to be believed.
+    """
+    radius = parameters[0]
+    vx, vy = (5 * state[2] + 2 * radius * state[5]) / 7, (5 * state[3] - 2 * radius * state[4]) / 7
+    return (*state[:2], vx, vy, -vy / radius, vx / radius, *state[6:])
 
 
 def slip_mode(t: Any, state: Values, parameters: Values) -> str:

@@ -15,6 +15,7 @@ from gnomon.cases.billiard import (
     ball_rolling,
     ball_sliding,
     slip_mode,
+    start_rolling,
     until_it_rolls,
 )
 from gnomon.cases.billiard_scene import ATTITUDE_SCENE, DRILL_SCENE
@@ -52,11 +53,6 @@ def sliding_and_turning(t: Any, state: Values, parameters: Values) -> Values:
 
 def rolling_and_turning(t: Any, state: Values, parameters: Values) -> Values:
     return (*ball_rolling(t, state[:7], parameters), *turning(state))
-
-
-def start_rolling_as_it_stands(t: Any, state: Values, parameters: Values) -> Values:
-    """No slip is left."""
-    return (*state[:4], -state[3] / parameters[0], state[2] / parameters[0], *state[6:])
 
 
 def turning_energy(t: Any, state: Values, parameters: Values) -> Values:
@@ -135,11 +131,7 @@ class BilliardBallAttitude(Case):
 
     @property
     def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            until_it_rolls(
-                sliding_and_turning, rolling_and_turning, start_rolling_as_it_stands, 1e-9 * self.time_scale
-            ),
-        )
+        return (until_it_rolls(sliding_and_turning, rolling_and_turning, start_rolling, 1e-9 * self.time_scale),)
 
     @property
     def scene(self) -> SceneForm:

@@ -140,6 +140,24 @@ def test_reproduces_the_exact_events(name: str, variant: str | None, kind: type[
     assert score.time_error < 1e-12 * float(case.span)
 
 
+@pytest.mark.parametrize("variant", [None, "masse", "almost_rolling"])
+@pytest.mark.parametrize("kind", EXACT_METHODS, ids=lambda kind: f"{kind.library}-{kind.name}")
+def test_a_slip_whose_direction_is_lost_where_it_ends_leaves_no_trace(
+    variant: str | None, kind: type[Integrator]
+) -> None:
+    """The sliding is a parabola too; its end is known to the root of round-off, and the rest to round-off.
+
+    At the end of the slip s the direction errs by an ulp of the velocity over s: the guard is noise below its root.
+    """
+    case = get("billiard_ball", variant).rounded()
+    problem = problem_of(case, (Hybrid,))
+    setting = problem.interval / 4 if isinstance(kind.sweep, Steps) else 1e-9
+    solution = kind().prepare(problem, setting)(initial_state(case)[None])
+    assert solution.events is not None
+    assert case.metric.distance(solution.states[0], case.sample(case.times), case.times).max() < 1e-12
+    assert score_events(solution.events, case.events()).time_error < 1e-8 * float(case.span)
+
+
 def test_twenty_thousand_impacts_up_to_the_limit() -> None:
     """Within ten times the conditioning, which is what half an ulp in each number does to the motion."""
     case = get("bouncing_ball", "zeno").rounded()
