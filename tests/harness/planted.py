@@ -54,6 +54,12 @@ class Sound(Integrator):
         return runge_kutta(problem, setting)
 
 
+class Sibling(Sound):
+    """A sibling of the sound one."""
+
+    name, everywhere = "sibling", False
+
+
 class Hangs(Sound):
     """Never comes back, from its third setting on."""
 

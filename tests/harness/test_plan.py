@@ -57,13 +57,10 @@ def test_tolerances_go_from_loosest_to_tightest(sweep: Tolerance) -> None:
 
 
 def test_a_sibling_stays_away_from_hard_variants_unless_it_is_named() -> None:
-    class Sibling(planted.Sound):
-        name, everywhere = "Sibling", False
-
     chosen = [(CASE, ""), (cases.get("pendulum_simple", "engines").rounded(), "")]
-    in_suite = plan.pairs(chosen, [Sibling()], formulations=False, siblings=False)
+    in_suite = plan.pairs(chosen, [planted.Sibling()], formulations=False, siblings=False)
     assert [series.left_out for series in in_suite] == [None, plan.SIBLING]
-    assert [series.left_out for series in plan.pairs(chosen, [Sibling()], formulations=False)] == [None, None]
+    assert [series.left_out for series in plan.pairs(chosen, [planted.Sibling()], formulations=False)] == [None, None]
 
 
 def test_a_pair_takes_the_most_structured_form_that_is_accepted() -> None:
@@ -240,6 +237,8 @@ def test_the_standard_suite_has_every_case_and_takes_the_foundation_further() ->
     assert suite.of(inside) is suite
     assert suite.of(inside).limit(inside) > suite.of(outside).limit(outside)
     assert suite.of(outside).launches == 1
+    assert suite.of(outside).siblings
+    assert not plan.suite("quick").of(inside).siblings
     hard_inside, hard_outside = cases.get("pendulum_simple", "long_1e4"), cases.get("bead_leaving_sphere", "near_top")
     assert suite.takes(outside)
     assert suite.takes(hard_inside)

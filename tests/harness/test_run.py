@@ -177,6 +177,22 @@ def test_the_second_run_repeats_nothing(tmp_path: Path) -> None:
     assert len(store.load(path)) == len(before)
 
 
+@pytest.mark.parametrize(("slow_seconds", "fewest", "most"), [(0.0, 1, 1), (10.0, 3, SUITE.repeats)])
+def test_a_slow_trial_is_timed_once(tmp_path: Path, slow_seconds: float, fewest: int, most: int) -> None:
+    suite = replace(SUITE, slow_seconds=slow_seconds)
+    frame = store.load(run(tmp_path, suite, plan.choose([CASE], False), [planted.Sound()]))
+    assert set(frame["status"]) == {"ok"}
+    assert frame["repeats"].between(fewest, most).all()
+
+
+def test_only_a_suite_that_takes_siblings_runs_them(tmp_path: Path) -> None:
+    chosen = plan.choose([CASE], False)
+    path = run(tmp_path, replace(SUITE, siblings=False), chosen, [planted.Sound(), planted.Sibling()])
+    assert set(store.load(path)["integrator"]) == {planted.Sound.name}
+    path = run(tmp_path, replace(SUITE, siblings=True), chosen, [planted.Sound(), planted.Sibling()], siblings=False)
+    assert set(store.load(path)["integrator"]) == {planted.Sound.name, planted.Sibling.name}
+
+
 SCRIPT = """
 import sys
 sys.path.insert(0, {folder!r})
