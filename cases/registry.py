@@ -56,6 +56,7 @@ _MODULES = {
     "small_vibrations_3dof_chain": "small_vibrations:SmallVibrationsChain",
     "small_vibrations_mdof": "small_vibrations:SmallVibrations",
     "bead_rotating_wire_vertical_plane": "bead_wire:BeadOnRotatingWire",
+    "projectile_parabolic_coordinates": "parabolic:ProjectileInParabolicCoordinates",
     "rayleigh_dissipation_mdof": "rayleigh:RayleighDissipation",
     "two_body": "two_body:TwoBody",
     "equilateral_three_body": "three_body:EquilateralThreeBody",
