@@ -41,6 +41,7 @@ def findings(equal: pd.DataFrame, policies: pd.DataFrame) -> list[str]:
         return said
     step = float(policies.groupby("step")["scene"].nunique().idxmax())  # the step that most scenes were compared at
     at = policies[np.isclose(policies["step"], step)]
+    at = at.assign(error=at["error"].fillna(np.inf))  # it diverged, and not even to a number
     if {"as shipped", "configured"} <= set(at["policy"]):
         wide = at.pivot_table(index=["engine", "scene"], columns="policy", values="error", aggfunc="min")
         both = wide.dropna(subset=["as shipped", "configured"])
@@ -49,7 +50,11 @@ def findings(equal: pd.DataFrame, policies: pd.DataFrame) -> list[str]:
             worst = int((both["as shipped"] > 0.1).sum())
             said.append(
                 f"At a step of {step:g} s an engine as shipped is off by more than a tenth of the motion on {worst} of"
-                f" {len(both)} scenes; configured for the scene, its error is smaller by a median factor of"
-                f" {ratio_text(gain)}."
+                f" {len(both)} scenes"
+                + (
+                    f"; configured for the scene, its error is smaller by a median factor of {ratio_text(gain)}."
+                    if np.isfinite(gain)
+                    else "."
+                )
             )
     return said

@@ -126,9 +126,14 @@ def measured(subject: Subject) -> dict[str, Any]:
         "size": float(np.median(np.sqrt(np.mean(errors[:, -8:] ** 2, axis=1)))),
         "power": power,
         "uncertainty": uncertainty,
-        "law": next((name for bound, name in LAWS if power < bound), "faster than t"),
+        "law": named(power),
         "expected": subject.expected,
     }
+
+
+def named(power: float) -> str:
+    """The law nearest to a power of time."""
+    return next((name for bound, name in LAWS if power < bound), "faster than t")
 
 
 def energy_errors(subject: Subject) -> tuple[Floats, Floats]:

@@ -13,6 +13,8 @@ from gnomon.cases.case import Case
 COST_AT = 1e-6
 """The error at which the cost of a model is taken."""
 
+NOT_RUN = {"ratio": math.nan, "integrators": 0, "fastest": "", "seconds": math.nan}
+
 
 def worth(full: Case) -> list[dict[str, Any]]:
     """One row a rung, crudest first: the error of its exact motion, projected, against that of the full case.
@@ -35,6 +37,7 @@ def worth(full: Case) -> list[dict[str, Any]]:
         for name, times in (("error", full.times), ("early", early)):
             model = rung.project(rung.case.sample(times))
             row[name] = float(np.max(full.metric.distance(model, full.sample(times))))
+        row["error"] = max(row["error"], row["early"])  # the first period is part of the span
         rows.append(row)
     return rows
 
@@ -47,7 +50,7 @@ def cost(full: str, model: str, equal: pd.DataFrame, reduced: pd.DataFrame) -> d
     """
     reference = reduced[reduced["variant"] == ""].groupby("case")[["span", "time_scale"]].first()
     at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & np.isclose(equal["target"], COST_AT)]
-    found = {"ratio": math.nan, "integrators": 0, "fastest": "", "seconds": math.nan}
+    found = dict(NOT_RUN)
     if model not in reference.index or full not in reference.index:
         return found
     times = {}
@@ -68,7 +71,9 @@ def ladders(cases: Iterable[Case], equal: pd.DataFrame, reduced: pd.DataFrame) -
     for case in cases:
         found = worth(case)
         for row in found:
-            rows.append(row | cost(case.name, row["model"], equal, reduced))
+            # A rung that is the case itself with other numbers was not run with these.
+            measured = {} if row["model"] == case.name else cost(case.name, row["model"], equal, reduced)
+            rows.append(row | NOT_RUN | measured)
         if found:
             last: dict[str, Any] = {
                 "ladder": case.name,

@@ -8,6 +8,7 @@ from typing import Any
 
 from gnomon.harness import tables
 from gnomon.harness.analysis import CLAIM
+from gnomon.harness.growth import named
 
 BENCHMARKS, GROWTH = "benchmarks.json", "growth.json"
 
@@ -36,7 +37,8 @@ def growth(*folders: Path) -> dict[str, Any] | None:
 
 def _pair(row: dict[str, Any]) -> dict[str, str]:
     missed = [name for side, name in (("ours", "ours_name"), ("peer", "peer_name")) if row[side] is None]
-    words = {name: str(row[name]) for name in ("group", "scene", "level", "ours_name", "peer_name")}
+    words = {name: str(row[name]) for name in ("group", "scene", "ours_name", "peer_name")}
+    words["level"] = f"{row['level']:.0e}".replace("e-0", "e-")
     words["ours"], words["peer"] = ("–" if row[s] is None else tables.time_text(row[s]) for s in ("ours", "peer"))
     words["asked"] = "–" if row["asked"] is None else f"{row['asked']:g}"
     if missed:
@@ -78,10 +80,20 @@ def _law(row: dict[str, Any]) -> dict[str, str]:
         "starts": str(row["starts"]),
         "size": tables.error_text(row["size"]),
         "power": f"{row['power']:.2f} ± {row['uncertainty']:.2f}",
-        "law": row["law"],
-        "expected": row["expected"],
-        "verdict": "" if row["law"] == row["expected"] else "differs",
+        "law": tables.LAWS.get(row["law"], row["law"]),
+        "expected": tables.LAWS.get(row["expected"], row["expected"]),
+        "verdict": _agreement(row),
     }
+
+
+def _agreement(row: dict[str, Any]) -> str:
+    """Whether the law is that of theory, and whether the fit can tell it from its neighbours at two standard errors."""
+    far = 2 * row["uncertainty"]
+    laws = [named(row["power"] + side) for side in (-far, far)]
+    said = "" if row["law"] == row["expected"] else "differs"
+    others = [tables.LAWS.get(law, law) for law in dict.fromkeys(laws) if law != row["law"]]
+    unsure = f"{' and '.join(others)} within two standard errors" if others else ""
+    return "; ".join(word for word in (said, unsure) if word)
 
 
 def _read(name: str, *folders: Path) -> dict[str, Any] | None:

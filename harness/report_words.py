@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +20,14 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
     ran = run.reduced[~run.reduced["status"].isin(analysis.NEVER_RAN)]
     own = ran[ran["variant"] == ""].drop_duplicates(["case", "formulation"])
     scenes = [(name, formulation) for name in run.names for formulation in own.loc[own["case"] == name, "formulation"]]
-    history = store.runs(run.path)[-1]
+    runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
     return {
         "results": run.path.name,
-        "history": history,
-        "environment": history["environment"],
+        "runs": runs,
+        "history": runs[-1],
+        "environment": together([each["environment"] for each in runs]),
         "launches": launches_text(run.frame),
+        "scatter": scatter_text(run.frame),
         "findings": findings.findings(run.equal, run.policies),
         "targets": [tables.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
         "cases": _cases(run, work),
@@ -33,7 +37,7 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
             "integrators": run.frame["integrator_id"].nunique(),
             "libraries": run.frame["library"].nunique(),
             "trials": len(ran),
-            "measurements": len(run.frame),
+            "measurements": int((~run.frame["status"].isin([*analysis.NEVER_RAN, "skipped"])).sum()),
         },
         "shares": tables.status_shares(run.reduced),
         "overall": tables.overall(run.equal),
@@ -81,7 +85,33 @@ def launches_text(frame: pd.DataFrame) -> str:
         return "from one launch"
     most = counts == counts.max()
     text = f"medians of {counts.max()} launches"
-    return text if most.all() else f"{text} on {most.sum()} of the {len(counts)} cases, fewer on the others"
+    rest = "one launch" if counts[~most].max() == 1 else "fewer"
+    return text if most.all() else f"{text} on {most.sum()} of the {len(counts)} cases, {rest} on the others"
+
+
+def scatter_text(frame: pd.DataFrame) -> str:
+    """By how much two launches of one setting differ in this run; empty where nothing was launched twice."""
+    timed = frame[(frame["status"] == "ok") & (frame["seconds_median"] > 0)]
+    launches = timed.groupby([*analysis.SERIES, "setting"])["seconds_median"].apply(np.array)
+    apart = [max(a, b) / min(a, b) for times in launches for a, b in itertools.combinations(times, 2)]
+    if not apart:
+        return ""
+    half, most = np.quantile(apart, [0.5, 0.9])
+    return (
+        f"two launches of one setting were within {half:.2f} times of each other in half of all pairs, within {most:.1f}"
+        " times in nine of ten"
+    )
+
+
+def together(environments: Sequence[dict[str, str | None]]) -> dict[str, str]:
+    """The environments of several runs in one file as one: what changed between them is listed in their order."""
+    found: dict[str, list[str]] = {}
+    for each in environments:
+        for name, value in each.items():
+            known = found.setdefault(name, [])
+            if value is not None and value not in known:
+                known.append(value)
+    return {name: ", ".join(values) for name, values in found.items()}
 
 
 def ladder_rows(rungs: pd.DataFrame) -> list[dict[str, Any]]:

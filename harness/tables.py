@@ -32,7 +32,7 @@ def time_text(seconds: float) -> str:
     if not math.isfinite(seconds):
         return "–"
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if seconds >= size:
+        if seconds >= 0.9995 * size:  # what rounds to 1000 of a unit is 1 of the next
             return f"{_three(seconds / size)} {unit}"
     return f"{_three(seconds * 1e9)} ns"
 
@@ -112,7 +112,8 @@ def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]
                 continue
             tied = [row["integrator_id"] for row in at if row["tied"]]
             others = ", ".join(tied[1:4]) + (" …" if len(tied) > 4 else "")
-            note = time_text(at[0]["seconds"]) + (f" · on a par: {others}" if others else "")
+            bound = "≤ " if at[0]["at_loosest"] else ""
+            note = bound + time_text(at[0]["seconds"]) + (f" · on a par: {others}" if others else "")
             cells.append(Cell(str(at[0]["integrator_id"]), note))
         rows.append(Row(case, cells, note=formulation))
     return rows

@@ -6,7 +6,7 @@ import math
 
 import pandas as pd
 import pytest
-from gnomon.harness.ladders import cost, worth
+from gnomon.harness.ladders import cost, ladders, worth
 
 from gnomon import cases
 
@@ -55,6 +55,28 @@ def test_cost_is_per_characteristic_time_and_a_ratio_to_the_full_model() -> None
     # a: (1/2) / (8/4), b: (2/2) / (4/4)
     assert found["ratio"] == pytest.approx((0.25 + 1) / 2)
     assert (found["integrators"], found["fastest"], found["seconds"]) == (2, "a", 0.5)
+
+
+def test_the_table_of_a_ladder_ends_with_the_full_model() -> None:
+    """A rung that is the case itself with other numbers has an error, but no time: it was never run."""
+    full = cases.get("torpedo_firing_pin")
+    fixed = {"variant": "", "formulation": "", "target": 1e-6, "case": full.name, "integrator_id": "a"}
+    spans = pd.DataFrame([{"case": full.name, "span": 4.0, "time_scale": 2.0, "variant": ""}])
+    rung, last = ladders([full], pd.DataFrame([fixed | {"seconds": 3.0}]), spans).to_dict("records")
+    assert rung["model"] == rung["ladder"] == last["model"] == full.name
+    assert rung["lacks"] == "the full model"
+    assert rung["error"] > 0
+    assert (rung["integrators"], rung["fastest"]) == (0, "")
+    assert math.isnan(rung["ratio"])
+    assert math.isnan(rung["seconds"])
+    assert (last["error"], last["early"], last["lacks"]) == (0.0, 0.0, "")
+    assert (last["ratio"], last["integrators"], last["seconds"]) == (1.0, 1, 1.5)
+
+
+def test_the_span_holds_its_first_period() -> None:
+    """64 samples of the first period find a peak that those of the span may miss."""
+    (rung,) = worth(cases.get("rotating_pendulum"))
+    assert rung["error"] >= rung["early"] > 1
 
 
 @pytest.mark.parametrize("name", [name for name in cases.names() if cases.get(name).ladder])

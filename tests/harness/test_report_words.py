@@ -1,0 +1,133 @@
+"""The sentences of a report, each counted from rows."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from gnomon.harness import report_benchmarks
+from gnomon.harness.findings import findings
+from gnomon.harness.report_words import ladder_rows, launches_text, scatter_text, together
+
+
+def _launched(**launches: int) -> pd.DataFrame:
+    rows = [
+        {"case": case, "variant": "", "launch": launch, "status": "ok", "setting": 0.1, "seconds_median": seconds}
+        for case, count in launches.items()
+        for launch, seconds in zip(range(1, count + 1), (1.0, 2.0, 4.0, 1.0, 1.0), strict=False)
+    ]
+    return pd.DataFrame(rows).assign(formulation="", library="l", integrator_id="l:one")
+
+
+def test_how_often_cases_were_launched() -> None:
+    assert launches_text(_launched(a=1, b=1)) == "from one launch"
+    assert launches_text(_launched(a=3, b=3)) == "medians of 3 launches"
+    assert launches_text(_launched(a=3, b=1)) == "medians of 3 launches on 1 of the 2 cases, one launch on the others"
+    assert launches_text(_launched(a=3, b=2)) == "medians of 3 launches on 1 of the 2 cases, fewer on the others"
+
+
+def test_the_scatter_of_launches_is_that_of_all_their_pairs() -> None:
+    """1, 2 and 4 s are 2, 4 and 2 times apart; the 90 % quantile of (2, 2, 4) is 3.6."""
+    assert "within 2.00 times of each other in half of all pairs, within 3.6 times in nine" in scatter_text(
+        _launched(a=3, b=1)
+    )
+    assert scatter_text(_launched(a=1)) == ""
+
+
+def test_environments_of_several_runs_are_told_in_one() -> None:
+    first = {"cpu": "one", "revision": "a", "numpy": None}
+    second = {"cpu": "one", "revision": "b", "numpy": None, "heyoka": "7"}
+    assert together([first, second]) == {"cpu": "one", "revision": "a, b", "numpy": "", "heyoka": "7"}
+
+
+def test_rungs_in_words() -> None:
+    rung = {"error": 0.2, "early": 9e-4, "ratio": math.nan, "seconds": 2e-5}
+    (row,) = ladder_rows(pd.DataFrame([rung]))
+    assert (row["error"], row["early"], row["cost"], row["seconds"]) == ("0.2", "9.0e-4", "–", "20.0 µs")
+    (full,) = ladder_rows(pd.DataFrame([rung | {"error": 0.0, "early": 0.0, "ratio": 1.254}]))
+    assert (full["error"], full["early"], full["cost"]) == ("0", "0", "1.25")
+
+
+def _equal() -> pd.DataFrame:
+    columns = ["case", "integrator_id", "target", "ratio"]
+    rows = [("a", "x:one", 1e-6, 1.0), ("a", "x:two", 1e-6, 1.1), ("a", "y:three", 1e-6, 3.0)]
+    rows += [("b", "x:two", 1e-6, 1.0), ("b", "y:three", 1e-6, 6.0), ("b", "y:four", 1e-6, 5.0)]
+    table = pd.DataFrame(rows, columns=columns).assign(variant="", formulation="")
+    return table.assign(library=table["integrator_id"].str[:1], tied=table["ratio"] < 1.2)
+
+
+def test_who_wins_and_how_far_behind_the_others_are() -> None:
+    wins, behind = findings(_equal(), pd.DataFrame())
+    assert wins == (
+        "At an error of 1e-6, x:two is the fastest or on a par with it on 2 of the 2 cases where any integrator gets"
+        " there, x:one on 1."
+    )
+    assert behind.endswith("as a median over the cases it reaches, y 4.0 times as long as the fastest.")  # of 3 and 5
+
+
+def _policies(*errors: tuple[str, float, float]) -> pd.DataFrame:
+    rows = [
+        {"engine": "e", "scene": scene, "policy": policy, "step": 0.01, "error": error}
+        for scene, shipped, configured in errors
+        for policy, error in (("as shipped", shipped), ("configured", configured))
+    ]
+    return pd.DataFrame(rows)
+
+
+def test_what_configuration_is_worth() -> None:
+    said = findings(_equal(), _policies(("a", 0.2, 0.1), ("b", 0.05, 0.01), ("c", math.nan, 0.01)))[-1]
+    assert said == (
+        "At a step of 0.01 s an engine as shipped is off by more than a tenth of the motion on 2 of 3 scenes; configured"
+        " for the scene, its error is smaller by a median factor of 5.0."
+    )
+    assert findings(_equal(), _policies(("a", math.nan, 0.1)))[-1].endswith("on 1 of 1 scenes.")
+
+
+@pytest.mark.parametrize(
+    ("power", "uncertainty", "law", "expected", "verdict"),
+    [
+        (0.55, 0.08, "sqrt t", "sqrt t", ""),
+        (1.04, 0.01, "t", "sqrt t", "differs"),
+        (0.70, 0.11, "sqrt t", "sqrt t", "t within two standard errors"),
+        (0.95, 0.17, "t", "t", "√t within two standard errors"),
+        (1.45, 0.05, "t", "sqrt t", "differs; faster than t within two standard errors"),
+    ],
+)
+def test_a_law_that_the_fit_cannot_tell_from_its_neighbour_is_not_claimed(
+    tmp_path: Path, power: float, uncertainty: float, law: str, expected: str, verdict: str
+) -> None:
+    row = {"integrator": "one", "case": "a", "setting": "s", "periods": 1e5, "starts": 8, "size": 1e-13}
+    row |= {"power": power, "uncertainty": uncertainty, "law": law, "expected": expected}
+    (tmp_path / "growth.json").write_text(json.dumps({"environment": {}, "rows": [row]}))
+    found = report_benchmarks.growth(tmp_path)
+    assert found is not None
+    (said,) = found["rows"]
+    assert said["verdict"] == verdict
+    assert (said["power"], said["periods"]) == (f"{power:.2f} ± {uncertainty:.2f}", "1e5")
+
+
+@pytest.mark.parametrize(
+    ("ours", "ratio", "asked", "verdict"),
+    [
+        (1e-3, 3.0, 3, "reached"),
+        (1e-3, 2.99, 3, "not reached"),
+        (1e-3, 2.0, None, ""),
+        (1e-3, 1.19, 1.1, "no difference is claimed"),
+        (1e-3, 0.84, None, "no difference is claimed"),
+        (None, None, 3, "not reached by one"),
+    ],
+)
+def test_verdicts_of_pairs(
+    tmp_path: Path, ours: float | None, ratio: float | None, asked: float | None, verdict: str
+) -> None:
+    row = {"group": "against two", "scene": "a", "level": 1e-6, "ours_name": "one", "peer_name": "two", "asked": asked}
+    row |= {"ours": ours, "peer": 2e-3, "median": ratio, "low": ratio, "high": ratio}
+    (tmp_path / "benchmarks.json").write_text(json.dumps({"launches": 5, "environment": {}, "rows": [row]}))
+    found = report_benchmarks.benchmarks(tmp_path)
+    assert found is not None
+    (pair,) = found["pairs"]
+    assert (pair["level"], pair["verdict"]) == ("1e-6", verdict)
+    assert pair["ratio"] == ("–" if ratio is None else f"{ratio:.2f}")
