@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -39,15 +39,29 @@ def probe_state(case: Case, formulation: Formulation | None, sizes: Floats) -> F
 def _distinct(
     case: Case, formulation: Formulation | None, state: Floats, unit: Floats, relative: float
 ) -> Iterator[Floats]:
+    names = [coordinate.name for coordinate in case.state]
+
+    def admitted(moved: Floats) -> bool:
+        return case.domain.admits(
+            case.parameters | {n: Fraction(x) for n, x in zip(names, moved.tolist(), strict=True)}
+        )
+
+    def ways() -> list[list[int]]:
+        return [[way for way in (1, -1) if admitted(state + way * direction)] for direction in directions]
+
+    directions = np.diag(unit)
+    if not any(ways()):
+        # A rule ties the components to each other: each group is moved in proportion, by twice the rounding that the
+        # products would else suffer.
+        tied = [np.isin(np.arange(len(state)), group.indices) for group in case.metric.groups]
+        directions = np.array([2 * relative * state * mask for mask in tied])
     start = initial_state(case, formulation)
     given = {start.tobytes()}
     least = 0.0 if formulation is None else math.ulp(SHARE * float(np.max(np.abs(start))))
     failures = 0
-    for move in _moves(len(state)):
-        moved = state + np.array(move) * unit
-        names = [coordinate.name for coordinate in case.state]
-        numbers = case.parameters | {n: Fraction(x) for n, x in zip(names, moved.tolist(), strict=True)}
-        if case.domain.admits(numbers):
+    for move in _moves(ways()):
+        moved = state + np.array(move) @ directions
+        if admitted(moved):
             found = moved
             if formulation is not None:
                 found = initial_state(case.with_numbers(moved.tolist(), case.parameters), formulation)
@@ -67,9 +81,13 @@ def _distinct(
         yield start * (1.0 - k * relative)
 
 
-def _moves(dimension: int) -> Iterator[tuple[int, ...]]:
-    """Every vector of integers but zero, by its largest component."""
+def _moves(ways: Sequence[Sequence[int]]) -> Iterator[tuple[int, ...]]:
+    """Every vector of integers but zero, by its largest component; `ways`: the signs that each component may have.
+
+    A rule that holds a component where it is would turn nearly all of them down.
+    """
     for size in itertools.count(1):
-        for move in itertools.product(range(size, -size - 1, -1), repeat=dimension):
+        values = [[k for k in range(size, -size - 1, -1) if k == 0 or k // abs(k) in signs] for signs in ways]
+        for move in itertools.product(*values):
             if max(map(abs, move)) == size:
                 yield move
