@@ -109,10 +109,17 @@ def _quarter(motion: LightCart, bits: int) -> Quarter:
         amplitude = 2 * (energy / (2 * ball(motion.g))).sqrt().asin()
         gap = amplitude - abs(theta)
 
+    # Made once: thousands of evaluations of the pace share these balls.
+    total = motion.m + motion.M
+    light, heavy = ball(motion.length * motion.M / total), ball(motion.length * motion.m / total)
+    wide, twice_g = flint.acb(amplitude), 2 * ball(motion.g)
+
     def pace(sigma: Any, analytic: bool) -> Any:
-        wide = flint.acb(amplitude)
-        push = 2 * motion._push(wide, sigma)
-        return 2 * (motion._inertia(wide - sigma * sigma) / push).sqrt(analytic=analytic)
+        square = sigma * sigma
+        sine, half = (wide - square).sin(), square / 2
+        return 2 * ((light + heavy * sine * sine) / (twice_g * (wide - half).sin() * half.sinc())).sqrt(
+            analytic=analytic
+        )
 
     longest = LONGEST * float(motion.length / motion.g) ** 0.5
     track = Track(pace, amplitude.sqrt(), longest)
