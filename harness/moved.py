@@ -84,10 +84,10 @@ def _distinct(
 def _moves(ways: Sequence[Sequence[int]]) -> Iterator[tuple[int, ...]]:
     """Every vector of integers but zero, by its largest component; `ways`: the signs that each component may have.
 
-    A rule that holds a component where it is would turn nearly all of them down.
+    A rule that holds a component where it is would turn nearly all of them down. All that can move move first.
     """
     for size in itertools.count(1):
-        values = [[k for k in range(size, -size - 1, -1) if k == 0 or k // abs(k) in signs] for signs in ways]
+        values = [[way * k for k in range(size, 0, -1) for way in signs] + [0] for signs in ways]
         for move in itertools.product(*values):
             if max(map(abs, move)) == size:
                 yield move

@@ -19,7 +19,7 @@ from gnomon.cases.numbers import Domain
 from gnomon.harness import plan, registry, source
 from gnomon.harness.integrator import Steps, Tolerance
 from gnomon.harness.judge import Judge
-from gnomon.harness.moved import moved_states
+from gnomon.harness.moved import moved_states, probe_state
 from gnomon.harness.truth import CaseSpec, truth
 
 from gnomon import cases
@@ -234,6 +234,13 @@ def test_moved_states_are_found_at_once_where_rules_hold_components(name: str, m
     found = list(itertools.islice(moved_states(case, None, np.ones(len(case.state))), 500))
     assert len(found) == 500
     assert looked < 3000
+
+
+def test_a_probe_moves_all_that_can_move() -> None:
+    """Next to the cusp the angle has one side; a probe of the speed alone is forgotten within a step."""
+    case = cases.get("cycloidal_pendulum", "cusp_to_cusp").rounded()
+    start = np.array([float(x) for x in case.initial_state])
+    assert np.all(probe_state(case, None, np.ones(2)) != start)
 
 
 def test_at_the_edge_of_a_formulation_the_encoded_state_moves() -> None:
