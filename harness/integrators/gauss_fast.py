@@ -16,7 +16,7 @@ from gnomon.cases.forms import FirstOrder, SecondOrder, first_order
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
 from gnomon.harness.integrators import gauss, gauss_fast_kernel, gauss_fast_text, radau
 from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded
-from gnomon.harness.integrators.gauss import integrals, lagrange, nodes
+from gnomon.harness.integrators.gauss import halves, integrals, lagrange, nodes
 from gnomon.reference import diskcache
 from gnomon.reference.precision import working
 from numpy.typing import NDArray
@@ -155,6 +155,8 @@ def rows(mp: Any, second_order: bool) -> Table:
         a = [[mp.fsum(a[j][m] * a[m][k] for m in s) for k in s] for j in s]
     # The stage polynomial about its end, where c = 1 + x, from its values at small x: exact, it has degree 7.
     points = [mp.mpf(k - 4) / 8 for k in s]
+    few = [mp.nint(node * 2**24) / 2**24 for node in c]
+    positions = [b[j] * (1 - c[j]) for j in s]
     vandermonde = mp.matrix([[x**k for k in s] for x in points])
     monomials = vandermonde**-1 * mp.matrix(lagrange(mp, c, [1 + x for x in points]))
     return [
@@ -163,11 +165,14 @@ def rows(mp: Any, second_order: bool) -> Table:
         *([node**k for node in c] for k in s),
         c,
         b,
-        [b[j] * (1 - c[j]) for j in s],
+        positions,
         *([(2 * n + 1) * b[j] * mp.legendre(n, 2 * c[j] - 1) for j in s] for n in (6, 7)),
         *([ahead[j][k] for j in s] for k in s),
         *([once[j][k] for j in s] for k in s),
         *([mp.fsum(m[j][i] * ahead[i][k] for i in s) for j in s] for m in (a, once) for k in s),
+        few,
+        [node - high for node, high in zip(c, few, strict=True)],
+        *(halves(mp, row, mp.mpf(2) ** -52)[1] for row in (b, positions)),
     ]
 
 

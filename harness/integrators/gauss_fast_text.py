@@ -22,6 +22,11 @@ tolerances is taken again. Steps are kept equal (guesses are better, and energy 
 HOLD times, then grow LEAP times less than that, or by themselves after CALM steps without a reason to shrink. A component
 counts for at least LEAST of the largest change in a step, and changes below NOISE roundings are round-off.
 
+So that energy does not drift, nothing may be rounded the same way in every step (Hairer, McLachlan, Razakarivony, BIT
+48, 2008): weights and nodes come with what rounding has taken from them, step sizes have so few bits that their
+products are exact. Nor may a part of the truncation or of the iteration remain, which has a sign that lasts: tolerances
+below FINE leave less of both, and the error of energy is then the random walk of round-off (Brouwer's law).
+
 A sample is a step of its own, taken aside from the start of the step that it lies in, with that step's stage polynomial
 as the first guess: it has the order of the end of a step, and steps are free of the samples.
 """
@@ -38,9 +43,9 @@ MOST_STEPS, MOST_STIFF = 40_000_000, 1000
 # Rows of the table (rows, 8): columns of the stage matrix (squared for second-order equations), of the monomials of the
 # stage polynomial about its end and of the powers of the nodes; nodes; weights; those of positions; weights of the two
 # highest Legendre coefficients; columns of the polynomial one step ahead and of the stage matrix itself; the stage
-# matrices times the former.
+# matrices times the former; the nodes in few bits, and the rest; what rounding has taken from both rows of weights.
 STAGES, MONOMIALS, POWERS, NODES, WEIGHTS, POSITIONS, SIXTH, SEVENTH, AHEAD, ONCE = 0, 8, 16, 24, 25, 26, 27, 28, 29, 37
-CARRIED, ONCE_CARRIED = 45, 53
+CARRIED, ONCE_CARRIED, NODES_HIGH, NODES_LOW, WEIGHTS_LOW = 45, 53, 61, 62, 63
 
 HEAD = f"""
 import math
@@ -55,10 +60,11 @@ MOST_STEPS, MOST_STIFF, MOST_ROUNDS, MOST_CHANGE = {MOST_STEPS}, {MOST_STIFF}, 2
 STAGES, MONOMIALS, POWERS, NODES = {STAGES}, {MONOMIALS}, {POWERS}, {NODES}
 WEIGHTS, POSITIONS, SIXTH, SEVENTH = {WEIGHTS}, {POSITIONS}, {SIXTH}, {SEVENTH}
 AHEAD, ONCE, CARRIED, ONCE_CARRIED = {AHEAD}, {ONCE}, {CARRIED}, {ONCE_CARRIED}
+NODES_HIGH, NODES_LOW, LOW = {NODES_HIGH}, {NODES_LOW}, {WEIGHTS_LOW - WEIGHTS}
 ROUNDOFF, ONE = 2.0**-52, 0x3FF0000000000000
 SHARE, NOISE, FAST, SLOW, SURE = 0.1, 1e2, 0.3, 0.7, 1e-6
 ERRS, LESS, HOLD, LEAP, LEAST, CALM = 0.002, 0.1, 2.2, 1.3, 1e-6, 100
-SLOWLY, FAINT, COARSE = 1e-3, 1e-12, 1e-6
+SLOWLY, FAINT, COARSE, FINE = 1e-3, 1e-12, 1e-6, 3e-16
 SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-300
 
 
@@ -86,6 +92,11 @@ def powers(r):
     return with_lane(with_lane(with_lane(with_lane(v, 4, r4), 5, r4 * r), 6, r4 * r2), 7, r4 * r2 * r)
 
 
+@njit(forceinline=True, OPTIONS)
+def weighted(f, table, weights):
+    return fma(f, row(table, weights), f * row(table, weights + LOW))
+
+
 @njit(OPTIONS)
 def at(m, x):
     # The polynomial with the coefficients m.
@@ -102,20 +113,21 @@ FIRST_ORDER = {
     "place": "x@ = fma(hh, p[@], lanes(y[@]))",
     "placed": "<|x@, |>",
     "shift": "q = products(table, STAGES, (<|d@, |>))\n        s@ = hh * q[@]",
-    "moved": "<|h * total(f@ * row(table, WEIGHTS)) + low[@], |>",
+    "moved": "<|h * total(weighted(f@, table, WEIGHTS)) + low[@], |>",
     "rate": "y@",
     "slope": "slopes((<|lanes(y%), |>), forcing(lanes(0.0), k), k)",
     "first": "0.1 * largest / fastest if largest > 0.0 and fastest > 0.0 else 1e-3 * end",
     "blur": "0.0",
 }
 SECOND_ORDER = FIRST_ORDER | {
-    "prepare": "b@ = fma(hh * row(table, NODES), lanes(y[N + @]), lanes(y[@]))\n    "
-    "e@ = fma(hh * row(table, NODES), lanes(y[N + @]), lanes(y[@]) - b@) + lanes(low[@])",
+    "prepare": "m, n = hh * row(table, NODES_HIGH), hh * row(table, NODES_LOW)\n    "
+    "b@ = fma(m, lanes(y[N + @]), fma(n, lanes(y[N + @]), lanes(y[@])))\n    "
+    "e@ = fma(n, lanes(y[N + @]), fma(m, lanes(y[N + @]), lanes(y[@]) - b@)) + lanes(low[@])",
     "lost": "s@ = s@ + (fma(hh * hh, p[@], b@ - x@) + e@)",
     "place": "x@ = fma(hh * hh, p[@], b@)",
     "shift": "q = products(table, STAGES, (<|d@, |>))\n        s@ = hh * hh * q[@]",
-    "moved": "<|h * y[N + @] + (h * h * total(f@ * row(table, POSITIONS)) + h * low[N + @] + low[@]), |>"
-    "<|h * total(f@ * row(table, WEIGHTS)) + low[N + @], |>",
+    "moved": "<|h * y[N + @] + (h * (h * total(weighted(f@, table, POSITIONS)) + low[N + @]) + low[@]), |>"
+    "<|h * total(weighted(f@, table, WEIGHTS)) + low[N + @], |>",
     "rate": "y[N + @]",
     "first": "0.1 * (largest / fastest + np.sqrt(furthest / fastest)) "
     "if fastest > 0.0 and furthest + largest > 0.0 else 1e-3 * end",
@@ -131,7 +143,7 @@ WITH_VELOCITY = SECOND_ORDER | {
 
 VERDICT = """if change * max(rate, sure) <= 1.0 and rate < SLOW:
     break
-if change < noise and (rate > SLOW or rounds > 8):
+if change < noise and (rate > SLOW or rounds > 16):
     break
 if not change < MOST_CHANGE or rounds == MOST_ROUNDS or (rounds > 2 and rate > SLOW):
     rounds = -rounds
@@ -168,7 +180,8 @@ def NAME(t, h, y, low, f, p, v, k, table, fine, noise, sure, expected, quiet):
             before = change
         f@ = g@
         {sums_of_a_round}
-    return rounds, rate, (<|f@, |>)
+    # What changes by round-off shows no rate.
+    return rounds, rate if before > noise else 0.0, (<|f@, |>)
 """.replace("{verdict}", settled(16))
 
 ADVANCE = """
@@ -197,7 +210,8 @@ def advance(p_, table, initial, times, tolerance, out, stop):
     end = times[-1]
     # Sums of times stay exact while steps are multiples of the spacing of numbers next to this one.
     grid = 2.0 ** np.ceil(np.log2(end)) if end > 0.0 else 1.0
-    share = SHARE * max(tolerance, ROUNDOFF / 4)
+    keen = min(tolerance / FINE, 1.0)
+    share = SHARE * max(tolerance, ROUNDOFF / 4) * keen**10
     noise = NOISE * ROUNDOFF / share
     taken = 0
     for n in range(initial.shape[0]):
@@ -223,6 +237,8 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             if t + h / 4 <= t:
                 reason = STEP_TOO_SMALL
                 break
+            # So few bits that products with the nodes' high parts and the square are exact.
+            h = double(bits(h) & -(1 << 27))
             if h > COARSE * grid:
                 h = (h + grid) - grid
             # The step is h rounded so that t + step is exact; the last one ends at the last sample.
@@ -269,7 +285,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             seventh@ = max(abs(total(f@ * row(table, SEVENTH))) - blur, 0.0)
             sixth@ = max(abs(total(f@ * row(table, SIXTH))) - blur, 0.0)
             error += (seventh@ * seventh@ + LESS * sixth@ * sixth@) / ((size@ + TINY) * scale@)
-            error *= ERRS * step / tolerance
+            error *= ERRS * step / (tolerance * keen**4)
             wanted = root_15(max(error, TINY)) / SAFETY
             if not error <= SLACK:
                 h = step * max(SHRINK_MOST, 1 / wanted) if error < np.inf else step * SHRINK_MOST
