@@ -109,17 +109,18 @@ def integrate(
     for n in range(initial.shape[0]):
         for i in range(dimension):
             y[i] = initial[n, i]
-            low[i], sizes[i] = 0.0, 0.0
+            low[i] = 0.0
         t, sample, steps, reason = 0.0, 0, 0, 0
         while sample < times.size:
             for i in range(dimension):
                 x[i] = y[i]
             x[dimension] = order
             call(f, t, x, p, w)
+            if steps == 0:
+                start_sizes(w, order, time_scale, y, sizes)
             lower, upper = 0.0, 0.0
             for i in range(dimension):
-                # A size that is zero at the start is what the motion makes of it within a time scale.
-                sizes[i] = max(sizes[i], abs(y[i]), time_scale * abs(w[STRIDE * i + 1]))
+                sizes[i] = max(sizes[i], abs(y[i]))
                 if sizes[i] > 0.0:
                     lower = max(lower, abs(w[STRIDE * i + order - 1]) / sizes[i])
                     upper = max(upper, abs(w[STRIDE * i + order]) / sizes[i])
@@ -151,6 +152,21 @@ def integrate(
         if reason != 0 and stop[0] == 0:
             stop[0], stop[1] = reason, sample
     return taken
+
+
+def start_sizes(w: Floats, order: int, time_scale: float, y: Floats, sizes: Floats) -> None:
+    """Sizes of components that start at zero: what the motion makes of them within its radius of convergence.
+
+    That is as far as the components which do not start at zero tell, and a time scale at most: at the pericentre of a
+    long ellipse it is far shorter, and a whole time scale of the acceleration there no size of any velocity.
+    """
+    upper = 0.0
+    for i in range(y.size):
+        if y[i] != 0.0:
+            upper = max(upper, abs(w[STRIDE * i + order] / y[i]))
+    reach = min(time_scale, exp(-log(upper) / order))
+    for i in range(y.size):
+        sizes[i] = reach * abs(w[STRIDE * i + 1])
 
 
 def polynomial(w: Floats, first: int, order: int, h: float) -> float:
