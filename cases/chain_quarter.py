@@ -132,7 +132,7 @@ class ChainQuarterCircle(Case):
         ),
         Variant("sharp_edge", "R = 1e-6 m: the limit of the chain off a table's edge", {"R": "1e-6"}, ("1e-6", "0.5")),
         Variant(
-            "just_longer", "L = 1.00005 pi R/2: nothing hangs straight when the tail leaves the table", {"L": "0.78543"}
+            "just_longer", "L = 1.00004 pi R/2: nothing hangs straight when the tail leaves the table", {"L": "0.78543"}
         ),
         Variant("long_chain", "L = 1000 m: hangs for long before the tail comes", {"L": 1000}),
     )

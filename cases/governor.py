@@ -105,7 +105,7 @@ class EngineeringDesignAnalysis(FreeAzimuthCase):
         ),
         Variant(
             "light_spindle",
-            "I = 1e-4 kg m^2: spins up sixfold each time the arms come in",
+            "I = 1e-4 kg m^2: spins up twofold each time the arms come in",
             {"I": "1e-4"},
             ("0.9", 0, 0, 9),
         ),

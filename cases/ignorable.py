@@ -313,7 +313,7 @@ class ParticleOnTorus(_OnSurface):
         Variant("inner", "climbs to the inner side, where the azimuth turns fastest", initial_state=("-2.4", 0, 0, 2)),
         Variant("plane", "no turn about the axis: a pendulum in the tube", initial_state=("-0.1", 0, 0, 0)),
         Variant("fast", "flung outward: a small vibration about the outer side", initial_state=("-0.1", 0, 0, 30)),
-        Variant("thin", "a thin tube, a = 1e-4 R: swings 100 times in a turn", {"a": "2e-4"}, ("-0.6", 0, 0, "0.5")),
+        Variant("thin", "a thin tube, a = 1e-4 R: swings 420 times in a turn", {"a": "2e-4"}, ("-0.6", 0, 0, "0.5")),
         Variant("long_1e4", "10,000 periods: phase errors of both coordinates"),
     )
     _PERIODS: ClassVar = {"long_1e4": 10000.37}

@@ -194,11 +194,11 @@ class LagrangeTopCase(_Angles):
         ),
         Variant(
             "near_vertical",
-            "b - a = 1e-6 a: passes the vertical closely, where phi and psi jump",
+            "b - a = 1e-6 a: passes 2e-6 rad from the vertical, where phi and psi jump by half a turn",
             {"a": "0.1", "b": "0.1000001"},
-            ("1.2", "0.5", 0, 0),
+            ("1.2", "5", 0, 0),
         ),
-        Variant("fast", "a^2/(I1 W) = 1e6: nutation a million times faster than its size", {"a": 100, "b": 82}),
+        Variant("fast", "a^2/(I1 W) = 1e6: nutation a million times faster than the precession", {"a": 100, "b": 82}),
         Variant("slow", "too slow to stand: nutates almost to the lowest point", {"a": "0.05", "b": "0.03"}),
         Variant("precessions_1e4", "1e4 precessions: phase error"),
         Variant("weightless_almost", "W = 1e-6: nearly free", {"W": "1e-6"}),
@@ -285,7 +285,7 @@ class LagrangeTopSleepingSeparatrix(_Angles):
         ),
         Variant(
             "from_vertical",
-            "1e-12 rad/s at the vertical: an exponential phase of 10 s",
+            "1e-12 rad/s at the vertical: 18 s of exponential growth, to 9e-3 rad",
             initial_state=(0, "1e-12", 0, 0),
         ),
         Variant(

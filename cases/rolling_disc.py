@@ -109,7 +109,7 @@ class RollingDisc(IntegratedCase):
         ),
         Variant(
             "straight_slow",
-            "rolls straight at half the limit: wobbles over to 70 degrees and back",
+            "rolls straight at half the limit: wobbles over to 65 degrees and back",
             initial_state=(0, 0, "1.57", 0, 0, 0, "1e-3", "1.8"),
         ),
         Variant(

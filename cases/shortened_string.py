@@ -64,7 +64,7 @@ class CentralForceShortenedString(Case):
             span="0.999",
         ),
         Variant("let_out", "let out to 100 times the distance: turns 1e-4 times as fast", {"c": -1}, span=99),
-        Variant("slow", "drawn in by a third during 1,000 turns: r^2 omega must not drift", {"c": "1e-4"}, span=3300),
+        Variant("slow", "drawn in by a third during 1,568 turns: r^2 omega must not drift", {"c": "1e-4"}, span=3300),
         Variant("held", "c = 0: a circle", {"c": 0}, span="32.7"),
     )
     invariants: ClassVar = {"areal_spin": Invariant(spin_on_string)}

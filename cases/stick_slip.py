@@ -124,7 +124,7 @@ class StickSlipBelt(Case):
         Variant("fast_belt", "V = 1e3: the slip touches the belt's speed nearly as a tangent", {"V": 1000}, (0, 1000)),
         Variant("one_friction", "mu_s = mu_k: swings about the point of release and only touches V", {"mu_s": "0.3"}),
         Variant("slipping_start", "starts at rest on the moving belt", initial_state=(0, 0)),
-        Variant("many", "1000 cycles: each event's error stays", span="2050.3"),
+        Variant("many", "1,389 cycles: each event's error stays", span="2050.3"),
     )
 
     @cached_property
