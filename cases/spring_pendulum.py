@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
-from math import sqrt
+from math import cos, sin, sqrt
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,6 +13,7 @@ from gnomon.cases.case import Floats, Invariant, Rung, Variant
 from gnomon.cases.forms import Separable, Values
 from gnomon.cases.integrated import IntegratedCase
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.pendulum import PendulumSimple
 from gnomon.cases.point_scene import UP, free_point
 from gnomon.cases.scene import SceneForm
 from gnomon.cases.small_vibrations import SmallVibrations
@@ -80,7 +82,12 @@ class SpringPendulum(IntegratedCase):
             {"k": "29.43"},
             ("0.05", "-1.4", 0, 0),
         ),
-        Variant("stiff", "k = 1e4: nearly a rod, with a fast small vibration on the swing", {"k": 10**4}),
+        Variant(
+            "stiff",
+            "k = 1e4: nearly a rod, with a fast vibration of 1e-3 of its length on the swing",
+            {"k": 10**4},
+            ("0.8", "-0.6", 0, 0),
+        ),
         Variant(
             "vertical", "along the spring only: the component across stays exactly zero", initial_state=(0, -1, 0, 0)
         ),
@@ -121,7 +128,7 @@ class SpringPendulum(IntegratedCase):
 
     @property
     def ladder(self) -> tuple[Rung, ...]:
-        """About the hanging rest swing and spring are two oscillators apart; a third mass stands idle."""
+        """About the hanging rest swing and spring are two oscillators apart (a third mass stands idle); then a rod."""
         m, k, length, g = self.parameter_values()
         x, y, vx, vy = self.initial_state
         hanging = length + m * g / k
@@ -134,7 +141,19 @@ class SpringPendulum(IntegratedCase):
         def hung(states: Floats) -> Floats:
             return np.stack([states[:, 0], states[:, 1] - rest, states[:, 3], states[:, 4]], axis=1)
 
-        return (Rung(small, hung, "small swings: spring and swing apart"),)
+        smallest = Rung(small, hung, "small swings: spring and swing apart")
+        if not x and not vx:
+            return (smallest,)
+        away, begin = math.hypot(float(x), float(y)), math.atan2(float(x), -float(y))
+        turn = (float(vx) * cos(begin) + float(vy) * sin(begin)) / away
+        rod = PendulumSimple(initial_state=(begin, turn), span=self.span, g=g, L=hanging)
+
+        def on_the_circle(states: Floats) -> Floats:
+            angle, rate = states.T
+            s, c = np.sin(angle), np.cos(angle)
+            return rest * np.stack([s, -c, rate * c, rate * s], axis=1)
+
+        return (smallest, Rung(rod, on_the_circle, "swings of any size, a rod instead of the spring"))
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         x, y, vx, vy = state

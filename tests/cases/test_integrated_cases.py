@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 import mpmath
+import numpy as np
 import pytest
 from gnomon.cases import get
 from gnomon.reference.precision import exact
@@ -87,3 +88,16 @@ def test_parallel_circles_of_the_paraboloid_share_one_rate():
     case = get("particle_on_paraboloid", "circle")
     assert case.quantities()["circle_rate"] == 3
     assert case.exact(5, 25) == (2, 15, 0, 3)
+
+
+def test_a_stiff_spring_swings_as_a_rod_does():
+    """The spring gives by m g/k, 1e-3 of its length, and its vibration adds sqrt(k/m) times that to the speed, 2 %."""
+    case = get("spring_pendulum", "stiff").rounded()
+    motion = case.sample(case.times)
+    lengths = np.hypot(motion[:, 0], motion[:, 1])
+    assert 5e-4 < np.abs(lengths - 1).max() < 4e-3
+    small, rod = (
+        case.metric.distance(rung.project(rung.case.sample(case.times)), motion, case.times).max()
+        for rung in case.ladder
+    )
+    assert rod < 0.05 < small
