@@ -151,7 +151,9 @@ def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
     """
     spans = {"error": "over the whole span", "early": "over the first period"}
     long = rungs.melt(["ladder", "effect", "lacks"], list(spans), "over", "size")
-    table = long[long["size"] > 0].assign(
+    # Where the span ends within the first period, the two are one number.
+    twice = (long["over"] == "early") & np.tile(rungs["early"] == rungs["error"], len(spans))
+    table = long[(long["size"] > 0) & ~twice].assign(
         decades=lambda rows: np.log10(rows["size"]),
         place=lambda rows: rows["ladder"] + ": " + rows["effect"],
         words=lambda rows: [short_text(error) for error in rows["size"]],
@@ -178,9 +180,16 @@ def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
     ]
     lines = base.mark_line(color="#b9b6ae", strokeWidth=2).encode(x, y, detail="place:N")
     dots = base.mark_point(size=120, filled=True, opacity=1).encode(x, y, color=colour, shape=shape, tooltip=tooltip)
-    words = base.mark_text(baseline="bottom", dy=-8, color=INK, fontSize=11).encode(x, y, text="words:N")
+    # Left of its point and right of it: the first period's error is never the larger.
+    early = base.transform_filter(f"datum.over === '{spans['early']}'")
+    late = base.transform_filter(f"datum.over !== '{spans['early']}'")
+    small = {"baseline": "middle", "color": INK, "fontSize": 11}
+    words = [
+        early.mark_text(**small, align="right", dx=-9).encode(x, y, text="words:N"),
+        late.mark_text(**small, align="left", dx=9).encode(x, y, text="words:N"),
+    ]
     data = {"rungs": _kept(table, "place", "lacks", "over", "words", "decades")}
-    return dressed(alt.layer(lines, dots, words).properties(width=640, height=38 * len(places), datasets=data))
+    return dressed(alt.layer(lines, dots, *words).properties(width=640, height=26 * len(places), datasets=data))
 
 
 def policy_chart(points: pd.DataFrame) -> alt.LayerChart:

@@ -96,9 +96,13 @@ class Run:
 
     @cached_property
     def cases(self) -> list[Case]:
-        """The default cases of the run, rebuilt from their stored numbers; what cannot be imported here is left out."""
+        """The default cases of the run in the order of the book, rebuilt from their stored numbers.
+
+        What cannot be imported here is left out.
+        """
         found = []
-        for row in self.frame[self.frame["variant"] == ""].drop_duplicates("case").to_dict("records"):
+        own = self.frame[self.frame["variant"] == ""].drop_duplicates("case").set_index("case", drop=False)
+        for row in own.loc[[name for name in self.names if name in own.index]].to_dict("records"):
             try:
                 found.append(rebuilt(row["case"], "", json.loads(row["numbers"]), float(row["span"])))
             except ValueError:

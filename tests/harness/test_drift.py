@@ -25,6 +25,17 @@ T = np.arange(1, 65) / 6.4
         (1e-6 * T * (1 + 0.1 * np.sin(9 * T)), "t"),
         (1e-6 * T**2, "t^2"),
         (1e-6 * T**4, "faster than t^2"),
+        # halfway between two laws (t and its neighbours: at 0.75 and 1.5), a little on either side
+        (1e-6 * T**0.2, "bounded"),
+        (1e-6 * T**0.3, "sqrt t"),
+        (1e-6 * T**0.7, "sqrt t"),
+        (1e-6 * T**0.8, "t"),
+        (1e-6 * T**1.45, "t"),
+        (1e-6 * T**1.55, "t^2"),
+        (1e-6 * T**2.45, "t^2"),
+        (1e-6 * T**2.55, "faster than t^2"),
+        (1e-6 * np.where(np.arange(64) % 16 == 15, T, 1e-9), "t"),  # of the largest so far, not of the last
+        (2e-13 * T / T[-1], "t"),
         (1e-6 * np.minimum(T, T[-1] / 4) ** 3, "bounded"),  # a start-up
         (1e-9 * np.exp(1.5 * T), "exponential"),
         (np.where(T > 5, np.nan, T), "diverged"),
@@ -53,13 +64,14 @@ def test_laws_are_those_of_the_setting_whose_error_is_nearest_1e_5(tmp_path: Pat
     trial = dict.fromkeys(store.TRIAL_COLUMNS, "") | {"case": case.name, "variant": "default", "series": "one"}
     trial = {name.strip('"'): value for name, value in trial.items()}
     trial |= {"formulation": "standard", "integrator_id": "l:one", "span": float(case.span), "numbers": numbers}
-    growths = {1e-2: times**2, 2e-5: times, 1e-9: np.sqrt(times)}
+    growths = {1e-2: times**2, 2e-5: times, 1e-5: times**2, 1e-9: np.sqrt(times)}
     with store.Store(tmp_path / "results.sqlite") as results:
         run = results.begin_run("quick", "", {})
         results.plan(run, [trial | {"trial_key": str(size), "setting": size} for size in growths])
         for size, growth in growths.items():
             states = exact + np.outer(size * growth, [1.0, 0.0])
-            row = {"trial_key": str(size), "launch": 1, "status": "ok", "error_max": size}
+            status = "inaccurate" if size == 1e-5 else "ok"
+            row = {"trial_key": str(size), "launch": 1, "status": status, "error_max": size}
             results.add(run, row, None, states)
     frame = analysis.tidy(store.load(tmp_path))
     found = laws(tmp_path, frame, frame["variant"] == "").set_index("quantity")

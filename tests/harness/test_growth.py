@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from gnomon.harness import registry
-from gnomon.harness.growth import SAMPLES, SUBJECTS, Subject, fitted, measured, twenty_bits
+from gnomon.harness.growth import SAMPLES, STRETCH, SUBJECTS, Subject, energy_errors, fitted, measured, twenty_bits
 
 
 @pytest.mark.parametrize("power", [0.0, 0.5, 1.0])
@@ -66,6 +66,16 @@ def test_the_law_over_a_thousand_periods(name: str, law: str) -> None:
     subject = next(s for s in SUBJECTS if s.integrator == name)
     row = measured(replace(subject, periods=1.3e3, starts=4))
     assert row["law"] == law == subject.expected
+
+
+def test_times_are_in_periods_and_every_start_is_its_own() -> None:
+    subject = next(s for s in SUBJECTS if s.integrator == "gnomon:RK4")
+    times, errors = energy_errors(replace(subject, periods=1e3, starts=3, parts=2))
+    assert times[-1] == pytest.approx(STRETCH * 1e3, rel=1e-5)
+    assert errors.shape == (3, SAMPLES)
+    # Energy is lost at the same rate in the second part as in the first: it starts where the first one ended.
+    assert 0.45 < errors[0, SAMPLES // 2] / errors[0, -1] < 0.55
+    assert len(set(errors[:, -1])) == 3
 
 
 def test_gauss_follows_brouwers_law() -> None:

@@ -27,6 +27,8 @@ def test_the_linear_pendulum_lags_by_amplitude_squared_over_16() -> None:
     lag = 2 * math.pi * swings * amplitude**2 / 16
     # The sample nearest the largest slope misses it by 1 %; the next term of the period is A^4.
     assert worth(swing)[0]["error"] == pytest.approx(lag, rel=0.05)
+    # After one period, where the speed turns fastest.
+    assert worth(swing)[0]["early"] == pytest.approx(2 * math.pi * amplitude**2 / 16, rel=0.05)
 
 
 def test_the_quartic_pendulum_lags_by_amplitude_to_the_fourth_over_384() -> None:

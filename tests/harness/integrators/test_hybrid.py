@@ -13,6 +13,7 @@ from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.harness.adapters import scipy_events
 from gnomon.harness.events import score_events
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Steps
+from gnomon.harness.integrators.event_stepping import ERROR_3, ERROR_5, step_error
 from gnomon.harness.integrators.hybrid import Dop853Events, EulerEvents, RK4Events
 from gnomon.harness.problem import counting, initial_state, problem_of
 from gnomon.reference.pendulum import Pendulum
@@ -217,3 +218,16 @@ def test_a_motion_that_runs_away_is_reported() -> None:
 def test_impossible_settings_are_refused(setting: float) -> None:
     with pytest.raises(Refused):
         scipy_events.RK45().prepare(PROBLEM, setting)
+
+
+@pytest.mark.parametrize("dimension", [1, 3])
+@pytest.mark.parametrize("ratio", [0.0, 10.0, -20.0])
+def test_the_estimates_of_dop853_are_combined_as_its_authors_do(dimension: int, ratio: float) -> None:
+    """|h| e5^2 / sqrt((e5^2 + 0.01 e3^2) n), in norms over n scaled components (dop853.f): e3 ten times e5 halves it."""
+
+    def estimate(third: float, size: int) -> float:
+        table, ones = np.zeros((ERROR_3 + 1, 3)), np.ones(size)
+        table[ERROR_5, 1:], table[ERROR_3, 1:] = (1e-9, 2e-9), (third * 1e-9, third * 2e-9)
+        return step_error(0.5, ones, ones, table, 2, np.ones((2, size)), 1e-9)
+
+    assert estimate(ratio, dimension) == pytest.approx(estimate(0.0, 1) / np.sqrt(1 + 0.01 * ratio**2))
