@@ -222,7 +222,7 @@ class CentralForceHangingMass(_Central):
         Variant(
             "near_hole", "passes 0.1 m from the hole, where it turns 100 times faster", initial_state=(1, 0, 0, "0.3")
         ),
-        Variant("light", "m2 = 1e-6 m1: nearly free motion, far out and back", {"m2": "1e-6"}, (1, 0, 0, "0.003")),
+        Variant("light", "m2 = 1e-6 m1: nearly free motion, out to 47 m and back", {"m2": "1e-6"}, (1, 0, 0, "0.03")),
     )
     invariants: ClassVar = {"energy": Invariant(hanging_energy), "areal_spin": Invariant(areal_spin)}
 

@@ -66,6 +66,7 @@ def quantity(name: str) -> Callable[[Case], float]:
 
 CLAIMS: dict[str, tuple[Callable[[Any], float], float]] = {
     "central_force_hanging_mass/near_hole: passes 0.1 m": (quantity("least"), 0.1),
+    "central_force_hanging_mass/light: out to 47 m": (quantity("largest"), 46.85),
     "central_force_shortened_string/slow: 1,568 turns": (lambda case: last(case, "theta") / math.tau, 1568),
     "particle_on_torus/thin: swings 420 times": (lambda case: math.pi / quantity("apsidal_angle")(case), 420),
     "chain_quarter_circle/just_longer: L = 1.00004": (
