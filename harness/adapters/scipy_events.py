@@ -20,7 +20,9 @@ class SolveIvpEvents(Integrator):
     """A method of `scipy.integrate.solve_ivp` with terminal events; `method` is its name there.
 
     SciPy sees a sign change of a guard between the ends of a step. Where the motion has just left a guard, the guard is
-    zero at the restart and would fire at once, so its value there is replaced by that of the side it comes from.
+    zero at the restart and would fire at once, so its value there is replaced by that of the side it comes from. It looks
+    at the states there, but brackets the root on its interpolant: where these differ in sign by round-off it raises
+    `f(a) and f(b) must have different signs`, which is its own and stays `crashed` (Radau, two starts of forty from rest).
     """
 
     library = "scipy"

@@ -16,6 +16,8 @@ Traps:
   return; it is looked at before (LSODA returns NaN and calls it success).
 - Towards a singularity LSODA takes ever smaller steps without end, where the others say that the step is too small: the
   time limit of the trial ends it.
+- Radau does not look whether a Jacobian is finite: off the domain of the equations (a step past a pericentre at a loose
+  tolerance) LAPACK's wrapper raises `array must not contain infs or NaNs`, and the trial counts as crashed.
 - Radau without a Jacobian evaluates at columns of a matrix, which are not contiguous, and does not count these
   right-hand sides in its `nfev`; they are counted here.
 """

@@ -55,8 +55,9 @@ slope make a state, the rows of `k`."""
 class Adaptive(Integrator):
     """A one-step method that holds its estimated error to the tolerance, relative and absolute; sums are compensated.
 
-    The norm of the error is the root mean square over the components. A subclass gives its table of coefficients, the
-    constants that it is compiled with, and the functions of its family.
+    It is absolute below 1, in SI units: of a motion of a millimetre the same tolerance leaves an error a thousand times as
+    large, relative to its size. The norm of the error is the root mean square over the components. A subclass gives its
+    table of coefficients, the constants that it is compiled with, and the functions of its family.
     """
 
     sampling = "dense output"
