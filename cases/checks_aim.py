@@ -33,7 +33,7 @@ class FallingTarget(Check):
         (Rule("X is not zero (the shot is not straight up)", lambda p: p["X"] != 0),),
     )
     variants = (
-        Setting("fast", "v = 1e9: the target has fallen 4e-15 m", {"v": 10**9}),
+        Setting("fast", "v = 1e9: the target has fallen 6e-15 m", {"v": 10**9}),
         Setting("slow", "v = 1e-3: both far below the ground", {"v": "1e-3"}),
         Setting("far", "the target 1e8 away and 1 up", {"X": 10**8, "Y": 1}),
         Setting(

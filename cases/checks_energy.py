@@ -66,7 +66,7 @@ class WorkEnergyRigidBody(Check):
         Setting("middle_axis", "turning about the middle axis, 1e-6 off", {"w1": "1e-6", "w2": 3, "w3": 0, "t": 6}),
         Setting("flat_body", "I3 = I1 + I2: all mass in a plane", {"I1": 1, "I2": 2, "I3": 3}),
         Setting(
-            "slow_turn", "rotation holds 1e-20 of the energy", {"w1": "1e-10", "w2": "2e-10", "w3": "-1e-10", "t": 2}
+            "slow_turn", "rotation holds 2e-22 of the energy", {"w1": "1e-10", "w2": "2e-10", "w3": "-1e-10", "t": 2}
         ),
         Setting("apex", "thrown so that the power vanishes at t", {"g": 10, "vz": 20, "t": 2}),
         Setting(

@@ -118,7 +118,7 @@ class FrameTransformation(Check):
             "fast", "a rate of 1e6: centrifugal acceleration drowns what is seen in the frame", {"a1": 10**6, "b1": 3}
         ),
         Setting("slow", "a rate of 1e-12", {"a1": "1e-12", "a2": 0, "b1": 0, "b2": 0}),
-        Setting("late", "after 1e5 turns", {"t": 700000}),
+        Setting("late", "after 1e10 turns", {"t": 700000}),
     )
     guard = 60
 

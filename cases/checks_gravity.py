@@ -39,7 +39,7 @@ class GravityFieldParticleBody(Check):
     variants = (
         Setting(
             "at_ring",
-            "1e-10 of a radius from the ring: 1 - m = 1e-20",
+            "1e-10 of a radius from the ring: 1 - m = 2.5e-21",
             {"mu": 1, "a": 1, "rho": 1, "z": "1e-10", "r": "1.5", "L": 1},
         ),
         Setting(

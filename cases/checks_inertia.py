@@ -219,21 +219,23 @@ class InertiaTransformationPrincipal(Check):
     variants = (
         Setting(
             "near_double",
-            "two moments 1.8e-15 apart: acos loses half the digits",
+            "two moments apart by 1.8e-15 of them: acos loses half the digits",
             _turned(1, 1 + Fraction(1, 2**49), Fraction(3, 2)),
         ),
         Setting(
             "near_double_1e_15",
-            "two moments 1e-15 apart, in exact numbers",
+            "two moments apart by 1e-15 of them, in exact numbers",
             _turned(1, 1 + Fraction(1, 10**15), Fraction(3, 2)),
         ),
-        Setting("near_triple", "all three within 4e-15", _turned(1, 1 + Fraction(1, 2**49), 1 + Fraction(2, 2**49))),
+        Setting(
+            "near_triple", "all three within 4e-15 of them", _turned(1, 1 + Fraction(1, 2**49), 1 + Fraction(2, 2**49))
+        ),
         Setting("exact_double", "two equal moments, axes turned", _turned(2, 2, 3)),
         Setting("exact_double_least", "the two larger ones equal", _turned(2, 3, 3)),
         Setting("exact_triple", "the sphere: every axis is principal", _turned(2, 2, 2)),
         Setting("flat", "I3 = I1 + I2 exactly: a lamina", _turned(1, 2, 3)),
         Setting("rod", "one moment exactly zero", _turned(0, 2, 2)),
-        Setting("aspect_1e8", "a needle: moments 1e-16 of the others", _turned(Fraction(1, 2**50), 1, 1)),
+        Setting("aspect_1e8", "a needle: one moment 9e-16 of the others", _turned(Fraction(1, 2**50), 1, 1)),
     )
 
     @property

@@ -121,7 +121,7 @@ class FalklandGunnery(ProjectileCoriolisFirstOrder):
     )
     variants = (
         Setting("west", "fired west", {"vx": -600, "vy": 0}),
-        Setting("equator", "at the equator, due south: no lateral deflection at all", {"lat": 0}),
+        Setting("equator", "at the equator, due south: rise and fall alone deflect", {"lat": 0}),
     )
 
 

@@ -99,6 +99,29 @@ def test_numbers_that_the_book_gives() -> None:
     assert loop["extreme.bottom"] == 60
 
 
+def ratio(check: str, variant: str, part: str, whole: str) -> float:
+    found = get_check(check, variant).exact(30)
+    return abs(float(found[part] / found[whole]))
+
+
+def test_variants_do_what_they_say() -> None:
+    """Numbers in the lines of `stresses`; they have one digit or two."""
+    assert ratio("rotor_dynamic_balance", "one_bearing_free", "bearing.A", "bearing.B") == pytest.approx(1e-6, rel=0.2)
+    assert ratio("work_energy_rigid_body", "slow_turn", "rotational", "kinetic") == pytest.approx(2e-22, rel=0.2)
+    assert ratio("work_energy_rigid_body", "fast_top", "top_work", "top_kinetic") == pytest.approx(4e-12, rel=0.2)
+    assert ratio("inertia_transformation_principal", "aspect_1e8", "principal.least", "principal.largest") < 1e-15
+    fallen = 20 - get_check("falling_target", "fast").exact(30)["height"]
+    assert float(fallen) == pytest.approx(6e-15, rel=0.1)
+    for variant, gap in (("near_double", 1.8e-15), ("near_double_1e_15", 1e-15), ("near_triple", 1.8e-15)):
+        found = get_check("inertia_transformation_principal", variant).exact(40)
+        apart = (found["principal.middle"] - found["principal.least"]) / found["principal.least"]
+        assert float(apart) == pytest.approx(gap, rel=0.05)
+    south = get_check("falkland_gunnery", "equator").exact(20)
+    level = get_check("falkland_gunnery", "equator", vz=0, g="1e-20").exact(20)
+    assert south["coriolis.x"] != 0
+    assert abs(level["coriolis.x"]) < 1e-15
+
+
 class Wrong(Check):
     """A check whose two ways differ in the thirtieth digit."""
 
