@@ -38,7 +38,7 @@ def growth(*folders: Path) -> dict[str, Any] | None:
 def _pair(row: dict[str, Any]) -> dict[str, str]:
     missed = [name for side, name in (("ours", "ours_name"), ("peer", "peer_name")) if row[side] is None]
     words = {name: str(row[name]) for name in ("group", "scene", "ours_name", "peer_name")}
-    words["level"] = f"{row['level']:.0e}".replace("e-0", "e-")
+    words["level"] = f"{float(row['level']):.0e}".replace("e-0", "e-")
     words["ours"], words["peer"] = ("–" if row[s] is None else tables.time_text(row[s]) for s in ("ours", "peer"))
     words["asked"] = "–" if row["asked"] is None else f"{row['asked']:g}"
     if missed:

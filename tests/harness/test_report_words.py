@@ -123,7 +123,14 @@ def test_a_law_that_the_fit_cannot_tell_from_its_neighbour_is_not_claimed(
 def test_verdicts_of_pairs(
     tmp_path: Path, ours: float | None, ratio: float | None, asked: float | None, verdict: str
 ) -> None:
-    row = {"group": "against two", "scene": "a", "level": 1e-6, "ours_name": "one", "peer_name": "two", "asked": asked}
+    row = {
+        "group": "against two",
+        "scene": "a",
+        "level": "1e-06",
+        "ours_name": "one",
+        "peer_name": "two",
+        "asked": asked,
+    }
     row |= {"ours": ours, "peer": 2e-3, "median": ratio, "low": ratio, "high": ratio}
     (tmp_path / "benchmarks.json").write_text(json.dumps({"launches": 5, "environment": {}, "rows": [row]}))
     found = report_benchmarks.benchmarks(tmp_path)
