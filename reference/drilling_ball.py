@@ -21,7 +21,10 @@ from gnomon.reference.motion import Motion
 
 @dataclass(frozen=True)
 class DrillingBall(Motion):
-    """State (x, y, vx, vy, wx, wy, wz), a solid sphere; slip, wz, mu, g and rho not zero; before the end."""
+    """State (x, y, vx, vy, wx, wy, wz), a solid sphere; slip, wz, mu, g and rho not zero.
+
+    A time at or beyond the end raises ValueError.
+    """
 
     R: Fraction
     mu: Fraction
@@ -64,6 +67,8 @@ class DrillingBall(Motion):
     def _clock(self, mp: Any, time: Any) -> Any:
         """u at a time: t(u) is concave, so Newton's method climbs from the left."""
         parts, u = self._fading(mp), mp.zero
+        if time >= mp.fsum(size / rate for size, rate in parts):
+            raise ValueError(f"no state at t = {float(time):g} s: the ball neither slides nor drills from its end on")
         for _ in range(200):
             past = -mp.fsum(size * mp.expm1(-rate * u) / rate for size, rate in parts)
             pace = mp.fsum(size * mp.exp(-rate * u) for size, rate in parts)
@@ -71,7 +76,9 @@ class DrillingBall(Motion):
             u += step
             if abs(step) <= 16 * mp.eps * (abs(u) + abs(time) / pace):
                 return u
-        raise ArithmeticError(f"no state at t = {float(time):g} s: the ball neither slides nor drills from its end on")
+        raise ArithmeticError(
+            f"no state found at t = {float(time):g} s, just before the ball neither slides nor drills"
+        )
 
     def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
         time = mp.mpf(t)
