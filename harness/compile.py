@@ -1,6 +1,6 @@
-"""Compiling a case's equations: one generated module a function, in the user's cache folder, cached by numba.
+"""Compiling a case's equations: one generated module a function, in the user's cache folder beside its machine code.
 
-The name of a module is a hash of every source in it, because numba's cache does not see edits in other files. Every
+The name of a module is a hash of every source in it, so that an edit anywhere makes another one. Every
 compiled function has the one signature `void(t, y, parameters, out)`, so integrators compiled once take any case by
 function pointer.
 """
@@ -11,6 +11,7 @@ import dis
 import hashlib
 import importlib.util
 import inspect
+import linecache
 import math
 import os
 import sys
@@ -30,44 +31,47 @@ from gnomon.harness.integrator import Problem
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-OPTIONS = 'error_model="numpy", fastmath={"contract"}, cache=True'
+OPTIONS = 'error_model="numpy", fastmath={"contract"}'
 SIGNATURE = "void(float64, float64[::1], float64[::1], float64[::1])"
 ARRAY_SIGNATURE = "float64[::1](float64, float64[::1], float64[::1])"
-IMPORTS = ["import numpy as np", "from numba import carray, cfunc, njit, types"]
-C_FUNCTION = """POINTER = types.CPointer(types.float64)
-@cfunc(types.void(types.float64, POINTER, POINTER, POINTER), cache=True)
-"""
-"""What stands before a C function (t, y, p, out) in a generated module."""
+IMPORTS = ["import numpy as np", "from numba import carray, njit"]
+C_SIGNATURE = "void(float64, CPointer(float64), CPointer(float64), CPointer(float64))"
 
 
 class Kernel:
     """A compiled function of a problem and its callers, each compiled or loaded only where it is asked for."""
 
-    def __init__(self, module: types.ModuleType) -> None:
-        self.module = module
+    def __init__(self, source: str) -> None:
+        self.source = source
 
     @property
     def address(self) -> int:
         """Of a C function void(double t, double *y, double *p, double *out): what in-house methods call."""
-        return int(self.module.c_kernel.address)
+        return address(self.source, "c_kernel")
 
     @property
     def pointer(self) -> Any:
         """Compiled (t, y, p, out) -> None."""
-        return _ready(self.module.kernel, SIGNATURE)
+        return compiled(self.source, "kernel", SIGNATURE)
 
     @property
     def array(self) -> Any:
         """Compiled (t, y, p) -> new array."""
-        return _ready(self.module.array, ARRAY_SIGNATURE)
+        return compiled(self.source, "array", ARRAY_SIGNATURE)
 
 
-def _ready(dispatcher: Any, signature: str) -> Any:
-    """A function of a generated module compiled for this signature and no other: nothing is left to the first call."""
-    if not dispatcher.signatures:
-        dispatcher.compile(signature)
-    dispatcher.disable_compile()
-    return dispatcher
+def compiled(source: str, name: str, signature: str = "") -> Any:
+    """The function `name` of a generated module, compiled for one signature and no other: its own, or the one given."""
+    from gnomon.harness import machine_code  # loads numba
+
+    return machine_code.function(source, name, signature)
+
+
+def address(source: str, name: str, signature: str = C_SIGNATURE) -> int:
+    """The address of a function `name` of a generated module as a C function, (t, y, p, out) if nothing else is said."""
+    from gnomon.harness import machine_code
+
+    return machine_code.address(source, name, signature)
 
 
 def cache_folder() -> Path:
@@ -169,10 +173,10 @@ def _generated(
         f"@njit({OPTIONS})\ndef kernel(t, y_, p_, out):\n{body}\n\n"
         f"@njit({OPTIONS})\n"
         f"def array(t, y_, p_):\n    out = np.empty({outputs})\n    kernel(t, y_, p_, out)\n    return out\n\n"
-        f"{C_FUNCTION}def c_kernel(t, y_, p_, out):\n"
+        f"@njit({OPTIONS})\ndef c_kernel(t, y_, p_, out):\n"
         f"    kernel(t, carray(y_, {states}), carray(p_, {parameters + counted}), carray(out, {outputs}))\n"
     )
-    return Kernel(load_module(source))
+    return Kernel(source)
 
 
 def check_values(functions: dict[str, Any], call: str, states: int, parameters: int, wanted: int) -> None:
@@ -216,7 +220,7 @@ def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[
         return
     if name == "<lambda>" or function.__closure__:
         raise ValueError(f"{function.__qualname__} is a lambda or a closure; write it as a function of a module")
-    if any(instruction.opname == "RAISE_VARARGS" for instruction in dis.get_instructions(function)):
+    if dis.opmap["RAISE_VARARGS"] in function.__code__.co_code[::2]:
         raise ValueError(f"{name} raises an exception, which compiled code cannot pass on; let it give nan instead")
     seen[name] = function
     for used in sorted(_names(function.__code__)):
@@ -231,21 +235,35 @@ def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[
             parts.append(f"{used} = {value!r}")
         elif value is not None:
             raise ValueError(f"{name} uses {used} = {value!r}; equations may use numbers, plain functions and math")
-    source = inspect.cleandoc("\n" + inspect.getsource(function))
+    source = inspect.cleandoc("\n" + source_of(function))
     parts.append(f"@njit({OPTIONS})\n{source}\n")
+
+
+def source_of(function: Callable[..., Any]) -> str:
+    """What inspect.getsource gives, which looks for the end token by token and through all modules: milliseconds."""
+    code = function.__code__
+    lines = linecache.getlines(code.co_filename, function.__globals__)
+    if not lines:
+        return inspect.getsource(function)
+    first, last = code.co_firstlineno - 1, max(end for _, end, _, _ in code.co_positions() if end)
+    margin = lines[first][: -len(lines[first].lstrip())]
+    while last < len(lines) and lines[last].startswith((f"{margin} ", f"{margin})")):
+        last += 1
+    return "".join(lines[first:last])
+
+
+def module_name(source: str) -> str:
+    return "gnomon_" + hashlib.sha256(source.encode()).hexdigest()[:24]
 
 
 @cache
 def load_module(source: str) -> types.ModuleType:
     """Write `source` under a name that is its hash and import it; the file of another process is taken as it is."""
-    source = "from __future__ import annotations\n" + source
-    name = "gnomon_" + hashlib.sha256(source.encode()).hexdigest()[:24]
+    name = module_name(source)
+    content = f"from __future__ import annotations\n{source}".encode()
     path = cache_folder() / f"{name}.py"
-    if not path.exists() or path.read_text() != source:
-        descriptor, temporary = tempfile.mkstemp(dir=path.parent)
-        with os.fdopen(descriptor, "w") as file:
-            file.write(source)
-        os.replace(temporary, path)
+    if not path.exists() or path.read_bytes() != content:
+        replaced(path, content)
     specification = importlib.util.spec_from_file_location(name, path)
     assert specification is not None
     assert specification.loader is not None
@@ -253,3 +271,11 @@ def load_module(source: str) -> types.ModuleType:
     sys.modules[name] = module
     specification.loader.exec_module(module)
     return module
+
+
+def replaced(path: Path, content: bytes) -> None:
+    """Write a file; readers see the old one or the whole new one."""
+    descriptor, temporary = tempfile.mkstemp(dir=path.parent)
+    with os.fdopen(descriptor, "wb") as file:
+        file.write(content)
+    os.replace(temporary, path)

@@ -13,7 +13,15 @@ from gnomon.harness.processes import quiet_child
 
 from gnomon import cases
 
-LIBRARIES = ("gnomon.harness.worker", "scipy.integrate", "numba", "rebound", "heyoka", "pybullet")
+LIBRARIES = (
+    "gnomon.harness.worker",
+    "gnomon.harness.machine_code",
+    "scipy.integrate",
+    "numba",
+    "rebound",
+    "heyoka",
+    "pybullet",
+)
 
 
 def _import_everything() -> None:

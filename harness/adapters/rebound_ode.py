@@ -26,14 +26,14 @@ from typing import Any
 import numpy as np
 from gnomon.cases.forms import FirstOrder
 from gnomon.harness.adapters.rebound_nbody import FIRST_STEP, interrupt_kept
-from gnomon.harness.compile import load_module, right_hand_side
+from gnomon.harness.compile import OPTIONS, address, right_hand_side
 from gnomon.harness.integrator import Floats, Integrator, Problem, Solution, Solve, Tolerance
 
 SOURCE = """\
-from numba import carray, cfunc, types
+{source}
+from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
-from {module} import kernel
 
 @intrinsic
 def pointer_at(typing_context, address):
@@ -41,14 +41,14 @@ def pointer_at(typing_context, address):
         return builder.inttoptr(arguments[0], cgutils.voidptr_t)
     return types.voidptr(address), code
 
-WORDS, DOUBLES = types.CPointer(types.uintp), types.CPointer(types.float64)
-
-@cfunc(types.void(WORDS, DOUBLES, DOUBLES, types.float64), cache=True)
+@njit({options})
 def derivatives(ode, out, y, t):
     parameters = carray(pointer_at(carray(ode, {word} + 1)[{word}]), {parameters}, types.float64)
     kernel(t, carray(y, {dimension}), parameters, carray(out, {dimension}))
 """
 """The right-hand side as REBOUND calls it: (ode, derivatives, state, time)."""
+
+SIGNATURE = "void(CPointer(uintp), CPointer(float64), CPointer(float64), float64)"
 
 
 class OdeMode(Integrator):
@@ -108,12 +108,13 @@ def c_pointer(problem: Problem) -> Any:
     from rebound.ode import ODE, ODEDER
 
     source = SOURCE.format(
-        module=right_hand_side(problem).module.__name__,
+        source=right_hand_side(problem).source,
+        options=OPTIONS,
         word=ODE.ref.offset // ctypes.sizeof(ctypes.c_void_p),
         parameters=len(problem.buffer),
         dimension=problem.dimension,
     )
-    return ODEDER(load_module(source).derivatives.address)
+    return ODEDER(address(source, "derivatives", SIGNATURE))
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (OdeMode,)

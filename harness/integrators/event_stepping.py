@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.forms import Hybrid
-from gnomon.harness.compile import C_FUNCTION, IMPORTS, gather_into, load_module, unpacked
+from gnomon.harness.compile import IMPORTS, OPTIONS, address, gather_into, unpacked
 from gnomon.harness.integrators.stepping import call, compiled_whole
 from numpy.typing import NDArray
 
@@ -307,10 +307,10 @@ def compiled_parts(form: Hybrid, dimension: int, parameters: int) -> int:
     ]  # fmt: skip
     sources = list(IMPORTS)
     seen: dict[str, Any] = {"np": np}
-    lines = [f"{C_FUNCTION}def parts(t, y_, p_, out):", *(f"    {line}" for line in unpacked(dimension, parameters))]
-    lines.append("    k = int(out[0])")
+    lines = [f"@njit({OPTIONS})", "def parts(t, y_, p_, out):"]
+    lines += [*(f"    {line}" for line in unpacked(dimension, parameters)), "    k = int(out[0])"]
     for k, (function, arguments, ends) in enumerate(functions):
         gather_into(function, seen, sources)
         lines += [f"    if k == {k}:", f"        r = {function.__name__}(t, y, {arguments})"]
         lines += [f"        {end}" for end in ends] + ["        return"]
-    return int(load_module("\n".join([*sources, *lines])).parts.address)
+    return address("\n".join([*sources, *lines]), "parts")

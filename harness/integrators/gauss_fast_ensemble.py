@@ -105,7 +105,7 @@ def carry_on(table, work, ratio):
             work[AFTER + k, j] = value
 
 
-@njit(TOGETHER, OPTIONS, cache=True, nogil=True)
+@njit(TOGETHER, OPTIONS, nogil=True)
 def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
     p = (PARAMETERS)
     k = constants(p)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 
 from gnomon.cases.forms import Form, SecondOrder
-from gnomon.harness.compile import OPTIONS, load_module
+from gnomon.harness import compile as compiling
+from gnomon.harness.compile import OPTIONS
 from gnomon.harness.integrators import gauss_fast_ensemble as ensemble
 from gnomon.harness.integrators import gauss_fast_text as text
 from gnomon.harness.integrators.traced import DEAR, ROUND, Trace, Value, code, number, reached, traced
@@ -18,6 +19,8 @@ from gnomon.harness.integrators.traced import DEAR, ROUND, Trace, Value, code, n
 SIGNATURE = (
     '"int64(float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1])"'
 )
+
+LANES = ("lanes", "lanes_math")
 
 MOST_NEWTON, FORESEEN = 3, 1
 """The derivatives are used for so many components at most; how often a round's change is carried on with them."""
@@ -82,7 +85,7 @@ def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> Call
     for word, meaning in words.items():
         body = body.replace("{" + word + "}", meaning)
     module = filled(body.replace("SIGNATURE", SIGNATURE), found, count, parameters, dimension, counted)
-    run: Callable[..., int] = load_module(module).advance
+    run: Callable[..., int] = compiling.compiled(module, "advance")
     return run
 
 
@@ -102,7 +105,7 @@ def compiled_ensemble(
         body = body.replace("{" + word + "}", words[word])
     body = body.replace("TOGETHER", ensemble.SIGNATURE)
     module = ensemble.over_stages(filled(body, found, count, parameters, dimension, counted))
-    return load_module(module).advance_eight, (rows, 8)
+    return compiling.compiled(module, "advance_eight"), (rows, 8)
 
 
 def filled(body: str, found: Layout, count: int, parameters: int, dimension: int, counted: bool) -> str:
@@ -117,7 +120,7 @@ def filled(body: str, found: Layout, count: int, parameters: int, dimension: int
     body = body.replace("COUNT", f"p_[{parameters}] += 8 *") if counted else re.sub(r"\n *COUNT.*", "", body)
     equations = code((*found.values, *(value for _, _, value in found.derivatives)))
     parts = (f"# {lanes_digest()}", text.HEAD, *equations, body)
-    return "\n".join(parts).replace("OPTIONS", OPTIONS.replace(", cache=True", ""))
+    return "\n".join(parts).replace("OPTIONS", OPTIONS)
 
 
 def correction(found: Layout) -> str:
@@ -148,7 +151,6 @@ def expanded(source: str, count: int, dimension: int) -> str:
 
 @cache
 def lanes_digest() -> str:
-    """A hash of the modules that generated ones import: numba's cache does not see edits in other files."""
-    from gnomon.harness.integrators import lanes, lanes_math
-
-    return hashlib.sha256((inspect.getsource(lanes) + inspect.getsource(lanes_math)).encode()).hexdigest()
+    """A hash of the modules that generated ones import: an edit there makes other machine code."""
+    folder = Path(__file__).parent
+    return hashlib.sha256(b"".join((folder / f"{name}.py").read_bytes() for name in LANES)).hexdigest()

@@ -205,7 +205,7 @@ def moved(h, y, low, f, table):
     return ({moved})
 
 
-@njit(SIGNATURE, OPTIONS, cache=True)
+@njit(SIGNATURE, OPTIONS)
 def advance(p_, table, initial, times, tolerance, out, stop):
     end = times[-1]
     # Sums of times stay exact while steps are multiples of the spacing of numbers next to this one.

@@ -11,7 +11,7 @@ from typing import Any
 
 from gnomon.cases.arithmetic import rebind
 from gnomon.cases.forms import FirstOrder
-from gnomon.harness.compile import OPTIONS, check_values, load_module
+from gnomon.harness.compile import OPTIONS, address, check_values
 
 Key = tuple[Any, ...]
 UNARY = (
@@ -280,6 +280,5 @@ def compiled(text: str) -> int:
     """The address of the C function void(double t, double *y, double *p, double *out) of such a text."""
     used = [name for name in UNARY if f" {name}(" in text]
     lines = [f"from math import {', '.join(used)}"] if used else []
-    lines += ["from numba import cfunc, types", "POINTER = types.CPointer(types.float64)", "ONE = 1.0"]
-    lines.append(f"@cfunc(types.void(types.float64, POINTER, POINTER, POINTER), {OPTIONS})")
-    return int(load_module("\n".join([*lines, text])).kernel.address)
+    lines += ["from numba import njit", "ONE = 1.0"]
+    return address("\n".join([*lines, f"@njit({OPTIONS})", text]), "kernel")

@@ -13,14 +13,14 @@ that the step could not be made.
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
 from functools import cache
 from types import FunctionType
 from typing import Any
 
 import numpy as np
-from gnomon.harness.compile import OPTIONS, gather_into, load_module
+from gnomon.harness import compile as compiling
+from gnomon.harness.compile import OPTIONS, gather_into
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -146,8 +146,8 @@ def compiled(method: Step) -> Callable[..., int]:
     parts.append(f"aside = {name}")
     parts.append(plain.replace("@njit(", "@njit(forceinline=True, ", 1).replace(f"def {name}(", "def step(", 1))
     parts.append(f"NOT_FINITE, NOT_SOLVED = {NOT_FINITE}, {NOT_SOLVED}")
-    parts.append(f'@njit("{ADVANCE_SIGNATURE}", {OPTIONS})\n{inspect.getsource(advance)}')
-    run: Callable[..., int] = load_module("\n".join(parts)).advance
+    parts.append(f'@njit("{ADVANCE_SIGNATURE}", {OPTIONS})\n{compiling.source_of(advance)}')
+    run: Callable[..., int] = compiling.compiled("\n".join(parts), "advance")
     return run
 
 
@@ -175,7 +175,7 @@ def compiled_whole(
         for part in parts
     ]
     parts[-1] = parts[-1].replace("@njit(", f'@njit("{signature}", ', 1)
-    run: Callable[..., int] = getattr(load_module("\n".join(parts)), method.__name__)
+    run: Callable[..., int] = compiling.compiled("\n".join(parts), method.__name__)
     return run
 
 
