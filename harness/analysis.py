@@ -65,7 +65,6 @@ def settings(frame: pd.DataFrame) -> pd.DataFrame:
     reduced = grouped.first().assign(
         error_max=grouped["error_max"].max(),
         seconds=grouped["seconds_median"].median(),
-        launches=grouped["seconds_median"].count(),
     )
     return reduced.reset_index().sort_values([*SERIES, "setting"], ascending=[True] * len(SERIES) + [False])
 

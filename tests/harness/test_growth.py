@@ -76,6 +76,8 @@ def test_times_are_in_periods_and_every_start_is_its_own() -> None:
     # Energy is lost at the same rate in the second part as in the first: it starts where the first one ended.
     assert 0.45 < errors[0, SAMPLES // 2] / errors[0, -1] < 0.55
     assert len(set(errors[:, -1])) == 3
+    size = measured(replace(subject, periods=1e3, starts=3, parts=2))["size"]
+    assert size == pytest.approx(float(np.median(errors[:, -1])), rel=0.02)  # of the last 8 samples of 512
 
 
 def test_gauss_follows_brouwers_law() -> None:

@@ -75,6 +75,12 @@ def test_the_table_of_a_ladder_ends_with_the_full_model() -> None:
     assert (last["ratio"], last["integrators"], last["seconds"]) == (1.0, 1, 1.5)
 
 
+def test_rungs_of_one_case_are_numbered() -> None:
+    turning = "free_fall_rotating_earth"
+    labels = [row["label"] for row in worth(cases.get("free_fall_rotating_frame_centrifugal"))]
+    assert labels == [f"{turning} (1)", "free_fall_first_order", f"{turning} (2)"]
+
+
 def test_the_span_holds_its_first_period() -> None:
     """64 samples of the first period find a peak that those of the span may miss."""
     (rung,) = worth(cases.get("rotating_pendulum"))
