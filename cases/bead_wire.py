@@ -36,7 +36,7 @@ def bead_wire_deviation(t: Any, state: Values, parameters: Values) -> Values:
     return (speed * speed - rate * rate * s * s,)
 
 
-SCENE = railed_point(bead_wire_equations, "time_force")
+SCENE = railed_point(bead_wire_equations, "time_force", token="position_force")
 """In the frame of the wire: a fixed rail, on it the centrifugal force and the gravity that turns."""
 
 

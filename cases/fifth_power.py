@@ -49,7 +49,7 @@ def fifth_power_motion(t: Any, state: Values, parameters: Values) -> Values:
     return vx, vy, pull * x, pull * y
 
 
-SCENE = free_point(fifth_power_motion, (0, 1))
+SCENE = free_point(fifth_power_motion, (0, 1), token="position_force")
 
 
 def _off_centre(n: Mapping[str, Fraction]) -> bool:

@@ -292,7 +292,7 @@ def force_until_off(t: float, state: Values, parameters: Values) -> Values:
     return (driven_mass if t < parameters[5] else coasting_mass)(t, state, parameters)
 
 
-SWITCHED_SCENE = railed_point(force_until_off, "time_force")
+SWITCHED_SCENE = railed_point(force_until_off, token="time_force")
 
 
 class TimeVaryingForce(Case):

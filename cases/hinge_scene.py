@@ -19,9 +19,12 @@ def hinged_pull(acceleration: Equations) -> SceneForm:
     return _hinged(lambda t, state, parameters: acceleration(t, state[:1], parameters)[0], "position_force", True)
 
 
-def hinged_point(equations: Equations, *more: str) -> SceneForm:
-    """theta'' by what first-order equations in (theta, omega) say of omega; `more` are tokens beyond that force."""
-    return _hinged(lambda t, state, parameters: equations(t, state, parameters)[1], "velocity_force", False, *more)
+def hinged_point(equations: Equations, *more: str, token: str = "velocity_force") -> SceneForm:
+    """theta'' by what first-order equations in (theta, omega) say of omega.
+
+    `token` says what that force depends on, `more` what else the engine must know.
+    """
+    return _hinged(lambda t, state, parameters: equations(t, state, parameters)[1], token, False, *more)
 
 
 def _hinged(torque: Callable[[float, Values, Values], float], token: str, conservative: bool, *more: str) -> SceneForm:

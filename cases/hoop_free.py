@@ -63,7 +63,7 @@ def swept_equations(t: Any, state: Values, parameters: Values) -> Values:
     return (state[1], *swept_acceleration(t, state[:1], parameters))
 
 
-SWEPT = hinged_point(swept_equations, "time_force")
+SWEPT = hinged_point(swept_equations, "time_force", token="position_force")
 
 
 def _motion(n: Mapping[str, Fraction]) -> Governor:

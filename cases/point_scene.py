@@ -12,10 +12,11 @@ UP = (0, 2)
 SPACE = (0, 1, 2)
 
 
-def free_point(equations: Equations, axes: tuple[int, ...], *more: str) -> SceneForm:
+def free_point(equations: Equations, axes: tuple[int, ...], *more: str, token: str = "velocity_force") -> SceneForm:
     """A free point of mass 1 with state (position..., velocity...), pushed by what the equations say of velocity.
 
-    `axes` are the engine's axes of the state's coordinates; `more` are tokens beyond `velocity_force`.
+    `axes` are the engine's axes of the state's coordinates; `token` says what the force depends on, `more` what else
+    the engine must know.
     """
     half = len(axes)
 
@@ -33,13 +34,13 @@ def free_point(equations: Equations, axes: tuple[int, ...], *more: str) -> Scene
             return placed(equations(t, (*picked(position), *picked(velocity)), parameters)[half:])
 
         body = Body("point", 1.0, (0.0, 0.0, 0.0), placed(state[:half]), velocity=placed(state[half:]))
-        return Scene((0.0, 0.0, 0.0), (body,), forces=(Force("point", "velocity_force", push),))
+        return Scene((0.0, 0.0, 0.0), (body,), forces=(Force("point", token, push),))
 
     def observe(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
         position, _, velocity, _ = readings.bodies["point"]
         return (*picked(position), *picked(velocity))
 
-    return SceneForm(build, observe, frozenset({"velocity_force", *more}), conservative=False)
+    return SceneForm(build, observe, frozenset({token, *more}), conservative=token == "position_force" and not more)
 
 
 def railed_pull(acceleration: Equations) -> SceneForm:
@@ -51,9 +52,9 @@ def railed_pull(acceleration: Equations) -> SceneForm:
     return _railed(equations, "position_force", frozenset({"slider", "position_force"}), conservative=True)
 
 
-def railed_point(equations: Equations, *more: str) -> SceneForm:
-    """A point of mass 1 on a rail with state (x, v), pushed by what the equations say of v."""
-    return _railed(equations, "velocity_force", frozenset({"slider", "velocity_force", *more}), conservative=False)
+def railed_point(equations: Equations, *more: str, token: str = "velocity_force") -> SceneForm:
+    """A point of mass 1 on a rail with state (x, v), pushed by what the equations say of v; tokens as above."""
+    return _railed(equations, token, frozenset({"slider", token, *more}), conservative=False)
 
 
 def _railed(equations: Equations, token: str, needs: frozenset[str], conservative: bool) -> SceneForm:

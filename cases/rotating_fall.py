@@ -262,7 +262,7 @@ def first_order_motion(t: Any, state: Values, parameters: Values) -> Values:
     return (*state[3:], *first_order_fall(t, state[:3], parameters))
 
 
-FIRST_ORDER_SCENE = free_point(first_order_motion, SPACE, "time_force")
+FIRST_ORDER_SCENE = free_point(first_order_motion, SPACE, token="time_force")
 
 
 class FreeFallFirstOrder(Case):

@@ -46,7 +46,7 @@ def spring_pendulum_equations(t: Any, state: Values, parameters: Values) -> Valu
     return (vx, vy, *spring_pendulum_acceleration(t, (x, y), parameters))
 
 
-SCENE = free_point(spring_pendulum_equations, UP)
+SCENE = free_point(spring_pendulum_equations, UP, token="position_force")
 
 
 class SpringPendulum(IntegratedCase):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 from math import exp
 from typing import Any, ClassVar
@@ -13,7 +14,7 @@ from gnomon.cases.forms import FirstOrder, RigidBody, Values, euler_equations
 from gnomon.cases.free_body import DynamicsOfFreeRigidBodyInGravity, thrown_reading, thrown_scene
 from gnomon.cases.integrated import IntegratedCase
 from gnomon.cases.numbers import Domain, Parameter, Range, Rule, positive
-from gnomon.cases.scene import Scene, SceneForm
+from gnomon.cases.scene import Force, Scene, SceneForm, Vector
 from gnomon.cases.stokes_body import RigidBodyStokesMedium, fading, stokes_moments, stokes_reading, stokes_scene
 from gnomon.reference.falling_stokes_body import FallingStokesBody
 from gnomon.reference.precision import Number, publish, working
@@ -71,7 +72,14 @@ def driven_scene(state: Values, parameters: Values) -> Scene:
 
 
 def falling_scene(state: Values, parameters: Values) -> Scene:
-    return thrown_scene(state, parameters[:4])
+    """The drag on the centre is a force; no token but `drag_torque` says what slows the turning."""
+    nu = parameters[4]
+
+    def drag(t: float, position: Vector, velocity: Vector) -> Vector:
+        vx, vy, vz = velocity
+        return -nu * vx, -nu * vy, -nu * vz
+
+    return replace(thrown_scene(state, parameters[:4]), forces=(Force("body", "velocity_force", drag),))
 
 
 FALLING = SceneForm(

@@ -62,6 +62,34 @@ def test_a_scene_consists_of_the_same_things_in_every_state(name: str, label: st
     assert {force.token for force in here.forces} <= form.needs
 
 
+@pytest.mark.parametrize("name", sorted({name for name, _ in VARIANTS}))
+def test_forces_depend_on_what_their_tokens_say(name: str) -> None:
+    """No force looks at velocity or time without the token; where one is declared, on some setting a force does."""
+    random, seen, declared = np.random.default_rng(5), set(), set()
+    for case in (case_class(name)(label).rounded() for each, label in VARIANTS if each == name):
+        assert case.scene is not None
+        declared |= case.scene.needs
+        scene = case.scene.build(tuple(map(float, case.initial_state)), tuple(map(float, case.parameter_values())))
+        for force in scene.forces:
+            for _ in range(8):
+                place, velocity, other = (tuple(v) for v in random.uniform(0.3, 1.5, (3, 3)))
+                t = random.uniform(0, float(case.span))
+                here = force.law(t, place, velocity)
+                found = {
+                    token
+                    for token, there in (
+                        ("velocity_force", force.law(t, place, other)),
+                        ("time_force", force.law(0.37 * t, place, velocity)),
+                    )
+                    if there != here
+                }
+                assert found <= case.scene.needs
+                seen |= found
+    # A pulse is over before chance meets it.
+    pulses = {"time_force"} if name == "impulse_instantaneous" else set()
+    assert declared & {"velocity_force", "time_force"} <= seen | pulses
+
+
 def test_quaternions_and_matrices_agree_in_all_four_branches() -> None:
     random = np.random.default_rng(1)
     axes = np.eye(4)
