@@ -75,11 +75,11 @@ def _law(row: dict[str, Any]) -> dict[str, str]:
     return {
         "name": row["integrator"],
         "case": row["case"],
-        "setting": row["setting"],
+        "setting": row["setting"].replace("e-0", "e-"),
         "periods": f"{row['periods']:.0e}".replace("e+0", "e"),
         "starts": str(row["starts"]),
         "size": tables.error_text(row["size"]),
-        "power": f"{row['power']:.2f} ± {row['uncertainty']:.2f}",
+        "power": f"{row['power']:.2f} ± " + (f"{row['uncertainty']:.2f}" if row["uncertainty"] >= 0.005 else "< 0.01"),
         "law": tables.LAWS.get(row["law"], row["law"]),
         "expected": tables.LAWS.get(row["expected"], row["expected"]),
         "verdict": _agreement(row),

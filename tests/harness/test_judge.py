@@ -27,6 +27,12 @@ def test_the_exact_motion_is_ok_and_within_its_floor(judge: Judge) -> None:
     assert row["invariant_drift"]["energy"] < 1e-15
 
 
+def test_a_trial_is_told_by_its_largest_floor_and_conditioning(judge: Judge) -> None:
+    found = judge.summary()
+    assert found["conditioning"] == max(judge.truth.conditioning) > min(judge.truth.conditioning)
+    assert found["floor"] == max(judge.truth.floor) > min(judge.truth.floor)
+
+
 @pytest.mark.parametrize(
     ("error", "status"), [(0.09, "ok"), (0.11, "inaccurate"), (0.99, "inaccurate"), (1.1, "diverged")]
 )
@@ -138,6 +144,9 @@ def test_the_size_of_an_invariant_that_vanishes_is_that_of_its_terms() -> None:
     judge = Judge(case, None, truth(CaseSpec.of(case)))
     for name, drift in judge.drift(judge.truth.exact * (1 + 1e-6)).items():
         assert np.max(drift) < 1e-4, name
+    # Of v^2/2 - mu/r = 0 the terms |x dI/dx| add up to v^2 + mu/r = 3 mu/r, by which this scaling changes it per unit.
+    drift = judge.drift(judge.truth.exact * (1 + 1e-6))["energy"]
+    assert np.max(drift) == pytest.approx(1e-6, rel=1e-5)
 
 
 def test_one_step_of_the_formulation_corrects_the_clock() -> None:
