@@ -23,8 +23,8 @@ HOLD times, then grow LEAP times less than that, or by themselves after CALM ste
 counts for at least LEAST of the largest change in a step, and changes below NOISE roundings are round-off.
 
 So that energy does not drift, nothing may be rounded the same way in every step (Hairer, McLachlan, Razakarivony, BIT
-48, 2008): weights and nodes come with what rounding has taken from them, step sizes have so few bits that their
-products are exact. Nor may a part of the truncation or of the iteration remain, which has a sign that lasts: tolerances
+48, 2008): weights and nodes come with what rounding has taken from them, rows of the stage matrix are rounded so that
+their sums are not, step sizes have so few bits that their products are exact. Nor may a part of the truncation or of the iteration remain, which has a sign that lasts: tolerances
 below FINE leave less of both, and the error of energy is then the random walk of round-off (Brouwer's law).
 
 A sample is a step of its own, taken aside from the start of the step that it lies in, with that step's stage polynomial
