@@ -37,6 +37,8 @@ def when(look: Outside, value: Any) -> Any:
             return last(look, start).time
     if value is look.found.get("stop_time") and look.case.name == "coulomb_friction_oscillator":
         return look.events()[-1].time
+    if value is look.found.get("first_release"):
+        return last(look, "release").time
     if value is look.found.get("lift_off"):
         return last(look, "lifts").time
     return look.events()[0].time

@@ -186,7 +186,8 @@ def strikes(look: Outside, value: Any) -> Any:
 
 @oracle("first_order_deflection")
 def of_the_motion_to_first_order(look: Outside, value: Any) -> bool:
-    first = Outside(get("free_fall_first_order", initial_state=look.case.initial_state))
+    numbers = {name: look.case.parameters[name] for name in ("g", "Om", "lat")}
+    first = Outside(get("free_fall_first_order", initial_state=look.case.initial_state, **numbers))
     time = sqrt(2 * look.at(0).z / look.p.g)
     return close(value, first.at(time).x, 12)
 

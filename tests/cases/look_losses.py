@@ -103,7 +103,7 @@ def threshold(look: Outside, value: Any) -> bool:
     label = "a" if value is look.found.get("holding_deceleration") else "P"
     moved = []
     for share in (1 - mpmath.mpf("1e-6"), 1 + mpmath.mpf("1e-6")):
-        case = get(look.case.name, **{label: float(value * share)})
+        case = get(look.case.name, **{**look.case.parameters, label: float(value * share)})
         moved.append(bool(case.events(15)) or case.exact(case.span, 15)[0] != case.initial_state[0])
     return moved in ([False, True], [True, False])
 
@@ -134,7 +134,7 @@ def drag_holds_the_weight(look: Outside, value: Any) -> Any:
 def makes_the_last_ball_fastest(look: Outside, value: Any) -> bool:
     # heavier or lighter by 1 % it is slower
     speeds = [
-        Outside(get(look.case.name, m2=float(value * share))).found["last_speed"]
+        Outside(get(look.case.name, **{**look.case.parameters, "m2": float(value * share)})).found["last_speed"]
         for share in (mpmath.mpf("0.99"), mpmath.mpf(1), mpmath.mpf("1.01"))
     ]
     return bool(speeds[1] > max(speeds[0], speeds[2]))

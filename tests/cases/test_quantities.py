@@ -23,6 +23,8 @@ MORE += [("kepler_orbit", "plunge"), ("gyrocompass", "slow_spin"), ("gyrocompass
 MORE_WITH_EVENTS = [("bouncing_ball", "elastic"), ("bouncing_ball_incline", "elastic"), ("torpedo_firing_pin", "short")]
 MORE_WITH_EVENTS += [("sliding_can", "lifts_off")]
 """Settings with quantities that the defaults do not have."""
+COUNT = 457
+"""Quantities of all cases on their defaults."""
 
 
 def ways(name: str, variant: str | None) -> set[tuple[str, str]]:
@@ -36,6 +38,12 @@ TRANSITIONS = [
     for variant in (None, *(v.name for v in case_class(name).variants if ways(name, v.name) - ways(name, None)))
 ]
 """Every case on its defaults, and the variants with transitions of their own."""
+
+
+def test_no_quantity_is_lost() -> None:
+    """A name that goes would not be missed above: that many there are."""
+    counts = [len(get(*setting).quantities(10)) for hybrid in (False, True) for setting in settings(hybrid)]
+    assert sum(counts) >= COUNT
 
 
 @pytest.mark.parametrize(("name", "variant"), [*settings(hybrid=False), *MORE])
