@@ -41,6 +41,24 @@ def test_start_is_read_back(name: str, label: str | None) -> None:
     assert np.max(np.abs(found - state)) <= 8 * EPS * max(1.0, *np.abs([*state, *rates]))
 
 
+@pytest.mark.parametrize("name", sorted({name for name, _ in VARIANTS}))
+def test_a_moving_state_is_read_back(name: str) -> None:
+    """At the third sample, where no rate need be zero: signs and orders of the readings show. Turns are not counted."""
+    case = case_class(name)().rounded()
+    form = case.scene
+    assert form is not None
+    state = tuple(map(float, case.exact(case.times[2].item())))
+    parameters = tuple(map(float, case.parameter_values()))
+    scene = form.build(state, parameters)
+    found = np.array(form.observe(start(scene), parameters))
+    rates = [x for body in scene.bodies for x in (*body.velocity, *body.angular_velocity)]
+    turn = np.array([2 * np.pi if c.kind == "angle" else np.inf for c in case.state])
+    off = found - state
+    off -= np.where(np.isfinite(turn), 2 * np.pi * np.round(off / turn), 0.0)
+    # as above, and of an angle the rounding of its turns
+    assert np.max(np.abs(off)) <= 16 * EPS * max(1.0, *np.abs([*state, *rates]))
+
+
 @pytest.mark.parametrize(("name", "label"), VARIANTS)
 def test_a_scene_consists_of_the_same_things_in_every_state(name: str, label: str | None) -> None:
     case = case_class(name)(label).rounded()
