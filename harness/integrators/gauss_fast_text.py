@@ -64,7 +64,7 @@ NODES_HIGH, NODES_LOW, LOW = {NODES_HIGH}, {NODES_LOW}, {WEIGHTS_LOW - WEIGHTS}
 ROUNDOFF, ONE = 2.0**-52, 0x3FF0000000000000
 SHARE, NOISE, FAST, SLOW, SURE = 0.1, 1e2, 0.3, 0.7, 1e-6
 ERRS, LESS, HOLD, LEAP, LEAST, CALM = 0.002, 0.1, 2.2, 1.3, 1e-6, 100
-SLOWLY, FAINT, COARSE, FINE = 1e-3, 1e-12, 1e-6, 3e-16
+SLOWLY, FAINT, COARSE, FINE, TRIES = 1e-3, 1e-12, 1e-6, 3e-16, 4
 SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-300
 
 
@@ -310,12 +310,21 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                     else:
                         x = fma(lanes(part / step), row(table, NODES), lanes(-1.0))
                         near = (<|at(m[@], x), |>)
-                        p, v = sums(near, table)
-                        again, ignored, settled = aside(
-                            t, part, y, low, near, p, v, k, table, (<|fine@, |>), cloud, 1e-3, max(rate, 1e-3), 0
-                        )
-                        near = settled if again > 0 else near
-                        COUNT abs(again)
+                        for _ in range(TRIES):
+                            # The step has converged, so this does, though a change may be above the one before it.
+                            p, v = sums(near, table)
+                            again, ignored, settled = aside(
+                                t, part, y, low, near, p, v, k, table, (<|fine@, |>), cloud, 1e-3, max(rate, 1e-3), 0
+                            )
+                            COUNT abs(again)
+                            if again > 0:
+                                near = settled
+                                break
+                            finite = 0.0
+                            finite += total(settled[@] - settled[@])
+                            if finite != 0.0:
+                                break
+                            near = settled
                         change = moved(part, y, low, near, table)
                         out[n, sample, %] = y% + change[%]
                     FROZEN

@@ -328,6 +328,16 @@ def test_samples_are_as_good_as_the_steps() -> None:
     assert np.max(errors) < 10 * ends
 
 
+@pytest.mark.parametrize("tolerance", [10**-4.5, 10**-4.95])
+def test_no_sample_stands_out(tolerance: float) -> None:
+    """Samples whose first changes grew were left at the step's polynomial: sixty times the error of those around."""
+    case = get("euler_top", "speed").rounded()
+    solution = GaussFast().prepare(problem_of(case, GaussFast.accepts), tolerance)(initial_state(case)[None])
+    errors = np.max(np.abs(solution.states[0] - case.sample(case.times)), axis=1)
+    around = np.maximum(errors[:-2], errors[2:])
+    assert np.max(errors[1:-1] / np.maximum(around, tolerance / 100)) < 5
+
+
 def test_right_hand_sides_are_counted() -> None:
     case = get("pendulum_simple").rounded()
     problem = counting(problem_of(case, GaussFast.accepts))
