@@ -139,6 +139,8 @@ def test_the_front_has_the_fastest_of_each_kind_at_each_error() -> None:
         "slow but accurate": [(-3, -4), (-2.9, -13)],
         "slow": [(-3, -2), (-2, -7)],
         "other, never there": [(-3, -1), (-2, -2)],
+        "third, diverged": [(-6, math.inf), (-5, math.inf)],
+        "patchy": [(-7, -8), (-6, math.inf), (-2, -9)],
     }
     rows = [(name, time, error) for name, points in sweeps.items() for time, error in points]
     kinds = {name: name.partition(",")[0] if "," in name else "one" for name in sweeps}
