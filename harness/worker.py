@@ -132,7 +132,7 @@ class _Series:
         began = perf_counter_ns()
         solve = self.integrator.prepare(problem, order.setting)
         prepare_seconds = (perf_counter_ns() - began) * 1e-9
-        self.connection.send(("prepared", prepare_seconds))
+        self._prepared(prepare_seconds)
         try:
             seconds = counted_seconds
             if others is None or (counted_seconds < order.slow_seconds and order.repeats > 1):
@@ -163,13 +163,19 @@ class _Series:
             _read_output(self.task.output),
         )
 
+    def _prepared(self, seconds: float) -> None:
+        """End a preparation. What a compiler leaves behind takes .1 s and more to walk, which is none of the trial's time."""
+        gc.collect()
+        gc.freeze()
+        self.connection.send(("prepared", seconds))
+
     def _count(self, setting: float) -> tuple[int | None, float, Floats | None]:
         """Right-hand sides, seconds and states of an untimed run through counting equations, from a moved state."""
         if not self.integrator.counts_rhs:
             return None, 0.0, None
         problem = self.problem(counted=True)
         solve = self.integrator.prepare(problem, setting)
-        self.connection.send(("prepared", 0.0))
+        self._prepared(0.0)
         before = problem.buffer[-1]
         call = _Call(solve, next(self.moved), self.task)
         counted = int(problem.buffer[-1] - before)
