@@ -42,8 +42,8 @@ class GaussFast(Integrator):
 
     Kuntzmann 1961; Butcher, Mathematics of Computation 18, 1964. Stages by fixed-point iteration from the last step's
     polynomial (Hairer, Lubich, Wanner, Geometric Numerical Integration, VIII.6), sped up by the equations' derivatives
-    where these are few and the equations dear. The step size follows the decay of the stage polynomial. Sums are
-    compensated. Samples are steps of their own within a step, of the same order.
+    where these are few and the equations dear, many components in groups (Gauss-Seidel). The step size follows the
+    decay of the stage polynomial. Sums are compensated. Samples are steps of their own within a step, of the same order.
 
     A trajectory whose steps are limited by convergence, while it moves slowly, is stiff: Radau IIA 5 does it instead, to
     the same tolerance.

@@ -25,6 +25,11 @@ LANES = ("lanes", "lanes_math")
 MOST_NEWTON, FORESEEN = 3, 1
 """The derivatives are used for so many components at most; how often a round's change is carried on with them."""
 
+FEWEST_GROUPED, MOST_GROUPS = 8, 3
+"""From so many components on a round goes in groups, of which there are so many at most. Each group waits for the one
+before it, which only the many operations of a large round hide: Kepler's orbit in Sundman time, of five components,
+takes two thirds of the rounds and loses as much by their length."""
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -32,13 +37,15 @@ class Layout:
 
     `kind`: the words of the templates; y' = f(t, y), q'' = a(t, q) or q'' = a(t, q, q'). `derivatives`: of which slope,
     by which component of the state, its value. `frozen`: components of the state that never change; the equations take
-    them after the parameters.
+    them after the parameters. `groups`: slopes that are found together in a round, one group after the other; none where
+    all are.
     """
 
     kind: str
     values: tuple[Value, ...]
     derivatives: tuple[tuple[int, int, Value], ...]
     frozen: tuple[int, ...] = ()
+    groups: tuple[tuple[int, ...], ...] = ()
 
     @property
     def second_order(self) -> bool:
@@ -57,8 +64,33 @@ def layout(form: Form, parameters: int, dimension: int, freezing: bool = True) -
     elif freezing and 0 < len(still := [i for i, value in enumerate(values) if number(value, 0)]) < dimension:
         trace, values = traced(form, dimension, parameters, tuple(still))
         values, state = (tuple(x for i, x in enumerate(of) if i not in still) for of in (values, trace.state))
-        return Layout(kind, values, derivatives(trace, values, state), tuple(still))
-    return Layout(kind, values, derivatives(trace, values, state))
+        return laid_out(kind, trace, values, state, tuple(still))
+    return laid_out(kind, trace, values, state)
+
+
+def laid_out(
+    kind: str, trace: Trace, values: tuple[Value, ...], state: tuple[Value, ...], frozen: tuple[int, ...] = ()
+) -> Layout:
+    found = derivatives(trace, values, state)
+    grouped = kind == "FIRST_ORDER" and not found and len(values) >= FEWEST_GROUPED
+    return Layout(kind, values, found, frozen, groups(values, state) if grouped else ())
+
+
+def groups(values: Sequence[Value], state: Sequence[Value]) -> tuple[tuple[int, ...], ...]:
+    """Slopes that do not need one another, from the last component to the first: v' = a(q), then q' = v with the new v.
+
+    Where more groups than there may be were needed a slope goes where the fewest stand that it has to do with.
+    """
+    place = {id(x): i for i, x in enumerate(state)}
+    needs = [{place[id(x)] for x in reached([value]) if id(x) in place} for value in values]
+    found: list[list[int]] = []
+    for i in reversed(range(len(values))):
+        met = [sum(i in needs[j] or j in needs[i] for j in group) for group in found]
+        if min(met, default=1) > 0 and len(found) < MOST_GROUPS:
+            found.append([i])
+        else:
+            found[met.index(min(met))].append(i)
+    return tuple(tuple(sorted(group)) for group in found) if len(found) > 1 else ()
 
 
 def derivatives(trace: Trace, values: Sequence[Value], state: Sequence[Value]) -> tuple[tuple[int, int, Value], ...]:
@@ -79,9 +111,13 @@ def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> Call
         text.STAGES_OF_A_STEP.replace("NAME", name).replace("INLINE", inline)
         for name, inline in (("stages", "forceinline=True,"), ("aside", ""))
     )
-    body = stages.replace("{correct}", correction(found)) + text.ADVANCE
     words = getattr(text, found.kind)
-    body = body.replace("{sums_of_a_round}", words["sums"].replace("\n    ", "\n        "))
+    words = words | {"sums_of_a_round": words["sums"].replace("\n    ", "\n        ")}
+    words = {"round": text.ROUND, "correct": correction(found)} | words
+    body = stages + text.ADVANCE
+    if found.groups:
+        words |= round_by_groups(found)
+        body = body.replace("SHARE *", "SHARE_BY_GROUPS *")
     for word, meaning in words.items():
         body = body.replace("{" + word + "}", meaning)
     module = filled(body.replace("SIGNATURE", SIGNATURE), found, count, parameters, dimension, counted)
@@ -118,7 +154,7 @@ def filled(body: str, found: Layout, count: int, parameters: int, dimension: int
     given = [*(f"p_[{i}], " for i in range(parameters)), *(f"initial[n, {i}], " for i in found.frozen)]
     body = body.replace("PARAMETERS", "".join(given))
     body = body.replace("COUNT", f"p_[{parameters}] += 8 *") if counted else re.sub(r"\n *COUNT.*", "", body)
-    equations = code((*found.values, *(value for _, _, value in found.derivatives)))
+    equations = code((*found.values, *(value for _, _, value in found.derivatives)), found.groups)
     parts = (f"# {lanes_digest()}", text.HEAD, *equations, body)
     return "\n".join(parts).replace("OPTIONS", OPTIONS)
 
@@ -135,6 +171,23 @@ def correction(found: Layout) -> str:
             lines.append(f"c{i} = fma(lanes(g[{count + n}]), {'s' if j < count else 'w'}{j % count}, c{i})")
         lines.append("d@ = (lanes(g[@]) - f@) + c@")
     return "\n        ".join([*lines, "g@ = lanes(g[@]) + c@"])
+
+
+def round_by_groups(found: Layout) -> dict[str, str]:
+    """The words of a round in which each group of slopes is found from the new ones of the groups before it."""
+    read = {x.operation for x in reached(found.values)}
+    parts = []
+    for n, group in enumerate(found.groups):
+        lines = [f"g = slopes_{n}((<|x@, |>), w, k)", *(f"g{i} = g[{k}]" for k, i in enumerate(group))]
+        # What no slope is made of has no place in a round.
+        places = [i for i in group if f"y[{i}]" in read]
+        moves = [f"p = products(table, STAGES, ({', '.join(f'g{i}' for i in places)}, ))"] if places else []
+        moves += [f"x{i} = fma(hh, p[{k}], lanes(y[{i}]))" for k, i in enumerate(places)]
+        parts.append((lines, moves))
+    *before, (last, moves) = parts
+    lines = [line for part in before for line in (*part[0], *part[1])] + last
+    place = getattr(text, found.kind)["place"]
+    return {"prepare": place, "round": "\n        ".join(lines), "sums_of_a_round": "\n        ".join(moves)}
 
 
 def expanded(source: str, count: int, dimension: int) -> str:

@@ -10,17 +10,19 @@ What a step does:
    steps).
 2. Fixed point of f = f(y + h A f), or of a = a(q + h c v + h^2 A^2 a), until the change that the next round would
    bring is a fraction of the tolerance; changes are looked at from three rounds before the number that the last step took. Where
-   they do not shrink the step is tried again shorter.
+   they do not shrink the step is tried again shorter. Of many first-order equations the slopes are found in groups, each
+   with the new ones of the groups before it (Gauss-Seidel): a pair x' = v, v' = -x converges with the square of the rate.
 3. The error from the decay of the stage polynomial. Let a be the size of its two highest Legendre coefficients and F
    that of the derivative itself. Coefficient 8, the first that is missing, is about a; collocation at the Gauss nodes
    squares it (the error of a linear equation is exactly of that form), so that a step errs by about h a^2 / F.
 4. A compensated update, and the next step size.
 
-Numbers that were found by measuring on the pendulum, Kepler's orbit and the free rigid body: SHARE of the tolerance is
-left to the iteration; ERRS a^2 is the error where a^2 counts coefficient 6 LESS than 7; a step that errs by more than SLACK
-tolerances is taken again. Steps are kept equal (guesses are better, and energy does not drift) until they could grow
-HOLD times, then grow LEAP times less than that, or by themselves after CALM steps without a reason to shrink. A component
-counts for at least LEAST of the largest change in a step, and changes below NOISE roundings are round-off.
+Numbers that were found by measuring on the pendulum, Kepler's orbit and the free rigid body: SHARE of the tolerance
+is left to the iteration, less where groups bring changes down fast and unevenly; ERRS a^2 is the error where a^2
+counts coefficient 6 LESS than 7; a step that errs by more than SLACK tolerances is taken again. Steps are kept equal
+(guesses are better, and energy does not drift) until they could grow HOLD times, then grow LEAP times less than that,
+or by themselves after CALM steps without a reason to shrink. A component counts for at least LEAST of the largest
+change in a step, and changes below NOISE roundings are round-off.
 
 So that energy does not drift, nothing may be rounded the same way in every step (Hairer, McLachlan, Razakarivony, BIT
 48, 2008): weights and nodes come with what rounding has taken from them, rows of the stage matrix are rounded so that
@@ -62,7 +64,7 @@ WEIGHTS, POSITIONS, SIXTH, SEVENTH = {WEIGHTS}, {POSITIONS}, {SIXTH}, {SEVENTH}
 AHEAD, ONCE, CARRIED, ONCE_CARRIED = {AHEAD}, {ONCE}, {CARRIED}, {ONCE_CARRIED}
 NODES_HIGH, NODES_LOW, LOW = {NODES_HIGH}, {NODES_LOW}, {WEIGHTS_LOW - WEIGHTS}
 ROUNDOFF, ONE = 2.0**-52, 0x3FF0000000000000
-SHARE, NOISE, FAST, SLOW, SURE = 0.1, 1e2, 0.3, 0.7, 1e-6
+SHARE, SHARE_BY_GROUPS, NOISE, FAST, SLOW, SURE = 0.1, 0.001, 1e2, 0.3, 0.7, 1e-6
 ERRS, LESS, HOLD, LEAP, LEAST, CALM = 0.002, 0.1, 2.2, 1.3, 1e-6, 100
 SLOWLY, FAINT, COARSE, FINE, TRIES = 1e-3, 1e-12, 1e-6, 3e-16, 4
 SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-300
@@ -155,6 +157,10 @@ def settled(depth: int) -> str:
     return textwrap.indent(VERDICT, " " * depth).lstrip()
 
 
+ROUND = """{place}
+        g = slopes(({placed}), w, k)
+        {correct}"""
+
 STAGES_OF_A_STEP = """
 @njit(INLINE OPTIONS)
 def NAME(t, h, y, low, f, p, v, k, table, fine, noise, sure, expected, quiet):
@@ -164,9 +170,7 @@ def NAME(t, h, y, low, f, p, v, k, table, fine, noise, sure, expected, quiet):
     {prepare}
     before, rate, rounds = 0.0, expected, 0
     while True:
-        {place}
-        g = slopes(({placed}), w, k)
-        {correct}
+        {round}
         rounds += 1
         if rounds > quiet:
             off = lanes(0.0)

@@ -224,7 +224,7 @@ def products(typingctx: Any, table: Any, first: Any, vectors: Any) -> Any:
     Elements are broadcast from memory: that takes no shuffles, and each column is loaded once for all vectors.
     """
     # Few vectors have several chains of sums each, which shortens the wait for one another's results.
-    chains = 4 if len(vectors) == 1 else 2 if len(vectors) < 4 else 1
+    chains = 4 if len(vectors) == 1 else 2 if len(vectors) < 6 else 1
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         table, first, vectors = values

@@ -228,14 +228,16 @@ def reached(values: Sequence[Value]) -> list[Node]:
     return list(found.values())
 
 
-def code(values: Sequence[Value]) -> tuple[str, str, str]:
-    """Three functions for numba: `constants(p)`, `forcing(t, k)` and `slopes(y, w, k)`, which returns the values.
+def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = ()) -> tuple[str, ...]:
+    """Functions for numba: `constants(p)`, `forcing(t, k)` and `slopes(y, w, k)`, which returns the values.
 
-    Each of the first two returns a tuple of what the later ones need of it; y holds vectors, k numbers.
+    Each of the first two returns a tuple of what the later ones need of it; y holds vectors, k numbers. For the n-th
+    group of values `slopes_n(y, w, k)` returns these alone.
     """
     nodes = reached(values)
     local: dict[int, str] = {}
     lines: tuple[list[str], list[str], list[str]] = ([], [], [])
+    made_by: list[set[int]] = []
     handed: tuple[list[str], list[str], list[str]] = ([], [], [])
     wanted = {(id(x), node.level) for node in nodes for x in node.arguments if isinstance(x, Node)}
     wanted |= {(id(x), ROUND) for x in values if isinstance(x, Node)}
@@ -257,22 +259,30 @@ def code(values: Sequence[Value]) -> tuple[str, str, str]:
             if id(sine) not in written:
                 argument = name(node.arguments[0], node.level)
                 lines[node.level].append(f"    n{i}s, n{i}c = sin_and_cos(lanes({argument}))\n")
+                made_by += [{id(sine), id(cosine)}] * (node.level == ROUND)
                 written.update({id(sine): f"n{i}s", id(cosine): f"n{i}c"})
             local[id(node)] = written[id(node)]
         elif node.arguments:
             text = expression(node.operation, [name(x, node.level) for x in node.arguments])
             lines[node.level].append(f"    n{i} = {text}\n")
+            made_by += [{id(node)}] * (node.level == ROUND)
         if node.level < ROUND and any((id(node), level) in wanted for level in range(node.level + 1, ROUND + 1)):
             lent[id(node)] = len(handed[node.level])
             handed[node.level].append(local[id(node)])
-    results = "".join(f"lanes({name(x, ROUND)}), " for x in values)
-    heads = ("constants(p)", "forcing(t, k)", "slopes(y, w, k)")
-    returned = (*("".join(f"{x}, " for x in handed[level]) + "0.0," for level in (RUN, STEP)), results)
-    run, step, each = (
-        f"@njit(forceinline=True, OPTIONS)\ndef {head}:\n{''.join(body)}    return ({tail})\n"
-        for head, body, tail in zip(heads, lines, returned, strict=True)
+    functions = [
+        ("constants(p)", lines[RUN], "".join(f"{x}, " for x in handed[RUN]) + "0.0,"),
+        ("forcing(t, k)", lines[STEP], "".join(f"{x}, " for x in handed[STEP]) + "0.0,"),
+    ]
+    for n, group in enumerate((range(len(values)), *groups), -1):
+        chosen = [values[i] for i in group]
+        needed = {id(x) for x in reached(chosen)}
+        body = [line for line, makes in zip(lines[ROUND], made_by, strict=True) if makes & needed]
+        results = "".join(f"lanes({name(x, ROUND)}), " for x in chosen)
+        functions.append((f"slopes{f'_{n}' if n >= 0 else ''}(y, w, k)", body, results))
+    return tuple(
+        f"@njit(forceinline=True, OPTIONS)\ndef {head}:\n{''.join(body)}    return ({returned})\n"
+        for head, body, returned in functions
     )
-    return run, step, each
 
 
 def pairs(nodes: Sequence[Node]) -> dict[int, tuple[Node, Node]]:

@@ -26,16 +26,22 @@ def case_and_form(name: str) -> tuple[Case, FirstOrder]:
 
 
 def evaluated(
-    values: Sequence[Any], t: float, state: Sequence[float], parameters: Sequence[float]
+    values: Sequence[Any],
+    t: float,
+    state: Sequence[float],
+    parameters: Sequence[float],
+    groups: Sequence[Sequence[int]] = (),
 ) -> tuple[float, ...]:
-    """The generated code run on floats."""
+    """The generated code run on floats; with groups, their values one group after the other."""
     space: dict[str, Any] = {
         "math": math, "lanes": float, "njit": lambda **_: lambda f: f, "sin_and_cos": lambda x: (math.sin(x), math.cos(x)),
         "over": lambda a, b, c: a / b,
     }  # fmt: skip
-    exec("".join(code(values)).replace(", OPTIONS", ""), space)
+    exec("".join(code(values, groups)).replace(", OPTIONS", ""), space)
     k = space["constants"](parameters)
-    return tuple(space["slopes"](state, space["forcing"](t, k), k))
+    w = space["forcing"](t, k)
+    names = [f"slopes_{n}" for n in range(len(groups))] or ["slopes"]
+    return tuple(x for name in names for x in space[name](state, w, k))
 
 
 def scene(case: Case) -> tuple[float, list[float], list[float]]:
@@ -51,6 +57,16 @@ def test_the_code_gives_the_same_numbers(name: str) -> None:
     _, values = traced(FirstOrder(form.equations), len(state), len(parameters))
     expected = form.equations(t, tuple(state), tuple(parameters))
     assert evaluated(values, t, state, parameters) == tuple(float(x) for x in expected)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_groups_give_the_same_numbers(name: str) -> None:
+    case, form = case_and_form(name)
+    t, state, parameters = scene(case)
+    _, values = traced(FirstOrder(form.equations), len(state), len(parameters))
+    groups = [range(1, len(values), 2), range(0, len(values), 2)]
+    whole = evaluated(values, t, state, parameters)
+    assert evaluated(values, t, state, parameters, groups) == tuple(whole[i] for group in groups for i in group)
 
 
 @pytest.mark.parametrize("name", CASES)
