@@ -1,8 +1,9 @@
 """Eight doubles in one vector, as a type that numba compiles: `<8 x double>`, with operators.
 
-LLVM splits the vector into what the processor has (one register with AVX-512, two with AVX2), lane by lane the same
-bits. Numbers convert to a vector of equal lanes. Products and sums may be contracted into one rounding, nothing else
-is rearranged; where the order of roundings matters `fma` says so. Imported by generated modules alone: it loads numba.
+LLVM splits the vector into what the processor has (one register with AVX-512, two with AVX2). Numbers convert to a
+vector of equal lanes. Products and sums may be contracted into one rounding, nothing else is rearranged; where the order
+of roundings matters `fma` says so. Which of them are contracted can differ between processors, and last bits with it.
+Imported by generated modules alone: it loads numba.
 """
 
 from __future__ import annotations
