@@ -17,7 +17,7 @@ report: $(INSTALLED)
 	$(BIN)/gnomon run --suite $(SUITE) --out runs/$(SUITE).sqlite
 	$(BIN)/gnomon report runs/$(SUITE).sqlite --to reports
 
-# Every variant too, published: about 8 minutes on 2 cores. The page of the next `make report` shows it.
+# Every variant too, published: less than 15 minutes on 2 cores. The page of the next `make report` shows it.
 certificates: $(INSTALLED)
 	$(BIN)/gnomon certify --all --to reports/certificates.json
 
