@@ -28,7 +28,7 @@ from gnomon.harness.integrators.taylor import Taylor
 from gnomon.harness.pairs import Side, at_equal_error, interleaved, swept
 from gnomon.harness.problem import counting, initial_state, problem_of
 
-HALF_DECADES = [10.0 ** (-k / 2) for k in range(4, 32)]
+HALF_DECADES = [10.0 ** (-k / 2) for k in range(4, 33)]
 DECADES = [10.0**-k for k in range(6, 16)]
 
 AGAINST_HEYOKA: dict[tuple[str, str, str], dict[float, float | None]] = {
