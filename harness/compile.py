@@ -15,7 +15,6 @@ import linecache
 import math
 import os
 import sys
-import tempfile
 import textwrap
 import types
 from collections.abc import Callable
@@ -28,6 +27,7 @@ import platformdirs
 from gnomon.cases import forms
 from gnomon.cases.arithmetic import FUNCTIONS, _names
 from gnomon.harness.integrator import Problem
+from gnomon.reference import diskcache
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -263,7 +263,7 @@ def load_module(source: str) -> types.ModuleType:
     content = f"from __future__ import annotations\n{source}".encode()
     path = cache_folder() / f"{name}.py"
     if not path.exists() or path.read_bytes() != content:
-        replaced(path, content)
+        diskcache.replace(path, content)
     specification = importlib.util.spec_from_file_location(name, path)
     assert specification is not None
     assert specification.loader is not None
@@ -271,11 +271,3 @@ def load_module(source: str) -> types.ModuleType:
     sys.modules[name] = module
     specification.loader.exec_module(module)
     return module
-
-
-def replaced(path: Path, content: bytes) -> None:
-    """Write a file; readers see the old one or the whole new one."""
-    descriptor, temporary = tempfile.mkstemp(dir=path.parent)
-    with os.fdopen(descriptor, "wb") as file:
-        file.write(content)
-    os.replace(temporary, path)

@@ -18,7 +18,8 @@ from typing import Any
 
 import llvmlite
 import numba
-from gnomon.harness.compile import cache_folder, load_module, module_name, replaced
+from gnomon.harness.compile import cache_folder, load_module, module_name
+from gnomon.reference import diskcache
 from llvmlite import binding
 from numba.core import serialize
 from numba.core.compiler import CompileResult
@@ -60,7 +61,7 @@ def compiled(source: str, name: str, signature: str) -> Any:
         if signature:
             dispatcher.compile(signature)
         (result,) = dispatcher.overloads.values()
-        replaced(path, packed(result))
+        diskcache.replace(path, packed(result))
         return result
 
 

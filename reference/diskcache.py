@@ -89,7 +89,7 @@ def load(key: str) -> Entry | None:
 
 
 def store(key: str, entry: Entry) -> None:
-    """Keep an entry; readers see the old file or the whole new one."""
+    """Keep an entry."""
     if _NOTES in entry.arrays:
         raise ValueError(f"an array may not be called {_NOTES!r}")
     notes = np.frombuffer(json.dumps(entry.notes).encode(), dtype=np.uint8)
@@ -98,10 +98,15 @@ def store(key: str, entry: Entry) -> None:
     payload = buffer.getvalue()
     path = _path(key)
     path.parent.mkdir(parents=True, exist_ok=True)
+    replace(path, _digest(key, payload) + payload)
+
+
+def replace(path: Path, content: bytes) -> None:
+    """Write a file; readers see the old one or the whole new one."""
     descriptor, temporary = tempfile.mkstemp(dir=path.parent)
     try:
         with os.fdopen(descriptor, "wb") as file:
-            file.write(_digest(key, payload) + payload)
+            file.write(content)
         os.replace(temporary, path)
     except BaseException:
         os.unlink(temporary)
