@@ -37,13 +37,14 @@ unit: $(INSTALLED)
 test-all: lint types
 	$(BIN)/pytest -n auto --dist loadfile --benchmark-disable
 
-# Claims of speed in five launches, then growth laws, then every other benchmark once; the next `make report` shows them.
+# Claims of speed in five launches, then measured orders and growth laws, then every other benchmark once; the next `make report` shows them.
 LAUNCHES := 1 2 3 4 5
 bench: $(INSTALLED)
 	for launch in $(LAUNCHES); do \
 	  $(BIN)/pytest tests/benchmarks/test_pairs.py -q --benchmark-only --benchmark-json=runs/launch_$$launch.json || exit 1; \
 	done
 	$(BIN)/python -m gnomon.harness.benchmarks $(LAUNCHES:%=runs/launch_%.json) --to reports/benchmarks.json
+	$(BIN)/python -m gnomon.harness.orders --to reports/orders.json
 	$(BIN)/python -m gnomon.harness.growth --to reports/growth.json
 	$(BIN)/pytest tests/benchmarks --ignore=tests/benchmarks/test_pairs.py -m "not slow" --benchmark-only \
 	  --benchmark-max-time=0.25 --benchmark-min-rounds=3 --benchmark-json=runs/benchmarks.json

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -102,7 +102,7 @@ def measure_order(integrator: Integrator, case: Case, most_steps: int = 300_000)
         h = problem.interval / count
         states = integrator.prepare(problem, h)(start.copy()).states[0]
         steps.append(h)
-        errors.append(float(np.max(case.metric.distance(states, exact))))
+        errors.append(float(np.max(case.metric.distance(states, exact, case.times))))
         summed = 1 if getattr(integrator, "compensated", False) else count * len(case.times)
         floors.append(attainable * math.sqrt(summed))
         if errors[-1] < floors[-1]:
@@ -121,13 +121,24 @@ def measure_order_exactly(
     """The order over steps of span / count, in `digits`-digit arithmetic, from the error at the end of the span."""
     form = accepted_form(case, method.accepts)
     assert form is not None
+
+    def end(count: int) -> Sequence[Any]:
+        numbers = case.parameter_values(), case.initial_state
+        return solve_exactly(method, form, *numbers, case.span, count, digits)  # type: ignore[arg-type]
+
+    return fit_order_exactly(end, case, counts, digits)
+
+
+def fit_order_exactly(
+    end: Callable[[int], Sequence[Any]], case: Case, counts: Sequence[int], digits: int = DIGITS
+) -> tuple[float, int] | None:
+    """The same of whatever `end(count)` reaches at the end of the span after `count` steps."""
     with working(digits) as mp:
         exact = case.exact(case.span, digits - 10)
         sizes = [max(abs(x), mp.mpf(1)) for x in exact]
-        errors = []
-        for count in counts:
-            found = solve_exactly(method, form, case.parameter_values(), case.initial_state, case.span, count, digits)  # type: ignore[arg-type]
-            errors.append(float(max(abs(a - b) / s for a, b, s in zip(found, exact, sizes, strict=True))))
+        errors = [
+            float(max(abs(a - b) / s for a, b, s in zip(end(count), exact, sizes, strict=True))) for count in counts
+        ]
     return fit_order([float(case.span) / count for count in counts], errors, 10.0 ** (10 - digits))
 
 

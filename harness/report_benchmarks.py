@@ -1,4 +1,4 @@
-"""What `make bench` published, in rows and words: claims of speed in pairs, times of calls, growth of energy errors."""
+"""What `make bench` published, in rows and words: claims of speed in pairs, times of calls, measured orders, growth of energy errors."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import Any
 from gnomon.harness import tables
 from gnomon.harness.analysis import CLAIM
 from gnomon.harness.growth import named
+from gnomon.harness.orders import BINARY64, WITHIN
 
-BENCHMARKS, GROWTH = "benchmarks.json", "growth.json"
+BENCHMARKS, GROWTH, ORDERS = "benchmarks.json", "growth.json", "orders.json"
 
 
 def benchmarks(*folders: Path) -> dict[str, Any] | None:
@@ -33,6 +34,28 @@ def growth(*folders: Path) -> dict[str, Any] | None:
     if found is None:
         return None
     return found | {"rows": [_law(row) for row in found["rows"]]}
+
+
+def orders(*folders: Path) -> dict[str, Any] | None:
+    """Measured orders in words, from the first of the folders that has them; None without any."""
+    found = _read(ORDERS, *folders)
+    if found is None:
+        return None
+    return found | {"rows": [_measured(row) for row in found["rows"]]}
+
+
+def _measured(row: dict[str, Any]) -> dict[str, str]:
+    off = abs(row["order"] - row["declared"])
+    return {
+        "name": row["integrator"],
+        "case": row["case"],
+        "arithmetic": "binary64" if row["digits"] == BINARY64 else f"{row['digits']} digits",
+        "formula": "its formula at fixed steps" if row["at_fixed_steps"] else "as it runs",
+        "points": str(row["points"]),
+        "order": f"{row['order']:.2f}",
+        "declared": str(row["declared"]),
+        "verdict": "" if off <= WITHIN else f"off by {off:.2f}",
+    }
 
 
 def _pair(row: dict[str, Any]) -> dict[str, str]:

@@ -54,6 +54,7 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
         "certified": report_checks.certified(folder, run.path.parent),
         "certified_lines": report_checks.certified_lines(folder, run.path.parent),
         "benchmarks": report_benchmarks.benchmarks(folder, run.path.parent),
+        "orders": report_benchmarks.orders(folder, run.path.parent),
         "growth": report_benchmarks.growth(folder, run.path.parent),
     }
 

@@ -41,6 +41,11 @@ LAW = {
     "size": 1e-3, "power": 1.0, "uncertainty": 0.01, "law": "t", "expected": "t",
 }  # fmt: skip
 
+MEASURED = {
+    "integrator": "RK4", "case": "pendulum_simple", "span": 3.0, "digits": 16, "at_fixed_steps": False, "points": 6,
+    "order": 3.9487, "declared": 4,
+}  # fmt: skip
+
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -48,6 +53,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "certificates.json").write_text(json.dumps([CERTIFICATE | {"digits": 46.1, "passed": True}]))
     (folder / "benchmarks.json").write_text(json.dumps({"launches": 5, "environment": {}, "rows": [PAIR]}))
     (folder / "growth.json").write_text(json.dumps({"environment": {}, "rows": [LAW]}))
+    (folder / "orders.json").write_text(json.dumps({"environment": {}, "rows": [MEASURED]}))
     return write_report(synthetic.write(folder / "results.sqlite"), folder)
 
 
@@ -242,6 +248,8 @@ def test_summary_and_figures(written: Path) -> None:
         "| pendulum_simple/speed | heyoka:Taylor | 1e-6 | 100 µs | 765 µs | 7.65 (7.00 – 8.00) | 5 | reached |"
         in tables
     )
+    assert "| RK4 | pendulum_simple | binary64 | as it runs | 3.95 | 4 |" in tables
+    assert '<td class="number">3.95</td>' in page
     assert "| RK4 | pendulum_simple | 128 steps a period | 1e5 | 1.0e-3 | 1.00 ± 0.01 | t | t |" in tables
     figures = written.parent / "figures"
     names = {path.stem for path in figures.iterdir()}

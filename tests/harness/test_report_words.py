@@ -110,6 +110,29 @@ def test_a_law_that_the_fit_cannot_tell_from_its_neighbour_is_not_claimed(
 
 
 @pytest.mark.parametrize(
+    ("order", "digits", "fixed", "said"),
+    [
+        (3.96, 16, False, ("3.96", "binary64", "as it runs", "")),
+        (4.099, 60, True, ("4.10", "60 digits", "its formula at fixed steps", "")),
+        (4.101, 60, True, ("4.10", "60 digits", "its formula at fixed steps", "off by 0.10")),
+        (3.5, 16, False, ("3.50", "binary64", "as it runs", "off by 0.50")),
+    ],
+)
+def test_measured_orders_beside_the_declared_ones(
+    tmp_path: Path, order: float, digits: int, fixed: bool, said: tuple[str, ...]
+) -> None:
+    row = {"integrator": "one", "case": "a", "span": 1.0, "points": 4, "declared": 4}
+    row |= {"order": order, "digits": digits, "at_fixed_steps": fixed}
+    assert report_benchmarks.orders(tmp_path) is None
+    (tmp_path / "orders.json").write_text(json.dumps({"environment": {}, "rows": [row]}))
+    found = report_benchmarks.orders(tmp_path)
+    assert found is not None
+    (words,) = found["rows"]
+    assert tuple(words[name] for name in ("order", "arithmetic", "formula", "verdict")) == said
+    assert (words["name"], words["declared"], words["points"]) == ("one", "4", "4")
+
+
+@pytest.mark.parametrize(
     ("ours", "ratio", "asked", "verdict"),
     [
         (1e-3, 3.0, 3, "reached"),

@@ -1,4 +1,4 @@
-"""Embedded pairs: order conditions of both formulas and of the dense output, measured order, error against tolerance."""
+"""Embedded pairs: order conditions of both formulas and of the dense output, error against tolerance."""
 
 from __future__ import annotations
 
@@ -8,16 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.forms import SecondOrder
 from gnomon.cases.registry import get
 from gnomon.harness.integrators import dop853, explicit_pairs, nystrom
 from gnomon.harness.integrators.adaptive import Adaptive
 from gnomon.harness.integrators.embedded import Embedded, full
-from gnomon.harness.integrators.explicit import RungeKutta
-from gnomon.harness.integrators.fixed_step import FixedStep, Table
-from gnomon.harness.integrators.nystrom import DormandPrinceNystrom12, Nystrom, nystrom_increment
-from gnomon.harness.integrators.stepping import call
+from gnomon.harness.integrators.nystrom import DormandPrinceNystrom12, Nystrom
 from gnomon.harness.order import measure_order_exactly
+from gnomon.harness.order_twins import at_fixed_steps
 from gnomon.harness.problem import initial_state, problem_of
 from gnomon.reference.precision import working
 from order_conditions import matrix, nystrom_residuals, rk_residuals
@@ -95,60 +92,13 @@ def test_both_nystrom_formulas_meet_their_conditions_and_no_more(pair: type[Nyst
         assert all(abs(mp.fsum(row[1:]) - row[0] ** 2 / 2) < NYSTROM_PRINTED for row in table[:stages])
 
 
-def nystrom_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
-    for i in range(x.size):
-        x[i] = y[i]
-    call(f, t, x, p, slope)
-    for i in range(x.size):
-        store[0, i] = slope[i]
-    nystrom_increment(f, t, h, y, p, table, table.shape[0] - 2, x, slope, store, increment)
-    return True
-
-
-def at_fixed_steps(pair: type[Adaptive]) -> FixedStep:
-    """The formula of a pair that is carried on, without the controller."""
-    if issubclass(pair, Nystrom):
-        return type("Fixed", (FixedStep,), {
-            "name": pair.name, "order": pair.order, "accepts": (SecondOrder,), "step": nystrom_step,
-            "coefficients": classmethod(lambda cls, mp: pair.fixed_rows(mp)),
-            "rows": lambda self, form: len(pair.stages) + 1,
-        })()  # type: ignore[no-any-return]  # fmt: skip
-    assert issubclass(pair, Embedded)
-    stages = len(pair.stages)
-
-    def coefficients(cls: type, mp: Any) -> Table:
-        table = pair.rows(mp)
-        return [*table[:stages], [mp.mpf(0), *table[stages][1:]]]
-
-    return type("Fixed", (RungeKutta,), {
-        "name": pair.name, "order": pair.order, "coefficients": classmethod(coefficients),
-        "rows": lambda self, form: stages,
-    })()  # type: ignore[no-any-return]  # fmt: skip
-
-
-@pytest.mark.parametrize("pair", [p for p in PAIRS if p is not dop853.Dop853], ids=lambda pair: pair.name)
-def test_order_in_sixty_digits(pair: type[Adaptive]) -> None:
-    """The next term of the error, smaller by the step, bends the slope by less than 0.1 at these steps.
-
-    Where a pair was chosen for a small principal error, as those of order 5, steps must be shorter than elsewhere.
-    """
-    assert pair.order is not None
-    coarsest = 48 if pair.order > 8 else 192 if pair.order == 5 else 96
-    counts = [coarsest * n // 12 for n in (12, 16, 24, 32)]
-    measured = measure_order_exactly(at_fixed_steps(pair), get("kepler_orbit", span="0.5"), counts)
-    assert measured is not None
-    assert measured[0] == pytest.approx(pair.order, abs=0.1)
-
-
 def test_a_planted_coefficient_is_caught() -> None:
     """One digit of the smallest weight of RKN 12(10), 1e-3 of it: the order falls from 12."""
 
     class Mistyped(DormandPrinceNystrom12):
         velocities = {**DormandPrinceNystrom12.velocities, 15: "-113178588/12362232960"}  # noqa: RUF012
 
-    measured = measure_order_exactly(at_fixed_steps(Mistyped), get("kepler_orbit", span="0.5"), (24, 32, 48, 64))
+    measured = measure_order_exactly(at_fixed_steps(Mistyped()), get("kepler_orbit", span="0.5"), (24, 32, 48, 64))
     assert measured is None or measured[0] < 11
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from gnomon.cases.registry import get
 from gnomon.harness.integrators.stormer import STARTER, Stormer, Stormer8, Stormer12, adams_weights, stormer_weights
-from gnomon.harness.order import measure_order_exactly
 from gnomon.harness.problem import counting, initial_state, problem_of
 
 
@@ -28,16 +27,6 @@ def test_the_first_weights_are_the_known_ones() -> None:
     """Störmer's of four accelerations, (14, -5, 4, -1) / 12 (Hairer, Norsett, Wanner III.10.11); Adams-Moulton's."""
     assert stormer_weights(4) == tuple(Fraction(n, 12) for n in (14, -5, 4, -1))
     assert adams_weights(4) == tuple(Fraction(n, 24) for n in (9, 19, -5, 1))
-
-
-@pytest.mark.parametrize(("method", "coarsest"), [(Stormer8, 384), (Stormer12, 1152)])
-def test_order_in_sixty_digits(method: type[Stormer], coarsest: int) -> None:
-    counts = [coarsest * n // 12 for n in (12, 16, 24, 32)]
-    measured = measure_order_exactly(method(), get("kepler_orbit", span=1), counts)
-    assert measured is not None
-    assert measured[0] == pytest.approx(method.order, abs=0.1), (
-        "the next term, a hundred times larger, is smaller by the step"
-    )
 
 
 @pytest.mark.parametrize("method", [Stormer8, Stormer12])
