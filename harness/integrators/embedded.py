@@ -64,7 +64,7 @@ class Embedded(Adaptive):
 
 def full(mp: Any, row: Row, length: int) -> list[Any]:
     """A sparse row as numbers of the context."""
-    return [number(mp, row.get(j, "0")) for j in range(length)]
+    return [number(mp, row[j]) if j in row else mp.zero for j in range(length)]
 
 
 def number(mp: Any, text: str) -> Any:

@@ -10,8 +10,9 @@ import numpy as np
 from gnomon.cases.forms import Form, SemiLinear
 from gnomon.harness.compile import Kernel, function_kernel
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solve
-from gnomon.harness.integrators.fixed_step import FixedStep, Table
+from gnomon.harness.integrators.fixed_step import DIGITS, FixedStep, Floats, Table, kept
 from gnomon.harness.integrators.stepping import call
+from gnomon.reference.precision import working
 
 Matrix = Any
 """A square numpy array of mpmath numbers."""
@@ -133,6 +134,13 @@ class HochbruckOstermann4(ExponentialRungeKutta):
     nodes = (0, 0.5, 0.5, 1, 0.5)
 
     @classmethod
+    def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
+        assert isinstance(form, SemiLinear)
+        with working(DIGITS) as mp:
+            linear = form.linear(tuple(map(mp.mpf, parameters)))
+        name = f"{self.name} {linear!r} {h!r}"
+        return kept(name, (__name__,), lambda: super(HochbruckOstermann4, self).binary64(form, parameters, h))
+
     def tableau(cls, phi: Phi) -> list[list[Matrix]]:
         half, one = 0.5, 1
         a52 = phi(2, half) / 2 - phi(3, one) + phi(2, one) / 4 - phi(3, half) / 2

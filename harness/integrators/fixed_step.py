@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import math
+import sys
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
@@ -13,6 +15,7 @@ from gnomon.cases.scene import SceneForm
 from gnomon.harness import compile as compiling
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Steps
 from gnomon.harness.integrators import stepping
+from gnomon.reference import diskcache
 from gnomon.reference.precision import nearest_double, working
 from numpy.typing import NDArray
 
@@ -73,6 +76,12 @@ class FixedStep(Integrator):
         """The same for methods whose coefficients depend on the step size."""
         return self.table(mp, form, parameters, roundoff)
 
+    def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
+        """The table rounded once from high precision; where it takes milliseconds to make, a method has it `kept`."""
+        with working(DIGITS) as mp:
+            numbers = [mp.mpf(x) for x in parameters]
+            return rounded(self.table_for(mp, form, numbers, mp.mpf(2) ** -52, mp.mpf(h)))
+
     def step_for(self, form: Form) -> stepping.Step:
         return type(self).step
 
@@ -83,9 +92,7 @@ class FixedStep(Integrator):
         assert not isinstance(form, SceneForm)
         kernel, widths = self.kernel(problem), self.widths(form, problem.dimension)
         run = stepping.compiled(self.step_for(form))
-        with working(DIGITS) as mp:
-            parameters = [mp.mpf(x) for x in problem.parameters.tolist()]
-            table = rounded(self.table_for(mp, form, parameters, mp.mpf(2) ** -52, mp.mpf(h)))
+        table = self.binary64(form, problem.parameters.tolist(), h)
         address, buffer, rows = kernel.address, problem.buffer, self.rows(form)
         times, compensated = problem.times, self.compensated
         if not problem.uniform:
@@ -131,4 +138,11 @@ def reason(stop: NDArray[np.int64]) -> str | None:
         stepping.NOT_FINITE: "the state was not finite",
         stepping.NOT_SOLVED: "the stages of a step did not converge",
     }[int(stop[0])]
+def kept(name: str, modules: Sequence[str], build: Callable[[], Floats]) -> Floats:
+    """A table that is kept on disk, under its name and the source of the modules that make it."""
+    made_of = "".join(inspect.getsource(sys.modules[module]) for module in (__name__, *modules))
+    key = f"table {name}\n{made_of}"
+    return diskcache.cached(key, lambda: diskcache.Entry({"rows": build()})).arrays["rows"]
+
+
     return f"{what} before sample {stop[2] + 1}" + (f" of trajectory {stop[1] + 1}" if stop[1] else "")

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.forms import FirstOrder, Form, SecondOrder
 from gnomon.harness.integrator import Integrator, Steps
-from gnomon.harness.integrators.fixed_step import FixedStep, Table
+from gnomon.harness.integrators.fixed_step import FixedStep, Floats, Table, kept
 from gnomon.harness.integrators.stepping import Step, call
 from gnomon.reference.precision import nearest_double
 
@@ -175,6 +175,10 @@ class Gauss(FixedStep):
         taken = [mp.fsum(halves(mp, row[:1] if second else row[1:], roundoff)[1]) for row in stages]
         return [*rows, *(half for row in last for half in halves(mp, row, roundoff)), taken]
 
+    def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
+        name = f"Gauss {self.stages} {isinstance(form, SecondOrder)}"
+        return kept(name, (__name__,), lambda: super(Gauss, self).binary64(form, parameters, h))
+
     @classmethod
     def coefficients(cls, mp: Any) -> Table:
         c, a, b = cls.tableau(mp)
@@ -241,7 +245,8 @@ def integrals(mp: Any, c: list[Any], upper: Any) -> list[Any]:
 
 def lagrange(mp: Any, c: list[Any], points: list[Any]) -> list[list[Any]]:
     """Values of the basis polynomials at each of `points`."""
-    return [[mp.fsum(q * x**k for k, q in enumerate(p)) for p in basis(mp, c)] for x in points]
+    polynomials = basis(mp, c)
+    return [[mp.fsum(q * x**k for k, q in enumerate(p)) for p in polynomials] for x in points]
 
 
 class ImplicitMidpoint(Gauss):

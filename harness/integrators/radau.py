@@ -10,7 +10,7 @@ import numpy as np
 from gnomon.cases.forms import FirstOrder
 from gnomon.harness.compile import right_hand_side
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
-from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded
+from gnomon.harness.integrators.fixed_step import DIGITS, Table, kept, rounded
 from gnomon.harness.integrators.gauss import integrals
 from gnomon.harness.integrators.graph import compiled, jacobian_text
 from gnomon.harness.integrators.radau_steps import (
@@ -81,8 +81,11 @@ def prepared(problem: Problem, tolerance: float, fixed: float) -> Solve:
 
 @cache
 def table() -> Floats:
-    with working(DIGITS) as mp:
-        return rounded(rows(mp))
+    def build() -> Floats:
+        with working(DIGITS) as mp:
+            return rounded(rows(mp))
+
+    return kept("Radau IIA 5", (__name__, integrals.__module__), build)
 
 
 def nodes(mp: Any) -> list[Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
 from math import comb
@@ -9,7 +10,8 @@ from typing import Any, ClassVar
 
 from gnomon.cases.forms import Form, SecondOrder
 from gnomon.harness.integrator import Integrator, Steps
-from gnomon.harness.integrators.fixed_step import FixedStep, Table
+from gnomon.harness.integrators import embedded, nystrom, nystrom_table
+from gnomon.harness.integrators.fixed_step import FixedStep, Floats, Table, kept
 from gnomon.harness.integrators.nystrom import DormandPrinceNystrom12, nystrom_increment
 from gnomon.harness.integrators.stepping import call
 
@@ -87,6 +89,10 @@ class Stormer(FixedStep):
         formulas = (stormer_weights(cls.order), adams_weights(cls.order + 1))
         rows = [[mp.mpf(x.numerator) / x.denominator for x in formula] for formula in formulas]
         return [*rows, *STARTER.fixed_rows(mp)]
+
+    def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
+        modules = (__name__, *(module.__name__ for module in (embedded, nystrom, nystrom_table)))
+        return kept(f"Störmer {self.order}", modules, lambda: super(Stormer, self).binary64(form, parameters, h))
 
     def rows(self, form: Form) -> int:
         return HISTORY + self.order + 1 + len(STARTER.stages)
