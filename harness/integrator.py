@@ -121,7 +121,9 @@ class Integrator(ABC):
     policy: ClassVar[str] = ""
     counts_rhs: ClassVar[bool] = True
     conserves: ClassVar[tuple[str, ...]] = ()
-    """Properties that the method claims: symplectic, reversible, momentum, attitude."""
+    """What the method claims to keep, whatever its step: the form (symplectic), volume in phase space, reversal of time
+    (reversible), linear and angular momentum where the forces keep them, rotations on their group (attitude), the
+    constraint. To round-off, each."""
     everywhere: ClassVar[bool] = True
     """False for a sibling of a method that runs everywhere: a suite takes it on default settings in one launch, and
     elsewhere where it is named."""

@@ -57,7 +57,11 @@ def family(row: pd.Series) -> str:
     if row["setting_kind"] == "tolerance":
         return "adaptive step"
     claims = str(row["conserves"])
-    return "fixed step, geometric" if any(word in claims for word in ("symplectic", "attitude")) else "fixed step"
+    return (
+        "fixed step, geometric"
+        if any(word in claims for word in ("symplectic", "volume", "attitude"))
+        else "fixed step"
+    )
 
 
 def styles(frame: pd.DataFrame) -> pd.DataFrame:

@@ -140,7 +140,7 @@ class WHFast(FixedSteps):
 
     name, engine = "WHFast", "whfast"
     sweep = Steps(8.0, 10)
-    conserves = ("symplectic", "momentum")
+    conserves = ("symplectic", "reversible", "momentum")
 
     def options(self, setting: float) -> dict[str, Any]:
         return {"safe_mode": 0}

@@ -92,7 +92,7 @@ class ChargeMethod(FixedStep):
     """A step for a charge: the function that it calls gives the fields."""
 
     accepts = (Charged,)
-    conserves = ("reversible",)
+    conserves = ("volume", "reversible")
     compensated = True
     step = boris_step
     turning: ClassVar[int]

@@ -157,7 +157,7 @@ class Gauss(FixedStep):
     """
 
     accepts = (FirstOrder, SecondOrder)
-    conserves = ("symplectic", "reversible")
+    conserves = ("symplectic", "reversible", "momentum")
     compensated = True
     stages: ClassVar[int]
 

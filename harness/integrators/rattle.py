@@ -90,7 +90,7 @@ class ConstrainedMethod(FixedStep):
     """A step for a constrained motion: what it calls gives force, constraint and gradient."""
 
     accepts = (Constrained,)
-    conserves = ("symplectic", "reversible")
+    conserves = ("symplectic", "reversible", "momentum", "constraint")
     compensated = True
     step = rattle_step
 

@@ -59,7 +59,7 @@ class Splitting(FixedStep):
 class SymplecticEuler(Splitting):
     """Symplectic Euler, kick before drift (de Vogelaere, 1956). Order 1."""
 
-    name, order, conserves, compensated = "Symplectic Euler", 1, ("symplectic",), False
+    name, order, conserves, compensated = "Symplectic Euler", 1, ("symplectic", "momentum"), False
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:
@@ -72,7 +72,7 @@ class Composition(Splitting):
     `half` holds gamma_1 to the middle one's left neighbour, `stages` is s; the middle gamma makes the sum 1.
     """
 
-    conserves = ("symplectic", "reversible")
+    conserves = ("symplectic", "reversible", "momentum")
     half: ClassVar[tuple[str, ...]]
 
     @classmethod
@@ -98,7 +98,8 @@ class StormerVerlet(Composition):
 class PositionVerlet(Splitting):
     """Störmer-Verlet in position form, drift-kick-drift (Tuckerman, Berne, Martyna, J. Chem. Phys. 97, 1992). Order 2."""
 
-    name, order, conserves, compensated = "Position Verlet", 2, ("symplectic", "reversible"), False
+    name, order, compensated = "Position Verlet", 2, False
+    conserves = ("symplectic", "reversible", "momentum")
     everywhere = False
 
     @classmethod
@@ -137,7 +138,7 @@ class McLachlanAtela4(Splitting):
     The paper prints 19 digits; these solve the conditions of order 4 to 60 digits, the nearest to the print.
     """
 
-    name, order, conserves = "McLachlan-Atela 4", 4, ("symplectic",)
+    name, order, conserves = "McLachlan-Atela 4", 4, ("symplectic", "momentum")
     everywhere = False
     kicks = (
         "0.13449619927743108920547866796401532079138753239894125821562987",
@@ -163,7 +164,7 @@ class BlanesMoan4(Splitting):
     to 60 digits; the printed ones miss them by 1e-14.
     """
 
-    name, order, conserves = "Blanes-Moan 4", 4, ("symplectic", "reversible")
+    name, order, conserves = "Blanes-Moan 4", 4, ("symplectic", "reversible", "momentum")
     kicks = (
         "0.0829844064174052",
         "0.396309801498368",
@@ -186,7 +187,7 @@ class BlanesMoan6(Splitting):
     The paper prints 15 digits; these solve the conditions of order 6 to 60 digits, the nearest to the print.
     """
 
-    name, order, conserves = "Blanes-Moan 6", 6, ("symplectic", "reversible")
+    name, order, conserves = "Blanes-Moan 6", 6, ("symplectic", "reversible", "momentum")
     everywhere = False
     kicks = (
         "0.041464998518262843298778133914704936723936175943344961005660128",

@@ -88,6 +88,53 @@ def test_whfast_is_exact_for_two_bodies_at_any_step() -> None:
     assert error(WHFast, PROBLEM.interval / 1024) < 1e-10
 
 
+THREE = get("equilateral_three_body").rounded()
+MASSES = np.array([1.0, 0.625, 0.375])
+NEAR = initial_state(THREE) + np.random.default_rng(3).uniform(-0.125, 0.125, 18)
+"""Three bodies of like masses a little off the triangle: nothing that a method for them is exact for."""
+
+
+def three_bodies(integrator: type[Integrator], starts: Floats) -> Floats:
+    """Steps of 1/8, some fiftieth of a turn, or a tolerance of 1e-3; (n, 64, 2, 3, 3): places and velocities."""
+    problem = replace(problem_of(THREE, (NBody,)), times=np.arange(1, 65) * 0.125)
+    setting = 0.125 if issubclass(integrator, FixedSteps) else 1e-3
+    return integrator().prepare(problem, setting)(starts).states.reshape(-1, 64, 2, 3, 3)
+
+
+@fixed
+def test_steps_are_symplectic(integrator: type[Native]) -> None:
+    """J^T S J = S, S of the bodies' momenta, J by central differences of 1e-5: off by their square and an ulp over them."""
+    assert {"symplectic", "reversible", "momentum"} == set(integrator.conserves)
+    tiny = 1e-5
+    ahead, behind = (three_bodies(integrator, NEAR + s * tiny * np.eye(18))[:, 0].reshape(18, 18) for s in (1, -1))
+    derivative = ((ahead - behind) / (2 * tiny)).T
+    weights, zero = np.diag(np.repeat(MASSES, 3)), np.zeros((9, 9))
+    canonical = np.block([[zero, weights], [-weights, zero]])
+    assert np.abs(derivative.T @ canonical @ derivative - canonical).max() < 1e-10
+    middle, truth = (three_bodies(kind, NEAR[None])[0, 0] for kind in (integrator, IAS15))
+    assert np.abs(middle - truth).max() > 1e-6, "where the step is as good as exact the motion itself is symplectic"
+
+
+@pytest.mark.parametrize("integrator", [Leapfrog, WHFast, BulirschStoer], ids=lambda kind: kind.name)
+def test_fixed_steps_go_back_the_way_they_came_and_keep_momentum(integrator: type[Native]) -> None:
+    """To the round-off of 64 steps, amplified by encounters; what is of a tolerance shows."""
+    there = three_bodies(integrator, NEAR[None])[0]
+    turn = np.array([1.0, -1.0])[:, None, None]
+    back = three_bodies(integrator, (there[-1] * turn).reshape(1, 18))[0, -1] * turn
+    returned = np.abs(back.ravel() - NEAR).max()
+    spins = np.einsum("b,tbi->ti", MASSES, np.cross(there[:, 0], there[:, 1]))
+    places, velocities = NEAR.reshape(2, 3, 3)
+    turned = np.abs(spins - MASSES @ np.cross(places, velocities)).max()
+    moved = np.abs(np.einsum("b,tbi->ti", MASSES, there[:, 1]) - MASSES @ velocities).max()
+    assert moved < 1e-12
+    if integrator.conserves:
+        assert returned < 1e-8
+        assert turned < 1e-12
+    else:
+        assert returned > 1e-4
+        assert turned > 1e-7
+
+
 @pytest.mark.parametrize("integrator", [BulirschStoer, OdeMode], ids=lambda kind: kind().id)
 def test_bs_converges_with_its_tolerance(integrator: type[Integrator]) -> None:
     """Position gains 1e3 over speed errors in 65 rad: global error at most 1e3 tolerances."""

@@ -24,4 +24,4 @@ def test_a_declaration_says_what_it_is(method: Integrator) -> None:
     assert method.order >= 1
     assert f"Order {method.order}." in " ".join((method.__doc__ or "").split())
     assert method.accepts
-    assert set(method.conserves) <= {"symplectic", "reversible", "momentum", "attitude"}
+    assert set(method.conserves) <= {"symplectic", "volume", "reversible", "momentum", "attitude", "constraint"}

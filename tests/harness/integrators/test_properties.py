@@ -106,6 +106,39 @@ def test_reversible(method: type[FixedStep], form: FirstOrder | SecondOrder) -> 
         assert defect > 1e-6
 
 
+def orbit(t: Any, q: Values, parameters: Values) -> Values:
+    """A central force that is no power: its angular momentum is all that it shares with Kepler's."""
+    x, y = q
+    square = x * x + y * y
+    return -x * (1 + square) / square, -y * (1 + square) / square
+
+
+def orbit_first_order(t: Any, state: Values, parameters: Values) -> Values:
+    x, y, vx, vy = state
+    return vx, vy, *orbit(t, (x, y), parameters)
+
+
+ORBITS = {SecondOrder: SecondOrder(orbit), FirstOrder: FirstOrder(orbit_first_order)}
+
+
+@pytest.mark.parametrize(
+    ("method", "form"),
+    [(method, ORBITS[kind]) for method in FIXED for kind in method.accepts if kind in ORBITS],
+    ids=lambda x: getattr(x, "name", type(x).__name__),
+)
+def test_angular_momentum_under_a_central_force(method: type[FixedStep], form: FirstOrder | SecondOrder) -> None:
+    count = 4 if "momentum" in method.conserves else 20  # more than the steps that start a multistep method
+    with working(60) as mp:
+        vx, vy = START[2:]
+        before = START[0] * vy - START[1] * vx
+        x, y, u, v = solve_exactly(method(), form, (), START, count * STEP / 8, count)
+        defect = float(abs(x * v - y * u - mp.mpf(before.numerator) / before.denominator))
+    if "momentum" in method.conserves:
+        assert defect < 1e-50, "sixty digits, of which the steps lose a few"
+    else:
+        assert defect > 1e-20, "h to the order of the method and more, but not round-off"
+
+
 def states(integrator: Integrator, problem: Problem, setting: float, start: Any) -> Any:
     return integrator.prepare(problem, setting)(start).states
 

@@ -135,6 +135,17 @@ def test_reversible(method: type[FixedStep]) -> None:
         assert max(map(abs, gaps)) < 1e-50, "sixty digits, of which twenty steps lose a few"
 
 
+@METHODS
+def test_angular_momentum_about_the_vertical(method: type[FixedStep]) -> None:
+    start = [Fraction(n, 9) for n in (4, 4, -7)] + [Fraction(n, 9) for n in (8, 6, 8)]  # on the sphere, tangent to it
+    with working(60):
+        x, y, _, u, v, _ = solve_exactly(
+            method(), constrained("spherical_pendulum"), [Fraction(2), Fraction(1), Fraction(1)], start, Fraction(2), 10
+        )
+        before = start[0] * start[4] - start[1] * start[3]
+        assert abs(x * v - y * u - before.numerator / (x * 0 + before.denominator)) < 1e-50
+
+
 def flat(t: Any, place: Values, parameters: Values) -> Values:
     x, _y = place
     return (0 * x,)
