@@ -6,14 +6,17 @@ with the right side.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, ClassVar
 
 import flint
+import numpy as np
 from gnomon.reference.balls import BallMotion, ball
 from gnomon.reference.linear import LinearMotion, Row
+from gnomon.reference.motion import Floats
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,10 @@ class ForcedLinear(LinearMotion):
             (0, 0, 0, 0, 0),
         )
         return rows, (self.x, self.v, 1, 0, 1)
+
+    def _rate(self) -> float:
+        own = max(self.stiffness - self.damping**2, Fraction(0))
+        return max(math.sqrt(own), abs(float(self.frequency)))
 
     def natural_rate(self, digits: int = 15) -> Any:
         """sqrt(c); c > 0."""
@@ -82,10 +89,18 @@ class SwitchedOff(BallMotion):
     off: Fraction
 
     def _balls(self, t: Fraction) -> Sequence[Any]:
-        if t < self.off:
-            return self.driven._balls(t)
-        x, v = self.driven._balls(self.off)
-        return x + v * ball(t - self.off), v
+        return self.driven._balls(t) if t < self.off else Coasting(self)._balls(t)
+
+    def sample(self, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
+        """Each part from a table of its own: `off` is where the one ends and the other begins."""
+        times = np.asarray(times, dtype=np.float64)
+        nearest = float(self.off)
+        past = times >= nearest if Fraction(nearest) >= self.off else times > nearest
+        values = np.empty((len(times), 2))
+        for part, motion in ((~past, self.driven), (past, Coasting(self))):
+            if np.any(part):
+                values[part] = motion.sample(times[part])
+        return values
 
     def off_time(self, digits: int = 15) -> Any:
         return self._rational(digits, self.off)
@@ -93,3 +108,15 @@ class SwitchedOff(BallMotion):
     def impulse(self, mass: Fraction, digits: int = 15) -> Any:
         """Of the force until its end: what it adds to the momentum."""
         return self._derived(digits, lambda: ball(mass) * (self.driven._balls(self.off)[1] - ball(self.driven.v)))
+
+
+@dataclass(frozen=True)
+class Coasting(BallMotion):
+    """What a motion does once it is switched off, at all times."""
+
+    switched: SwitchedOff
+
+    def _balls(self, t: Fraction) -> Sequence[Any]:
+        off = self.switched.off
+        x, v = self.switched.driven._balls(off)
+        return x + v * ball(t - off), v

@@ -13,7 +13,6 @@ from typing import Any
 
 from gnomon.reference.balls import ball
 from gnomon.reference.linear import LinearMotion, Row
-from gnomon.reference.motion import Cycle
 
 
 @dataclass(frozen=True)
@@ -35,5 +34,5 @@ class FoucaultCentrifugal(LinearMotion):
         rows: list[list[Any]] = [[0, 0, 1, 0], [0, 0, 0, 1], [east, 0, 0, 2 * turn], [0, north, -2 * turn, 0]]
         return rows, self.start
 
-    def _cycle(self, mp: Any) -> Cycle:
-        return self._strobed(mp, Fraction(2 * math.pi * math.sqrt(self.L / self.g)))
+    def _rate(self) -> float:
+        return math.sqrt(self.g / self.L)

@@ -77,6 +77,12 @@ class Charge(Gyration):
         pace = [drift + share * field for drift, field in zip(self.drift(), self.magnetic, strict=True)]
         return Cycle(period, (*(mp.mpf(x) * period for x in pace), *[mp.zero] * 3))
 
+    def _rate(self) -> float:
+        """A force along the magnetic field makes each gyration differ from the last."""
+        if not _dot(self.electric, self.magnetic):
+            return 0.0
+        return abs(float(self.q_m)) * math.hypot(*map(float, self.magnetic))
+
     def gyration_rate(self, digits: int = 15) -> Any:
         """|q/m| |B| (rad/s)."""
         return self._derived(digits, lambda: ball(self.q_m**2 * _dot(self.magnetic, self.magnetic)).sqrt())

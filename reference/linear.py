@@ -6,14 +6,16 @@ equations. So resonance, critical damping, coincident rates and vanishing fields
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, ClassVar
 
 import flint
 from gnomon.reference.balls import BallMotion, ball, refined
-from gnomon.reference.motion import Cycle, Turn
+from gnomon.reference.motion import MANY, Cycle, Floats, Turn
 
 Row = Sequence[Any]
 
@@ -28,23 +30,47 @@ class LinearMotion(BallMotion):
         """A row by row, and y at t = 0: rationals or balls at the precision in force."""
 
     def _balls(self, t: Fraction) -> Sequence[Any]:
+        return self._whole(t)[: self.dimension]
+
+    def _whole(self, t: Fraction) -> list[Any]:
+        """All components of y."""
         rows, start = self._system()
         size = len(start)
-        matrix = flint.arb_mat(size, size, [_entry(x) for row in rows for x in row])
-        grown = (matrix * ball(t)).exp() * flint.arb_mat(size, 1, [_entry(x) for x in start])
-        return [grown[i, 0] for i in range(self.dimension)]
+        return list((_exponential(rows, t) * flint.arb_mat(size, 1, [_entry(x) for x in start])).entries())
 
-    def _strobed(self, mp: Any, period: Fraction) -> Cycle:
-        """Without load any time is as good as a period: y(t + T) = exp(A T) y(t)."""
-        size = self.dimension
+    def _rate(self) -> float:
+        """The fastest vibration (rad/s) of a motion that does not repeat itself, load included; 0 where it has none."""
+        return 0.0
 
-        def grown() -> list[Any]:
-            matrix = flint.arb_mat(size, size, [_entry(x) for row in self._system()[0] for x in row])
-            return list((matrix * ball(period)).exp().entries())
+    def sample(self, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
+        rate = self._rate()
+        period = 2 * math.pi / rate if rate else math.inf
+        if not 0 < period < math.inf or len(times) < MANY:
+            return super().sample(times, span, breaks)
+        return Strobed(self, Fraction(period)).sample(times, span, breaks)[:, : self.dimension]
 
-        entries = refined(mp, grown)
+
+@dataclass(frozen=True)
+class Strobed(BallMotion):
+    """All components of a linear motion: y(t + T) = exp(A T) y(t), and any time T is as good as a period."""
+
+    motion: LinearMotion
+    period: Fraction
+
+    def _balls(self, t: Fraction) -> Sequence[Any]:
+        return self.motion._whole(t)
+
+    def _cycle(self, mp: Any) -> Cycle:
+        size = len(self.motion._system()[1])
+        entries = refined(mp, lambda: list(_exponential(self.motion._system()[0], self.period).entries()))
         turn = Turn([entries[size * i : size * (i + 1)] for i in range(size)], [range(size)])
-        return Cycle(mp.mpf(period), (mp.zero,) * size, [turn])
+        return Cycle(mp.mpf(self.period), (mp.zero,) * size, [turn])
+
+
+def _exponential(rows: Sequence[Row], t: Fraction) -> Any:
+    """exp(A t)."""
+    matrix = flint.arb_mat(len(rows), len(rows), [_entry(x) for row in rows for x in row])
+    return (matrix * ball(t)).exp()
 
 
 def _entry(x: Any) -> Any:

@@ -13,11 +13,13 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
+import flint
 import numpy as np
+from gnomon.reference.balls import precision
 from gnomon.reference.diskcache import Entry, fingerprint, load, store_or_warn
 from gnomon.reference.motion import Cycle, Floats, Motion
 from gnomon.reference.precision import exact, working
-from gnomon.reference.tablecells import Cells, TooDearError, build
+from gnomon.reference.tablecells import BITS, Cells, TooDearError, as_ball, build
 from gnomon.reference.tablekernel import evaluate
 
 CYCLE_DIGITS = 70
@@ -138,15 +140,21 @@ def _powers(cycle: Cycle | None, turns: Floats) -> tuple[Floats, Floats, Any]:
     blocks = np.zeros((len(stages), (last - first) // stride + 1, size, size, 2))
     steps = np.zeros((len(stages), stride, size, size, 2))
     groups = np.full((len(stages), most, size), -1, dtype=np.int64)
-    with working(CYCLE_DIGITS) as mp:
+    with working(CYCLE_DIGITS) as mp, precision(BITS):
         for k, stage in enumerate(stages):
             own = len(stage.matrix)
             matrix = mp.matrix(stage.matrix)
             for into, start, ratio in ((steps[k], 0, matrix), (blocks[k], first, matrix**stride)):
-                power = matrix**start
+                power, factor = (flint.arb_mat(own, own, [as_ball(x) for x in m]) for m in (matrix**start, ratio))
                 for place in into:
-                    place[:own, :own] = [[_parts(power[i, j], 2) for j in range(own)] for i in range(own)]
-                    power = power * ratio
+                    place[:own, :own] = [[_two_parts(x.mid()) for x in row] for row in power.tolist()]
+                    power = power * factor
             for row, group in zip(groups[k], stage.groups, strict=False):
                 row[:own] = group
     return blocks, steps, groups
+
+
+def _two_parts(value: Any) -> tuple[float, float]:
+    """An exact ball as the unevaluated sum of two doubles."""
+    first = float(value)
+    return first, float(value - first)

@@ -171,11 +171,11 @@ def _first(good: Any) -> int:
 
 
 def _states(motion: Motion, moments: Sequence[Fraction]) -> Any:
-    rows = [[_arb(x) for x in motion.state(t, SAMPLE_DIGITS)] for t in moments]
+    rows = [[as_ball(x) for x in motion.state(t, SAMPLE_DIGITS)] for t in moments]
     return flint.arb_mat(rows)
 
 
-def _arb(value: Any) -> Any:
+def as_ball(value: Any) -> Any:
     """An mpf, exactly."""
     sign, mantissa, exponent, _ = value._mpf_
     return flint.arb((-int(mantissa) if sign else int(mantissa), int(exponent)))

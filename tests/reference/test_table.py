@@ -14,10 +14,12 @@ from gnomon.reference.cycloid import CycloidalMotion
 from gnomon.reference.damped import DampedMotion
 from gnomon.reference.duffing import DuffingMotion
 from gnomon.reference.euler_top import EulerTop
+from gnomon.reference.forced import Coasting, ForcedLinear, SwitchedOff
 from gnomon.reference.foucault import Foucault
 from gnomon.reference.foucault_centrifugal import FoucaultCentrifugal
 from gnomon.reference.gyration import Charge
 from gnomon.reference.harmonic import HarmonicMotion
+from gnomon.reference.linear import Strobed
 from gnomon.reference.motion import MANY, Motion
 from gnomon.reference.pendulum import Pendulum
 from gnomon.reference.precision import exact
@@ -105,7 +107,14 @@ def fractions(*numbers):
 SKEW = fractions(1, 0.5, 0, 0, 1, 0.25, -0.5, 0, 2)
 TURNING = {
     "plane of swing": made(Foucault, 9.81, 67, 7.3e-5, 0.85, 1, 0, 0, 0.1),
-    "plane of swing, not isotropic": FoucaultCentrifugal(*fractions(9.81, 67, 7.3e-3, 0.85), fractions(1, 0, 0, 0.1)),
+    "plane of swing, not isotropic": Strobed(
+        FoucaultCentrifugal(*fractions(9.81, 67, 7.3e-3, 0.85), fractions(1, 0, 0, 0.1)), exact(16.4)
+    ),
+    "charge pulled along the field": Strobed(
+        Charge(fractions(1, 2, 3), fractions(1, 0, 0.5), exact(1e5), fractions(0.25, 0, 1), fractions(0, 0, 1)),
+        exact(6.3e-5),
+    ),
+    "forced vibration": Strobed(ForcedLinear(*fractions(5e-6, 1, 0, 1, 0, 1.3, 0, 1, 0)), exact(4.8)),
     "skew body": EulerTop(fractions(1, 2, 3), fractions(0.1, 1, 0.3), SKEW),
     "symmetric body": EulerTop(fractions(2, 2, 3), fractions(0.5, 0, 1), SKEW),
     "steady body": EulerTop(fractions(1, 2, 3), fractions(0, 0, 1.5), SKEW),
@@ -139,6 +148,17 @@ def test_a_small_part_of_a_cycle_is_tabulated_for_itself(counted):
     found = table.sample(motion, times, 10.0)
     assert len(counted) == 0
     assert np.array_equal(found, motion.sample_each(times))
+
+
+def test_a_force_that_ends_is_sampled_on_either_side_of_its_end(counted):
+    """The force swings 2.4e5 times before its end at the double nearest to 1.5, which is the first of what follows."""
+    driven = ForcedLinear(*fractions(0, 0, 0, 0, 2, 1e6, 0, 0, 0))
+    motion = SwitchedOff(driven, exact(1.5) - Fraction(1, 10**30))
+    times = np.append(np.linspace(1.4, 1.6, 3 * MANY), 1.5)
+    found = motion.sample(times)
+    assert len(counted) < MANY / 10
+    assert np.array_equal(found, motion.sample_each(times))
+    assert np.array_equal(found[-1], Coasting(motion).sample_each(times[-1:])[0])
 
 
 def test_powers_of_a_decay_are_those_of_high_precision():
