@@ -186,9 +186,12 @@ def check_values(functions: dict[str, Any], call: str, states: int, parameters: 
         found = eval(call, dict(functions), {"t": nan, "y": (nan,) * states, "p": (nan,) * parameters})
     except Exception as error:
         raise ValueError(f"{call} raises {type(error).__name__}: {error}") from error
+    names = ", ".join(function.__name__ for function in functions.values())
+    if not isinstance(found, tuple):
+        raise ValueError(f"{names} gives a {type(found).__name__}; let it give a tuple of {wanted}")
     if len(found) != wanted:
-        names = ", ".join(function.__name__ for function in functions.values())
-        raise ValueError(f"{names} gives {len(found)} values where {wanted} {'is' if wanted == 1 else 'are'} wanted")
+        count = f"{len(found)} value{'' if len(found) == 1 else 's'}"
+        raise ValueError(f"{names} gives {count} where {wanted} {'is' if wanted == 1 else 'are'} wanted")
 
 
 def unpacked(states: int, parameters: int) -> list[str]:

@@ -112,7 +112,8 @@ def reason(stop: NDArray[np.int64], most_steps: int) -> str | None:
     """In words why a trajectory ended early."""
     if stop[0] == 0:
         return None
-    what = f"more than {most_steps} steps" if stop[0] == TOO_MANY_STEPS else REASONS[int(stop[0])]
+    too_many = f"more than {most_steps} steps (stiff, or too small a tolerance for so long a span)"
+    what = too_many if stop[0] == TOO_MANY_STEPS else REASONS[int(stop[0])]
     return f"{what}, before sample {stop[1] + 1}"
 
 

@@ -10,7 +10,7 @@ from gnomon.cases.forms import Charged, Form
 from gnomon.cases.scene import SceneForm
 from gnomon.harness.compile import Kernel, function_kernel
 from gnomon.harness.integrator import Integrator, Problem
-from gnomon.harness.integrators.fixed_step import FixedStep, Table
+from gnomon.harness.integrators.fixed_step import FixedStep, Table, given
 from gnomon.harness.integrators.splitting import KahanLi6, Suzuki4
 from gnomon.harness.integrators.stepping import call
 
@@ -110,8 +110,8 @@ class ChargeMethod(FixedStep):
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         assert isinstance(form, Charged)
-        light = mp.mpf(0 if form.light is None else form.light(tuple(parameters))[0])
-        return [*self.coefficients(mp), [mp.mpf(self.turning), light]]
+        light = [mp.mpf(0)] if form.light is None else given(mp, form.light, parameters, 1)
+        return [*self.coefficients(mp), [mp.mpf(self.turning), *light]]
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:

@@ -13,18 +13,22 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.forms import Hybrid
-from gnomon.harness.compile import IMPORTS, OPTIONS, address, gather_into, unpacked
+from gnomon.harness.compile import IMPORTS, OPTIONS, address, check_values, gather_into, unpacked
 from gnomon.harness.integrators.stepping import call, compiled_whole
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-DONE, ASK, FULL, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 0, 1, 2, 3, 4, 5
+DONE, ASK, FULL, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, ACCUMULATED = 0, 1, 2, 3, 4, 5, 6
 """Why `run` returns: finished; the target of where[FIRED] to be asked for; no room for more events; failures."""
 
-MODE, SAMPLE, SUBSTEP, STEPS, COUNT, FIRED, FRESH, REFUSED, FIELDS = 0, 1, 2, 3, 4, 5, 6, 7, 8
-"""Fields of `where`. FRESH: 1 right after an event, 2 at the very start, else 0. REFUSED: steps made again, shorter."""
+MODE, SAMPLE, SUBSTEP, STEPS, COUNT, FIRED, FRESH, REFUSED, RAPID, FIELDS = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+"""Fields of `where`. FRESH: 1 right after an event, 2 at the very start, else 0. REFUSED: steps made again, shorter.
+RAPID: events in a row of a transition that fired within `settle` before, and has no limit mode."""
+
+MOST_RAPID = 1000
+"""More of those in a row are a Zeno sequence, whatever the form says."""
 
 MOST_STEPS = 5_000_000
 """Of methods with error control: past that the tolerance is out of proportion to the span, or the equations are stiff."""
@@ -203,6 +207,8 @@ def run(
             if source[g] == mode:
                 part(parts, guards + g, t, y, p, x)
                 value = x[0]
+                if np.isnan(value):
+                    return NOT_FINITE
                 if where[FRESH] == 1 and (value == 0.0 or (g == where[FIRED] and value < 0.0)):
                     value = 0.0  # on the guard, or off it by the round-off of the event just located
                 elif where[FRESH] == 2 and value == 0.0:
@@ -232,6 +238,8 @@ def run(
             if source[g] == mode and before[g] >= 0.0:
                 part(parts, guards + g, t + length, end, p, x)
                 after = x[0]
+                if np.isnan(after):
+                    return NOT_FINITE
                 if after < 0.0 or (after == 0.0 and before[g] > 0.0):
                     found = locate(parts, guards + g, mode, t, length, before[g], after, y, p, table, stages, x, k, end)
                     if fired < 0 or found < first:
@@ -267,10 +275,13 @@ def run(
                 where[MODE] = limit[fired]
             else:
                 event_kinds[where[COUNT]] = fired
+                where[RAPID] = where[RAPID] + 1 if since[fired] <= settle else 0
                 part(parts, resets + fired, t, end, p, y)
                 where[MODE] = target[fired]
             since[fired] = 0.0
             where[COUNT] += 1
+            if where[RAPID] > MOST_RAPID:
+                return ACCUMULATED
             if where[MODE] < 0:
                 return ASK
     return DONE
@@ -298,19 +309,21 @@ def compiled_parts(form: Hybrid, dimension: int, parameters: int) -> int:
     """
     maps = {name: to_limit for name, _, to_limit in form.limits}
     write = tuple(f"out[{i}] = r[{i}]" for i in range(dimension))
-    functions: list[tuple[Callable[..., Any], str, tuple[str, ...]]] = [
-        *((m.equations, f"p + {m.constants!r}" if m.constants else "p", (*write, f"p_[{parameters}] += 1.0"))
+    functions: list[tuple[Callable[..., Any], str, int, tuple[str, ...]]] = [
+        *((m.equations, f"p + {m.constants!r}" if m.constants else "p", dimension, (*write, f"p_[{parameters}] += 1.0"))
           for m in form.modes),
-        *((g.guard, "p", (f"out[0] = {-g.direction} * r[0]",)) for g in form.transitions),
-        *((g.reset, "p", write) for g in form.transitions),
-        *((maps.get(g.name, g.reset), "p", write) for g in form.transitions),
+        *((g.guard, "p", 1, (f"out[0] = {-g.direction} * r[0]",)) for g in form.transitions),
+        *((g.reset, "p", dimension, write) for g in form.transitions),
+        *((maps.get(g.name, g.reset), "p", dimension, write) for g in form.transitions),
     ]  # fmt: skip
     sources = list(IMPORTS)
     seen: dict[str, Any] = {"np": np}
     lines = [f"@njit({OPTIONS})", "def parts(t, y_, p_, out):"]
     lines += [*(f"    {line}" for line in unpacked(dimension, parameters)), "    k = int(out[0])"]
-    for k, (function, arguments, ends) in enumerate(functions):
+    for k, (function, arguments, count, ends) in enumerate(functions):
+        call = f"{function.__name__}(t, y, {arguments})"
+        check_values({function.__name__: function}, call, dimension, parameters, count)
         gather_into(function, seen, sources)
-        lines += [f"    if k == {k}:", f"        r = {function.__name__}(t, y, {arguments})"]
+        lines += [f"    if k == {k}:", f"        r = {call}"]
         lines += [f"        {end}" for end in ends] + ["        return"]
     return address("\n".join([*sources, *lines]), "parts")

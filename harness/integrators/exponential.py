@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.forms import Form, SemiLinear
-from gnomon.harness.compile import Kernel, function_kernel
+from gnomon.harness.compile import Kernel, check_values, function_kernel
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solve
 from gnomon.harness.integrators.fixed_step import DIGITS, FixedStep, Floats, Table, kept
 from gnomon.harness.integrators.stepping import call
@@ -71,8 +71,9 @@ class ExponentialRungeKutta(FixedStep):
 
     def kernel(self, problem: Problem) -> Kernel:
         assert isinstance(problem.form, SemiLinear)
-        n = problem.dimension
-        return function_kernel(problem.form.rest, n, len(problem.parameters), n, problem.counted)
+        n, known = problem.dimension, len(problem.parameters)
+        check_values({"linear": problem.form.linear}, "linear(p)", 0, known, n * n)
+        return function_kernel(problem.form.rest, n, known, n, problem.counted)
 
     def rows(self, form: Form) -> int:
         return len(self.nodes)
@@ -133,7 +134,6 @@ class HochbruckOstermann4(ExponentialRungeKutta):
     name, order = "Exponential Runge-Kutta 4", 4
     nodes = (0, 0.5, 0.5, 1, 0.5)
 
-    @classmethod
     def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
         assert isinstance(form, SemiLinear)
         with working(DIGITS) as mp:
@@ -141,6 +141,7 @@ class HochbruckOstermann4(ExponentialRungeKutta):
         name = f"{self.name} {linear!r} {h!r}"
         return kept(name, (__name__,), lambda: super(HochbruckOstermann4, self).binary64(form, parameters, h))
 
+    @classmethod
     def tableau(cls, phi: Phi) -> list[list[Matrix]]:
         half, one = 0.5, 1
         a52 = phi(2, half) / 2 - phi(3, one) + phi(2, one) / 4 - phi(3, half) / 2

@@ -113,13 +113,21 @@ def substeps_of(problem: Problem, h: float) -> int:
     if not (math.isfinite(h) and h > 0):
         raise Refused(f"step size {h} is not a positive number")
     if span / h > MOST_STEPS or span + h == span:
-        raise Refused(f"step size {h:g} would take more than {MOST_STEPS:g} steps to reach t = {span:g}")
+        least = f"take at least {span / MOST_STEPS:.1g}"
+        raise Refused(f"step size {h:g} would take more than {MOST_STEPS:g} steps to reach t = {span:g}; {least}")
     if not problem.uniform:
         return max(1, round(problem.interval / h))
     count = round(problem.interval / h)
     if count < 1 or abs(count * h - problem.interval) > 2 * math.ulp(problem.interval):
-        raise Refused(f"step size {h!r} does not divide the sampling interval {problem.interval!r}")
+        nearest = problem.interval / max(1, count)
+        raise Refused(f"step size {h!r} does not divide the sampling interval {problem.interval!r}; {nearest!r} does")
     return count
+
+
+def given(mp: Any, function: Callable[[Any], Any], parameters: Sequence[Any], count: int) -> list[Any]:
+    """The `count` numbers that a form's function of the parameters gives. Raises ValueError where it gives others."""
+    compiling.check_values({"function": function}, "function(p)", 0, len(parameters), count)
+    return [mp.mpf(x) for x in function(tuple(parameters))]
 
 
 def rounded(table: Table) -> Floats:
@@ -130,6 +138,13 @@ def rounded(table: Table) -> Floats:
     return found
 
 
+def kept(name: str, modules: Sequence[str], build: Callable[[], Floats]) -> Floats:
+    """A table that is kept on disk, under its name and the source of the modules that make it."""
+    made_of = "".join(inspect.getsource(sys.modules[module]) for module in (__name__, *modules))
+    key = f"table {name}\n{made_of}"
+    return diskcache.cached(key, lambda: diskcache.Entry({"rows": build()})).arrays["rows"]
+
+
 def reason(stop: NDArray[np.int64]) -> str | None:
     """In words why a trajectory ended early."""
     if stop[0] == 0:
@@ -138,11 +153,5 @@ def reason(stop: NDArray[np.int64]) -> str | None:
         stepping.NOT_FINITE: "the state was not finite",
         stepping.NOT_SOLVED: "the stages of a step did not converge",
     }[int(stop[0])]
-def kept(name: str, modules: Sequence[str], build: Callable[[], Floats]) -> Floats:
-    """A table that is kept on disk, under its name and the source of the modules that make it."""
-    made_of = "".join(inspect.getsource(sys.modules[module]) for module in (__name__, *modules))
-    key = f"table {name}\n{made_of}"
-    return diskcache.cached(key, lambda: diskcache.Entry({"rows": build()})).arrays["rows"]
-
-
-    return f"{what} before sample {stop[2] + 1}" + (f" of trajectory {stop[1] + 1}" if stop[1] else "")
+    where = f"{what} before sample {stop[2] + 1}" + (f" of trajectory {stop[1] + 1}" if stop[1] else "")
+    return f"{where}; take shorter steps" if stop[0] == stepping.NOT_SOLVED else where

@@ -144,6 +144,11 @@ class Number:
     def __bool__(self) -> bool:
         raise ValueError("equations must not branch on what they compute")
 
+    def __lt__(self, other: Any) -> bool:
+        return bool(self)
+
+    __le__ = __gt__ = __ge__ = __lt__
+
 
 @dataclass(frozen=True)
 class Trace:

@@ -10,6 +10,7 @@ from gnomon.harness.integrator import Integrator, Problem, Solution, Solve, Step
 from gnomon.harness.integrators import dop853, event_stepping
 from gnomon.harness.integrators.adaptive import check_tolerance
 from gnomon.harness.integrators.event_stepping import (
+    ACCUMULATED,
     ASK,
     COUNT,
     DONE,
@@ -32,14 +33,15 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-MOST_EVENTS = 10_000_000
-"""A motion with more events than that between two samples has an accumulation that it does not state."""
+MOST_EVENTS = 1_000_000
+"""A few seconds: past that the span is out of proportion to the time between events."""
 
 REASONS = {
-    NOT_FINITE: "the state was not finite",
+    NOT_FINITE: "the state or a guard was not finite",
     STEP_TOO_SMALL: "the step size fell below the spacing of times",
+    ACCUMULATED: "events accumulate, and the form states no limit mode for them,",
     FULL: f"more than {MOST_EVENTS} events",
-    TOO_MANY_STEPS: f"more than {MOST_STEPS} steps",
+    TOO_MANY_STEPS: f"more than {MOST_STEPS} steps (stiff, or too small a tolerance for so long a span)",
 }
 
 
@@ -79,7 +81,7 @@ class EventRungeKutta(Integrator):
             y, since = start.copy(), np.full(len(transitions), np.inf)
             clock = np.array([0.0, 0.0, h])
             where = np.zeros(FIELDS, dtype=np.int64)
-            where[MODE], where[FRESH] = modes.number[form.start(0.0, tuple(y.tolist()), parameters)], 2
+            where[MODE], where[FRESH] = modes.of(form.start(0.0, tuple(y.tolist()), parameters)), 2
             found, kinds = np.empty(64), np.empty(64, dtype=np.int64)
             while True:
                 code = run(
@@ -89,7 +91,7 @@ class EventRungeKutta(Integrator):
                 if code == ASK:
                     transition = transitions[where[FIRED]]
                     lands = transition.lands(float(found[where[COUNT] - 1]), tuple(y.tolist()), parameters)
-                    where[MODE] = modes.number[lands]
+                    where[MODE] = modes.of(lands)
                 elif code == FULL and len(found) < MOST_EVENTS:
                     found, kinds = np.resize(found, 4 * len(found)), np.resize(kinds, 4 * len(kinds))
                 else:
@@ -118,8 +120,14 @@ class Modes:
         self.target = self._numbers(targets)
         self.limit = self._numbers([limits.get(g.name) for g in form.transitions])
 
+    def of(self, name: str) -> int:
+        """The number of a mode. Raises ValueError for one that the form does not have."""
+        if name not in self.number:
+            raise ValueError(f"there is no mode {name!r}; the form has {', '.join(self.number)}")
+        return self.number[name]
+
     def _numbers(self, names: list[str | None] | list[str]) -> NDArray[np.int64]:
-        return np.array([-1 if name is None else self.number[name] for name in names], dtype=np.int64)
+        return np.array([-1 if name is None else self.of(name) for name in names], dtype=np.int64)
 
 
 def event_names(form: Hybrid) -> list[str]:

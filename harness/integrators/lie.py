@@ -13,7 +13,7 @@ from typing import Any
 from gnomon.cases.forms import Form, RigidBody
 from gnomon.harness.compile import Kernel, function_kernel
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solve
-from gnomon.harness.integrators.fixed_step import FixedStep, Table
+from gnomon.harness.integrators.fixed_step import FixedStep, Table, given
 from gnomon.harness.integrators.splitting import KahanLi6, StormerVerlet
 from gnomon.harness.integrators.stepping import call
 
@@ -169,7 +169,7 @@ class RigidBodyMethod(FixedStep):
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         assert isinstance(form, RigidBody)
-        return [*self.coefficients(mp), list(form.inertia(tuple(parameters)))]
+        return [*self.coefficients(mp), given(mp, form.inertia, parameters, 3)]
 
 
 class MuntheKaas4(RigidBodyMethod):

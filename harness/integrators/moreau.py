@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from gnomon.cases.forms import Form, Friction, Impact, Values
-from gnomon.harness.compile import Kernel, call_kernel
+from gnomon.harness.compile import Kernel, call_kernel, check_values
 from gnomon.harness.integrator import Integrator, Problem, Steps
 from gnomon.harness.integrators.fixed_step import FixedStep, Table
 from gnomon.harness.integrators.stepping import Step, call
@@ -102,15 +102,19 @@ class Moreau(FixedStep):
     def kernel(self, problem: Problem) -> Kernel:
         form, n = problem.form, problem.dimension
         functions: dict[str, Callable[..., Any]]
+        known = len(problem.parameters)
         if isinstance(form, Impact):
             functions = {"free": form.free, "gap": form.gap, "normal": form.normal, "restitution": form.restitution}
             half = "".join(f"y[{i}], " for i in range(n // 2))
-            text = f"free(t, y, p) + gap(t, ({half}), p) + normal(t, ({half}), p) + restitution(p)"
+            calls = ["free(t, y, p)", f"gap(t, ({half}), p)", f"normal(t, ({half}), p)", "restitution(p)"]
+            counts = [n, 1, n // 2, 1]
         else:
             assert isinstance(form, Friction)
             functions = {"sliding": form.sliding, "bounds": form.bounds}
-            text = "sliding(t, y, p + (0.0,)) + bounds(t, y, p)"
-        return call_kernel(functions, text, n, len(problem.parameters), self.widths(form, n)[1], problem.counted)
+            calls, counts = ["sliding(t, y, p + (0.0,))", "bounds(t, y, p)"], [n, 2]
+        for (name, function), text, count in zip(functions.items(), calls, counts, strict=True):
+            check_values({name: function}, text, n, known, count)
+        return call_kernel(functions, " + ".join(calls), n, known, self.widths(form, n)[1], problem.counted)
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Moreau,)

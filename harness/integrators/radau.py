@@ -33,7 +33,7 @@ LEAST_TOLERANCE = 1e-14
 REASONS = {
     NOT_FINITE: "the equations gave a value that is not finite",
     STEP_TOO_SMALL: "the step size fell below the spacing of times",
-    TOO_MANY_STEPS: f"more than {MOST_STEPS} steps",
+    TOO_MANY_STEPS: f"more than {MOST_STEPS} steps (too small a tolerance for so long a span)",
 }
 
 

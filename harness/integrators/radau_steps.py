@@ -104,7 +104,7 @@ def integrate(
                 if fixed > 0.0 or not finite(start):
                     reason = NOT_FINITE
                     break
-                h = step / 2
+                h = min(h, step) / 2
                 rejected = True
                 continue
             norm = estimate(
@@ -119,7 +119,7 @@ def integrate(
                     scale *= min(1.0, step / last * (last_error / norm) ** 0.25)
                 scale = min(GROW_MOST, max(SHRINK_MOST, safety * scale))
             if not norm < 1.0 and fixed == 0.0:
-                h = step * (scale if norm < np.inf else 0.1)
+                h = min(h, step) * (scale if norm < np.inf else 0.1)
                 rejected = True
                 continue
             for i in range(n):

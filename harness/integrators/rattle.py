@@ -114,6 +114,8 @@ class ConstrainedMethod(FixedStep):
             "constraint": form.constraint,
             "gradient": form.gradient,
         }
+        for name, count in (("force", n), ("constraint", 1), ("gradient", n)):
+            compiling.check_values({name: functions[name]}, f"{name}(t, y, p)", n, len(problem.parameters), count)
         call = "force(t, y, p) + constraint(t, y, p) + gradient(t, y, p)"
         return compiling.call_kernel(functions, call, n, len(problem.parameters), 2 * n + 1, problem.counted)
 

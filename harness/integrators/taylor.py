@@ -27,7 +27,7 @@ NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 1, 2, 3
 REASONS = {
     NOT_FINITE: "the coefficients of a step were not finite",
     STEP_TOO_SMALL: "the step size fell below the spacing of times",
-    TOO_MANY_STEPS: f"more than {MOST_STEPS} steps",
+    TOO_MANY_STEPS: f"more than {MOST_STEPS} steps (stiff, or too small a tolerance for so long a span)",
 }
 
 

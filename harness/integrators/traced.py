@@ -13,6 +13,7 @@ from typing import Any
 
 from gnomon.cases.arithmetic import FUNCTIONS, rebind
 from gnomon.cases.forms import FirstOrder, Form, RigidBody, SecondOrder, euler_equations
+from gnomon.harness.compile import check_values
 
 RUN, STEP, ROUND = 0, 1, 2
 """What a value changes with: never, with t, with the state."""
@@ -65,6 +66,14 @@ class Node:
 
     def __pos__(self) -> Value:
         return self
+
+    def __bool__(self) -> bool:
+        raise ValueError("equations must not branch on what they compute")
+
+    def __lt__(self, other: Value) -> bool:
+        return bool(self)
+
+    __le__ = __gt__ = __ge__ = __lt__
 
 
 class Trace:
@@ -205,11 +214,16 @@ def traced(
     functions = {name: trace.function(name) for name in FUNCTIONS}
     t, y, p = trace.t, trace.state, trace.parameters
     if isinstance(form, SecondOrder):
-        return trace, tuple(rebind(form.acceleration, functions)(t, y[: dimension // 2], p))
+        half = dimension // 2
+        check_values({"acceleration": form.acceleration}, "acceleration(t, y, p)", half, parameters, half)
+        return trace, tuple(rebind(form.acceleration, functions)(t, y[:half], p))
     if isinstance(form, RigidBody):
+        check_values({"inertia": form.inertia}, "inertia(p)", 0, parameters, 3)
+        check_values({"torque": form.torque}, "torque(t, y, p)", dimension, parameters, 3)
         inertia, torque = rebind(form.inertia, functions), rebind(form.torque, functions)
         return trace, tuple(euler_equations(y, inertia(p), torque(t, y, p)))
     assert isinstance(form, FirstOrder)
+    check_values({"equations": form.equations}, "equations(t, y, p)", dimension, parameters, dimension)
     return trace, tuple(rebind(form.equations, functions)(t, y, p))
 
 

@@ -165,4 +165,4 @@ def test_a_constraint_without_gradient_ends_the_trajectory() -> None:
     form = Constrained(free, force=no_gradient, constraint=flat, gradient=no_gradient)
     problem = Problem(form, 4, np.zeros(0), np.arange(1, 65) * 0.125, 1.0)
     solution = Rattle().prepare(problem, 0.125)(np.array([[1.0, 0.0, 0.0, 1.0]]))
-    assert solution.stopped == "the stages of a step did not converge before sample 1"
+    assert solution.stopped == "the stages of a step did not converge before sample 1; take shorter steps"

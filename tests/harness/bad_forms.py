@@ -1,0 +1,278 @@
+"""Forms that are wrong: functions of the wrong length, functions that raise, equations that end at t = 1.
+
+Each form is right but for one of its functions; `STARTS` are states from which all of them move.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any
+
+from gnomon.cases.forms import (
+    Charged,
+    Constrained,
+    FirstOrder,
+    Friction,
+    Hybrid,
+    Impact,
+    Mode,
+    RigidBody,
+    SecondOrder,
+    SemiLinear,
+    Transition,
+    Values,
+)  # fmt: skip
+
+
+def decay(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (-x,)
+
+
+def decay_until_1(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (sqrt(1 - t) / 1024 - x,)
+
+
+def decay_twice(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return -x, -x
+
+
+def decay_by_a_number(t: Any, state: Values, parameters: Values) -> Any:
+    (x,) = state
+    return -x
+
+
+def decay_or_raise(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    if x > 2:
+        raise ValueError("x is above 2")
+    return (-x,)
+
+
+def one(parameters: Values) -> Values:
+    return (1,)
+
+
+def two(parameters: Values) -> Values:
+    return 1, 2
+
+
+def three(parameters: Values) -> Values:
+    return 1, 2, 3
+
+
+def none_given(parameters: Values) -> Values:
+    raise ValueError("no numbers")
+
+
+def gyrate(t: Any, state: Values, parameters: Values) -> Values:
+    _x, _y, _z, u, v, w = state
+    return u, v, w, v, -u, 0 * w
+
+
+def fields(t: Any, place: Values, parameters: Values) -> Values:
+    x = place[0]
+    return 0 * x, 0 * x, 0 * x, 0 * x, 0 * x, 1 + 0 * x
+
+
+def fields_until_1(t: Any, place: Values, parameters: Values) -> Values:
+    x = place[0]
+    return sqrt(1 - t), 0 * x, 0 * x, 0 * x, 0 * x, 1 + 0 * x
+
+
+def no_magnetic_field(t: Any, place: Values, parameters: Values) -> Values:
+    x = place[0]
+    return 0 * x, 0 * x, 0 * x
+
+
+def swing(t: Any, state: Values, parameters: Values) -> Values:
+    x, y, vx, vy = state
+    return vx, vy, 0 * x, 0 * y
+
+
+def weight(t: Any, place: Values, parameters: Values) -> Values:
+    x, _y = place
+    return 0 * x, 0 * x - 1
+
+
+def weight_until_1(t: Any, place: Values, parameters: Values) -> Values:
+    x, _y = place
+    return 0 * x, 0 * x - sqrt(1 - t)
+
+
+def rod(t: Any, place: Values, parameters: Values) -> Values:
+    x, y = place
+    return ((x * x + y * y) / 2,)
+
+
+def along_rod(t: Any, place: Values, parameters: Values) -> Values:
+    x, y = place
+    return x, y
+
+
+def no_torque(t: Any, state: Values, parameters: Values) -> Values:
+    return 0 * t, 0 * t, 0 * t
+
+
+def torque_until_1(t: Any, state: Values, parameters: Values) -> Values:
+    return sqrt(1 - t), 0 * t, 0 * t
+
+
+def torque_of_two(t: Any, state: Values, parameters: Values) -> Values:
+    return 0 * t, 0 * t
+
+
+def fall(t: Any, state: Values, parameters: Values) -> Values:
+    _y, v = state
+    return v, 0 * v - 1
+
+
+def fall_until_1(t: Any, state: Values, parameters: Values) -> Values:
+    _y, v = state
+    return v, sqrt(1 - t) - 1
+
+
+def fall_in_three(t: Any, state: Values, parameters: Values) -> Values:
+    _y, v = state
+    return v, 0 * v - 1, v
+
+
+def height(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0],)
+
+
+def height_until_1(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0] + sqrt(1 - t),)
+
+
+def upwards(t: Any, place: Values, parameters: Values) -> Values:
+    return (1 + 0 * place[0],)
+
+
+def bounce(t: Any, state: Values, parameters: Values) -> Values:
+    y, v = state
+    return y, -v / 2
+
+
+def bounce_nowhere(t: Any, state: Values, parameters: Values) -> Values:
+    y, v = state
+    return y, v
+
+
+def half(parameters: Values) -> Values:
+    return (0.5,)
+
+
+def slide(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    (side,) = parameters
+    return v, -x - side / 2
+
+
+def slide_until_1(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    (side,) = parameters
+    return v, sqrt(1 - t) - x - side / 2
+
+
+def bounds(t: Any, state: Values, parameters: Values) -> Values:
+    x, _v = state
+    return 0.5 + 0 * x, 0.5 + 0 * x
+
+
+def start_flying(t: Any, state: Values, parameters: Values) -> str:
+    return "flies"
+
+
+def flight(
+    equations: Any = fall, guard: Any = height, reset: Any = bounce, start: Any = start_flying, target: Any = "flies"
+) -> dict[str, Any]:
+    """A bouncing ball that states no limit mode."""
+    hit = Transition("hit", "flies", guard, -1, reset, target)
+    return {"modes": (Mode("flies", equations),), "start": start, "transitions": (hit,), "settle": 1e-9}
+
+
+def contact(**other: Any) -> Impact:
+    functions = {"free": fall, "gap": height, "normal": upwards, "restitution": half} | other
+    return Impact(**flight(), **functions)
+
+
+def rubbing(**other: Any) -> Friction:
+    return Friction(**flight(), **({"sliding": slide, "bounds": bounds} | other))
+
+
+def hanging(**other: Any) -> Constrained:
+    return Constrained(swing, **({"force": weight, "constraint": rod, "gradient": along_rod} | other))
+
+
+STARTS: dict[type, tuple[float, ...]] = {
+    Charged: (1, 0, 0, 2, 0, 0),
+    Constrained: (1, 0.125, -0.125, 1),
+    SemiLinear: (1,),
+    FirstOrder: (1,),
+    SecondOrder: (1, 0),
+    RigidBody: (1, 0.5, 0.25, 1, 0, 0, 0, 1, 0, 0, 0, 1),
+    Impact: (1, 0),
+    Friction: (1, 2),
+    Hybrid: (1, 0),
+}
+
+WRONG_LENGTH: dict[type, tuple[tuple[Any, str], ...]] = {
+    FirstOrder: (
+        (FirstOrder(decay_twice), "decay_twice gives 2 values where 1 is wanted"),
+        (FirstOrder(decay_by_a_number), "decay_by_a_number gives a float; let it give a tuple of 1"),
+    ),
+    SecondOrder: ((SecondOrder(decay_twice), "decay_twice gives 2 values where 1 is wanted"),),
+    SemiLinear: (
+        (SemiLinear(decay, linear=one, rest=decay_twice), "decay_twice gives 2 values where 1 is wanted"),
+        (SemiLinear(decay, linear=two, rest=decay), "two gives 2 values where 1 is wanted"),
+        (SemiLinear(decay, linear=none_given, rest=decay), "raises ValueError: no numbers"),
+    ),
+    Charged: (
+        (Charged(gyrate, fields=no_magnetic_field, light=one), "no_magnetic_field gives 3 values where 6 are wanted"),
+        (Charged(gyrate, fields=fields, light=two), "two gives 2 values where 1 is wanted"),
+    ),
+    Constrained: (
+        (hanging(force=rod), "rod gives 1 value where 2 are wanted"),
+        (hanging(constraint=along_rod, gradient=rod), "along_rod gives 2 values where 1 is wanted"),
+    ),
+    RigidBody: (
+        (RigidBody(three, torque_of_two), "torque_of_two gives 2 values where 3 are wanted"),
+        (RigidBody(two, no_torque), "two gives 2 values where 3 are wanted"),
+    ),
+    Impact: (
+        (contact(free=fall_in_three), "fall_in_three gives 3 values where 2 are wanted"),
+        (contact(gap=fall_in_three, normal=fall), r"raises ValueError: not enough values to unpack"),
+        (contact(restitution=two), "two gives 2 values where 1 is wanted"),
+    ),
+    Friction: ((rubbing(bounds=upwards), "upwards gives 1 value where 2 are wanted"),),
+    Hybrid: (
+        (Hybrid(**flight(equations=fall_in_three)), "fall_in_three gives 3 values where 2 are wanted"),
+        (Hybrid(**flight(guard=fall)), "fall gives 2 values where 1 is wanted"),
+        (Hybrid(**flight(reset=height)), "height gives 1 value where 2 are wanted"),
+        (Hybrid(**flight(target="rolls")), "there is no mode 'rolls'; the form has flies"),
+    ),
+}
+"""By type: a form, and what is said about it."""
+
+UNTIL_1: dict[type, Any] = {
+    FirstOrder: FirstOrder(decay_until_1),
+    SecondOrder: SecondOrder(decay_until_1),
+    SemiLinear: SemiLinear(decay, linear=one, rest=decay_until_1),
+    Charged: Charged(gyrate, fields=fields_until_1, light=one),
+    Constrained: hanging(force=weight_until_1),
+    RigidBody: RigidBody(three, torque_until_1),
+    Impact: contact(free=fall_until_1),
+    Friction: rubbing(sliding=slide_until_1),
+    Hybrid: Hybrid(**flight(equations=fall_until_1)),
+}
+"""By type: what it states is not a number past t = 1."""
+
+RAISING: dict[type, Any] = {
+    FirstOrder: FirstOrder(decay_or_raise),
+    SecondOrder: SecondOrder(decay_or_raise),
+    SemiLinear: SemiLinear(decay, linear=one, rest=decay_or_raise),
+}
+"""By type: its function raises an exception at some states."""

@@ -1,0 +1,93 @@
+"""Whatever is wrong with a form, every method that takes it says so: which function, or before which sample it ended."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from bad_forms import (
+    RAISING,
+    STARTS,
+    UNTIL_1,
+    WRONG_LENGTH,
+    bounce_nowhere,
+    fall,
+    flight,
+    height_until_1,
+)  # fmt: skip
+from gnomon.cases.forms import Hybrid
+from gnomon.harness.integrator import Integrator, Problem, Refused, Solution
+from gnomon.harness.integrators.hybrid import EventRungeKutta
+from gnomon.harness.registry import own
+
+ALL = [method for method in own().values() if ".integrators." in type(method).__module__]
+EVENTS = [method for method in ALL if isinstance(method, EventRungeKutta)]
+TIMES = np.arange(1, 65) * 0.0625
+
+
+def solved(method: Integrator, form: Any, kind: type) -> Solution:
+    start = STARTS[kind]
+    problem = Problem(form, len(start), np.zeros(0), TIMES, 1.0)
+    setting = 1e-6 if method.sweep.kind == "tolerance" else problem.interval / 8
+    return method.prepare(problem, setting)(np.array([start], dtype=np.float64))
+
+
+def pairs(forms: dict[type, Any]) -> list[Any]:
+    """Every method with each kind of form that it accepts."""
+    return [
+        pytest.param(method, kind, id=f"{method.id}-{kind.__name__}")
+        for method in ALL
+        for kind in method.accepts
+        if kind in forms
+    ]
+
+
+@pytest.mark.parametrize(("method", "kind"), pairs(WRONG_LENGTH))
+def test_a_function_of_the_wrong_length_is_named(method: Integrator, kind: type) -> None:
+    for form, why in WRONG_LENGTH[kind]:
+        with pytest.raises((ValueError, Refused), match=why):
+            solved(method, form, kind)
+
+
+@pytest.mark.parametrize(("method", "kind"), pairs(RAISING))
+def test_a_function_that_raises_is_refused(method: Integrator, kind: type) -> None:
+    with pytest.raises((ValueError, Refused), match=r"decay_or_raise raises an exception|must not branch"):
+        solved(method, RAISING[kind], kind)
+
+
+@pytest.mark.parametrize(("method", "kind"), pairs(UNTIL_1))
+def test_equations_that_end_on_the_way_end_the_trajectory_there(method: Integrator, kind: type) -> None:
+    """The last sample of a finite state is that at t = 1 or, where a step cannot come so near, the one before."""
+    solution = solved(method, UNTIL_1[kind], kind)
+    assert solution.stopped is not None
+    assert "before sample" in solution.stopped
+    finite = np.all(np.isfinite(solution.states[0]), axis=1)
+    assert 15 <= np.count_nonzero(finite) <= 16
+    assert np.all(finite[:15])
+
+
+@pytest.mark.parametrize("method", EVENTS, ids=lambda method: method.name)
+def test_a_guard_that_is_not_a_number_ends_the_trajectory(method: Integrator) -> None:
+    """Nothing is less than it, so the ball would fall through the plane unseen."""
+    solution = solved(method, Hybrid(**flight(guard=height_until_1)), Hybrid)
+    assert solution.stopped == "the state or a guard was not finite before sample 17"
+
+
+@pytest.mark.parametrize("method", EVENTS, ids=lambda method: method.name)
+def test_events_that_accumulate_without_a_limit_mode_end_the_trajectory(method: Integrator) -> None:
+    """A reset that leaves the ball where it falls through makes as many events as one has patience for."""
+    solution = solved(method, Hybrid(**flight(reset=bounce_nowhere)), Hybrid)
+    assert solution.stopped is not None
+    assert solution.stopped.startswith("events accumulate, and the form states no limit mode")
+    assert solution.events is not None
+    assert len(solution.events) < 1100
+
+
+@pytest.mark.parametrize("method", EVENTS, ids=lambda method: method.name)
+def test_a_start_in_no_mode_is_named(method: Integrator) -> None:
+    def nowhere(t: Any, state: Any, parameters: Any) -> str:
+        return "rolls"
+
+    with pytest.raises(ValueError, match="there is no mode 'rolls'; the form has flies"):
+        solved(method, Hybrid(**flight(equations=fall, start=nowhere)), Hybrid)
