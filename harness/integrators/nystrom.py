@@ -213,7 +213,7 @@ def nystrom_increment(
 
 
 class DormandPrinceNystrom6(Nystrom):
-    """Dormand and Prince's pair RKN 6(4)6FM (Computers and Mathematics with Applications 13, 1987). Order 6."""
+    """Dormand, El-Mikkawy and Prince's pair RKN 6(4)6FM (IMA J. Numerical Analysis 7, 1987, p. 235). Order 6."""
 
     name, order, lower = "RKN 6(4)", 6, 4
     everywhere = False
@@ -235,7 +235,7 @@ class DormandPrinceNystrom6(Nystrom):
 
 
 class DormandPrinceNystrom12(Nystrom):
-    """Dormand, El-Mikkawy and Prince's pair RKN 12(10)17M (IMA J. Numerical Analysis 7, 1987). Order 12."""
+    """Dormand, El-Mikkawy and Prince's pair RKN 12(10)17M (IMA J. Numerical Analysis 7, 1987, p. 423). Order 12."""
 
     name, order, lower = "RKN 12(10)", 12, 10
     everywhere = False

@@ -89,7 +89,10 @@ class Composition(Splitting):
 
 
 class StormerVerlet(Composition):
-    """Störmer-Verlet in velocity form, kick-drift-kick (Verlet, Physical Review 159, 1967). Order 2."""
+    """Störmer-Verlet in velocity form, kick-drift-kick. Order 2.
+
+    Verlet, Physical Review 159, 1967; in this form Swope, Andersen, Berens, Wilson, J. Chem. Phys. 76, 1982.
+    """
 
     name, order, compensated = "Störmer-Verlet", 2, False
     half = ()

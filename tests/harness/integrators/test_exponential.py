@@ -72,6 +72,38 @@ def test_stiff_order_conditions_hold_as_matrices() -> None:
             assert np.max(np.abs(total - known[1][q + 1])) < 1e-55
 
 
+def test_stiff_order_conditions_of_inner_stages_hold_as_matrices() -> None:
+    """Whatever the Jacobian of the rest: conditions 5, 8 and 9 of their table 5.1, and 7 with weights at z = 0.
+
+    With psi_q,i = sum of a_ij c_j^(q-1)/(q-1)! less c_i^q phi_q(c_i z). Mistyped inner coefficients that keep the sums
+    of rows fail here; where nothing is stiff no order would show it.
+    """
+    with working(60) as mp:
+        z = np.array([[mp.mpf(-3), mp.mpf(1)], [mp.mpf(2), mp.mpf(-5)]], dtype=object)
+        jacobian = np.array([[mp.mpf(1), mp.mpf(4)], [mp.mpf(-2), mp.mpf(7)]], dtype=object)
+        nodes = HochbruckOstermann4.nodes
+        known = {c: phi_functions(mp, c * z) for c in {*nodes, 1}}
+        at_zero = {c: phi_functions(mp, 0 * z) for c in {*nodes, 1}}
+        *stages, weights = HochbruckOstermann4.tableau(lambda k, c: known[c][k])
+        *_, plain = HochbruckOstermann4.tableau(lambda k, c: at_zero[c][k])
+        second, third = (
+            [
+                sum((a * (mp.mpf(c) ** (q - 1) / (q - 1)) for a, c in zip(row, nodes, strict=False)), 0 * z)
+                - mp.mpf(node) ** q * known[node][q]
+                for node, row in zip(nodes, stages, strict=True)
+            ]
+            for q in (2, 3)
+        )
+        inner = [sum((a.dot(jacobian).dot(d) for a, d in zip(row, second, strict=False)), 0 * z) for row in stages]
+        for total in (
+            sum(b.dot(jacobian).dot(d) for b, d in zip(weights, second, strict=True)),
+            sum(b.dot(jacobian).dot(d) for b, d in zip(weights, inner, strict=True)),
+            sum(b.dot(jacobian).dot(d) * mp.mpf(c) for b, d, c in zip(weights, second, nodes, strict=True)),
+            sum(b.dot(jacobian).dot(d) for b, d in zip(plain, third, strict=True)),
+        ):
+            assert np.max(np.abs(total)) < 1e-55
+
+
 def test_order_on_a_driven_oscillator() -> None:
     measured = measure_order(HochbruckOstermann4(), get("forced_oscillator"))
     assert measured is not None

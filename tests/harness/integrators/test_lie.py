@@ -104,6 +104,15 @@ def test_angular_momentum_in_space_is_constant_without_torque(method: type[Fixed
     assert np.max(np.abs(momentum - start)) < 64 * 45 * np.finfo(float).eps * np.linalg.norm(start)
 
 
+@pytest.mark.parametrize("method", lie.INTEGRATORS, ids=lambda method: method.name)
+def test_gravity_leaves_the_vertical_angular_momentum_alone(method: type[FixedStep]) -> None:
+    """The torque of a weight is horizontal."""
+    found = states(method(), HEAVY, 1)
+    vertical = np.einsum("kj,kj->k", found[:, 9:], found[:, :3] * MOMENTS)
+    start = np.array(START[:3]) * MOMENTS
+    assert np.max(np.abs(vertical - start[2])) < 64 * 45 * np.finfo(float).eps * np.linalg.norm(start)
+
+
 def test_an_attitude_that_is_not_orthogonal_turns_all_the_same() -> None:
     """R(t) = R(0) Q(t) for any matrix R(0): angular velocity does not see it."""
     skew = np.array([[1.0, 0.1, 0.0], [0.0, 1.0, 0.2], [0.0, 0.0, 1.25]])
