@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from dataclasses import replace
@@ -48,6 +49,8 @@ class ExportFormat(StrEnum):
 USAGE: Any = typer.BadParameter.__mro__[1]
 """What the parser raises for a command line that it does not understand, wherever this release of Typer keeps it."""
 
+WRITING = (errno.EACCES, errno.EROFS, errno.ENOSPC, errno.EDQUOT)
+
 Settings = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]
 
 
@@ -58,13 +61,17 @@ def main() -> None:
         sys.exit(app(standalone_mode=False) or 0)
     except (ValueError, OSError, ArithmeticError) as error:
         told = f"{type(error).__name__}: {error}" if isinstance(error, ArithmeticError) else str(error)
+        if isinstance(error, OSError) and error.errno in WRITING:
+            told = (
+                f"{error.filename or 'the disk'}: {error.strerror}; free some space or name another place to write to"
+            )
     except (KeyboardInterrupt, typer.Abort):
         sys.exit(130)
     except USAGE as error:
         if len(sys.argv) == 1:
             error.show()  # `gnomon` alone: its help
             sys.exit(2)
-        told = f"{error.format_message()} (see {sys.argv[0].rpartition('/')[2]} --help)"
+        told = f"{error.format_message()} (see {error.ctx.command_path if error.ctx else 'gnomon'} --help)"
     problems.print(f"[bold red]error:[/] {escape(' '.join(told.split()))}")
     sys.exit(2)
 
@@ -207,6 +214,8 @@ def certify(
     from gnomon.harness.progress import Progress
 
     settings = certify_all.settings(case or (plan.suite(suite).cases if suite else ()), everything)
+    for path in (to, opponents) if opponents is not None else (to,):
+        _check_writable(path)  # before minutes of work, not after
     progress = Progress()
     certificates: list[certifying.Certificate] = []
     with progress:
@@ -217,7 +226,6 @@ def certify(
     out.print(listing.certificates_table(certificates))
     seconds = sum(certificate.seconds for certificate in certificates)
     out.print(f"{len(certificates)} certificates in {seconds / 60:.1f} minutes of processor time", highlight=False)
-    to.parent.mkdir(parents=True, exist_ok=True)
     certifying.write(certificates, to)
     if opponents is not None:
         _measure_opponents({name for name, _ in settings}, opponents)
@@ -237,6 +245,7 @@ def export(
     from gnomon.harness import store
 
     target = to or Path(f"results.{form.value}")
+    _check_writable(target)
     store.export(run, target, form.value)
     out.print(f"wrote {target}")
 
@@ -257,6 +266,15 @@ def _chosen(
     for reserved in {"variant", "initial_state", "span"} & set(given):
         raise ValueError(f"--set {reserved}: not a parameter; a variant is chosen by case/variant")
     return plan.choose(names, variants, rounded=rounded, **given)
+
+
+def _check_writable(path: Path) -> None:
+    """Make the folder of a file to write; raise ValueError where the file could not be written."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.is_dir():
+        raise ValueError(f"{path} is a folder; name a file in it")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise ValueError(f"{path}: cannot be written; name another place with --to")
 
 
 def _measure_opponents(names: set[str], to: Path) -> None:

@@ -73,7 +73,7 @@ def libraries_table() -> Table:
         libraries.setdefault(one.library, registry.missing(one))
     table = Table("library", "state", title="Libraries")
     for library, reason in libraries.items():
-        table.add_row(library, "[green]ready[/]" if reason is None else f"[yellow]not installed:[/] {escape(reason)}")
+        table.add_row(library, "[green]ready[/]" if reason is None else f"[yellow]missing:[/] {escape(reason)}")
     return table
 
 

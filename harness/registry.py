@@ -42,7 +42,10 @@ MODULES = (
 
 GROUP = "gnomon.integrators"
 
-REASONS = {"pybullet": "pybullet has wheels up to CPython 3.11 only"}
+REASONS = {
+    "pybullet": "pybullet has wheels up to CPython 3.11 only",
+    "heyoka": "heyoka is optional: pip install heyoka",
+}
 """Why a library may be missing on a machine where everything was installed."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
 import tempfile
@@ -12,6 +13,7 @@ from typing import Any
 
 from gnomon.cases import Case
 from gnomon.harness import environment, plan, registry, store
+from gnomon.harness.compile import cache_folder
 from gnomon.harness.integrator import Integrator
 from gnomon.harness.judge import Judge
 from gnomon.harness.plan import Series, Suite, Trial
@@ -43,6 +45,7 @@ def run(
     goes on. A case whose exact motion cannot be computed raises ValueError once all others are done.
     """
     progress = progress or Progress(quiet=True)
+    _check_cache()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
     series = plan.pairs(chosen, integrators, siblings=siblings)
     series = [one for one in series if one.integrator.everywhere or suite.of(one.case).siblings]
@@ -82,6 +85,19 @@ def compare(
     suite = replace(plan.suite("foundation").within(limit_seconds), name="compare", launches=launches)
     with tempfile.TemporaryDirectory(prefix="gnomon-") as folder:
         return store.load(run(folder, suite, chosen, found))
+
+
+def _check_cache() -> None:
+    """Raise ValueError where compiled equations cannot be kept: every trial that compiles would crash."""
+    try:
+        folder = cache_folder()
+        writable = os.access(folder, os.W_OK)
+    except OSError as error:
+        folder, writable = Path(error.filename), False
+    if not writable:
+        raise ValueError(
+            f"{folder}: compiled equations cannot be kept here; set XDG_CACHE_HOME to a folder of your own"
+        )
 
 
 def _truths(series: Sequence[Series], progress: Progress) -> tuple[dict[CaseSpec, Truth], dict[CaseSpec, str]]:

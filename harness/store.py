@@ -201,8 +201,13 @@ class Store:
     def __enter__(self) -> Store:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
         self.close()
+        if isinstance(error, sqlite3.DatabaseError):  # a full disk, a damaged file
+            raise ValueError(
+                f"{self.path}: cannot be written ({error}); what was recorded before stays in it. Repeat the command"
+                " when there is space, or give another --out"
+            ) from None
 
 
 def load(path: str | Path, superseded: bool = False) -> Any:

@@ -108,10 +108,14 @@ def truths(specs: Sequence[CaseSpec], progress: Callable[[], None]) -> dict[Case
     with ProcessPoolExecutor(workers, mp_context=context(), initializer=quiet_child) as pool:
         with main_hidden(not any(spec.in_main for spec in missing)):
             waiting = {pool.submit(truth, spec): spec for spec in missing}
-        for future in as_completed(waiting):
-            error = future.exception()
-            found[waiting[future]] = f"{type(error).__name__}: {error}" if error is not None else future.result()
-            progress()
+        try:
+            for future in as_completed(waiting):
+                error = future.exception()
+                found[waiting[future]] = f"{type(error).__name__}: {error}" if error is not None else future.result()
+                progress()
+        except KeyboardInterrupt:
+            pool.shutdown(cancel_futures=True)  # those under way are finished and kept, no other is begun
+            raise
     return found
 
 

@@ -48,10 +48,10 @@ def text_file(tmp_path: Path) -> str:
         (["run", "--integrator", ":X:"], ":X:: ValueError: Empty module name"),
         (["run", "--case", "moment_equipollent"], "is a check, without motion: `gnomon certify moment_equipollent`"),
         (["run", "--workers", "0"], "Invalid value for '--workers'"),
-        (["run", "--no-such-option"], "No such option: --no-such-option"),
+        (["run", "--no-such-option"], "No such option: --no-such-option (see gnomon run --help)"),
         (["export"], "Missing argument"),
         (["export", "x", "--format", "xls"], "is not one of 'csv', 'json', 'parquet'"),
-        (["no_such_command"], "No such command 'no_such_command'"),
+        (["no_such_command"], "No such command 'no_such_command'. (see gnomon --help)"),
         (["run", "--suite", "slow"], "no suite is called 'slow'"),
         (["run", "--limit", "-1", "--case", "pendulum_simple"], "a trial needs a positive number of seconds"),
         (["report", "no_such_folder"], "no results here"),
@@ -89,6 +89,32 @@ def test_results_that_cannot_be_written_are_one_line(capfd: pytest.CaptureFixtur
     assert gnomon(*arguments, "--out", "/proc/results.sqlite") == 2
     line = capfd.readouterr().err.strip().splitlines()[-1]
     assert line.startswith("error: /proc/results.sqlite: cannot be written")
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs a folder in which nobody can write")
+def test_a_cache_that_cannot_be_written_stops_a_run_before_it_begins(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Every trial that compiles would be shown as crashed."""
+    monkeypatch.setenv("XDG_CACHE_HOME", "/proc/cache")
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    out = tmp_path / "a.sqlite"
+    assert gnomon("run", "--case", "pendulum_simple", "--integrator", "RK4", "--out", str(out)) == 2
+    line = capfd.readouterr().err.strip().splitlines()[-1]
+    assert line.startswith("error: /proc/cache")
+    assert "set XDG_CACHE_HOME" in line
+    assert not out.exists()
+
+
+def test_where_results_cannot_go_is_said_before_the_work(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert gnomon("certify", "pendulum_simple", "--to", str(tmp_path)) == 2
+    assert capfd.readouterr() == ("", f"error: {tmp_path} is a folder; name a file in it\n")
+    monkeypatch.setattr(cli.os, "access", lambda path, mode: False)
+    path = tmp_path / "new" / "a.json"
+    assert gnomon("certify", "pendulum_simple", "--to", str(path)) == 2
+    assert capfd.readouterr() == ("", f"error: {path}: cannot be written; name another place with --to\n")
 
 
 def test_a_missing_library_that_is_named_is_wrong_usage(

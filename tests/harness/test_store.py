@@ -133,3 +133,15 @@ def test_files_that_are_not_ours_are_named_and_refused(tmp_path: Path) -> None:
             store.Store(path)
     with pytest.raises(ValueError, match="no results here"):
         store.load(tmp_path / "absent")
+
+
+def test_a_write_that_fails_names_the_file_and_the_way_out(tmp_path: Path) -> None:
+    """A full disk in mid-run: what was measured before stays, and the same command goes on from there."""
+    path = tmp_path / "results.sqlite"
+    said = rf"{path}: cannot be written \(database or disk is full\).*stays in it"
+    with store.Store(path) as results:
+        number = results.begin_run("quick", "gnomon run", {})
+    with pytest.raises(ValueError, match=said), store.Store(path) as results:
+        results._connection.execute("PRAGMA max_page_count = 1")  # as small as it is now
+        results.add_all(number, [{"trial_key": "k" * 9000, "launch": i, "status": "ok"} for i in range(9)])
+    assert [run["suite"] for run in store.runs(path)] == ["quick"]
