@@ -141,7 +141,9 @@ def test_a_write_that_fails_names_the_file_and_the_way_out(tmp_path: Path) -> No
     said = rf"{path}: cannot be written \(database or disk is full\).*stays in it"
     with store.Store(path) as results:
         number = results.begin_run("quick", "gnomon run", {})
-    with pytest.raises(ValueError, match=said), store.Store(path) as results:
-        results._connection.execute("PRAGMA max_page_count = 1")  # as small as it is now
-        results.add_all(number, [{"trial_key": "k" * 9000, "launch": i, "status": "ok"} for i in range(9)])
+    results = store.Store(path)
+    results._connection.execute("PRAGMA max_page_count = 1")  # as small as it is now
+    rows = [{"trial_key": "k" * 9000, "launch": i, "status": "ok"} for i in range(9)]
+    with pytest.raises(ValueError, match=said), results:
+        results.add_all(number, rows)
     assert [run["suite"] for run in store.runs(path)] == ["quick"]
