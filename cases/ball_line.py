@@ -14,7 +14,7 @@ from gnomon.cases.impact_scene import ball_line
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.impacts import BallLine
-from gnomon.reference.precision import Number, publish, working
+from gnomon.reference.precision import Number, publish, quantity, working
 from mpmath import mpf
 
 
@@ -300,7 +300,7 @@ class ThreeBallChain(_BallLineCase):
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`best_m2` is the mass between that makes the last ball fastest, for one impact each."""
         product = self.parameters["m1"] * self.parameters["m3"]
-        best = self._exact._quantity(digits, lambda mp: mp.sqrt(mp.mpf(product)))
+        best = quantity(digits, lambda mp: mp.sqrt(mp.mpf(product)))
         return super().quantities(digits) | {"best_m2": best}
 
 

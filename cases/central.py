@@ -16,7 +16,7 @@ from gnomon.cases.rope_scene import HANGING
 from gnomon.cases.scene import Body, Force, Readings, Scene, SceneForm, Vector
 from gnomon.cases.well import WellCase
 from gnomon.reference.isotropic import IsotropicOscillator
-from gnomon.reference.precision import Number
+from gnomon.reference.precision import Number, quantity
 from gnomon.reference.well import WellMotion
 from gnomon.reference.wells import HangingMass, Logarithmic, SpringDumbbell
 
@@ -183,9 +183,8 @@ class _Central(WellCase):
         """`apsidal_angle`: by which theta grows from the least to the largest distance."""
         if self._exact.rests:
             return {}
-        half = self._exact._quantity
         angle = self._exact.carried_over_period(0, digits + 5)
-        return super().quantities(digits) | {"apsidal_angle": half(digits, lambda mp: mp.mpf(angle) / 2)}
+        return super().quantities(digits) | {"apsidal_angle": quantity(digits, lambda mp: mp.mpf(angle) / 2)}
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         r, theta, vr, omega = state

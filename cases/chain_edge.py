@@ -13,7 +13,7 @@ from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.rail_scene import railed
 from gnomon.cases.scene import SceneForm
-from gnomon.reference.precision import Number
+from gnomon.reference.precision import Number, quantity
 from gnomon.reference.runaway import Runaway
 from mpmath import mpf
 
@@ -215,9 +215,11 @@ class ChainOffTable(_ChainOverEdge):
         most = s if self._exact.rests else max(s, length / 2)
         first, largest = ((1 + mu) * (length - x) * g * x / length for x in (s, most))
         found = {"edge_tension": first, "largest_edge_tension": largest}
-        return super().quantities(digits) | {
-            name: self._exact._rational(digits, value) for name, value in found.items()
-        }
+
+        def rounded(value: Fraction) -> Any:
+            return quantity(digits, lambda mp: mp.mpf(value))
+
+        return super().quantities(digits) | {name: rounded(value) for name, value in found.items()}
 
 
 class ChainOverPulley(_ChainOverEdge):

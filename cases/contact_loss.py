@@ -14,7 +14,7 @@ from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.contact_loss import ContactLoss
-from gnomon.reference.precision import Number, working
+from gnomon.reference.precision import Number, quantity, working
 from mpmath import mpf
 
 
@@ -295,7 +295,5 @@ class PendulumOnString(AmusementPark):
         """`tension_start` over the mass (m/s^2); times and angle of `leaving` are those at which the string goes slack."""
         theta, _, omega, _ = self.initial_state
         g, radius = self.parameter_values()
-        tension = self._exact._quantity(
-            digits, lambda mp: mp.mpf(radius * omega**2) + mp.mpf(g) * mp.cos(mp.mpf(theta))
-        )
+        tension = quantity(digits, lambda mp: mp.mpf(radius * omega**2) + mp.mpf(g) * mp.cos(mp.mpf(theta)))
         return {"tension_start": tension} | super().quantities(digits)

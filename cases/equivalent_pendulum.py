@@ -16,7 +16,7 @@ from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, pos
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.equivalent_pendulum import CarriedPendulum, EquivalentPendulum, TubeChain
 from gnomon.reference.pendulum import Pendulum
-from gnomon.reference.precision import Number, working
+from gnomon.reference.precision import Number, quantity, working
 
 
 def tube_acceleration(t: Any, q: Values, parameters: Values) -> Values:
@@ -162,7 +162,8 @@ class ChainInCircularTube(_Pendulum):
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`pendulum_length`: L/(2 sin(L/2R)) of the pendulum with the same motion."""
         g = self.parameters["g"]
-        length = self._exact._quantity(digits, lambda mp: mp.mpf(g) / self._exact._pull(mp))
+        rate = self._exact.frequency(digits + 5)
+        length = quantity(digits, lambda mp: mp.mpf(g) / mp.mpf(rate) ** 2)
         return super().quantities(digits) | {"pendulum_length": length}
 
 

@@ -14,7 +14,7 @@ from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.point_scene import railed_point
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.forced import ForcedLinear, SwitchedOff
-from gnomon.reference.precision import Number
+from gnomon.reference.precision import Number, quantity
 
 ZERO = Fraction(0)
 LINE = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
@@ -392,4 +392,5 @@ class TimeVaryingForce(Case):
         m, s, _c, w, d, _off = self.parameter_values()
         if d or not w:
             return found
-        return found | {"drift": self._exact._rational(digits, self.initial_state[1] + s / (m * w))}
+        drift = self.initial_state[1] + s / (m * w)
+        return found | {"drift": quantity(digits, lambda mp: mp.mpf(drift))}

@@ -14,7 +14,7 @@ from gnomon.cases.case import Case, Invariant, Variant
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule
 from gnomon.reference.parabolic import ParabolicProjectile
-from gnomon.reference.precision import Number
+from gnomon.reference.precision import Number, quantity
 
 
 def parabolic_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -149,7 +149,7 @@ class ProjectileInParabolicCoordinates(Case):
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`crossing`: y where the path crosses the line above and below the focus, x = 0."""
         crossing = self._exact.crossing()
-        return {} if crossing is None else {"crossing": self._exact._rational(digits, crossing)}
+        return {} if crossing is None else {"crossing": quantity(digits, lambda mp: mp.mpf(crossing))}
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         xi, eta, u, v = state

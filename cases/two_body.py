@@ -17,7 +17,7 @@ from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, pos
 from gnomon.cases.pair_scene import attracting
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.kepler import Kepler
-from gnomon.reference.precision import Number
+from gnomon.reference.precision import Number, quantity
 from gnomon.reference.two_body import TwoBody as Motion
 
 
@@ -198,7 +198,7 @@ class TwoBody(Case):
         found = {
             "eccentricity": self.orbit.eccentricity(digits),
             "pericentre": self.orbit.pericentre(digits),
-            "third_law_factor": self._exact._quantity(digits, lambda mp: mp.mpf(self._exact.share[0])),
+            "third_law_factor": quantity(digits, lambda mp: mp.mpf(self._exact.share[0])),
         }
         if self.orbit.conic > 0:
             found |= {"period": self.orbit.period(digits), "semi_major_axis": self.orbit.semi_major_axis(digits)}

@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from gnomon.reference.precision import Number, exact, nearest_double, publish, working
+from gnomon.reference.precision import Number, exact, nearest_double, publish, quantity, working
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -81,8 +81,7 @@ class Motion(ABC):
 
     def _quantity(self, digits: int, formula: Callable[[Any], Any], guard: float = 10) -> Any:
         """A derived number: `formula(mp)` with guard digits, rounded once."""
-        with working(digits + guard) as mp:
-            return publish([formula(mp)], digits)[0]
+        return quantity(digits, formula, guard)
 
     def _rational(self, digits: int, value: Fraction) -> Any:
         """A derived number that is rational, rounded once."""

@@ -8,7 +8,7 @@ touched, and each result is rounded once.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any
@@ -65,6 +65,12 @@ def publish(values: Iterable[Any], digits: int) -> tuple[Any, ...]:
     """Round each value once to `digits` significant digits and hand it out as mpmath's own mpf."""
     bits = math.ceil(digits * math.log2(10)) + 1
     return tuple(mpmath.mp.make_mpf(mpf_pos(value._mpf_, bits, round_nearest)) for value in values)
+
+
+def quantity(digits: int, formula: Callable[[Any], Any], guard: float = 10) -> Any:
+    """A number: `formula(mp)` with guard digits, rounded once."""
+    with working(digits + guard) as mp:
+        return publish([formula(mp)], digits)[0]
 
 
 def nearest_double(value: Any) -> float:
