@@ -30,8 +30,8 @@ def test_random_walks_grow_as_the_square_root() -> None:
 
 
 def test_every_smooth_method_of_our_own_is_there() -> None:
-    """Left out: methods that locate events, time stepping for contact, and those that need a linear part."""
-    left_out = ("hybrid", "moreau", "exponential")
+    """Left out: methods that locate events, and time stepping for contact."""
+    left_out = ("hybrid", "moreau")
     wanted = {
         name
         for name, integrator in registry.own().items()
