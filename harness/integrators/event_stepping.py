@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,10 @@ MOST_RAPID = 1000
 
 MOST_STEPS = 5_000_000
 """Of methods with error control: past that the tolerance is out of proportion to the span, or the equations are stiff."""
+
+MOST_TRIALS = 30
+DEEP = 0.5
+"""For a guard that falls and rises again within a step: trials of its minimum, and how deep a dip is looked at."""
 
 ERROR_5, ERROR_3 = 16, 17
 """Rows of the table of DOP853 with the weights of its error estimates."""
@@ -84,7 +89,7 @@ def step_error(h: float, y: Floats, end: Floats, table: Floats, stages: int, k: 
         third += (b / scale) ** 2
     if fifth == 0.0 and third == 0.0:
         return 0.0
-    return float(h * fifth / np.sqrt((fifth + 0.01 * third) * y.size))
+    return float(h * fifth / sqrt((fifth + 0.01 * third) * y.size))
 
 
 def locate(
@@ -149,6 +154,74 @@ def locate(
     return a
 
 
+def dip(
+    parts: int,
+    guard: int,
+    mode: int,
+    t: float,
+    h: float,
+    before: float,
+    after: float,
+    y: Floats,
+    end: Floats,
+    p: Floats,
+    table: Floats,
+    stages: int,
+    x: Floats,
+    k: Floats,
+    there: Floats,
+    slope: Floats,
+) -> float:
+    """A step length in (0, h) at which a guard that is positive at both ends is not; 0 where there is none.
+
+    A guard that falls at the start of a step and rises at its end has a minimum in between, which cubic interpolation
+    brackets. Only where the cubic falls below DEEP of its ends is the motion asked.
+    """
+    low, low_value, low_slope = 0.0, before, guard_slope(parts, guard, t, h, y, before, k[0], p, x, there)
+    if not low_slope < 0.0:
+        return 0.0
+    part(parts, mode, t + h, end, p, slope)
+    high, high_value, high_slope = h, after, guard_slope(parts, guard, t + h, h, end, after, slope, p, x, there)
+    if not high_slope > 0.0:
+        return 0.0
+    for _ in range(MOST_TRIALS):
+        width = high - low
+        bend = low_slope + high_slope - 3.0 * (high_value - low_value) / width
+        root = sqrt(bend * bend - low_slope * high_slope)
+        u = 1.0 - (high_slope + root - bend) / (high_slope - low_slope + 2.0 * root)
+        lowest = (1.0 - u) ** 2 * ((1.0 + 2.0 * u) * low_value + u * width * low_slope)
+        lowest += u * u * ((3.0 - 2.0 * u) * high_value - (1.0 - u) * width * high_slope)
+        now = low + u * width
+        if not (lowest <= DEEP * min(low_value, high_value) and low < now < high):
+            return 0.0
+        one_step(parts, mode, t, now, y, p, table, stages, x, k, there)
+        part(parts, guard, t + now, there, p, x)
+        value = x[0]
+        if value <= 0.0:
+            return now
+        if abs(value - lowest) <= 0.1 * value:
+            return 0.0
+        part(parts, mode, t + now, there, p, slope)
+        found = guard_slope(parts, guard, t + now, h, there, value, slope, p, x, slope)
+        if found < 0.0:
+            low, low_value, low_slope = now, value, found
+        else:
+            high, high_value, high_slope = now, value, found
+    return 0.0
+
+
+def guard_slope(
+    parts: int, guard: int, t: float, h: float, y: Floats, value: float, slope: Floats, p: Floats, x: Floats,
+    there: Floats,
+) -> float:  # fmt: skip
+    """The rate of a guard along the motion, by a difference over a millionth of a step. `there` may be `slope`."""
+    small = h * 2.0**-20
+    for i in range(y.size):
+        there[i] = y[i] + small * slope[i]
+    part(parts, guard, t + small, there, p, x)
+    return float(x[0] - value) / small
+
+
 def run(
     parts: int,
     modes: int,
@@ -179,6 +252,7 @@ def run(
     divides the sampling interval; else steps are controlled, and end at the samples.
     """
     x, end, k = np.empty(y.size), np.empty(y.size), np.empty((stages, y.size))
+    there, slope = np.empty(y.size), np.empty(y.size)
     transitions = source.size
     guards, resets, limits = modes, modes + transitions, modes + 2 * transitions
     before = np.zeros(transitions)
@@ -240,8 +314,17 @@ def run(
                 after = x[0]
                 if np.isnan(after):
                     return NOT_FINITE
+                last = length
+                if after > 0.0 and before[g] > 0.0:
+                    last = dip(
+                        parts, guards + g, mode, t, length, before[g], after, y, end, p, table, stages, x, k, there, slope
+                    )  # fmt: skip
+                    if last > 0.0:
+                        one_step(parts, mode, t, last, y, p, table, stages, x, k, end)
+                        part(parts, guards + g, t + last, end, p, x)
+                        after = x[0]
                 if after < 0.0 or (after == 0.0 and before[g] > 0.0):
-                    found = locate(parts, guards + g, mode, t, length, before[g], after, y, p, table, stages, x, k, end)
+                    found = locate(parts, guards + g, mode, t, last, before[g], after, y, p, table, stages, x, k, end)
                     if fired < 0 or found < first:
                         fired, first = g, found
                     one_step(parts, mode, t, length, y, p, table, stages, x, k, end)

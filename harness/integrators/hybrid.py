@@ -48,8 +48,10 @@ REASONS = {
 class EventRungeKutta(Integrator):
     """An explicit Runge-Kutta method whose step ends where a guard crosses zero.
 
-    The event is located by root finding on the step length, and the step from there goes to the next grid point. When a
-    transition fires twice within `settle`, the motion enters its limit mode. Samples are ends of steps.
+    The event is located by root finding on the step length, and the step from there goes to the next grid point. A guard
+    that falls at the start of a step and rises at its end is looked at in between, so that no grazing is stepped over;
+    that costs a right-hand side in steps that approach. When a transition fires twice within `settle`, the motion
+    enters its limit mode. Samples are ends of steps.
     """
 
     accepts = (Hybrid,)

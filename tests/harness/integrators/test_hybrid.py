@@ -194,6 +194,53 @@ def test_right_hand_sides_are_counted(kind: type[Integrator]) -> None:
     assert problem.buffer[-1] > 97 * 4  # each event needs steps of its own
 
 
+def oscillate(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    return v, -x
+
+
+def near_wall(t: Any, state: Values, parameters: Values) -> Values:
+    x, _ = state
+    (where,) = parameters
+    return (x + where,)
+
+
+def rebound(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    return x, -v
+
+
+GRAZED = Hybrid(
+    modes=(Mode("swing", oscillate),),
+    start=swinging,
+    transitions=(Transition("graze", "swing", near_wall, -1, rebound, "swing"),),
+    settle=1e-9,
+)
+"""x'' = -x released at x = 1 with an elastic wall at x = -w: it is met at 1, 3, 5, ... times arccos(-w)."""
+
+
+@pytest.mark.parametrize("depth", [1e-2, 1e-4, 1e-6, -1e-6, -1e-2])
+@pytest.mark.parametrize(("kind", "setting", "error"), [(RK4Events, 2.0**-5, 2e-8), (Dop853Events, 1e-10, 1e-10)])
+def test_a_wall_that_is_only_grazed_within_a_step_is_met(
+    kind: type[Integrator], setting: float, error: float, depth: float
+) -> None:
+    """A step goes from one side of the dip to the other: at both its ends the guard is positive.
+
+    Beyond the turning point, at a negative depth, nothing happens. An `error` of the state, as it is at that step or
+    tolerance, moves the time by itself over the speed, that is by error / sqrt(2 depth), at each rebound twice.
+    """
+    problem = Problem(GRAZED, 2, np.array([1 - depth]), TIMES * 4, 1.0)
+    solution = kind().prepare(problem, setting)(np.array([[1.0, 0.0]]))
+    assert solution.events is not None
+    times = np.array([time for time, _ in solution.events])
+    with mpmath.workdps(30):
+        first = float(mpmath.acos(mpmath.mpf(problem.parameters[0]) * -1)) if depth > 0 else np.inf
+    wanted = [(2 * n + 1) * first for n in range(9) if (2 * n + 1) * first <= problem.times[-1]]
+    assert len(times) == len(wanted)
+    if wanted:
+        assert np.all(np.abs(times - wanted) < error / np.sqrt(2 * depth) * (2 * np.arange(len(wanted)) + 1))
+
+
 def test_several_trajectories_are_independent_and_keep_their_starts() -> None:
     case = get("bouncing_ball").rounded()
     problem = problem_of(case, (Hybrid,))
