@@ -1,9 +1,21 @@
 """The fast Gauss method for ensembles, as source text: the lanes of a vector are eight trajectories.
 
-The method is that of `gauss_fast_text`: guesses, rounds, error, compensated sums. What differs: the eight trajectories of
-a vector share t and the step, and steps divide the interval between two samples, so that samples are ends of steps. The
-stages lie in memory, in the rows of `work`. A vector that cannot go on is left over, for the method for single
-trajectories, which tells why.
+The method is that of `gauss_fast_text`: guesses, rounds, error, compensated sums. What differs:
+
+- The eight trajectories of a vector share t and the step, and steps divide the interval between two samples, so that
+  samples are ends of steps. Steps are kept equal until they err too much, could grow HOLD times, or CALM of them could
+  all have been a tenth longer.
+- The stages lie in memory, in the rows of `work`. They are placed in one loop and the equations evaluated in the next:
+  the processor's registers are too few for both.
+- Of the guesses only one is made, to see how far off they are: one matrix takes the last step's slopes to the places
+  that the guesses would give.
+- Where derivatives are known a round corrects its slopes with them twice. What is then left goes with the square of the
+  error before the round, so after this round with the square of the rate, where the corrections have settled (`rest`):
+  two rounds are the rule at fine tolerances.
+
+Nothing is rounded the same way in every step, as there: the error of energy is a random walk at the finest tolerance.
+
+A vector that cannot go on is left over, for the method for single trajectories, which tells why.
 
 A line with a `$` is repeated for the stages 1 to 7, which a sum over all stages adds to stage 0.
 """
@@ -21,81 +33,116 @@ SIGNATURE = (
 )
 
 
-def summed(name: str, matrix: str, factor: str) -> str:
+def summed(name: str, of: str, matrix: str, line: str) -> str:
     """Lines for a row of a matrix times the eight vectors r."""
     return (
-        f"{name} = lanes(table[{matrix}, j]) * r@_0\n"
-        f"            {name} = fma(lanes(table[{matrix} + $, j]), r@_$, {name})\n"
-        f"            {name} = {factor}\n"
+        f"{name} = lanes({of}[{matrix}, j]) * r@_0\n"
+        f"            {name} = fma(lanes({of}[{matrix} + $, j]), r@_$, {name})\n"
+        f"            {line}"
     )
 
 
+BEGIN = "\n            "
+
 FIRST_ORDER = {
-    "place": summed("x@", "STAGES", "fma(hh, x@, y[@])"),
-    "shift": summed("s@", "STAGES", "hh * s@"),
-    "together": "<|fma(lanes(h), a@, low[@]), |>",
+    "base": "b@ = y[@]",
+    "place": summed("x@", "work", "matrix", "x@ = fma(hh, x@, b@)"),
+    "keep": "put(work, POINTS + N * j + @, x@)",
+    "apart": "put(work, APART + N * j + @, (b@ - x@) + low[@])",
+    "point": "x@ = row(work, POINTS + N * j + @)",
+    "shift": summed("s@", "table", "STAGES", "s@ = fma(hh, s@, row(work, APART + N * j + @))"),
+    "left": "low[@]",
+    "together": "<|fma(lanes(h), a@, fma(lanes(h), e@, low[@])), |>",
     "blur": "0.0",
 }
-SECOND_ORDER = {
-    "place": summed("x@", "STAGES", "fma(hh * hh, x@, fma(hh * lanes(table[NODES, j]), y[N + @], y[@]))"),
-    "shift": summed("s@", "STAGES", "hh * hh * s@"),
-    "together": "<|fma(lanes(h), y[N + @], fma(lanes(h * h), b@, fma(lanes(h), low[N + @], low[@]))), |>"
-    "<|fma(lanes(h), a@, low[N + @]), |>",
+SECOND_ORDER = FIRST_ORDER | {
+    "base": "m, n = lanes(h * table[NODES_HIGH, j]), lanes(h * table[NODES_LOW, j])"
+    + BEGIN
+    + "b@ = fma(m, y[N + @], fma(n, y[N + @], y[@]))",
+    "place": summed("x@", "work", "matrix", "x@ = fma(hh * hh, x@, b@)"),
+    "apart": "l@ = fma(n, y[N + @], fma(m, y[N + @], y[@] - b@)) + low[@]"
+    + BEGIN
+    + "put(work, APART + N * j + @, (b@ - x@) + l@)",
+    "shift": summed("s@", "table", "STAGES", "s@ = fma(hh * hh, s@, row(work, APART + N * j + @))"),
+    "left": "fma(lanes(h * h), i@, fma(lanes(h), low[N + @], low[@]))",
+    "together": "<|fma(lanes(h), y[N + @], fma(lanes(h * h), b@, left@)), |>"
+    "<|fma(lanes(h), a@, fma(lanes(h), e@, low[N + @])), |>",
     "blur": "4 * ROUNDOFF * furthest / (h * h)",
 }
 WITH_VELOCITY = SECOND_ORDER | {
-    "place": SECOND_ORDER["place"] + "            " + summed("u@", "ONCE", "fma(hh, u@, y[N + @])"),
-    "shift": SECOND_ORDER["shift"] + "            " + summed("w@", "ONCE", "hh * w@"),
+    "place": SECOND_ORDER["place"] + BEGIN + summed("u@", "work", "matrix + 8", "u@ = fma(hh, u@, y[N + @])"),
+    "keep": SECOND_ORDER["keep"] + BEGIN + "put(work, POINTS + N * (8 + j) + @, u@)",
+    "apart": SECOND_ORDER["apart"] + BEGIN + "put(work, APART + N * (8 + j) + @, (y[N + @] - u@) + low[N + @])",
+    "point": SECOND_ORDER["point"] + BEGIN + "u@ = row(work, POINTS + N * (8 + j) + @)",
+    "shift": SECOND_ORDER["shift"]
+    + BEGIN
+    + summed("w@", "table", "ONCE", "w@ = fma(hh, w@, row(work, APART + N * (8 + j) + @))"),
 }
 
-KEEP = """d@ = lanes(g[@]) - row(work, SLOPES + N * j + @)
-            off = fma(size(d@), fine[@], off)
-            put(work, NEW + N * j + @, lanes(g[@]))
+PLAIN = """off = lanes(0.0)
+        for j in range(8):
+            {point}
+            w = forcing(lanes(t + h * table[NODES, j]), k)
+            g = slopes(({placed}), w, k)
+            off = fma(size(lanes(g[@]) - row(work, new + N * j + @)), fine[@], off)
+            put(work, new + N * j + @, lanes(g[@]))
 """
-FINISH = """for j in range(8):
-            put(work, SLOPES + N * j + @, row(work, NEW + N * j + @))
-"""
-KEEP_WITH_DERIVATIVES = """put(work, CHANGES + N * j + @, lanes(g[@]) - row(work, SLOPES + N * j + @))
-            put(work, NEW + N * j + @, lanes(g[@]))
+FORESEEING = """for j in range(8):
+            {point}
+            w = forcing(lanes(t + h * table[NODES, j]), k)
+            g = slopes(({placed}), w, k)
+            put(work, FOUND + N * j + @, lanes(g[@]))
             for e in range(DERIVATIVES):
                 put(work, FIRST_DERIVATIVE + DERIVATIVES * j + e, lanes(g[N + e]))
-"""
-FORESEE = """r@_0 = row(work, CHANGES + @)
-        r@_$ = row(work, CHANGES + N * $ + @)
+        r@_0 = row(work, FOUND + @)
+        r@_$ = row(work, FOUND + N * $ + @)
         for j in range(8):
             {shift}
             CORRECTIONS
-            off = fma(size(row(work, CHANGES + N * j + @) + c@), fine[@], off)
-            put(work, SLOPES + N * j + @, row(work, NEW + N * j + @) + c@)
+            put(work, POINTS + N * j + @, row(work, FOUND + N * j + @) + c@)
+        r@_0 = row(work, POINTS + @)
+        r@_$ = row(work, POINTS + N * $ + @)
+        off, rest = lanes(0.0), lanes(0.0)
+        for j in range(8):
+            {shift}
+            CORRECTIONS
+            f@ = row(work, FOUND + N * j + @) + c@
+            off = fma(size(f@ - row(work, new + N * j + @)), fine[@], off)
+            rest = fma(size(f@ - row(work, POINTS + N * j + @)), fine[@], rest)
+            put(work, new + N * j + @, f@)
 """
+NEARLY_SETTLED = """if change * max(rate * rate, sure) <= 1.0 and rate < SLOW and highest(rest) <= 1.0:
+                break
+            """
 
 TEXT = """
 @njit(forceinline=True, OPTIONS)
-def eight_stages(t, h, y, k, table, work, fine, noise, sure):
+def eight_stages(t, h, y, low, k, table, work, fine, noise, sure, source, matrix, new):
     hh = lanes(h)
     before, rate, rounds = 0.0, 0.0, 0
     while True:
-        r@_0 = row(work, SLOPES + @)
-        r@_$ = row(work, SLOPES + N * $ + @)
-        off = lanes(0.0)
+        r@_0 = row(work, source + @)
+        r@_$ = row(work, source + N * $ + @)
         for j in range(8):
+            {base}
             {place}
-            w = forcing(lanes(t + h * table[NODES, j]), k)
-            g = slopes(({placed}), w, k)
             {keep}
-        {finish}
+        {round}
+        if rounds == 0:
+            off = lanes(0.0)
+            off = fma(size(row(work, new + 7 * N + @) - row(work, GUESS + @)), fine[@], off)
         change = highest(off)
         rounds += 1
         if rounds > 1:
             rate = change / before if before > 0.0 else 0.0
             {verdict}
-        before = change
+        before, source, matrix = change, new, FRESH
     return rounds, rate
 
 
 @njit(OPTIONS)
 def carry_on(table, work, ratio):
-    # The matrix that carries the polynomial of the stages on to a step `ratio` times as long.
+    # The matrix that carries the polynomial of the stages on to a step `ratio` times as long, and its integrals.
     for k in range(8):
         for j in range(8):
             value, power = 0.0, 1.0
@@ -103,15 +150,30 @@ def carry_on(table, work, ratio):
                 value += table[POWERS + m, j] * power * table[MONOMIALS + k, m]
                 power *= ratio
             work[AFTER + k, j] = value
+    for k in range(8):
+        for j in range(8):
+            once, value = 0.0, 0.0
+            for m in range(8):
+                value += table[STAGES + m, j] * work[AFTER + k, m]
+                once += table[ONCE + m, j] * work[AFTER + k, m]
+            work[ONWARD + k, j] = value
+            work[ONWARD + 8 + k, j] = once
 
 
 @njit(TOGETHER, OPTIONS, nogil=True)
 def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
     p = (PARAMETERS)
     k = constants(p)
-    share = SHARE * max(tolerance, ROUNDOFF / 4)
+    keen = min(tolerance / FINE, 1.0)
+    share = SHARE * max(tolerance, ROUNDOFF / 4) * keen**10
     noise = NOISE * ROUNDOFF / share
     taken, many, end = 0, initial.shape[0], times[-1]
+    # Rows are lines of the cache.
+    lead = (-np.int64(work.ctypes.data) & 63) // 8
+    work = work.reshape(work.size)[lead : lead + 8 * ROWS].reshape(ROWS, 8)
+    for j in range(8):
+        put(work, FRESH + j, row(table, STAGES + j))
+        put(work, FRESH + 8 + j, row(table, ONCE + j))
     for first in range(0, many, 8):
         some = min(8, many - first)
         y% = lanes(0.0)
@@ -125,30 +187,34 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
         furthest = max(furthest, highest(size(y[@])))
         largest = max(largest, highest(size({rate})))
         fastest = max(fastest, highest(size@))
-        for j in range(8):
-            put(work, SLOPES + N * j + @, lanes(g[@]))
+        at_start@ = lanes(g[@])
+        old, new = SLOPES, SLOPES_TOO
         wish = min({first}, end)
         t, sample, attempts, stiff, left, last, ratio = 0.0, 0, 0, 0, 0.0, 0.0, 0.0
-        failed, rejected = False, False
+        failed, rejected, calm, lowest = False, False, 0, GROW_MOST
         while sample < times.size and not failed:
             # Equal steps to the next sample: so many are left.
             if left < 1.0:
                 left = np.ceil((times[sample] - t) / (wish * 1.000001))
             h = (times[sample] - t) / left if left < 1e15 else 0.0
+            # So few bits that products with the high parts of the nodes and the square are exact.
+            h = double(bits(h) & -(1 << 27)) if left > 1.0 else h
             attempts += 1
             if not (t + h / 4 > t and h < np.inf) or attempts > MOST_ATTEMPTS:
                 failed = True
                 break
             if last > 0.0:
-                if not abs(h / last - ratio) < 1e-9:
+                if not abs(h / last - ratio) < 1e-7:
                     ratio = h / last
                     carry_on(table, work, ratio)
-                r@_0 = row(work, OLD + @)
-                r@_$ = row(work, OLD + N * $ + @)
+                # Of the guesses themselves one is enough to see how far off they are.
+                x@ = lanes(work[AFTER, 7]) * row(work, old + @)
+                x@ = fma(lanes(work[AFTER + $, 7]), row(work, old + N * $ + @), x@)
+                put(work, GUESS + @, x@)
+            else:
+                put(work, GUESS + @, at_start@)
                 for j in range(8):
-                    x@ = lanes(work[AFTER, j]) * r@_0
-                    x@ = fma(lanes(work[AFTER + $, j]), r@_$, x@)
-                    put(work, SLOPES + N * j + @, x@)
+                    put(work, old + N * j + @, at_start@)
             least = lanes(0.0)
             least = larger(least, size@)
             blur = {blur}
@@ -158,8 +224,8 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
             weakest = lanes(0.0)
             weakest = larger(weakest, lanes(1.0) / scale@)
             cloud = noise * max(1.0, h * blur * highest(weakest) / (4 * ROUNDOFF))
-            sure = SURE if last > 0.0 else 1.0
-            rounds, rate = eight_stages(t, h, y, k, table, work, (<|fine@, |>), cloud, sure)
+            sure, matrix = (SURE, ONWARD) if last > 0.0 else (1.0, FRESH)
+            rounds, rate = eight_stages(t, h, y, low, k, table, work, (<|fine@, |>), cloud, sure, old, matrix, new)
             COUNT 8 * abs(rounds)
             if rounds < 0:
                 wish, left, rejected = 0.3 * h, 0.0, True
@@ -168,11 +234,15 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
             b@ = lanes(0.0)
             c@ = lanes(0.0)
             d@ = lanes(0.0)
+            e@ = lanes(0.0)
+            i@ = lanes(0.0)
             s@ = lanes(0.0)
             for j in range(8):
-                f@ = row(work, SLOPES + N * j + @)
+                f@ = row(work, new + N * j + @)
                 a@ = fma(lanes(table[WEIGHTS, j]), f@, a@)
                 b@ = fma(lanes(table[POSITIONS, j]), f@, b@)
+                e@ = fma(lanes(table[WEIGHTS + LOW, j]), f@, e@)
+                i@ = fma(lanes(table[POSITIONS + LOW, j]), f@, i@)
                 c@ = fma(lanes(table[SIXTH, j]), f@, c@)
                 d@ = fma(lanes(table[SEVENTH, j]), f@, d@)
                 s@ = s@ + size(f@)
@@ -181,18 +251,18 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
             d@ = larger(size(d@) - lanes(blur), lanes(0.0))
             error = lanes(0.0)
             error = error + (d@ * d@ + lanes(LESS) * c@ * c@) / ((size@ + lanes(TINY)) * scale@)
-            worst = highest(error) * ERRS * h / tolerance
+            worst = highest(error) * ERRS * h / (tolerance * keen**4)
             wanted = root_15(max(worst, TINY)) / SAFETY
             if not worst <= SLACK:
                 wish, left, rejected = h * max(SHRINK_MOST, 1 / wanted), 0.0, True
                 continue
+            left@ = {left}
             change = ({together})
             end% = y[%] + change[%]
             back% = end% - y[%]
             low% = (y[%] - (end% - back%)) + (change[%] - back%)
             y, low = (<|end%, |>), (<|low%, |>)
-            for j in range(8):
-                put(work, OLD + N * j + @, row(work, SLOPES + N * j + @))
+            old, new = new, old
             last, taken, left = h, taken + some, left - 1.0
             t = times[sample] if left < 1.0 else t + h
             if left < 1.0:
@@ -211,10 +281,17 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
             grow = min(1 / wanted, 1.0 if rejected else GROW_MOST)
             if rate > FAST and rounds > 2:
                 grow = min(grow, max(0.5, FAST / rate))
+            calm, lowest = calm + 1, min(lowest, grow)
+            if HELD <= grow <= HOLD:
+                # What all of so many steps could have.
+                grow = lowest if calm == CALM and lowest > 1.1 else 1.0
+            elif grow > HOLD:
+                grow /= LEAP
+            if grow != 1.0:
+                wish, left = h * grow, 0.0
+            if grow != 1.0 or calm == CALM or rejected:
+                calm, lowest = 0, GROW_MOST
             rejected = False
-            if grow < 1.0 or left < 1.0 or grow > HOLD:
-                wish = h * grow
-                left = 0.0
         left_over[first // 8] = failed
     return taken
 """
@@ -229,15 +306,23 @@ def text(words: Mapping[str, str], entries: list[tuple[int, int]], count: int) -
     for n, (i, j) in enumerate(entries):
         shift = f"{'s' if j < count else 'w'}{j % count}"
         lines.append(f"c{i} = fma(row(work, FIRST_DERIVATIVE + DERIVATIVES * j + {n}), {shift}, c{i})")
-    foresee = FORESEE.replace("CORRECTIONS", "\n            ".join(lines))
-    body = TEXT.replace("{keep}", KEEP_WITH_DERIVATIVES if entries else KEEP)
-    body = body.replace("{finish}", foresee if entries else FINISH).replace("{verdict}", settled(12))
+    body = TEXT.replace("{round}", FORESEEING if entries else PLAIN)
+    body = body.replace("{keep}", "{keep}" + BEGIN + "{apart}" if entries else "{keep}")
+    body = body.replace("CORRECTIONS", BEGIN.join(lines))
+    body = body.replace("{verdict}", (NEARLY_SETTLED if entries else "") + settled(12))
     for word, meaning in words.items():
         body = body.replace("{" + word + "}", meaning)
     size = 8 * count
-    head = f"N, DERIVATIVES, SLOPES, NEW, CHANGES, OLD = {count}, {len(entries)}, 0, {size}, {2 * size}, {3 * size}\n"
-    head += f"AFTER, FIRST_DERIVATIVE, MOST_ATTEMPTS = {4 * size}, {4 * size + 8}, {10**7}\n"
-    return head + body, 4 * size + 8 + 8 * len(entries)
+    sizes = {
+        "AFTER": 8, "ONWARD": 16, "FRESH": 16, "SLOPES": size, "SLOPES_TOO": size, "GUESS": count, "POINTS": 2 * size,
+        "APART": 2 * size, "FOUND": size, "FIRST_DERIVATIVE": 8 * len(entries),
+    }  # fmt: skip
+    rows = 0
+    head = f"N, DERIVATIVES, MOST_ATTEMPTS, HELD = {count}, {len(entries)}, {10**7}, 0.9\n"
+    for name, many in sizes.items():
+        head += f"{name} = {rows}\n"
+        rows += many
+    return head + f"ROWS = {rows}\n" + body, rows + 1
 
 
 def over_stages(source: str) -> str:
