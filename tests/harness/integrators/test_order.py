@@ -84,3 +84,13 @@ def test_fit_stops_at_the_floor() -> None:
     assert measured is not None
     assert measured[0] == pytest.approx(4.0, abs=1e-9)
     assert fit_order(steps, [h**4 for h in steps], floor=1e-3) is None
+
+
+def test_fit_leaves_out_what_comes_before_a_large_error_or_after_the_floor() -> None:
+    """A lucky coarse step; round-off that happens to stand above the floor again. Three points are left of each."""
+    steps = [2.0**-k for k in range(9)]
+    lucky = [1e-5, *(h**2 for h in steps[1:7])]
+    assert fit_order(steps[:7], lucky) is None
+    after = [*(h**2 for h in steps[:8]), 5e-3]
+    assert fit_order(steps, after, floor=1e-6) is None
+    assert fit_order(steps, [h**2 for h in steps]) == (pytest.approx(2.0), 5)

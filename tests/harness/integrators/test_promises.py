@@ -4,10 +4,16 @@ nothing allocated in a step, nothing claimed that is not tested."""
 from __future__ import annotations
 
 import math
+import os
+import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
+import gnomon.cases
 import gnomon.harness
+import gnomon.reference
 import numpy as np
 import pytest
 from gnomon.cases.case import Case
@@ -47,6 +53,15 @@ def ordinary(method: Integrator, problem: Any) -> float:
     return 1e-6 if method.sweep.kind == "tolerance" else problem.interval / 16
 
 
+def answer(method: Integrator) -> Any:
+    """States on the method's case at an ordinary setting."""
+    case = case_for(method)
+    problem = problem_of(case, method.accepts)
+    solution = method.prepare(problem, ordinary(method, problem))(initial_state(case)[None])
+    assert solution.stopped is None
+    return solution.states
+
+
 @EVERY
 def test_impossible_settings_are_refused_with_their_value(method: Integrator) -> None:
     """A tolerance below round-off; a step that does not divide the sampling interval, or would take for ever."""
@@ -74,12 +89,7 @@ def test_equations_that_are_not_finite_end_the_trajectory_at_once(method: Integr
 
 @EVERY
 def test_the_same_bits_again(method: Integrator) -> None:
-    case = case_for(method)
-    problem = problem_of(case, method.accepts)
-    start, setting = initial_state(case)[None], ordinary(method, problem)
-    first, second = (method.prepare(problem, setting)(start.copy()) for _ in range(2))
-    assert first.stopped is None
-    assert np.array_equal(first.states, second.states)
+    assert np.array_equal(answer(method), answer(method))
 
 
 @EVERY
@@ -111,7 +121,29 @@ def test_no_claim_without_a_test(method: Integrator) -> None:
 
 
 def test_no_full_fastmath() -> None:
-    """Contraction of a product and a sum into one rounding is all that is allowed."""
-    for path in Path(gnomon.harness.__file__).parent.rglob("*.py"):
-        text = path.read_text(encoding="utf-8")
-        assert text.count("fastmath") == text.count('fastmath={"contract"}'), path
+    """Contraction of a product and a sum into one rounding is all that is allowed, to numba and to LLVM."""
+    flagged = 0
+    for package in (gnomon.harness, gnomon.cases, gnomon.reference):
+        for path in Path(package.__file__).parent.rglob("*.py"):
+            text = path.read_text(encoding="utf-8")
+            assert text.count("fastmath") == text.count('fastmath={"contract"}'), path
+            flags = re.findall(r"builder\.f\w+\(.*flags=(.*?\))", text)
+            assert set(flags) <= {'("contract",)'}, path
+            flagged += len(flags)
+    assert flagged, "operators of lanes carry their flags"
+
+
+@pytest.mark.slow
+def test_the_same_bits_in_another_process_that_compiles_anew(tmp_path: Path) -> None:
+    """Machine code from the cache, and from a compiler that finds none."""
+    program = (
+        f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        "import numpy as np, test_promises as here\n"
+        "np.savez(sys.argv[1], **{m.id: here.answer(m) for m in here.ALL})"
+    )
+    cold = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "numba"), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    subprocess.run([sys.executable, "-c", program, str(tmp_path / "found.npz")], check=True, env=cold)
+    with np.load(tmp_path / "found.npz") as found:
+        different = [m.id for m in ALL if not np.array_equal(found[m.id], answer(m))]
+    assert len(found.files) == len(ALL)
+    assert not different
