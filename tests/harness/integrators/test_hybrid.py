@@ -13,7 +13,7 @@ from gnomon.cases.forms import Hybrid, Mode, Transition, Values
 from gnomon.harness.adapters import scipy_events
 from gnomon.harness.events import score_events
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Steps
-from gnomon.harness.integrators.event_stepping import ERROR_3, ERROR_5, step_error
+from gnomon.harness.integrators.event_location import ERROR_3, ERROR_5, step_error
 from gnomon.harness.integrators.hybrid import Dop853Events, EulerEvents, RK4Events
 from gnomon.harness.problem import counting, initial_state, problem_of
 from gnomon.reference.pendulum import Pendulum
