@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
 from gnomon.cases.case import Case
+from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.registry import get
+from gnomon.harness.integrator import Integrator, Problem, Solution, Solve, Steps
 from gnomon.harness.integrators.explicit import RK4
 from gnomon.harness.integrators.fixed_step import FixedStep
 from gnomon.harness.integrators.gauss import Gauss4
 from gnomon.harness.integrators.splitting import KahanLi6, KahanLi8, Yoshida8
-from gnomon.harness.order import fit_order, measure_order, measure_order_exactly
+from gnomon.harness.order import fit_order, fit_order_exactly, measure_order, measure_order_exactly, solve_exactly
 from gnomon.harness.orders import WITHIN
 
 
@@ -69,6 +72,59 @@ def test_a_planted_coefficient_below_binary64_is_caught_in_sixty_digits() -> Non
     measured = measure_order_exactly(MistypedBelowBinary64(), get("pendulum_simple", span=3), (768, 1024, 1536, 2048))
     assert measured is not None
     assert abs(measured[0] - 8) > WITHIN
+
+
+class Planted(Integrator):
+    """Errors of order 4, `small` at one step a sample, on the exact states of a case; nothing is integrated."""
+
+    name, accepts, sweep = "planted", (FirstOrder,), Steps()
+
+    def __init__(self, case: Case, small: float, compensated: bool) -> None:
+        self.exact, self.small, self.compensated = case.sample(case.times), small, compensated
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        share = 1 + self.small * (setting / problem.interval) ** 4
+        return lambda initial: Solution(self.exact[None] * share)
+
+
+@pytest.mark.parametrize(("compensated", "points"), [(False, 5), (True, 6)])
+def test_the_range_ends_where_round_off_does(compensated: bool, points: int) -> None:
+    """A hundred times the conditioning, and where steps are summed plainly times the root of 64 n: up to n = 7 and 15,
+    which leaves n = 1, 2, 3, 4, 6 of the refinements, and more."""
+    case = pendulum(4).rounded()
+    small = 5e6 * float(np.max(case.conditioning(case.times)))
+    measured = measure_order(Planted(case, small, compensated), case)
+    assert measured == (pytest.approx(4, abs=0.01), points)
+
+
+def test_a_state_larger_than_one_is_measured_by_its_size_and_down_to_ten_digits_less() -> None:
+    """Errors of order 4 from 0.9e-2 of the place, thousands of metres, on."""
+    case, counts = get("projectile_parabola", initial_state=(0, 0, 4096, 4096), g=1, span=2), (1, 2, 3, 4)
+    exact = case.exact(case.span, 40)
+
+    def end(count: int) -> list[Any]:
+        return [x + 9 * x / (1000 * count**4) for x in exact]
+
+    assert fit_order_exactly(end, case, counts, 20) == (pytest.approx(4.0), 4)
+
+
+def cubic(t: Any, state: Values, parameters: Values) -> Values:
+    return (4 * t**3,)
+
+
+def test_steps_in_many_digits_know_the_time() -> None:
+    """RK4 is Simpson's rule on y' = 4 t^3, exact for cubics."""
+    (y,) = solve_exactly(RK4(), FirstOrder(cubic), (), (Fraction(0),), Fraction(2), 3)
+    assert abs(y - 16) < 1e-55
+
+
+def test_coarser_points_that_bend_the_slope_are_left_out() -> None:
+    """h^2 (1 + 64 h): the slopes of the last 4 and 5 points are 2.09 and 2.13; of h^2 (1 + 8 h), 2.01 to 2.03."""
+    steps = [2.0**-k for k in range(5, 12)]
+    for bend, points in ((64, 4), (8, 6)):
+        measured = fit_order(steps, [h**2 * (1 + bend * h) / 4 for h in steps])
+        assert measured is not None
+        assert measured[1] == points
 
 
 def test_fit_needs_four_points_in_the_range() -> None:
