@@ -119,7 +119,9 @@ class ChargeMethod(FixedStep):
 
 
 class Boris(ChargeMethod):
-    """Boris's rotation (Birdsall and Langdon, Plasma Physics via Computer Simulation, 1985, 15-4). Order 2.
+    """Boris's rotation (Proc. 4th Conf. Numerical Simulation of Plasmas, 1970). Order 2.
+
+    Birdsall and Langdon, Plasma Physics via Computer Simulation, 1985, 4-3 and, where it is relativistic, 15-4.
 
     Staggered in time as usual, synchronised by half drifts; relativistic with gamma of the middle of the push.
     """

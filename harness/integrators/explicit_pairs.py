@@ -123,8 +123,8 @@ class Tsitouras5(Embedded):
 class Verner6(Embedded):
     """Verner's most robust 6(5) pair (Numerical Algorithms 53, 2010). Order 6.
 
-    The most efficient one has weights near 180 that cancel, which costs it four digits in binary64. Samples are steps
-    of their own within a step, of the same order.
+    The most efficient one has weights of 8, -130 and 122 that cancel, which costs it digits in binary64. Samples are
+    steps of their own within a step, of the same order.
     """
 
     name, order = "Verner 6(5)", 6

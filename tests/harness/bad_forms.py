@@ -51,6 +51,35 @@ def decay_or_raise(t: Any, state: Values, parameters: Values) -> Values:
     return (-x,)
 
 
+def blow_up(t: Any, state: Values, parameters: Values) -> Values:
+    """x' = x^2 from 1: 1/(1 - t)."""
+    (x,) = state
+    return (x * x,)
+
+
+def blow_up_faster(t: Any, place: Values, parameters: Values) -> Values:
+    """x'' = 6 x^2 from 1 with the velocity 2: 1/(1 - t)^2."""
+    (x,) = place
+    return (6 * x * x,)
+
+
+def rise_for_ever(t: Any, state: Values, parameters: Values) -> Values:
+    y, v = state
+    return v, 6 * y * y
+
+
+def relax(t: Any, state: Values, parameters: Values) -> Values:
+    """At a rate of 1e8 towards the time."""
+    (x,) = state
+    return (100000000 * (t - x),)
+
+
+def tremble(t: Any, place: Values, parameters: Values) -> Values:
+    """At a frequency of 1e8 about the time."""
+    (x,) = place
+    return (10000000000000000 * (t - x),)
+
+
 def one(parameters: Values) -> Values:
     return (1,)
 
@@ -276,3 +305,12 @@ RAISING: dict[type, Any] = {
     SemiLinear: SemiLinear(decay, linear=one, rest=decay_or_raise),
 }
 """By type: its function raises an exception at some states."""
+
+BLOWING_UP: dict[type, tuple[Any, tuple[float, ...]]] = {
+    FirstOrder: (FirstOrder(blow_up), (1,)),
+    SecondOrder: (SecondOrder(blow_up_faster), (1, 2)),
+    Hybrid: (Hybrid(**flight(equations=rise_for_ever)), (1, 2)),
+}
+"""By type: a form and a state from which it is infinite at t = 1."""
+
+STIFF: dict[type, Any] = {FirstOrder: FirstOrder(relax), SecondOrder: SecondOrder(tremble)}

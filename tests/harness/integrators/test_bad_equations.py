@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 from bad_forms import (
+    BLOWING_UP,
     RAISING,
     STARTS,
+    STIFF,
     UNTIL_1,
     WRONG_LENGTH,
     bounce_nowhere,
@@ -26,8 +29,8 @@ EVENTS = [method for method in ALL if isinstance(method, EventRungeKutta)]
 TIMES = np.arange(1, 65) * 0.0625
 
 
-def solved(method: Integrator, form: Any, kind: type) -> Solution:
-    start = STARTS[kind]
+def solved(method: Integrator, form: Any, kind: type, start: tuple[float, ...] = ()) -> Solution:
+    start = start or STARTS[kind]
     problem = Problem(form, len(start), np.zeros(0), TIMES, 1.0)
     setting = 1e-6 if method.sweep.kind == "tolerance" else problem.interval / 8
     return method.prepare(problem, setting)(np.array([start], dtype=np.float64))
@@ -65,6 +68,26 @@ def test_equations_that_end_on_the_way_end_the_trajectory_there(method: Integrat
     finite = np.all(np.isfinite(solution.states[0]), axis=1)
     assert 15 <= np.count_nonzero(finite) <= 16
     assert np.all(finite[:15])
+
+
+@pytest.mark.parametrize(("method", "kind"), pairs(BLOWING_UP))
+def test_a_state_that_becomes_infinite_ends_the_trajectory(method: Integrator, kind: type) -> None:
+    """Explicit methods of fixed steps step past t = 1 and take a few steps more to overflow."""
+    form, start = BLOWING_UP[kind]
+    solution = solved(method, form, kind, start)
+    assert solution.stopped is not None
+    assert "before sample" in solution.stopped
+    assert 14 <= np.count_nonzero(np.all(np.isfinite(solution.states[0]), axis=1)) <= 20
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("method", "kind"), [p for p in pairs(STIFF) if p.values[0].sweep.kind == "tolerance"])
+def test_stiff_equations_are_solved_or_given_up_after_so_many_steps(method: Integrator, kind: type) -> None:
+    solution = solved(method, STIFF[kind], kind)
+    if solution.stopped is None:
+        assert np.all(np.isfinite(solution.states))
+    else:
+        assert re.match(r"more than \d+ steps.*before sample \d", solution.stopped)
 
 
 @pytest.mark.parametrize("method", EVENTS, ids=lambda method: method.name)
