@@ -125,7 +125,7 @@ def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
     y = alt.Y(
         "error:Q",
         title="error (largest over the samples)",
-        scale=alt.Scale(zero=False, nice=False, domainMax=TOP, padding=6),
+        scale=alt.Scale(zero=False, nice=False, domainMax=TOP, padding=14),
         axis=alt.Axis(tickMinStep=1, tickCount=9, labelExpr=ERRORS, gridColor=only_errors, tickColor=only_errors),
     )
     base = alt.Chart(alt.NamedData("points")).transform_filter(f"isValid(datum.{axis}) && isValid(datum.error)")
@@ -163,14 +163,21 @@ def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
         first_lost.mark_text(fontSize=10, fontWeight="bold").encode(
             x, y, colour, text="letter:N", opacity=strength, tooltip=tooltip
         ),
-        rules.mark_text(**small | {"align": "right"}, dx=-4, dy=-2).encode(
-            y="at:Q", x=alt.value("width"), text="limit:N"
-        ),
+        *(_limit_words(rules, small, floor, halo) for halo in (True, False) for floor in (True, False)),
     )
     margin_text = [{"low": MARGIN, "high": TOP, "text": "failed trials"}]
     data: dict[str, Any] = {"points": [], "limits": [], "margin": margin_text}
     found: dict[str, Any] = dressed(chart.properties(width=640, height=440, datasets=data)).to_dict(validate=False)
     return found
+
+
+def _limit_words(rules: alt.Chart, small: dict[str, Any], floor: bool, halo: bool) -> alt.Chart:
+    """The words at a limit, the floor's below its line: the two may lie close. A pale edge keeps lines off the letters."""
+    place = {"baseline": "top", "dy": 4} if floor else {"baseline": "bottom", "dy": -2}
+    edge = {"stroke": "white", "strokeWidth": 3, "strokeOpacity": 0.85} if halo else {}
+    chosen = rules.transform_filter(f"(indexof(datum.limit, 'floor') == 0) == {str(floor).lower()}")
+    words = chosen.mark_text(**small | {"align": "right", "dx": -4} | place | edge)
+    return words.encode(y="at:Q", x=alt.value("width"), text="limit:N")
 
 
 def drawn(specification: dict[str, Any], points: pd.DataFrame, limits: dict[str, float]) -> dict[str, Any]:

@@ -2,14 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from gnomon.harness.analysis import CLAIM, TARGETS
-from gnomon.harness.tables import ratio_text
+from gnomon.harness.report_card import held
+from gnomon.harness.tables import Cell, ratio_text, short_text
 
 
-def findings(equal: pd.DataFrame, policies: pd.DataFrame) -> list[str]:
+def findings(
+    equal: pd.DataFrame,
+    policies: pd.DataFrame,
+    kinds: Sequence[Mapping[str, Any]],
+    matrix: pd.DataFrame,
+    trusted: pd.DataFrame,
+) -> list[str]:
     """The run in a few sentences, each counted from its rows."""
+    return [
+        *_fastest(equal),
+        *_by_kind(kinds),
+        *_libraries(equal),
+        *_sturdy(matrix),
+        *_tolerances(trusted),
+        *_engines(policies),
+    ]
+
+
+def _fastest(equal: pd.DataFrame) -> list[str]:
     own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     said = []
     for target in (TARGETS[1], TARGETS[-1]):
@@ -23,20 +44,73 @@ def findings(equal: pd.DataFrame, policies: pd.DataFrame) -> list[str]:
             f" cases where any integrator gets there"
             + (f", {wins.index[1]} on {wins.iloc[1]}." if len(wins) > 1 else ".")
         )
+    return said
+
+
+def _by_kind(kinds: Sequence[Mapping[str, Any]]) -> list[str]:
+    """What is most often fastest, kinds with the same answer together."""
+    answers: dict[str, list[str]] = {}
+    for row in kinds:
+        cell: Cell = row["cells"][1]
+        if cell.kind != "none":
+            head = str(row["head"]).partition(":")[0]
+            answers.setdefault(cell.text, []).append(head[:1].lower() + head[1:])
+    if len(answers) < 2:
+        return []
+    words = [f"{name} for {_listed(heads)}" for name, heads in answers.items()]
+    return [f"By kind of system, most often the fastest at 1e-6: {'; '.join(words)}."]
+
+
+def _listed(words: Sequence[str]) -> str:
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def _sturdy(matrix: pd.DataFrame) -> list[str]:
+    """Of the integrators that ran on at least half of the hard variants, those that held on the largest share."""
+    each, scenes = held(matrix)
+    most = each[each["ran"] >= scenes / 2]
+    if most.empty:
+        return []
+    share = (most["held"] / most["ran"]).sort_values(ascending=False, kind="stable")
+    words = [f"{name} on {most.loc[name, 'held']} of {most.loc[name, 'ran']}" for name in share.index[:3]]
+    return [
+        f"Of those that take at least half of the {scenes} hard variants, most reliable (some setting is right within the time limit): {', '.join(words)}."
+    ]
+
+
+def _tolerances(trusted: pd.DataFrame) -> list[str]:
+    own = trusted[(trusted["variant"] == "") & (trusted["formulation"] == "")]
+    grouped = own.dropna(subset=["over_tolerance"]).groupby("integrator_id")["over_tolerance"]
+    middle = grouped.median()[grouped.size() >= own["case"].nunique() / 2].sort_values()
+    if len(middle) < 2:
+        return []
+    within = int((middle <= 1).sum())
+    return [
+        f"A tolerance bounds the error of a step, not of the motion: {within} of the {len(middle)} adaptive integrators that take at least"
+        f" half of the cases keep the error below it on half of these; {middle.index[-1]} is off by a median factor of"
+        f" {short_text(float(middle.iloc[-1]))}."
+    ]
+
+
+def _libraries(equal: pd.DataFrame) -> list[str]:
+    own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     middle = own[own["target"] == TARGETS[1]]
     slower = {
         library: part.groupby("case")["ratio"].min().median() for library, part in middle.groupby("library", sort=False)
     }
     slower = {library: ratio for library, ratio in slower.items() if ratio >= CLAIM}
-    if slower:
-        words = [
-            f"{library} {ratio_text(ratio)} times" for library, ratio in sorted(slower.items(), key=lambda x: x[1])
-        ]
-        said.append(
-            "At 1e-6 the best of each other library takes, as a median over the cases it reaches, "
-            + " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
-            + " as long as the fastest."
-        )
+    if not slower:
+        return []
+    words = [f"{library} {ratio_text(ratio)} times" for library, ratio in sorted(slower.items(), key=lambda x: x[1])]
+    return [
+        "At 1e-6 the best of each other library takes, as a median over the cases it reaches, "
+        + _listed(words)
+        + " as long as the fastest."
+    ]
+
+
+def _engines(policies: pd.DataFrame) -> list[str]:
+    said: list[str] = []
     if policies.empty:
         return said
     step = float(policies.groupby("step")["scene"].nunique().idxmax())  # the step that most scenes were compared at

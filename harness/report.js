@@ -52,7 +52,7 @@
     const drawn = points.filter((point) => point[axis] !== null && point.error !== null);
     const across = drawn.map((point) => point[axis]);
     const down = [...drawn.map((point) => point.error), ...limits.map((limit) => limit.at)];
-    const domains = { x: [0, 1], y: [Math.min(0, ...down) - 0.4, spec.datasets.margin[0].high] };
+    const domains = { x: [0, 1], y: [Math.min(0, ...down) - 0.8, spec.datasets.margin[0].high] };
     if (across.length) domains.x = [Math.min(...across) - 0.15, Math.max(...across) + 0.15];
     for (const layer of spec.layer) {
       for (const channel of ["x", "y"]) {
@@ -248,6 +248,19 @@
     });
   }
 
+  // A heading sorts by the numbers of its column, and again the other way; rows without a number stay last.
+  function sort(table, column, button) {
+    const up = button.getAttribute("aria-sort") === "ascending" ? -1 : 1;
+    all("thead button", table).forEach((one) => one.removeAttribute("aria-sort"));
+    button.setAttribute("aria-sort", up > 0 ? "ascending" : "descending");
+    const of = (row) => row.cells[column].dataset.value;
+    const numbers = (a, b) => (of(a) === "") - (of(b) === "") || up * (Number(of(a)) - Number(of(b)));
+    const told = (row) => row.cells[column].textContent;
+    const words = (a, b) => up * told(a).localeCompare(told(b));
+    const numeric = [...table.tBodies[0].rows].some((row) => of(row));
+    table.tBodies[0].append(...[...table.tBodies[0].rows].sort(numeric ? numbers : words));
+  }
+
   function showCase(name) {
     const scenes = part("scene");
     const about = data.about[name];
@@ -273,6 +286,9 @@
   }
 
   function listen() {
+    all(".sortable").forEach((table) =>
+      all("thead button", table).forEach((button, column) => button.addEventListener("click", () => sort(table, column, button))),
+    );
     all('[data-role="find"]').forEach((field) => field.addEventListener("input", () => find(field.value)));
     document.addEventListener("change", (event) => {
       if (event.target.dataset.role === "case") showCase(event.target.value);

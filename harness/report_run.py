@@ -66,6 +66,10 @@ class Run:
         return tables.with_scenes(analysis.trust(self.reduced))
 
     @cached_property
+    def orders(self) -> pd.DataFrame:
+        return analysis.orders(self.reduced[self.reduced["variant"] == ""])
+
+    @cached_property
     def names(self) -> list[str]:
         """The cases in the order of the book."""
         return sorted(dict.fromkeys(self.frame["case"]), key=lambda name: _place(self.sections[name]))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from gnomon.harness import analysis, findings, report_benchmarks, report_checks, store, style, tables
+from gnomon.harness import analysis, findings, report_benchmarks, report_card, report_checks, store, style, tables
 from gnomon.harness.drift import laws
 from gnomon.harness.report_charts import Scenes
 from gnomon.harness.report_run import Run
@@ -20,6 +20,8 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
     ran = run.reduced[~run.reduced["status"].isin(analysis.NEVER_RAN)]
     own = ran[ran["variant"] == ""].drop_duplicates(["case", "formulation"])
     scenes = [(name, formulation) for name in run.names for formulation in own.loc[own["case"] == name, "formulation"]]
+    growth = report_benchmarks.growth(folder, run.path.parent)
+    kinds = report_card.kind_rows(run.equal, run.matrix, report_card.kinds(run.frame, run.names))
     runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
     return {
         "results": run.path.name,
@@ -28,7 +30,10 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
         "environment": together([each["environment"] for each in runs]),
         "launches": launches_text(run.frame),
         "scatter": scatter_text(run.frame),
-        "findings": findings.findings(run.equal, run.policies),
+        "findings": findings.findings(run.equal, run.policies, kinds, run.matrix, run.trusted),
+        "kinds": kinds,
+        "card": report_card.card(run.equal, run.trusted, run.orders, run.matrix, growth),
+        "card_heads": report_card.CARD,
         "targets": [tables.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
         "cases": _cases(run, work),
         "counts": {
@@ -55,17 +60,16 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
         "certified_lines": report_checks.certified_lines(folder, run.path.parent),
         "benchmarks": report_benchmarks.benchmarks(folder, run.path.parent),
         "orders": report_benchmarks.orders(folder, run.path.parent),
-        "growth": report_benchmarks.growth(folder, run.path.parent),
+        "growth": growth,
     }
 
 
 def _cases(run: Run, work: dict[str, Scenes]) -> list[dict[str, Any]]:
     """Each case with its scenes and the rows of its tables."""
-    own = run.reduced["variant"] == ""
     times = tables.equal_error_rows(run.equal, run.reduced)
     grown = laws(run.path, run.frame, run.frame["variant"] == "")
-    orders, parts = analysis.orders(run.reduced[own]), analysis.anatomy(run.frame[run.frame["variant"] == ""])
-    stability = tables.stability_rows(run.matrix, run.trusted, orders, grown, parts)
+    parts = analysis.anatomy(run.frame[run.frame["variant"] == ""])
+    stability = tables.stability_rows(run.matrix, run.trusted, run.orders, grown, parts)
     return [
         {
             "name": name,

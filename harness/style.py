@@ -136,7 +136,7 @@ def dressed(chart: Any) -> Any:
         .configure_legend(
             symbolSize=90,
             symbolStrokeWidth=0,
-            labelLimit=230,
+            labelLimit=340,
             rowPadding=3,
             labelColor=INK,
             labelFontSize=11.5,

@@ -173,6 +173,23 @@ FOUND = """(() => {
 })()"""
 
 
+SORTED = """(() => {
+  const table = document.querySelector(".sortable");
+  const column = [...table.querySelectorAll("thead button")].findIndex((one) => one.textContent.startsWith("digits"));
+  const numbers = () => [...table.tBodies[0].rows].map((row) => row.cells[column].dataset.value);
+  const button = table.querySelectorAll("thead button")[column];
+  button.click();
+  const up = numbers();
+  button.click();
+  return [up, numbers()];
+})()"""
+
+PAINTED = """["body", ".panel", ".summary b", "thead th"].map((one) => {
+  const style = getComputedStyle(document.querySelector(one));
+  return [style.color, style.backgroundColor];
+})"""
+
+
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reports")
@@ -215,6 +232,33 @@ def test_page_in_a_browser(browser: Browser, page: Path, tmp_path: Path, width: 
 
     assert browser.complaints() == []
     assert browser.requests() == [page.resolve().as_uri()]
+
+
+def test_a_heading_sorts_its_column_both_ways(browser: Browser, page: Path) -> None:
+    browser.open(page, 1400, 900)
+    browser.value(READY)
+    up, down = browser.value(SORTED)
+    assert len(set(up)) > 3
+    assert up == sorted(up, key=float)
+    assert down == up[::-1]
+
+
+def test_who_prefers_the_dark_gets_it(browser: Browser, page: Path) -> None:
+    found = []
+    for scheme in ("light", "dark"):
+        browser.events.clear()  # the first load is no sign of the second
+        browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+        browser.open(page, 1400, 900)
+        found.append(browser.value(PAINTED))
+    for light, dark in zip(*found, strict=True):
+        assert _brightness(light[0]) < 0.5 < _brightness(dark[0]), "letters"
+    assert [_brightness(one[1]) > 0.5 for one in found[0][:2]] == [True, True], "paper"
+    assert [_brightness(one[1]) > 0.5 for one in found[1][:2]] == [False, False]
+
+
+def _brightness(colour: str) -> float:
+    red, green, blue = (float(part) for part in colour.partition("(")[2].rstrip(")").split(",")[:3])
+    return (0.2126 * red + 0.7152 * green + 0.0722 * blue) / 255
 
 
 def test_the_browser_sees_what_it_must_not(browser: Browser, tmp_path: Path) -> None:

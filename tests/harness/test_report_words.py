@@ -60,12 +60,39 @@ def _equal() -> pd.DataFrame:
 
 
 def test_who_wins_and_how_far_behind_the_others_are() -> None:
-    wins, behind = findings(_equal(), pd.DataFrame())
+    wins, behind = findings(_equal(), pd.DataFrame(), (), _matrix(), _trusted())
     assert wins == (
         "At an error of 1e-6, x:two is the fastest or on a par with it on 2 of the 2 cases where any integrator gets"
         " there, x:one on 1."
     )
     assert behind.endswith("as a median over the cases it reaches, y 4.0 times as long as the fastest.")  # of 3 and 5
+
+
+def _matrix(*scenes: tuple[str, str, str, float]) -> pd.DataFrame:
+    table = pd.DataFrame(scenes, columns=["case", "variant", "integrator_id", "best"])
+    return table.assign(formulation="", verdict="ok").astype({"best": float})
+
+
+def _trusted(*ratios: tuple[str, str, float]) -> pd.DataFrame:
+    table = pd.DataFrame(ratios, columns=["case", "integrator_id", "over_tolerance"])
+    return table.assign(variant="", formulation="").astype({"over_tolerance": float})
+
+
+def test_who_holds_on_hard_variants_and_whose_tolerance_means_what_it_says() -> None:
+    """x:one holds on one of its two hard variants, y:three on both; who runs fewer than half is left out."""
+    names = [("a", "stiff"), ("a", "long"), ("b", "long"), ("b", "stiff")]
+    matrix = _matrix(
+        *[(case, variant, "x:one", math.nan if variant == "stiff" else 1e-9) for case, variant in names],
+        *[(case, variant, "y:three", 1e-3) for case, variant in names],
+        ("a", "long", "z:seldom", 1e-9),
+        ("a", "", "x:one", math.nan),
+    )
+    trusted = _trusted(("a", "x:one", 0.5), ("b", "x:one", 0.9), ("a", "y:three", 30.0), ("b", "y:three", 50.0))
+    *_, sturdy, tolerance = findings(_equal(), pd.DataFrame(), (), matrix, trusted)
+    assert "the 4 hard variants" in sturdy
+    assert sturdy.endswith(": y:three on 4 of 4, x:one on 2 of 4.")
+    assert "1 of the 2 adaptive integrators" in tolerance
+    assert tolerance.endswith("y:three is off by a median factor of 40.")
 
 
 def _policies(*errors: tuple[str, float, float]) -> pd.DataFrame:
@@ -78,12 +105,14 @@ def _policies(*errors: tuple[str, float, float]) -> pd.DataFrame:
 
 
 def test_what_configuration_is_worth() -> None:
-    said = findings(_equal(), _policies(("a", 0.2, 0.1), ("b", 0.05, 0.01), ("c", math.nan, 0.01)))[-1]
+    policies = _policies(("a", 0.2, 0.1), ("b", 0.05, 0.01), ("c", math.nan, 0.01))
+    said = findings(_equal(), policies, (), _matrix(), _trusted())[-1]
     assert said == (
         "At a step of 0.01 s an engine as shipped is off by more than a tenth of the motion on 2 of 3 scenes; configured"
         " for the scene, its error is smaller by a median factor of 5.0."
     )
-    assert findings(_equal(), _policies(("a", math.nan, 0.1)))[-1].endswith("on 1 of 1 scenes.")
+    one = _policies(("a", math.nan, 0.1))
+    assert findings(_equal(), one, (), _matrix(), _trusted())[-1].endswith("on 1 of 1 scenes.")
 
 
 @pytest.mark.parametrize(

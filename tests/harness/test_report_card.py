@@ -1,0 +1,123 @@
+"""Which integrator to take: by kind of system, and each on one line."""
+
+from __future__ import annotations
+
+import math
+
+import pandas as pd
+import pytest
+from gnomon.harness.findings import findings
+from gnomon.harness.report_card import CARD, card, held, kind_rows, kinds
+
+
+def _forms(**forms: str) -> pd.DataFrame:
+    rows = [(case, form) for case, several in forms.items() for form in several.split()]
+    return pd.DataFrame(rows, columns=["case", "form"])
+
+
+def test_the_most_structured_form_names_the_kind() -> None:
+    frame = _forms(
+        swing="FirstOrder Separable SceneForm", orbit="Separable NBody", ball="Hybrid FirstOrder", odd="Mine"
+    )
+    found = kinds(frame, ["odd", "swing", "orbit", "ball"])
+    assert list(found.items()) == [
+        ("Impact, friction and changing contact", ["ball"]),
+        ("Bodies under gravitation", ["orbit"]),
+        ("Forces of position and time alone", ["swing"]),
+    ]
+
+
+def _equal(*rows: tuple[str, str, float]) -> pd.DataFrame:
+    """Ratios at 1e-6 by case and integrator."""
+    table = pd.DataFrame(rows, columns=["case", "integrator_id", "ratio"])
+    return table.assign(
+        target=1e-6, variant="", formulation="", library=table["integrator_id"].str[0], tied=table["ratio"] < 1.2
+    )
+
+
+EQUAL = _equal(
+    ("a", "x:one", 1.0), ("a", "x:two", 1.1), ("a", "y:all", 4.0), ("a", "y:easy", 1.5),
+    ("b", "x:one", 3.0), ("b", "x:two", 1.0), ("b", "y:all", 6.0),
+    ("c", "y:easy", 1.0),
+)  # fmt: skip
+MATRIX = pd.DataFrame(
+    [
+        ("a", "stiff", "x:one", 1e-9, "ok"),
+        ("a", "long", "x:one", math.nan, "timeout"),
+        ("a", "stiff", "x:two", 1e-9, "partly"),
+        ("a", "long", "x:two", 1e-3, "ok"),
+        ("a", "long", "y:all", math.nan, "unsupported"),
+        ("b", "", "x:one", 1e-9, "ok"),
+    ],
+    columns=["case", "variant", "integrator_id", "best", "verdict"],
+).assign(formulation="")
+
+
+def test_what_is_most_often_fastest_stands_with_the_rival_that_gets_there_most_often() -> None:
+    """x:two wins both cases, x:one one; y:easy is nearer than y:all but gets there once."""
+    smooth, other = kind_rows(EQUAL, MATRIX, {"smooth": ["a", "b"], "other": ["c"]})
+    assert [cell.text for cell in smooth["cells"]] == ["not reached", "x:two", "not reached", "not reached", "x:two"]
+    assert smooth["cells"][1].note.replace("\N{NO-BREAK SPACE}", " ") == "fastest on 2 of 2; y:all 5.0 × on 2"
+    assert smooth["cells"][-1].note == "2 of 2"
+    assert other["cells"][1].note == "fastest on 1 of 1"
+    assert (other["cells"][-1].text, other["cells"][-1].note) == ("–", "no hard variant was run")
+
+
+def test_kinds_with_one_answer_are_one_part_of_the_sentence() -> None:
+    rows = kind_rows(EQUAL, MATRIX, {"Smooth: of any kind": ["a", "b"], "Stiff ones": ["b"], "Other": ["c"]})
+    empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "over_tolerance"])
+    said = findings(EQUAL, pd.DataFrame(), rows, MATRIX, empty)
+    assert (
+        "By kind of system, most often the fastest at 1e-6: x:two for smooth and stiff ones; y:easy for other." in said
+    )
+
+
+def test_a_hard_variant_is_held_where_some_setting_is_right() -> None:
+    each, scenes = held(MATRIX)
+    assert scenes == 2
+    assert each.to_dict("index") == {"x:one": {"held": 1, "ran": 2}, "x:two": {"held": 2, "ran": 2}}
+
+
+def test_every_integrator_on_one_line() -> None:
+    trusted = pd.DataFrame(
+        [
+            ("a", "x:one", 1e-9, 1e-12, 7.0),
+            ("b", "x:one", 1e-11, 1e-12, 9.0),
+            ("a", "x:new", math.nan, math.nan, math.nan),
+        ],
+        columns=["case", "integrator_id", "best", "attainable", "over_tolerance"],
+    ).assign(variant="", formulation="")
+    orders = pd.DataFrame(
+        [("a", "x:one", 3.9, 4.0), ("b", "x:one", 4.0, 4.0), ("c", "x:one", math.nan, 4.0)],
+        columns=["case", "integrator_id", "order", "declared"],
+    ).assign(variant="", formulation="")
+    growth = {"rows": [{"name": "one", "law": "t"}]}
+    one, new = card(EQUAL, trusted, orders, MATRIX, growth)
+    assert (one.head, new.head) == ("x:one", "x:new")
+    told = dict(zip(CARD, [(cell.text, cell.note) for cell in one.cells], strict=True))
+    assert told == {
+        "cases": ("2", ""),
+        "fastest at 1e-6": ("1", "of 2"),
+        "time over the fastest’s": ("2.0 ×", ""),
+        "digits at best": ("10.0", ""),
+        "short of attainable": ("2.0", ""),
+        "order": ("3.95", "on 2, declared 4"),
+        "error / tolerance": ("8", ""),
+        "hard variants held": ("50 %", "1 of 2"),
+        "energy in the long run": ("–", ""),  # the laws are those of gnomon's own
+    }
+    assert [cell.text for cell in new.cells] == ["1", *["–"] * 8]
+    assert [cell.sorts for cell in new.cells[:3]] == ["1", "0", ""]
+    trusted["integrator_id"] = "gnomon:one"
+    (mine,) = card(EQUAL, trusted, orders, MATRIX, growth)
+    assert mine.cells[-1].text == "t"
+
+
+@pytest.mark.parametrize("growth", [None, {"rows": []}])
+def test_without_laws_the_card_has_none(growth: dict[str, list[str]] | None) -> None:
+    empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "order", "declared"])
+    trusted = pd.DataFrame([("a", "", "", "x:one", 1e-9, 1e-9, math.nan)], columns=[
+        "case", "variant", "formulation", "integrator_id", "best", "attainable", "over_tolerance",
+    ])  # fmt: skip
+    (row,) = card(EQUAL, trusted, empty, MATRIX, growth)
+    assert row.cells[-1].text == "–"
