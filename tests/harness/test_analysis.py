@@ -107,6 +107,15 @@ def test_order_is_measured_above_the_plateau_of_round_off() -> None:
     assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0, abs=0.01)]
 
 
+@pytest.mark.parametrize("limit", ["conditioning", "floor"])
+def test_an_order_takes_no_point_below_a_hundred_times_what_is_attainable(limit: str) -> None:
+    """Of eight errors the last three, of another slope, lie below 1e-6."""
+    errors = [1e-3 * 0.25**k for k in range(5)] + [0.9e-6, 0.4e-6, 0.17e-6]
+    known = {"conditioning": 1e-16, "floor": 1e-16} | {limit: 1e-8}
+    rows = analysis.settings(_rows("verlet", errors, [1.0] * 8, **known))
+    assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0, abs=1e-9)]
+
+
 def test_a_coarse_start_that_levels_off_is_no_plateau() -> None:
     errors = [2e-3, 1.9e-3, *(1e-3 * 0.25**k for k in range(8))]
     rows = analysis.settings(_rows("verlet", errors, [1.0] * 10, conditioning=1e-16))

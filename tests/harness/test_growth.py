@@ -8,7 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from gnomon.harness import registry
-from gnomon.harness.growth import SAMPLES, STRETCH, SUBJECTS, Subject, energy_errors, fitted, measured, twenty_bits
+from gnomon.harness.growth import (
+    SAMPLES,
+    STRETCH,
+    SUBJECTS,
+    Subject,
+    energy_errors,
+    fitted,
+    measured,
+    named,
+    twenty_bits,
+)
 
 
 @pytest.mark.parametrize("power", [0.0, 0.5, 1.0])
@@ -47,6 +57,22 @@ def test_symplectic_methods_are_those_expected_to_stay_bounded() -> None:
             assert set(conserves) & {"symplectic", "reversible"}
         if "symplectic" in conserves:
             assert subject.expected in ("bounded", "sqrt t")
+
+
+@pytest.mark.parametrize(
+    ("power", "law"),
+    [(-0.1, "bounded"), (0.24, "bounded"), (0.26, "sqrt t"), (0.74, "sqrt t"), (0.76, "t"), (1.49, "t"), (1.51, "faster than t")],
+)  # fmt: skip
+def test_a_power_has_the_name_of_the_nearest_law(power: float, law: str) -> None:
+    assert named(power) == law
+
+
+def test_no_step_is_a_whole_fraction_of_a_period() -> None:
+    """Nor does it come near: the same roundings would come back in every period."""
+    for subject in SUBJECTS:
+        if subject.setting > 1:
+            a_period = round(subject.setting * subject.periods / SAMPLES) * SAMPLES / (STRETCH * subject.periods)
+            assert abs(a_period - round(a_period)) > 0.03, subject
 
 
 SHORT = [
