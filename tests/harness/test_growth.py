@@ -31,6 +31,14 @@ def test_a_planted_power_is_found(power: float) -> None:
     assert uncertainty < 0.03
 
 
+def test_the_uncertainty_is_the_standard_error_of_the_mean_over_the_starts() -> None:
+    """Of powers 0.4 and 0.6: 0.1 sqrt 2 over sqrt 2."""
+    times = np.arange(1, SAMPLES + 1) / SAMPLES
+    found, uncertainty = fitted(times, np.array([times**0.4, times**0.6]))
+    assert found == pytest.approx(0.5, abs=1e-3)
+    assert uncertainty == pytest.approx(0.1, abs=1e-3)
+
+
 def test_random_walks_grow_as_the_square_root() -> None:
     times = np.arange(1, SAMPLES + 1) / SAMPLES
     walks = np.abs(np.cumsum(np.random.default_rng(2).standard_normal((64, SAMPLES)), axis=1))

@@ -125,6 +125,21 @@ def test_a_right_hand_side_that_is_not_finite_ends_the_run(integrator: type[Inte
     assert at_once.stopped
 
 
+def one_sided(t: Any, state: Values, parameters: Values) -> Values:
+    """Not finite below x = -1/2."""
+    x, v = state
+    (k,) = parameters
+    return v, 0 * log(x + 1 / 2) - k * sin(x)
+
+
+@every
+def test_a_trajectory_that_fails_is_told_whatever_becomes_of_the_others(integrator: type[Integrator]) -> None:
+    solution = integrator().prepare(toy(one_sided), 1e-6)(np.array([[-1.0, 0.0], [0.25, 0.0]]))
+    assert solution.stopped
+    assert np.isnan(solution.states[0, -1]).any()
+    assert np.isfinite(solution.states[1]).all()
+
+
 @pytest.mark.parametrize("integrator", scipy_ivp.INTEGRATORS, ids=lambda kind: kind.name)
 def test_a_tolerance_that_scipy_would_replace_is_refused(integrator: type[Integrator]) -> None:
     with pytest.raises(Refused, match=r"1e-14: .* 2\.2e-14"):
