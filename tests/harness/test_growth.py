@@ -19,6 +19,8 @@ from gnomon.harness.growth import (
     named,
     twenty_bits,
 )
+from gnomon.harness.integrator import Problem, Solve
+from gnomon.harness.integrators.explicit import RK4
 
 
 @pytest.mark.parametrize("power", [0.0, 0.5, 1.0])
@@ -112,6 +114,17 @@ def test_times_are_in_periods_and_every_start_is_its_own() -> None:
     assert len(set(errors[:, -1])) == 3
     size = measured(replace(subject, periods=1e3, starts=3, parts=2))["size"]
     assert size == pytest.approx(float(np.median(errors[:, -1])), rel=0.02)  # of the last 8 samples of 512
+
+
+def test_an_integration_that_ends_early_is_no_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Stops(RK4):
+        def prepare(self, problem: Problem, setting: float) -> Solve:
+            solve = super().prepare(problem, setting)
+            return lambda initial: replace(solve(initial), stopped="enough")
+
+    monkeypatch.setattr(registry, "own", lambda: {"gnomon:RK4": Stops()})
+    with pytest.raises(RuntimeError, match="gnomon:RK4 stopped: enough"):
+        energy_errors(Subject("gnomon:RK4", 16, "t", periods=1e2))
 
 
 def test_gauss_follows_brouwers_law() -> None:

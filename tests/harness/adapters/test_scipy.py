@@ -13,7 +13,7 @@ from gnomon.cases.registry import get
 from gnomon.harness.adapters import scipy_ivp, scipy_ode
 from gnomon.harness.integrator import Integrator, Problem, Refused
 from gnomon.harness.problem import counting, initial_state, problem_of
-from scipy.integrate import solve_ivp
+from scipy.integrate import ode, solve_ivp
 
 ALL = (*scipy_ivp.INTEGRATORS, *scipy_ode.INTEGRATORS)
 every = pytest.mark.parametrize("integrator", ALL, ids=lambda kind: kind.name)
@@ -102,6 +102,39 @@ def test_ode_counts_right_hand_sides_and_steps() -> None:
     solution = scipy_ode.Dop853().prepare(problem, 1e-8)(START)
     assert solution.steps is not None
     assert 64 <= solution.steps <= problem.buffer[-1] / 12
+
+
+def test_ode_counts_the_steps_that_it_accepts() -> None:
+    """As many as SciPy shows to a `solout`, which sees the start of each call too; others are tried and rejected."""
+    case = get("kepler_orbit").rounded()
+    problem = problem_of(case, (FirstOrder,))
+    shown, tried = 0, 0
+
+    def solout(t: float, y: Any) -> int:
+        nonlocal shown
+        shown += 1
+        return 0
+
+    solver = ode(scipy_ivp.right_hand_side_of(problem))
+    solver.set_integrator("dop853", rtol=1e-6, atol=1e-12)
+    solver.set_solout(solout)
+    solver.set_initial_value(initial_state(case), 0.0)
+    for time in problem.times.tolist():
+        solver.integrate(time)
+        tried += int(solver._integrator.iwork[17])
+    steps = scipy_ode.Dop853().prepare(problem, 1e-6)(initial_state(case)[None]).steps
+    assert steps == shown - 64
+    assert steps < tried
+
+
+def test_ode_takes_as_many_steps_as_it_needs() -> None:
+    """Its own limit is 500 between two samples: 80 turns at 1e-12 need more."""
+    problem = replace(toy(linear), times=np.array([512.0]))
+    solution = scipy_ode.Dop853().prepare(problem, 1e-12)(np.array([[1.0, 0.0]]))
+    assert solution.stopped is None
+    assert solution.steps is not None
+    assert solution.steps > 500
+    assert solution.states[0, 0, 0] == pytest.approx(np.cos(512.0), abs=1e-9)
 
 
 @every
