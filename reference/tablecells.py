@@ -1,4 +1,4 @@
-"""Building a table: polynomials through high-precision states of a motion, on intervals halved until they are good.
+"""Building a table: polynomials through high-precision states of a motion, on cells as wide as they are good.
 
 A cell's polynomial goes through 32 states near Chebyshev's points. Its error is bounded from two sides that know
 nothing of each other: what is left at five further states, and its last two Chebyshev coefficients.
@@ -31,6 +31,8 @@ NEGLIGIBLE = 1e-28
 PARTS = 8
 """An accepted cell is cut in so many, whose polynomials are shorter: quicker to evaluate at no further state."""
 LEAST_CELLS = 8
+ENOUGH = 3.2
+"""Cells whose distance from the nearest singularity is so many times their half width are good, with a bit to spare."""
 NARROWEST = Fraction(1, 2**24)
 """Of the reach: where no cell so narrow is good, a gap is left, whose times are computed one by one."""
 LEFT_OUT = Fraction(1, 2**14)
@@ -59,26 +61,54 @@ class TooDearError(Exception):
     """A table would cost more states than it saves."""
 
 
+class Fit(NamedTuple):
+    """Coefficients (NODES, dimension) of powers and bounds of their errors; whether they are good enough.
+
+    `away` is the distance from the middle to the nearest singularity, over half the width, that such errors tell of.
+    """
+
+    powers: Any
+    errors: Floats
+    good: bool
+    away: float
+
+
 def build(motion: Motion, pieces: Sequence[Piece], budget: int) -> Cells:
-    """The cells of all pieces; raises TooDearError beyond `budget` states."""
+    """The cells of all pieces, from left to right; raises TooDearError beyond `budget` states."""
     reach = pieces[-1][1] - pieces[0][0]
-    waiting = [cell for piece in _long(pieces, reach) for cell in _divided(piece, reach / LEAST_CELLS)][::-1]
     found = []
     cost = 0
-    while waiting:
-        start, stop = waiting.pop()
-        cost += NODES + len(_checks())
-        if cost > budget + NODES:
-            raise TooDearError
-        middle = (start + stop) / 2
-        fit = _fit(motion, middle, middle - start)
-        if fit is not None:
-            found += _cut(start, stop, *fit)
-        elif stop - start > reach * NARROWEST:
-            waiting += [(middle, stop), (start, middle)]
+    for start, stop in _long(pieces, reach):
+        width = longest = reach / LEAST_CELLS
+        trouble = start
+        while start < stop:
+            left = math.ceil((stop - start) / width)
+            tried = (stop - start) / left if left <= LEAST_CELLS else width
+            end = start + tried
+            cost += NODES + len(_checks())
+            if cost > budget + NODES:
+                raise TooDearError
+            fit = _fit(motion, (start + end) / 2, (end - start) / 2)
+            if fit is not None and fit.good:
+                found += _cut(start, end, fit.powers, fit.errors)
+                start = end
+                # No wider before the end of a cell that was not good.
+                grown = min(4.0 if start >= trouble else 1.0, fit.away / ENOUGH)
+            else:
+                trouble = end
+                grown = 0.5 if fit is None else min(0.75, (fit.away + 1) / (ENOUGH + 1))
+                if end - start <= reach * NARROWEST:
+                    start, grown = end, 1.0
+            width = min(longest, _short(tried * Fraction(grown)))
     if not found:
         raise TooDearError
     return _trimmed(found)
+
+
+def _short(value: Fraction) -> Fraction:
+    """A number near to it of few bits, so that the ends of cells stay short."""
+    mantissa, exponent = math.frexp(float(value))
+    return Fraction(round(mantissa * 2**10), 2**10) * Fraction(2) ** exponent
 
 
 def _long(pieces: Sequence[Piece], reach: Fraction) -> list[Piece]:
@@ -100,15 +130,15 @@ def _divided(piece: Piece, longest: Fraction) -> list[Piece]:
     return list(pairwise(ends))
 
 
-def _fit(motion: Motion, centre: Fraction, half: Fraction) -> tuple[Any, Floats] | None:
-    """Coefficients (NODES, dimension) of powers and bounds of their errors; None where they are not good enough."""
+def _fit(motion: Motion, centre: Fraction, half: Fraction) -> Fit | None:
+    """The polynomials of a cell; None where the motion ends within it."""
     with precision(BITS):
         try:
             states = _states(motion, [centre + half * s for s in _nodes()])
             powers = _inverse() * states
             beside = _states(motion, [centre + half * s for s in _checks()])
         except (ValueError, ArithmeticError):
-            return None  # where the motion ends within the cell
+            return None
         missed = _sizes(_rows(_checks()) * powers - beside)
         sizes = np.maximum(_sizes(states), _sizes(beside))
         last = [
@@ -118,10 +148,12 @@ def _fit(motion: Motion, centre: Fraction, half: Fraction) -> tuple[Any, Floats]
         ]
     errors = SAFETY * missed + np.sum(np.reshape(last, (2, -1)), axis=0) + ROUNDED * sizes
     matters = sizes > NEGLIGIBLE * np.max(sizes)
-    if not np.all(errors[matters] <= GOAL * sizes[matters]):
-        return None
+    off = float(np.max(errors[matters] / sizes[matters], initial=ROUNDED))
+    # Chebyshev coefficients fall by `fall` each where an ellipse whose half axes add up to that times half the width
+    # touches a singularity.
+    fall = max(1.0, off ** (-1 / NODES)) if math.isfinite(off) else 1.0
     # What does not matter gets a bound that sends its values to high precision; an exact zero stays one.
-    return powers, np.where(matters, errors, sizes)
+    return Fit(powers, np.where(matters, errors, sizes), off <= GOAL, (fall + 1 / fall) / 2)
 
 
 def _cut(start: Fraction, stop: Fraction, powers: Any, errors: Floats) -> list[tuple[Any, ...]]:

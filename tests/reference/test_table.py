@@ -19,6 +19,7 @@ from gnomon.reference.foucault import Foucault
 from gnomon.reference.foucault_centrifugal import FoucaultCentrifugal
 from gnomon.reference.gyration import Charge
 from gnomon.reference.harmonic import HarmonicMotion
+from gnomon.reference.light_cart import HalfSwings, LightCart
 from gnomon.reference.linear import Strobed
 from gnomon.reference.motion import MANY, Motion
 from gnomon.reference.pendulum import Pendulum
@@ -121,6 +122,7 @@ TURNING = {
     "drifting charge": Charge(
         fractions(1, 2, 3), fractions(1, 0, 0.5), exact(1.5), fractions(0.25, 0, 0), fractions(0, 1, 2)
     ),
+    "pendulum on a light cart": HalfSwings(made(LightCart, 9.81, 1, 0.25, 1, 0, 2, 0.3, -0.1)),
     "pendulum on a circle": made(CartesianPendulum, 9.81, 3, -4, 4, 3),
 }
 
