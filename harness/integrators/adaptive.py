@@ -25,7 +25,7 @@ from gnomon.cases.forms import SecondOrder
 from gnomon.harness import compile as compiling
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
 from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded
-from gnomon.harness.integrators.stepping import compiled_whole
+from gnomon.harness.integrators.stepping import blank, compiled_whole
 from gnomon.reference.precision import working
 from numpy.typing import NDArray
 
@@ -87,7 +87,7 @@ class Adaptive(Integrator):
         address, buffer, times = kernel.address, problem.buffer, problem.times
 
         def solve(initial: Floats) -> Solution:
-            out = np.full((len(initial), len(times), initial.shape[1]), np.nan)
+            out = blank(problem, initial)
             stop = np.zeros(2, dtype=np.int64)
             steps = run(address, buffer, table, initial, times, setting, out, stop)
             return Solution(out, int(steps), reason(stop, self.most_steps))

@@ -99,7 +99,7 @@ class FixedStep(Integrator):
             substeps = 0
 
         def solve(initial: Floats) -> Solution:
-            out = np.full((len(initial), len(times), initial.shape[1]), np.nan)
+            out = stepping.blank(problem, initial)
             stop = np.zeros(3, dtype=np.int64)
             taken = run(address, buffer, table, widths, rows, initial, times, h, substeps, compensated, out, stop)
             return Solution(out, int(taken), reason(stop))

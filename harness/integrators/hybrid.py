@@ -28,6 +28,7 @@ from gnomon.harness.integrators.event_stepping import (
 )  # fmt: skip
 from gnomon.harness.integrators.explicit import RK4, ExplicitEuler
 from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded, substeps_of
+from gnomon.harness.integrators.stepping import blank
 from gnomon.reference.precision import working
 from numpy.typing import NDArray
 
@@ -103,7 +104,7 @@ class EventRungeKutta(Integrator):
             return int(where[STEPS]), stopped, [(time, names[kind]) for time, kind in events]
 
         def solve(initial: Floats) -> Solution:
-            states = np.full((len(initial), len(times), problem.dimension), np.nan)
+            states = blank(problem, initial)
             runs = [trajectory(start, out) for start, out in zip(initial, states, strict=True)]
             stopped = next((why for _, why, _ in runs if why), None)
             return Solution(states, sum(steps for steps, _, _ in runs), stopped, tuple(runs[0][2]))

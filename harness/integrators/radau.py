@@ -21,7 +21,7 @@ from gnomon.harness.integrators.radau_steps import (
     TOO_MANY_STEPS,
     integrate,
 )
-from gnomon.harness.integrators.stepping import compiled_whole
+from gnomon.harness.integrators.stepping import blank, compiled_whole
 from gnomon.reference.precision import working
 from numpy.typing import NDArray
 
@@ -70,7 +70,7 @@ def prepared(problem: Problem, tolerance: float, fixed: float) -> Solve:
     coefficients = table()
 
     def solve(initial: Floats) -> Solution:
-        out = np.full((len(initial), len(times), initial.shape[1]), np.nan)
+        out = blank(problem, initial)
         stop = np.zeros(2, dtype=np.int64)
         steps = run(address, derivative, buffer, coefficients, initial, times, tolerance, fixed, scale, out, stop)
         stopped = f"{REASONS[int(stop[0])]}, before sample {stop[1] + 1}" if stop[0] else None

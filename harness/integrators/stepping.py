@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from gnomon.harness import compile as compiling
 from gnomon.harness.compile import OPTIONS, gather_into
+from gnomon.harness.integrator import Problem
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -28,6 +29,13 @@ Step = Callable[..., bool]
 
 NOT_FINITE = 1
 NOT_SOLVED = 2
+
+
+def blank(problem: Problem, initial: Floats) -> Floats:
+    """Room for the states of a Solution, nan so far. Raises ValueError for initial states that are not (n, dimension)."""
+    if initial.ndim != 2 or initial.shape[1] != problem.dimension:
+        raise ValueError(f"initial states of shape {initial.shape}; they must be (n, {problem.dimension})")
+    return np.full((len(initial), len(problem.times), problem.dimension), np.nan)
 
 
 def call(f: Any, t: Any, x: Any, p: Any, slope: Any) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from gnomon.cases.forms import FirstOrder
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
 from gnomon.harness.integrators.graph import compiled
-from gnomon.harness.integrators.stepping import call, compiled_whole
+from gnomon.harness.integrators.stepping import blank, call, compiled_whole
 from gnomon.harness.integrators.taylor_text import STRIDE, coefficients_text
 from numpy.typing import NDArray
 
@@ -54,7 +54,7 @@ class Taylor(Integrator):
         order, parameters, times, scale = order_for(setting), problem.parameters, problem.times, problem.time_scale
 
         def solve(initial: Floats) -> Solution:
-            out = np.full((len(initial), len(times), initial.shape[1]), np.nan)
+            out = blank(problem, initial)
             stop = np.zeros(2, dtype=np.int64)
             steps = run(address, parameters, initial, times, order, length, scale, out, stop)
             stopped = f"{REASONS[int(stop[0])]}, before sample {stop[1] + 1}" if stop[0] else None

@@ -21,6 +21,7 @@ from bad_forms import (
 )  # fmt: skip
 from gnomon.cases.forms import Hybrid
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution
+from gnomon.harness.integrators.gauss_fast import GaussFast
 from gnomon.harness.integrators.hybrid import EventRungeKutta
 from gnomon.harness.registry import own
 
@@ -31,7 +32,7 @@ TIMES = np.arange(1, 65) * 0.0625
 
 def solved(method: Integrator, form: Any, kind: type, start: tuple[float, ...] = ()) -> Solution:
     start = start or STARTS[kind]
-    problem = Problem(form, len(start), np.zeros(0), TIMES, 1.0)
+    problem = Problem(form, len(STARTS[kind]), np.zeros(0), TIMES, 1.0)
     setting = 1e-6 if method.sweep.kind == "tolerance" else problem.interval / 8
     return method.prepare(problem, setting)(np.array([start], dtype=np.float64))
 
@@ -51,6 +52,13 @@ def test_a_function_of_the_wrong_length_is_named(method: Integrator, kind: type)
     for form, why in WRONG_LENGTH[kind]:
         with pytest.raises((ValueError, Refused), match=why):
             solved(method, form, kind)
+
+
+@pytest.mark.parametrize(("method", "kind"), [p for p in pairs(STARTS) if not isinstance(p.values[0], GaussFast)])
+def test_initial_states_of_another_length_are_refused(method: Integrator, kind: type) -> None:
+    """Compiled code would write past the end of its arrays."""
+    with pytest.raises(ValueError, match=rf"initial states of shape .*; they must be \(n, {len(STARTS[kind])}\)"):
+        solved(method, UNTIL_1[kind], kind, (*STARTS[kind], 1.0))
 
 
 @pytest.mark.parametrize(("method", "kind"), pairs(RAISING))
