@@ -3,8 +3,8 @@
 The method is that of `gauss_fast_text`: guesses, rounds, error, compensated sums. What differs:
 
 - The eight trajectories of a vector share t and the step, and steps divide the interval between two samples, so that
-  samples are ends of steps. Steps are kept equal until they err too much, could grow HOLD times, or CALM of them could
-  all have been a tenth longer.
+  samples are ends of steps. Steps are kept equal until they err too much, could grow HOLDABLE times, or CALM of them
+  could all have been a tenth longer.
 - The stages lie in memory, in the rows of `work`. They are placed in one loop and the equations evaluated in the next:
   the processor's registers are too few for both.
 - Of the guesses only one is made, to see how far off they are: one matrix takes the last step's slopes to the places
@@ -13,7 +13,8 @@ The method is that of `gauss_fast_text`: guesses, rounds, error, compensated sum
   error before the round, so after this round with the square of the rate, where the corrections have settled (`rest`):
   two rounds are the rule at fine tolerances.
 
-Nothing is rounded the same way in every step, as there: the error of energy is a random walk at the finest tolerance.
+PORTION of the tolerance is left to the iteration. Nothing is rounded the same way in every step, as there: the error of
+energy is a random walk at the finest tolerance.
 
 A vector that cannot go on is left over, for the method for single trajectories, which tells why.
 
@@ -165,7 +166,7 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
     p = (PARAMETERS)
     k = constants(p)
     keen = min(tolerance / FINE, 1.0)
-    share = SHARE * max(tolerance, ROUNDOFF / 4) * keen**10
+    share = PORTION * max(tolerance, ROUNDOFF / 4) * keen**10
     noise = NOISE * ROUNDOFF / share
     taken, many, end = 0, initial.shape[0], times[-1]
     # Rows are lines of the cache.
@@ -282,10 +283,10 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
             if rate > FAST and rounds > 2:
                 grow = min(grow, max(0.5, FAST / rate))
             calm, lowest = calm + 1, min(lowest, grow)
-            if HELD <= grow <= HOLD:
+            if HELD <= grow <= HOLDABLE:
                 # What all of so many steps could have.
                 grow = lowest if calm == CALM and lowest > 1.1 else 1.0
-            elif grow > HOLD:
+            elif grow > HOLDABLE:
                 grow /= LEAP
             if grow != 1.0:
                 wish, left = h * grow, 0.0
@@ -318,7 +319,8 @@ def text(words: Mapping[str, str], entries: list[tuple[int, int]], count: int) -
         "APART": 2 * size, "FOUND": size, "FIRST_DERIVATIVE": 8 * len(entries),
     }  # fmt: skip
     rows = 0
-    head = f"N, DERIVATIVES, MOST_ATTEMPTS, HELD = {count}, {len(entries)}, {10**7}, 0.9\n"
+    head = f"N, DERIVATIVES, MOST_ATTEMPTS = {count}, {len(entries)}, {10**7}\n"
+    head += "PORTION, HELD, HOLDABLE = 0.1, 0.9, 2.2\n"
     for name, many in sizes.items():
         head += f"{name} = {rows}\n"
         rows += many
