@@ -119,6 +119,7 @@ def measured(subject: Subject) -> dict[str, Any]:
         "points": found[1],
         "order": found[0],
         "declared": integrator.order,
+        "keeps": list(integrator.conserves),
     }
 
 

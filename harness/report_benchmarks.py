@@ -11,6 +11,16 @@ from gnomon.harness.analysis import CLAIM
 from gnomon.harness.growth import named
 from gnomon.harness.orders import BINARY64, WITHIN
 
+KEPT = {
+    "symplectic": "symplectic form",
+    "volume": "volume in phase space",
+    "reversible": "reversal of time",
+    "momentum": "momentum",
+    "attitude": "rotations",
+    "constraint": "constraint",
+}
+"""What integrators claim to keep, in words."""
+
 BENCHMARKS, GROWTH, ORDERS = "benchmarks.json", "growth.json", "orders.json"
 
 
@@ -55,6 +65,7 @@ def _measured(row: dict[str, Any]) -> dict[str, str]:
         "order": f"{row['order']:.2f}",
         "declared": str(row["declared"]),
         "verdict": "" if off <= WITHIN else f"off by {off:.2f}",
+        "keeps": ", ".join(KEPT[word] for word in row["keeps"]),
     }
 
 

@@ -50,3 +50,4 @@ def test_what_is_published(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     assert found["environment"]["numba"]
     assert (row["integrator"], row["case"], row["span"], row["digits"]) == ("RK4", "pendulum_simple", 3.0, 16)
     assert (row["at_fixed_steps"], row["declared"]) == (False, 4)
+    assert row["keeps"] == []

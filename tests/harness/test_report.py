@@ -43,7 +43,7 @@ LAW = {
 
 MEASURED = {
     "integrator": "RK4", "case": "pendulum_simple", "span": 3.0, "digits": 16, "at_fixed_steps": False, "points": 6,
-    "order": 3.9487, "declared": 4,
+    "order": 3.9487, "declared": 4, "keeps": ["symplectic", "momentum"],
 }  # fmt: skip
 
 
@@ -250,7 +250,7 @@ def test_summary_and_figures(written: Path) -> None:
         "| pendulum_simple/speed | heyoka:Taylor | 1e-6 | 100 µs | 765 µs | 7.65 (7.00 – 8.00) | 5 | reached |"
         in tables
     )
-    assert "| RK4 | pendulum_simple | binary64 | as it runs | 3.95 | 4 |" in tables
+    assert "| RK4 | pendulum_simple | binary64 | as it runs | 3.95 | 4 | symplectic form, momentum |" in tables
     assert '<td class="number">3.95</td>' in page
     assert "| RK4 | pendulum_simple | 128 steps a period | 1e5 | 1.0e-3 | 1.00 ± 0.01 | t | t |" in tables
     figures = written.parent / "figures"

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from gnomon.harness import report_benchmarks
 from gnomon.harness.findings import findings
+from gnomon.harness.registry import own
 from gnomon.harness.report_words import ladder_rows, launches_text, scatter_text, together
 
 
@@ -150,7 +151,7 @@ def test_a_law_that_the_fit_cannot_tell_from_its_neighbour_is_not_claimed(
 def test_measured_orders_beside_the_declared_ones(
     tmp_path: Path, order: float, digits: int, fixed: bool, said: tuple[str, ...]
 ) -> None:
-    row = {"integrator": "one", "case": "a", "span": 1.0, "points": 4, "declared": 4}
+    row = {"integrator": "one", "case": "a", "span": 1.0, "points": 4, "declared": 4, "keeps": []}
     row |= {"order": order, "digits": digits, "at_fixed_steps": fixed}
     assert report_benchmarks.orders(tmp_path) is None
     (tmp_path / "orders.json").write_text(json.dumps({"environment": {}, "rows": [row]}))
@@ -158,7 +159,11 @@ def test_measured_orders_beside_the_declared_ones(
     assert found is not None
     (words,) = found["rows"]
     assert tuple(words[name] for name in ("order", "arithmetic", "formula", "verdict")) == said
-    assert (words["name"], words["declared"], words["points"]) == ("one", "4", "4")
+    assert (words["name"], words["declared"], words["points"], words["keeps"]) == ("one", "4", "4", "")
+
+
+def test_all_that_an_integrator_may_claim_has_its_word() -> None:
+    assert {word for method in own().values() for word in method.conserves} == set(report_benchmarks.KEPT)
 
 
 @pytest.mark.parametrize(
