@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import log, sin
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.registry import get
 from gnomon.harness.adapters import scipy_ivp, scipy_ode
+from gnomon.harness.adapters.scipy_events import PROBE, Guard, set_latch
 from gnomon.harness.integrator import Integrator, Problem, Refused
 from gnomon.harness.problem import counting, initial_state, problem_of
 from scipy.integrate import ode, solve_ivp
@@ -199,3 +201,26 @@ def test_samples_follow_the_given_times(integrator: type[Integrator]) -> None:
     uneven = replace(toy(linear), times=np.sqrt(np.arange(1, 65)))
     states = integrator().prepare(uneven, 1e-9)(np.array([[1.0, 0.0]])).states[0]
     assert states[:, 0] == pytest.approx(np.cos(uneven.times), abs=1e-7)
+
+
+def latched(direction: int, place: float, speed: float, fired: bool, after_event: bool) -> float:
+    """What a guard that is the place itself is seen as at the start of a segment."""
+    guard = Guard(SimpleNamespace(direction=direction), lambda t, y, p: y[:1], np.zeros(0))  # type: ignore[arg-type]
+    side = SimpleNamespace(equations=lambda t, y: np.array([speed]))
+    y = np.array([place])
+    set_latch(guard, side, 1.0, y, fired, after_event, PROBE)  # type: ignore[arg-type]
+    assert guard(2.0, y) == place, "only at the start itself"
+    return float(np.sign(guard(1.0, y)))
+
+
+@pytest.mark.parametrize("direction", [-1, 1])
+def test_a_guard_at_zero_where_a_segment_starts(direction: int) -> None:
+    """Not yet crossed, sign -direction, or crossed already, sign direction."""
+    before, crossed = -direction, direction
+    at_the_start = {speed: latched(direction, 0.0, speed, False, False) for speed in (-1.0, 1.0)}
+    assert at_the_start == {float(before): before, float(crossed): crossed}, "where the motion goes"
+    assert latched(direction, 0.0, 1.0, False, True) == before
+    assert latched(direction, 0.0, -1.0, True, True) == before
+    assert latched(direction, crossed * 1e-17, 1.0, True, True) == before, "round-off of the event just located"
+    assert latched(direction, crossed * 1e-17, 1.0, False, True) == crossed
+    assert latched(direction, before * 1e-17, 1.0, True, True) == before
