@@ -149,6 +149,11 @@ class Number:
 
     __le__ = __gt__ = __ge__ = __lt__
 
+    def __eq__(self, other: object) -> bool:
+        return bool(self)
+
+    __hash__ = object.__hash__
+
 
 @dataclass(frozen=True)
 class Trace:

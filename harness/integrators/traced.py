@@ -75,6 +75,11 @@ class Node:
 
     __le__ = __gt__ = __ge__ = __lt__
 
+    def __eq__(self, other: object) -> bool:
+        return bool(self)
+
+    __hash__ = object.__hash__
+
 
 class Trace:
     """Symbols for t, the state and the parameters, and every value made of them, each once."""

@@ -51,6 +51,16 @@ def decay_or_raise(t: Any, state: Values, parameters: Values) -> Values:
     return (-x,)
 
 
+def decay_but_at_0(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (1 if x == 0 else -x,)
+
+
+def decay_above_0(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (-x if x > 0 else 0,)
+
+
 def blow_up(t: Any, state: Values, parameters: Values) -> Values:
     """x' = x^2 from 1: 1/(1 - t)."""
     (x,) = state
@@ -305,6 +315,9 @@ RAISING: dict[type, Any] = {
     SemiLinear: SemiLinear(decay, linear=one, rest=decay_or_raise),
 }
 """By type: its function raises an exception at some states."""
+
+BRANCHING = (decay_but_at_0, decay_above_0)
+"""Equations that only arithmetic on numbers can follow."""
 
 BLOWING_UP: dict[type, tuple[Any, tuple[float, ...]]] = {
     FirstOrder: (FirstOrder(blow_up), (1,)),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from bad_forms import (
     BLOWING_UP,
+    BRANCHING,
     RAISING,
     STARTS,
     STIFF,
@@ -19,10 +20,12 @@ from bad_forms import (
     flight,
     height_until_1,
 )  # fmt: skip
-from gnomon.cases.forms import Hybrid
+from gnomon.cases.forms import FirstOrder, Hybrid
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution
 from gnomon.harness.integrators.gauss_fast import GaussFast
 from gnomon.harness.integrators.hybrid import EventRungeKutta
+from gnomon.harness.integrators.radau import Radau5
+from gnomon.harness.integrators.taylor import Taylor
 from gnomon.harness.registry import own
 
 ALL = [method for method in own().values() if ".integrators." in type(method).__module__]
@@ -65,6 +68,14 @@ def test_initial_states_of_another_length_are_refused(method: Integrator, kind: 
 def test_a_function_that_raises_is_refused(method: Integrator, kind: type) -> None:
     with pytest.raises((ValueError, Refused), match=r"decay_or_raise raises an exception|must not branch"):
         solved(method, RAISING[kind], kind)
+
+
+@pytest.mark.parametrize("equations", BRANCHING)
+@pytest.mark.parametrize("method", [Taylor(), Radau5(), GaussFast()], ids=lambda method: method.name)
+def test_methods_that_write_equations_down_refuse_branches(method: Integrator, equations: Any) -> None:
+    """Any comparison: one that was taken for false would leave the other side out of the equations."""
+    with pytest.raises((ValueError, Refused), match="must not branch"):
+        solved(method, FirstOrder(equations), FirstOrder)
 
 
 @pytest.mark.parametrize(("method", "kind"), pairs(UNTIL_1))
