@@ -71,7 +71,8 @@
     const axis = pressed("axis");
     const spec = charted(data.work.specs[axis]);
     const points = pointsOf(scene);
-    if (pressed("which") === "all") points.forEach((point) => (point.front = 1));
+    // Where nothing stands out, all failed, and the legend names these.
+    if (pressed("which") === "all" || !points.some((point) => point.front && point[axis] !== null)) points.forEach((point) => (point.front = 1));
     spec.datasets.points = points;
     spec.datasets.limits = scene.limits;
     span(spec, points, scene.limits, axis);

@@ -126,14 +126,19 @@ def card(
     orders: pd.DataFrame,
     matrix: pd.DataFrame,
     growth: Mapping[str, Any] | None,
+    benched: Mapping[str, Any] | None,
 ) -> list[Row]:
-    """Every integrator on one line, the columns those of CARD, over the default scenes of the cases that it takes."""
+    """Every integrator on one line, the columns those of CARD, over the default scenes of the cases that it takes.
+
+    `growth` and `benched` are the laws and the orders that `make bench` measured of gnomon's own.
+    """
     own = trusted[(trusted["variant"] == "") & (trusted["formulation"] == "")]
     at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & (equal["target"] == TARGETS[1])]
     counts, (hard, _) = _counts(at), held(matrix)
     laws: dict[str, list[str]] = {}
     for row in (growth or {"rows": []})["rows"]:
         laws.setdefault(f"gnomon:{row['name']}", []).append(str(row["law"]))
+    bench = {f"gnomon:{row['name']}": row for row in (benched or {"rows": []})["rows"]}
     measured = orders[(orders["variant"] == "") & (orders["formulation"] == "")].groupby("integrator_id")
     slopes = {str(name): part for name, part in measured}
     rows = []
@@ -148,7 +153,7 @@ def card(
             Number("–", math.nan) if speed is None else Number(f"{ratio_text(speed['ratio'])} ×", speed["ratio"]),
             _median(digits, "{:.1f}"),
             _median(lost, "{:.1f}"),
-            _order(slopes.get(str(name))),
+            _order(slopes.get(str(name)), bench.get(str(name))),
             _median(part["over_tolerance"], ""),
             _share(hard.loc[name] if name in hard.index else None),
             Number("; ".join(dict.fromkeys(laws.get(str(name), ["–"]))), math.nan),
@@ -165,8 +170,10 @@ def _median(values: pd.Series, form: str) -> Number:
     return Number(form.format(middle) if form else short_text(middle), middle)
 
 
-def _order(slopes: pd.DataFrame | None) -> Number:
-    """The median of the orders measured, beside the declared one."""
+def _order(slopes: pd.DataFrame | None, bench: Mapping[str, str] | None) -> Number:
+    """The order from `make bench`, else the median of those measured in the run, beside the declared one."""
+    if bench is not None:
+        return Number(bench["order"], float(bench["order"]), f"declared {bench['declared']}")
     if slopes is None:
         return Number("–", math.nan)
     declared = float(slopes["declared"].iloc[0])

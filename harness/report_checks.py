@@ -118,7 +118,7 @@ def _worst(rows: list[dict[str, Any]]) -> dict[str, Any]:
 def _told(row: dict[str, Any]) -> str:
     if row["error"] is None:
         return "–" if row["status"] == "ok" else str(row["status"]).replace("_", " ")
-    return "0" if row["error"] == 0 else tables.error_text(row["error"])
+    return "0" if row["error"] == 0 else tables.short_text(row["error"])
 
 
 def _name(row: dict[str, Any]) -> str:

@@ -20,7 +20,7 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
     ran = run.reduced[~run.reduced["status"].isin(analysis.NEVER_RAN)]
     own = ran[ran["variant"] == ""].drop_duplicates(["case", "formulation"])
     scenes = [(name, formulation) for name in run.names for formulation in own.loc[own["case"] == name, "formulation"]]
-    growth = report_benchmarks.growth(folder, run.path.parent)
+    growth, orders = (read(folder, run.path.parent) for read in (report_benchmarks.growth, report_benchmarks.orders))
     kinds = report_card.kind_rows(run.equal, run.matrix, report_card.kinds(run.frame, run.names))
     runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
     return {
@@ -32,7 +32,7 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
         "scatter": scatter_text(run.frame),
         "findings": findings.findings(run.equal, run.policies, kinds, run.matrix, run.trusted),
         "kinds": kinds,
-        "card": report_card.card(run.equal, run.trusted, run.orders, run.matrix, growth),
+        "card": report_card.card(run.equal, run.trusted, run.orders, run.matrix, growth, orders),
         "card_heads": report_card.CARD,
         "targets": [tables.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
         "cases": _cases(run, work),
@@ -59,7 +59,7 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
         "certified": report_checks.certified(folder, run.path.parent),
         "certified_lines": report_checks.certified_lines(folder, run.path.parent),
         "benchmarks": report_benchmarks.benchmarks(folder, run.path.parent),
-        "orders": report_benchmarks.orders(folder, run.path.parent),
+        "orders": orders,
         "growth": growth,
     }
 

@@ -92,7 +92,7 @@ def test_every_integrator_on_one_line() -> None:
         columns=["case", "integrator_id", "order", "declared"],
     ).assign(variant="", formulation="")
     growth = {"rows": [{"name": "one", "law": "t"}]}
-    one, new = card(EQUAL, trusted, orders, MATRIX, growth)
+    one, new = card(EQUAL, trusted, orders, MATRIX, growth, None)
     assert (one.head, new.head) == ("x:one", "x:new")
     told = dict(zip(CARD, [(cell.text, cell.note) for cell in one.cells], strict=True))
     assert told == {
@@ -109,8 +109,10 @@ def test_every_integrator_on_one_line() -> None:
     assert [cell.text for cell in new.cells] == ["1", *["–"] * 8]
     assert [cell.sorts for cell in new.cells[:3]] == ["1", "0", ""]
     trusted["integrator_id"] = "gnomon:one"
-    (mine,) = card(EQUAL, trusted, orders, MATRIX, growth)
+    bench = {"rows": [{"name": "one", "order": "16.03", "declared": "16"}]}
+    (mine,) = card(EQUAL, trusted, orders, MATRIX, growth, bench)
     assert mine.cells[-1].text == "t"
+    assert (mine.cells[5].text, mine.cells[5].note) == ("16.03", "declared 16")
 
 
 @pytest.mark.parametrize("growth", [None, {"rows": []}])
@@ -119,5 +121,5 @@ def test_without_laws_the_card_has_none(growth: dict[str, list[str]] | None) -> 
     trusted = pd.DataFrame([("a", "", "", "x:one", 1e-9, 1e-9, math.nan)], columns=[
         "case", "variant", "formulation", "integrator_id", "best", "attainable", "over_tolerance",
     ])  # fmt: skip
-    (row,) = card(EQUAL, trusted, empty, MATRIX, growth)
+    (row,) = card(EQUAL, trusted, empty, MATRIX, growth, growth)
     assert row.cells[-1].text == "–"
