@@ -76,10 +76,10 @@ class Fit(NamedTuple):
 def build(motion: Motion, pieces: Sequence[Piece], budget: int) -> Cells:
     """The cells of all pieces, from left to right; raises TooDearError beyond `budget` states."""
     reach = pieces[-1][1] - pieces[0][0]
+    width = longest = reach / LEAST_CELLS
     found = []
     cost = 0
     for start, stop in _long(pieces, reach):
-        width = longest = reach / LEAST_CELLS
         trouble = start
         while start < stop:
             left = math.ceil((stop - start) / width)
