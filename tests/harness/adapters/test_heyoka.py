@@ -116,5 +116,36 @@ def test_an_ensemble_in_batches_is_that_of_single_trajectories() -> None:
     together = solve(starts)
     assert together.stopped is None
     assert together.steps is not None
+    steps = 0
     for start, states in zip(starts, together.states, strict=True):
-        assert np.abs(solve(start[None]).states[0] - states).max() < 1e3 * 1e-12
+        alone = solve(start[None])
+        assert np.abs(alone.states[0] - states).max() < 1e3 * 1e-12
+        assert alone.steps is not None
+        steps += alone.steps
+    assert together.steps == pytest.approx(steps, rel=0.05), "steps of a batch's lanes differ from those alone by few"
+
+
+def test_steps_are_those_of_all_trajectories() -> None:
+    case = get("pendulum_simple").rounded()
+    solve = Taylor().prepare(problem_of(case, (FirstOrder,)), 1e-6)
+    starts = np.array([[2.0, 0.0], [0.5, 0.0]])
+    assert solve(starts).steps == sum(solve(start[None]).steps or 0 for start in starts)
+
+
+def test_ensembles_alone_are_compiled_for_batches(monkeypatch: pytest.MonkeyPatch) -> None:
+    import heyoka
+
+    made, original = [], heyoka.taylor_adaptive_batch
+    monkeypatch.setattr(heyoka, "taylor_adaptive_batch", lambda *a, **k: made.append(1) or original(*a, **k))
+    solve = Taylor().prepare(toy(forced), 1e-6)
+    solve(np.tile([0.0, 3.0], (15, 1)))
+    assert not made
+    for _ in range(2):
+        solve(np.tile([0.0, 3.0], (16, 1)))
+    assert len(made) == 1
+
+
+def test_an_ensemble_says_that_it_stopped() -> None:
+    solution = Taylor().prepare(toy(lost), 1e-9)(np.tile([1.0, 0.0], (16, 1)))
+    assert solution.stopped is not None
+    assert np.isnan(solution.states[:, 9:]).all()

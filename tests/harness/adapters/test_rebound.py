@@ -290,6 +290,20 @@ def test_settings_name_what_differs_from_the_defaults(integrator: type[Integrato
         assert getattr(holder, name) != value
 
 
+@pytest.mark.parametrize(
+    ("integrator", "setting", "names"),
+    [(WHFast, 0, ["safe_mode"]), (IAS15, 1e-5, ["epsilon"]), (BulirschStoer, 1e-5, ["eps_rel", "eps_abs"]),
+     (OdeMode, 1e-5, ["eps_rel", "eps_abs"])],
+    ids=lambda x: getattr(x, "name", ""),
+)  # fmt: skip
+def test_the_settings_of_each_method(integrator: type[Integrator], setting: float, names: list[str]) -> None:
+    solve = integrator().prepare(problem_for(integrator), setting or setting_for(integrator))
+    settings = dict(solve.settings)  # type: ignore[attr-defined]
+    settings.pop("N_active", None)
+    assert settings.pop("dt") > 0
+    assert settings == dict.fromkeys(names, setting)
+
+
 def test_versions_name_the_library() -> None:
     import rebound
 

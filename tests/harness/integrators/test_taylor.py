@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from math import acos, acosh, asin, asinh, atan, atanh, cos, cosh, exp, hypot, log, sin, sinh, sqrt, tan, tanh
 from typing import Any
@@ -12,9 +13,9 @@ from bad_equations import branching, scalar, squared, stiff, undefined
 from gnomon.cases import registry
 from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.forms import FirstOrder, Values
-from gnomon.harness.integrator import Refused
+from gnomon.harness.integrator import Problem, Refused
 from gnomon.harness.integrators.graph import UNARY
-from gnomon.harness.integrators.taylor import Taylor, order_for
+from gnomon.harness.integrators.taylor import Taylor, order_for, start_sizes
 from gnomon.harness.integrators.taylor_text import STRIDE, coefficients_text
 from gnomon.harness.order import fit_order_exactly
 from gnomon.harness.order_twins import taylor_steps
@@ -160,3 +161,31 @@ def test_the_polynomial_between_steps_is_as_good_as_the_step() -> None:
     problem = scalar(squared)
     found = Taylor().prepare(problem, 1e-15)(np.array([[-1.0]])).states[0, :, 0]
     assert np.max(np.abs(found * (1 + problem.times) + 1)) < 4 * np.finfo(float).eps
+
+
+@pytest.mark.parametrize(("time_scale", "reach"), [(1.0, 1 / 3), (0.25, 0.25)])
+def test_a_component_that_starts_at_zero_is_as_large_as_its_motion_within_reach(
+    time_scale: float, reach: float
+) -> None:
+    """Two components that do not, with radii of convergence of 1/2 and 1/3; the third has a speed of 5."""
+    order, y, sizes = 12, np.array([4.0, -0.5, 0.0]), np.zeros(3)
+    w = np.zeros(3 * STRIDE)
+    w[order], w[STRIDE + order] = 4.0 * 2**order, 0.5 * 3**order
+    w[2 * STRIDE + 1], w[2 * STRIDE + order] = -5.0, 1e9
+    start_sizes(w, order, time_scale, y, sizes)
+    assert sizes == pytest.approx([0, 0, 5 * reach])
+
+
+def growing(t: Any, state: Values, parameters: Values) -> Values:
+    return state
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9, 1e-16])
+def test_steps_are_those_of_jorba_and_zou(tolerance: float) -> None:
+    """x' = x has the coefficients x/k!, so every step is the root of the smaller radius, over e^2 and their margin."""
+    order = order_for(tolerance)
+    radius = min(math.factorial(k) ** (1 / k) for k in (order - 1, order))
+    h = radius * math.exp(-2 - 0.7 / (order - 1))
+    span = 100.5 * h
+    problem = Problem(FirstOrder(growing), 1, np.zeros(0), np.arange(1, 65) * (span / 64), 1.0)
+    assert Taylor().prepare(problem, tolerance)(np.array([[1.0]])).steps == 101
