@@ -18,10 +18,19 @@ import pytest
 from gnomon.cases.registry import get
 from gnomon.harness.adapters import heyoka, scipy_ivp, scipy_ode
 from gnomon.harness.integrator import Integrator
+from gnomon.harness.integrators.boris import Boris
 from gnomon.harness.integrators.dop853 import Dop853
 from gnomon.harness.integrators.explicit import RK4
+from gnomon.harness.integrators.exponential import HochbruckOstermann4
+from gnomon.harness.integrators.extrapolation import GraggBulirschStoer
 from gnomon.harness.integrators.gauss import Gauss4
 from gnomon.harness.integrators.gauss_fast import GaussFast
+from gnomon.harness.integrators.hybrid import Dop853Events
+from gnomon.harness.integrators.lie import AxisSplitting2, MuntheKaas4
+from gnomon.harness.integrators.moreau import Moreau
+from gnomon.harness.integrators.nystrom import DormandPrinceNystrom12
+from gnomon.harness.integrators.radau import Radau5
+from gnomon.harness.integrators.rattle import Rattle
 from gnomon.harness.integrators.splitting import KahanLi8
 from gnomon.harness.integrators.stormer import Stormer12
 from gnomon.harness.integrators.taylor import Taylor
@@ -166,7 +175,23 @@ def test_nanoseconds_a_right_hand_side(benchmark: Any, method: type[Integrator])
     benchmark.pedantic(method().prepare(problem, setting), (start,), rounds=1)
 
 
-FIRST_CALLS = {m.name: m for m in (RK4, KahanLi8, Dop853, Gauss4, GaussFast, Taylor)}
+FIRST_CALLS: dict[str, tuple[type[Integrator], str]] = {
+    method().id.partition(":")[2]: (method, scene)
+    for scene, methods in {
+        "pendulum_simple/speed": (
+            RK4, KahanLi8, Stormer12, Gauss4, Dop853, DormandPrinceNystrom12, GraggBulirschStoer, GaussFast, Radau5,
+            Taylor,
+        ),
+        "charge_in_E_and_B": (Boris,),
+        "holonomic_constraint_dae": (Rattle,),
+        "damped_oscillator": (HochbruckOstermann4,),
+        "euler_top/speed": (MuntheKaas4, AxisSplitting2),
+        "bouncing_ball": (Moreau,),
+        "pendulum_quadratic_damping": (Dop853Events,),
+    }.items()
+    for method in methods
+}  # fmt: skip
+"""One of each family, on a scene that it accepts."""
 
 
 def test_first_call_with_a_warm_cache(benchmark: Any) -> None:
@@ -179,7 +204,7 @@ def test_first_call_with_a_warm_cache(benchmark: Any) -> None:
         seconds[name] = float(found.stdout)
     benchmark.extra_info["rows"] = [
         {
-            "group": "first call with a warm cache", "scene": "pendulum_simple/speed", "level": None, "unit": "s",
+            "group": "first call with a warm cache", "scene": FIRST_CALLS[name][1], "level": None, "unit": "s",
             "asked": 0.01, "ours_name": name, "peer_name": None, "value": value,
         }
         for name, value in seconds.items()
@@ -198,8 +223,9 @@ def first_call(name: str) -> None:
 
 
 def first_solve(name: str) -> float:
-    method = FIRST_CALLS[name]
-    case = get("pendulum_simple", "speed").rounded()
+    """At a tolerance of 1e-9, or 64 steps a sample."""
+    method, (scene, _, variant) = FIRST_CALLS[name][0], FIRST_CALLS[name][1].partition("/")
+    case = get(scene, variant or None).rounded()
     problem, start = problem_of(case, method.accepts), initial_state(case)[None]
     setting = 1e-9 if method.sweep.kind == "tolerance" else problem.interval / 64
     begin = perf_counter()
