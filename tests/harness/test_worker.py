@@ -63,3 +63,59 @@ def test_a_call_that_is_quick_because_it_remembers_is_held_against_new_states(
     numbers, scored, _ = timed(monkeypatch, [0.9, 2.0, 2.0], 2.0, slow=1.0, block=99.0, repeats=repeats)
     assert (numbers, scored) == ([0, 1, 2], 0)
     assert timed(monkeypatch, [1.1], 2.0, slow=1.0, block=99.0, repeats=repeats)[0] == [0]
+
+
+@pytest.mark.parametrize(
+    ("counted", "repeats", "estimate"), [(0.25, 9, 0.5), (2.0, 9, 2.0), (0.25, 1, 0.25)], ids=["quick", "slow", "once"]
+)
+def test_a_quick_trial_is_warmed_up_with_plain_equations(
+    monkeypatch: pytest.MonkeyPatch, counted: float, repeats: int, estimate: float
+) -> None:
+    """A slow one, or one that is made once, is estimated by the run that counted right-hand sides."""
+    found = []
+
+    def noted(solve: Any, order: Order, seconds: float, others: Any) -> Any:
+        found.append(seconds)
+        raise LookupError
+
+    series = object.__new__(_Series)
+    series.task, series.moved = SimpleNamespace(start=START), iter([START])  # type: ignore[assignment]
+    series.integrator = SimpleNamespace(prepare=lambda problem, setting: None)  # type: ignore[assignment]
+    series.connection = SimpleNamespace(send=lambda message: None)  # type: ignore[assignment]
+    monkeypatch.setattr(series, "problem", lambda counted: None)
+    monkeypatch.setattr(series, "_count", lambda setting: (7, counted, START))
+    monkeypatch.setattr(series, "_timed", noted)
+    monkeypatch.setattr(worker, "_Call", lambda solve, start, task: SimpleNamespace(seconds=0.5, states=start))
+    with pytest.raises(LookupError):
+        series.run(Order(0.1, True, 99.0, repeats, 1.0))
+    assert found == [estimate]
+
+
+def test_right_hand_sides_of_the_preparation_are_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = SimpleNamespace(buffer=np.zeros(3))
+
+    def prepare(given: Any, setting: float) -> None:
+        given.buffer[-1] += 5
+
+    def call(solve: Any, start: Any, task: Any) -> Any:
+        problem.buffer[-1] += 7
+        return SimpleNamespace(seconds=0.5, states=start)
+
+    series = object.__new__(_Series)
+    series.task, series.moved = SimpleNamespace(start=START), iter([START])  # type: ignore[assignment]
+    series.integrator = SimpleNamespace(prepare=prepare, counts_rhs=True)  # type: ignore[assignment]
+    series.connection = SimpleNamespace(send=lambda message: None)  # type: ignore[assignment]
+    monkeypatch.setattr(series, "problem", lambda counted: problem)
+    monkeypatch.setattr(worker, "_Call", call)
+    assert series._count(0.1)[:2] == (7, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("rhs_calls", "steps", "moved", "unmoved"),
+    [(0, 0, 0.0, True), (None, None, 0.0, True), (4, 0, 0.0, False), (None, 1, 0.0, False), (0, 0, 1.0, False)],
+)
+def test_only_what_took_no_step_has_not_moved(
+    rhs_calls: int | None, steps: int | None, moved: float, unmoved: bool
+) -> None:
+    call = SimpleNamespace(solution=SimpleNamespace(steps=steps), states=np.tile(START + moved, (64, 1)))
+    assert worker._unmoved(call, START, rhs_calls) is unmoved  # type: ignore[arg-type]
