@@ -147,3 +147,21 @@ def test_a_write_that_fails_names_the_file_and_the_way_out(tmp_path: Path) -> No
     with pytest.raises(ValueError, match=said), results:
         results.add_all(number, rows)
     assert [run["suite"] for run in store.runs(path)] == ["quick"]
+
+
+def test_a_table_that_cannot_be_written_whole_leaves_what_was_there(
+    synthetic_results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Half a table looks like a whole one."""
+
+    def fill_the_disk(_frame: pandas.DataFrame, path: Path, **_: object) -> None:
+        path.write_text("half")
+        raise OSError(28, "No space left on device")
+
+    target = tmp_path / "tables" / "results.csv"
+    target.parent.mkdir()
+    target.write_text("before")
+    monkeypatch.setattr(pandas.DataFrame, "to_csv", fill_the_disk)
+    with pytest.raises(OSError, match="No space left"):
+        store.export(synthetic_results, target, "csv")
+    assert {path.name: path.read_text() for path in target.parent.iterdir()} == {"results.csv": "before"}
