@@ -59,6 +59,9 @@ class Vibrations(LinearMotion):
         ]
         return unit + pulls
 
+    def _rate(self) -> float:
+        return max(float(frequency) for _, frequency in self.rates())
+
     def frequencies(self, digits: int = 15) -> tuple[Any, ...]:
         """Undamped angular frequencies (rad/s), the lowest first: the roots of det(K - w^2 M), zeros included."""
         rows = [[k / m for k in springs] for m, springs in zip(self.masses, self.stiffness, strict=True)]
