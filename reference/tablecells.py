@@ -82,7 +82,8 @@ def build(motion: Motion, pieces: Sequence[Piece], budget: int) -> Cells:
     for start, stop in _long(pieces, reach):
         trouble = start
         while start < stop:
-            left = math.ceil((stop - start) / width)
+            # A hair wider, so that rounded widths do not leave a sliver, cut in ever smaller halves.
+            left = math.ceil((stop - start) / width * Fraction(63, 64))
             tried = (stop - start) / left if left <= LEAST_CELLS else width
             end = start + tried
             cost += NODES + len(_checks())
