@@ -43,15 +43,15 @@ class GaussFast(Integrator):
     Kuntzmann 1961; Butcher, Mathematics of Computation 18, 1964. Stages by fixed-point iteration from the last step's
     polynomial (Hairer, Lubich, Wanner, Geometric Numerical Integration, VIII.6), sped up by the equations' derivatives
     where these are few and the equations dear, many components in groups (Gauss-Seidel). The step size follows the
-    decay of the stage polynomial. Sums are compensated. Samples are steps of their own within a step, of the same order.
+    decay of the stage polynomial, and stays equal or follows the frequency of the motion as long as it can. Sums are
+    compensated. Samples are steps of their own within a step, of the same order.
 
     A trajectory whose steps are limited by convergence, while it moves slowly, is stiff: Radau IIA 5 does it instead, to
     the same tolerance.
 
     At a tolerance of 1e-16 only round-off is left, and the error of energy grows as t^(1/2) (Brouwer's law).
 
-    Of ensembles eight trajectories go through one vector with common steps, on all cores: as good as each alone, with
-    other roundings, which over very many periods add up as t.
+    Of ensembles eight trajectories go through one vector with common steps, on all cores: as good as each alone.
     """
 
     name, order = "Gauss 8-stage SIMD", 16
@@ -177,6 +177,8 @@ def rows(mp: Any, second_order: bool) -> Table:
         few,
         [node - high for node, high in zip(c, few, strict=True)],
         *(halves(mp, row, mp.mpf(2) ** -52)[1] for row in (b, positions)),
+        *([mp.fsum(m[j][i] * c[i] ** k for i in s) for j in s] for m in (a, once) for k in s),
+        lagrange(mp, c, [mp.mpf(1)])[0],
     ]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -107,17 +108,18 @@ def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> Call
     """`advance(parameters, table, initial, times, tolerance, out, stop)` around the equations of a form."""
     found = layout(form, parameters, dimension)
     count = len(found.values)
-    stages = "".join(
-        text.STAGES_OF_A_STEP.replace("NAME", name).replace("INLINE", inline)
-        for name, inline in (("stages", "forceinline=True,"), ("aside", ""))
-    )
+    control = step_control(found)
+    stages = text.STAGES_OF_A_STEP.replace("NAME", "stages").replace("INLINE", "forceinline=True,")
+    for word in ("squares", "at_end"):
+        stages = stages.replace("{" + word + "}", control[word])
+    aside = text.STAGES_OF_A_STEP.replace("NAME", "aside").replace("INLINE", "")
     words = getattr(text, found.kind)
-    words = words | {"sums_of_a_round": words["sums"].replace("\n    ", "\n        ")}
-    words = {"round": text.ROUND, "correct": correction(found)} | words
-    body = stages + text.ADVANCE
+    sums = words["sums"].replace("\n    ", "\n        ").replace("first", "STAGES").replace("once", "ONCE")
+    words = {"round": text.ROUND, "correct": correction(found), "sums_of_a_round": sums} | words | control
+    words |= {"squares": "", "at_end": "0.0"}
+    body = stages + aside + text.ADVANCE
     if found.groups:
         words |= round_by_groups(found)
-        body = body.replace("SHARE *", "SHARE_BY_GROUPS *")
     for word, meaning in words.items():
         body = body.replace("{" + word + "}", meaning)
     module = filled(body.replace("SIGNATURE", SIGNATURE), found, count, parameters, dimension, counted)
@@ -171,6 +173,30 @@ def correction(found: Layout) -> str:
             lines.append(f"c{i} = fma(lanes(g[{count + n}]), {'s' if j < count else 'w'}{j % count}, c{i})")
         lines.append("d@ = (lanes(g[@]) - f@) + c@")
     return "\n        ".join([*lines, "g@ = lanes(g[@]) + c@"])
+
+
+def step_control(found: Layout) -> dict[str, str]:
+    """How step sizes are chosen: equal ones, or also by the frequency, whose fourth power is the square of J's norm."""
+    count = len(found.values)
+    by_position = [n for n, (_, j, _) in enumerate(found.derivatives) if found.second_order and j < count]
+    equal = text.EQUAL_STEPS.strip()
+    if not by_position:
+        return {"squares": "", "at_end": "0.0", "none_seen": "", "shorter": "", "control": indented(equal, 12)}
+    square = " + ".join(f"g[{count + n}] * g[{count + n}]" for n in by_position)
+    # Carried to the end by a polynomial that may not be resolved, so within reach of the last stage's.
+    at_end = "min(max(total(row(table, ENDS) * squares), 0.25 * lane(squares, 7)), 4 * lane(squares, 7))"
+    return {
+        "squares": f"squares = lanes({square})",
+        "at_end": at_end,
+        "none_seen": indented(text.NONE_SEEN.strip(), 8),
+        "shorter": "stride = h * pace",
+        "control": indented(text.BY_FREQUENCY.strip() + "\n" + textwrap.indent(equal, " " * 4), 12),
+    }
+
+
+def indented(lines: str, depth: int) -> str:
+    """Lines to stand where the first of them is so deep already."""
+    return textwrap.indent(lines, " " * depth).lstrip()
 
 
 def round_by_groups(found: Layout) -> dict[str, str]:

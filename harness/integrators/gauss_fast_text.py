@@ -18,11 +18,19 @@ What a step does:
 4. A compensated update, and the next step size.
 
 Numbers that were found by measuring on the pendulum, Kepler's orbit and the free rigid body: SHARE of the tolerance
-is left to the iteration, less where groups bring changes down fast and unevenly; ERRS a^2 is the error where a^2
+is left to the iteration, whose error has a sign that lasts and makes energy drift. ERRS a^2 is the error where a^2
 counts coefficient 6 LESS than 7; a step that errs by more than SLACK tolerances is taken again. Steps are kept equal
-(guesses are better, and energy does not drift) until they could grow HOLD times, then grow LEAP times less than that,
-or by themselves after CALM steps without a reason to shrink. A component counts for at least LEAST of the largest
-change in a step, and changes below NOISE roundings are round-off.
+(guesses are better, and energy does not drift) until one could grow HOLD times, then grow LEAP times less than that; or
+until CALM of them in turn could have grown, by what all of them could. A component counts for at least LEAST of the
+largest change in a step, and changes below NOISE roundings are round-off.
+
+Motions with quick and slow parts (a pericentre) would have equal steps that are too short for most of the way, and with
+steps that follow the error alone energy drifts. Where the derivatives J of the acceleration are at hand its frequency,
+|J|^(1/2) with the norm of Frobenius, can say how long a step may be: the mean of 1/h on both sides of a point is the
+frequency there over a constant stride. That rule is the same backwards in time, so that what energy gains on the way to
+a pericentre is lost on the way back (Huang, Leimkuhler, SIAM Journal on Scientific Computing 18, 1997). It is tried
+where the step that is wanted varies HOLD times within LOOK steps, and kept while the stride that is wanted varies less
+than that and than EVEN of the former variation.
 
 So that energy does not drift, nothing may be rounded the same way in every step (Hairer, McLachlan, Razakarivony, BIT
 48, 2008): weights and nodes come with what rounding has taken from them, rows of the stage matrix are rounded so that
@@ -45,9 +53,10 @@ MOST_STEPS, MOST_STIFF = 40_000_000, 1000
 # Rows of the table (rows, 8): columns of the stage matrix (squared for second-order equations), of the monomials of the
 # stage polynomial about its end and of the powers of the nodes; nodes; weights; those of positions; weights of the two
 # highest Legendre coefficients; columns of the polynomial one step ahead and of the stage matrix itself; the stage
-# matrices times the former; the nodes in few bits, and the rest; what rounding has taken from both rows of weights.
+# matrices times the former; the nodes in few bits, and the rest; what rounding has taken from both rows of weights; the
+# stage matrices times the powers of the nodes; the value at the end of a step from those at the nodes.
 STAGES, MONOMIALS, POWERS, NODES, WEIGHTS, POSITIONS, SIXTH, SEVENTH, AHEAD, ONCE = 0, 8, 16, 24, 25, 26, 27, 28, 29, 37
-CARRIED, ONCE_CARRIED, NODES_HIGH, NODES_LOW, WEIGHTS_LOW = 45, 53, 61, 62, 63
+CARRIED, ONCE_CARRIED, NODES_HIGH, NODES_LOW, WEIGHTS_LOW, POWERED, ONCE_POWERED, ENDS = 45, 53, 61, 62, 63, 65, 73, 81
 
 HEAD = f"""
 import math
@@ -63,9 +72,11 @@ STAGES, MONOMIALS, POWERS, NODES = {STAGES}, {MONOMIALS}, {POWERS}, {NODES}
 WEIGHTS, POSITIONS, SIXTH, SEVENTH = {WEIGHTS}, {POSITIONS}, {SIXTH}, {SEVENTH}
 AHEAD, ONCE, CARRIED, ONCE_CARRIED = {AHEAD}, {ONCE}, {CARRIED}, {ONCE_CARRIED}
 NODES_HIGH, NODES_LOW, LOW = {NODES_HIGH}, {NODES_LOW}, {WEIGHTS_LOW - WEIGHTS}
+POWERED, ONCE_POWERED, ENDS = {POWERED}, {ONCE_POWERED}, {ENDS}
 ROUNDOFF, ONE = 2.0**-52, 0x3FF0000000000000
-SHARE, SHARE_BY_GROUPS, NOISE, FAST, SLOW, SURE = 0.1, 0.001, 1e2, 0.3, 0.7, 1e-6
-ERRS, LESS, HOLD, LEAP, LEAST, CALM = 0.002, 0.1, 2.2, 1.3, 1e-6, 100
+SHARE, NOISE, FAST, SLOW, SURE = 1e-3, 1e2, 0.3, 0.7, 1e-6
+ERRS, LESS, HOLD, LEAP, LEAST = 0.002, 0.1, 3.0, 1.3, 1e-6
+ENOUGH, CALM, FIRST_LOOK, LOOK, EVEN = 0.9, 100, 12, 32, 0.7
 SLOWLY, FAINT, COARSE, FINE, TRIES = 1e-3, 1e-12, 1e-6, 3e-16, 4
 SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-300
 
@@ -110,8 +121,7 @@ def at(m, x):
 
 FIRST_ORDER = {
     "prepare": "",
-    "sums": "p = products(table, STAGES, (<|f@, |>))\n    v = p",
-    "carried": "p = products(table, CARRIED, (<|old@, |>))\n    v = p",
+    "sums": "p = products(table, first, (<|f@, |>))\n    v = p",
     "place": "x@ = fma(hh, p[@], lanes(y[@]))",
     "placed": "<|x@, |>",
     "shift": "q = products(table, STAGES, (<|d@, |>))\n        s@ = hh * q[@]",
@@ -136,12 +146,60 @@ SECOND_ORDER = FIRST_ORDER | {
     "blur": "4 * ROUNDOFF * furthest / (step * step)",
 }
 WITH_VELOCITY = SECOND_ORDER | {
-    "sums": "p = products(table, STAGES, (<|f@, |>))\n    v = products(table, ONCE, (<|f@, |>))",
-    "carried": "p = products(table, CARRIED, (<|old@, |>))\n    v = products(table, ONCE_CARRIED, (<|old@, |>))",
+    "sums": "p = products(table, first, (<|f@, |>))\n    v = products(table, once, (<|f@, |>))",
     "place": SECOND_ORDER["place"] + "\n        u@ = fma(hh, v[@], lanes(y[N + @]))",
     "placed": "<|x@, |><|u@, |>",
     "shift": SECOND_ORDER["shift"] + "\n        r = products(table, ONCE, (<|d@, |>))\n        w@ = hh * r[@]",
 }
+
+EQUAL_STEPS = """
+if ENOUGH <= grow < HOLD and calm < CALM and not rejected:
+    # The usual case on its own: the next step need not wait for the size that is wanted of it.
+    h = step
+else:
+    if grow >= HOLD:
+        grow = min(grow / LEAP, GROW_MOST)
+    elif grow >= ENOUGH:
+        grow = room if calm >= CALM and room >= 1.1 else 1.0
+    if calm >= CALM or grow > 1.0:
+        calm, room = 0, GROW_MOST
+    h = step * (min(grow, 1.0) if rejected else grow)
+"""
+
+NONE_SEEN = """follows, stride, pace, frequency, spread, pause = False, 0.0, 0.0, 0.0, 1.0, 0
+look, seen, shortest, longest, lowest, highest_ = FIRST_LOOK, 0, np.inf, 0.0, np.inf, 0.0
+"""
+
+BY_FREQUENCY = """
+before, frequency = frequency, np.sqrt(np.sqrt(square))
+if 0.0 < before and grow < GROW_MOST:
+    # A step far too short says little of the one that fits.
+    fits = step * grow
+    turn = fits * np.sqrt(before * frequency)
+    shortest, longest, lowest, highest_ = min(shortest, fits), max(longest, fits), min(lowest, turn), max(highest_, turn)
+    seen += 1
+if follows and (grow >= GROW_MOST or seen == look and highest_ > min(EVEN * spread, HOLD) * lowest):
+    # The frequency does not say where steps must be short; it is tried again ever more rarely.
+    follows, pause, seen = False, 2 * pause + 4, look
+elif seen == look and not follows and pause > 0:
+    pause -= 1
+elif seen == look and not follows and longest > HOLD * shortest and highest_ * shortest < 2 * longest * lowest:
+    follows, spread, stride, pace = True, longest / shortest, 0.95 * lowest, frequency
+    calm, room = 0, GROW_MOST
+if seen == look:
+    look, seen, shortest, longest, lowest, highest_ = LOOK, 0, np.inf, 0.0, np.inf, 0.0
+if follows:
+    if grow < ENOUGH:
+        stride, pace = stride * grow, frequency
+    elif calm >= CALM and room >= 1.1:
+        stride, pace = stride * room, frequency
+    else:
+        pace = min(max(2 * frequency - pace, 0.5 * frequency), 2 * frequency)
+    if calm >= CALM:
+        calm, room = 0, GROW_MOST
+    h = min(stride / pace, GROW_MOST * step)
+else:
+"""
 
 VERDICT = """if change * max(rate, sure) <= 1.0 and rate < SLOW:
     break
@@ -184,22 +242,16 @@ def NAME(t, h, y, low, f, p, v, k, table, fine, noise, sure, expected, quiet):
             before = change
         f@ = g@
         {sums_of_a_round}
+    {squares}
     # What changes by round-off shows no rate.
-    return rounds, rate if before > noise else 0.0, (<|f@, |>)
+    return rounds, rate if before > noise else 0.0, (<|f@, |>), {at_end}
 """.replace("{verdict}", settled(16))
 
 ADVANCE = """
 @njit(forceinline=True, OPTIONS)
-def sums(f, table):
+def sums(f, table, first, once):
     <|f@, |> = f
     {sums}
-    return p, v
-
-
-@njit(forceinline=True, OPTIONS)
-def carried(old, table):
-    <|old@, |> = old
-    {carried}
     return p, v
 
 
@@ -232,7 +284,8 @@ def advance(p_, table, initial, times, tolerance, out, stop):
         largest = max(largest, abs({rate}))
         fastest = max(fastest, size@)
         h = min({first}, end)
-        last, rejected, calm, usual, rate = h, False, 0, 0, 0.0
+        last, rejected, calm, room, usual, rate = h, False, 0, GROW_MOST, 0, 0.0
+        {none_seen}
         old@ = f@
         while sample < times.size:
             if not (h > 0.0 and h < np.inf):
@@ -269,18 +322,21 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 ahead = (<|old@, |>)
                 if usual == 0 or CORRECTED:
                     ahead = products(table, AHEAD, (<|old@, |>))
-                p, v = carried((<|old@, |>), table)
+                p, v = sums((<|old@, |>), table, CARRIED, ONCE_CARRIED)
             else:
                 ratios = powers(step / last)
                 m = products(table, MONOMIALS, (<|old@, |>))
                 ahead = products(table, POWERS, (<|m[@] * ratios, |>))
-                p, v = sums(ahead, table)
+                p, v = sums((<|m[@] * ratios, |>), table, POWERED, ONCE_POWERED)
             sure = SURE if t > 0.0 else 1.0
-            rounds, found, f = stages(t, step, y, low, ahead, p, v, k, table, (<|fine@, |>), cloud, sure, 0.0, usual)
+            rounds, found, f, square = stages(
+                t, step, y, low, ahead, p, v, k, table, (<|fine@, |>), cloud, sure, 0.0, usual
+            )
             COUNT abs(rounds)
             rate = found if found > 0.0 else rate
             if rounds < 0:
                 h, usual = 0.3 * step, 0
+                {shorter}
                 rejected = True
                 continue
             error = 0.0
@@ -293,6 +349,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             wanted = root_15(max(error, TINY)) / SAFETY
             if not error <= SLACK:
                 h = step * max(SHRINK_MOST, 1 / wanted) if error < np.inf else step * SHRINK_MOST
+                {shorter}
                 rejected = True
                 continue
             change = moved(step, y, low, f, table)
@@ -316,8 +373,8 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                         near = (<|at(m[@], x), |>)
                         for _ in range(TRIES):
                             # The step has converged, so this does, though a change may be above the one before it.
-                            p, v = sums(near, table)
-                            again, ignored, settled = aside(
+                            p, v = sums(near, table, STAGES, ONCE)
+                            again, _rate, settled, _square = aside(
                                 t, part, y, low, near, p, v, k, table, (<|fine@, |>), cloud, 1e-3, max(rate, 1e-3), 0
                             )
                             COUNT abs(again)
@@ -340,22 +397,12 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             y, low = (<|y%, |>), (<|low%, |>)
             last = step
             grow = 1 / wanted
-            calm = calm + 1 if grow >= 1.0 and not rejected else 0
-            fast = rate > FAST and rounds > 2
-            if 1.0 <= grow < HOLD and calm < CALM and not fast and not rejected:
-                # The usual case on its own: the next step need not wait for the size that is wanted of it.
-                h = step
-            else:
-                if grow > 1.0:
-                    if grow >= HOLD:
-                        grow = min(grow / LEAP, GROW_MOST)
-                    elif calm < CALM or grow < 1.1:
-                        grow = 1.0
-                if fast:
-                    grow = min(grow, max(0.5, FAST / rate))
-                h = step * (min(grow, 1.0) if rejected else grow)
+            if rate > FAST and rounds > 2:
+                grow = min(grow, max(0.5, FAST / rate))
+            calm, room = (calm + 1, min(room, grow)) if grow >= ENOUGH and not rejected else (0, GROW_MOST)
+            {control}
             usual = max(rounds - 3, 0)
-            if rate > FAST / 2:
+            if rate > FAST / 4:
                 # What has died away goes on dying as fast as ever.
                 most, moves = 0.0, 0.0
                 most = max(most, abs({rate}))

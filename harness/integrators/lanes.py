@@ -23,6 +23,9 @@ DOUBLES = ir.VectorType(ir.DoubleType(), WIDTH)
 INTEGERS = ir.VectorType(ir.IntType(64), WIDTH)
 TABLE = types.float64[:, ::1]
 
+SHUFFLED = 2
+"""Elements of a product's vectors that are not read back from memory: measured."""
+
 
 class LanesType(types.Type):  # type: ignore[misc]  # numba has no static types
     """The type of eight doubles."""
@@ -222,19 +225,24 @@ def put(typingctx: Any, table: Any, index: Any, value: Any) -> Any:
 def products(typingctx: Any, table: Any, first: Any, vectors: Any) -> Any:
     """The matrix whose columns are the eight rows of the table from `first` on, times each vector of a tuple.
 
-    Elements are broadcast from memory: that takes no shuffles, and each column is loaded once for all vectors.
+    Elements are broadcast from memory: that takes no shuffles, and each column is loaded once for all vectors. Of few
+    vectors the first elements are shuffled, which is done while the store waits to be read.
     """
     # Few vectors have several chains of sums each, which shortens the wait for one another's results.
     chains = 4 if len(vectors) == 1 else 2 if len(vectors) < 6 else 1
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         table, first, vectors = values
-        starts = [_elements(builder, vector) for vector in cgutils.unpack_tuple(builder, vectors)]
+        whole = cgutils.unpack_tuple(builder, vectors)
+        starts = [_elements(builder, vector) for vector in whole]
         sums: list[list[Any]] = [[] for _ in starts]
         for k in range(WIDTH):
             column = _row(context, builder, table, builder.add(first, ir.Constant(ir.IntType(64), k)))
-            for start, found in zip(starts, sums, strict=True):
-                element = spread(builder, builder.load(builder.gep(start, [ir.Constant(ir.IntType(64), k)])))
+            for vector, start, found in zip(whole, starts, sums, strict=True):
+                if k < SHUFFLED and len(whole) < 3:
+                    element = shuffled(builder, vector, [k] * WIDTH)
+                else:
+                    element = spread(builder, builder.load(builder.gep(start, [ir.Constant(ir.IntType(64), k)])))
                 if k < chains:
                     found.append(builder.fmul(column, element))
                 else:
