@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 import os
-import sys
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -16,9 +14,9 @@ import numpy as np
 from gnomon.cases.forms import FirstOrder, SecondOrder, first_order
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
 from gnomon.harness.integrators import gauss, gauss_fast_kernel, gauss_fast_text, radau
-from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded
+from gnomon.harness.integrators.fixed_step import DIGITS, Table, kept, rounded
 from gnomon.harness.integrators.gauss import halves, integrals, lagrange, nodes
-from gnomon.reference import diskcache
+from gnomon.harness.integrators.stepping import blank
 from gnomon.reference.precision import nearest_double, working
 from numpy.typing import NDArray
 
@@ -71,7 +69,7 @@ class GaussFast(Integrator):
         buffer, times = problem.buffer, problem.times
 
         def solve(initial: Floats) -> Solution:
-            out = np.full((len(initial), len(times), initial.shape[1]), np.nan)
+            out = blank(problem, initial)
             stop = np.zeros(3, dtype=np.int64)
             if len(initial) < ENSEMBLE:
                 taken = one_by_one(initial, out, stop, 0)
@@ -135,13 +133,12 @@ def table(second_order: bool) -> Floats:
 
     They take .06 s and are kept on disk, under all that they are made of.
     """
-    made_of = inspect.getsource(sys.modules[__name__]) + inspect.getsource(gauss)
 
-    def build() -> diskcache.Entry:
+    def build() -> Floats:
         with working(DIGITS) as mp:
-            return diskcache.Entry({"rows": rounded(rows(mp, second_order))})
+            return rounded(rows(mp, second_order))
 
-    found = diskcache.cached(f"gauss table {DIGITS} {second_order}\n{made_of}", build).arrays["rows"]
+    found = kept(f"Gauss SIMD, second order: {second_order}", (__name__, gauss.__name__), build)
     space = np.empty(found.size + 8)
     aligned = space[-space.ctypes.data % 64 // 8 :][: found.size].reshape(found.shape)
     aligned[:] = found
