@@ -9,9 +9,10 @@ What a step does:
 1. First guesses: the last step's stage polynomial carried on (its monomials, times the powers of the ratio of the
    steps).
 2. Fixed point of f = f(y + h A f), or of a = a(q + h c v + h^2 A^2 a), until the change that the next round would
-   bring is a fraction of the tolerance; changes are looked at from three rounds before the number that the last step took. Where
-   they do not shrink the step is tried again shorter. Of many first-order equations the slopes are found in groups, each
-   with the new ones of the groups before it (Gauss-Seidel): a pair x' = v, v' = -x converges with the square of the rate.
+   bring is a fraction of the tolerance; changes are looked at from three rounds before the number that the last step
+   took. Where they do not shrink the step is tried again shorter. Of many first-order equations the slopes are found in
+   groups, each with the new ones of the groups before it (Gauss-Seidel): a pair x' = v, v' = -x converges with the
+   square of the rate.
 3. The error from the decay of the stage polynomial. Let a be the size of its two highest Legendre coefficients and F
    that of the derivative itself. Coefficient 8, the first that is missing, is about a; collocation at the Gauss nodes
    squares it (the error of a linear equation is exactly of that form), so that a step errs by about h a^2 / F.
@@ -34,8 +35,9 @@ than that and than EVEN of the former variation.
 
 So that energy does not drift, nothing may be rounded the same way in every step (Hairer, McLachlan, Razakarivony, BIT
 48, 2008): weights and nodes come with what rounding has taken from them, rows of the stage matrix are rounded so that
-their sums are not, step sizes have so few bits that their products are exact. Nor may a part of the truncation or of the iteration remain, which has a sign that lasts: tolerances
-below FINE leave less of both, and the error of energy is then the random walk of round-off (Brouwer's law).
+their sums are not, step sizes have so few bits that their products are exact. Nor may a part of the truncation or of
+the iteration remain, which has a sign that lasts: tolerances below FINE leave less of both, and the error of energy is
+then the random walk of round-off (Brouwer's law).
 
 A sample is a step of its own, taken aside from the start of the step that it lies in, with that step's stage polynomial
 as the first guess: it has the order of the end of a step, and steps are free of the samples.
