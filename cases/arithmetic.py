@@ -51,6 +51,23 @@ def _value(name: str, value: Any, arithmetic: dict[str, Any], done: dict[Any, An
     return _rebound(value, arithmetic, done) if isinstance(value, types.FunctionType) else value
 
 
+class Unbranching:
+    """A number of a traced arithmetic: neither its truth nor a comparison may decide what is computed."""
+
+    def __bool__(self) -> bool:
+        raise ValueError("equations must not branch on what they compute")
+
+    def __lt__(self, other: Any) -> bool:
+        return bool(self)
+
+    __le__ = __gt__ = __ge__ = __lt__
+
+    def __eq__(self, other: object) -> bool:
+        return bool(self)
+
+    __hash__ = object.__hash__
+
+
 def mpmath_arithmetic(mp: Any) -> dict[str, Any]:
     """The functions of an mpmath context under the names of `math`."""
     return {name: getattr(mp, name) for name in FUNCTIONS}

@@ -9,25 +9,20 @@ t^(1/2): Brouwer's law (Astronomical Journal 46, 1937; Hairer, McLachlan, Razaka
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
-import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable
 from dataclasses import dataclass
-from multiprocessing import get_context
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from gnomon.cases.arithmetic import rebind
 from gnomon.cases.case import Case
 from gnomon.cases.registry import get
-from gnomon.harness import environment, registry
+from gnomon.harness import registry
 from gnomon.harness.integrator import Problem
 from gnomon.harness.judge import NUMPY
 from gnomon.harness.problem import accepted_form, initial_state
+from gnomon.harness.publish import publish
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -208,18 +203,8 @@ def fitted(times: Floats, errors: Floats) -> tuple[float, float]:
     return float(np.mean(powers)), float(np.std(powers, ddof=1) / math.sqrt(len(powers)))
 
 
-def published(subjects: Sequence[Subject]) -> dict[str, Any]:
-    """All of them, on all cores."""
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as processes:
-        rows = list(processes.map(measured, subjects))
-    return {"environment": environment.describe(), "rows": rows}
-
-
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--to", type=Path, required=True)
-    arguments = parser.parse_args()
-    arguments.to.write_text(json.dumps(published(SUBJECTS), indent=1) + "\n", encoding="utf-8")
+    publish(__doc__, measured, SUBJECTS)
 
 
 if __name__ == "__main__":

@@ -7,26 +7,20 @@ A method that chooses its own steps is measured by the formula that it carries o
 
 from __future__ import annotations
 
-import argparse
-import json
-import os
-from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from gnomon.cases.case import Case
 from gnomon.cases.registry import get
-from gnomon.harness import environment, registry
+from gnomon.harness import registry
 from gnomon.harness.integrator import Integrator
 from gnomon.harness.integrators.fixed_step import DIGITS, FixedStep
 from gnomon.harness.integrators.taylor import Taylor
 from gnomon.harness.order import fit_order_exactly, measure_order, measure_order_exactly
 from gnomon.harness.order_twins import at_fixed_steps, taylor_steps
 from gnomon.harness.problem import initial_state, problem_of
+from gnomon.harness.publish import publish
 from gnomon.reference.precision import working
 
 WITHIN = 0.1
@@ -148,18 +142,8 @@ def scattered_order(integrator: Integrator, case: Case) -> tuple[float, int]:
     return -float(np.polyfit(np.log(SCATTERED), np.log(errors), 1)[0]), len(SCATTERED)
 
 
-def published(subjects: Sequence[Subject]) -> dict[str, Any]:
-    """All of them, on all cores."""
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as processes:
-        rows = list(processes.map(measured, subjects))
-    return {"environment": environment.describe(), "rows": rows}
-
-
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--to", type=Path, required=True)
-    arguments = parser.parse_args()
-    arguments.to.write_text(json.dumps(published(SUBJECTS), indent=1) + "\n", encoding="utf-8")
+    publish(__doc__, measured, SUBJECTS)
 
 
 if __name__ == "__main__":

@@ -52,6 +52,16 @@ def one_step(
         out[i] = y[i] + h * total
 
 
+def guard_after(
+    parts: int, guard: int, mode: int, t: float, h: float, y: Floats, p: Floats, table: Floats, stages: int,
+    x: Floats, k: Floats, out: Floats,
+) -> float:  # fmt: skip
+    """A guard's value at the end of a step, whose state is left in `out`."""
+    one_step(parts, mode, t, h, y, p, table, stages, x, k, out)
+    part(parts, guard, t + h, out, p, x)
+    return float(x[0])
+
+
 def step_error(h: float, y: Floats, end: Floats, table: Floats, stages: int, k: Floats, tolerance: float) -> float:
     """The estimated error of a step over the tolerance (Hairer, Norsett, Wanner II.10.17)."""
     fifth, third = 0.0, 0.0
@@ -92,9 +102,7 @@ def locate(
     low, high = 0.0, h
     while before <= 0.0:
         middle = 0.5 * (low + high)
-        one_step(parts, mode, t, middle, y, p, table, stages, x, k, out)
-        part(parts, guard, t + middle, out, p, x)
-        value = x[0]
+        value = guard_after(parts, guard, mode, t, middle, y, p, table, stages, x, k, out)
         if value > 0.0:
             low, before = middle, value
         else:
@@ -106,9 +114,7 @@ def locate(
     fraction = 0.5
     for _ in range(200):
         now = a + fraction * (b - a)
-        one_step(parts, mode, t, now, y, p, table, stages, x, k, out)
-        part(parts, guard, t + now, out, p, x)
-        value = x[0]
+        value = guard_after(parts, guard, mode, t, now, y, p, table, stages, x, k, out)
         if (value > 0.0) == (fa > 0.0):
             c, fc = a, fa
         else:
@@ -170,9 +176,7 @@ def dip(
         now = low + u * width
         if not (lowest <= DEEP * min(low_value, high_value) and low < now < high):
             return 0.0
-        one_step(parts, mode, t, now, y, p, table, stages, x, k, there)
-        part(parts, guard, t + now, there, p, x)
-        value = x[0]
+        value = guard_after(parts, guard, mode, t, now, y, p, table, stages, x, k, there)
         if value <= 0.0:
             return now
         if abs(value - lowest) <= 0.1 * value:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases.forms import Hybrid
 from gnomon.harness.compile import IMPORTS, OPTIONS, address, check_values, gather_into, unpacked
-from gnomon.harness.integrators.event_location import dip, locate, one_step, part, step_error
+from gnomon.harness.integrators.event_location import dip, guard_after, locate, one_step, part, step_error
 from gnomon.harness.integrators.stepping import compiled_whole
 from numpy.typing import NDArray
 
@@ -133,9 +133,7 @@ def run(
                         parts, guards + g, mode, t, length, before[g], after, y, end, p, table, stages, x, k, there, slope
                     )  # fmt: skip
                     if last > 0.0:
-                        one_step(parts, mode, t, last, y, p, table, stages, x, k, end)
-                        part(parts, guards + g, t + last, end, p, x)
-                        after = x[0]
+                        after = guard_after(parts, guards + g, mode, t, last, y, p, table, stages, x, k, end)
                 if after < 0.0 or (after == 0.0 and before[g] > 0.0):
                     found = locate(parts, guards + g, mode, t, last, before[g], after, y, p, table, stages, x, k, end)
                     if fired < 0 or found < first:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from gnomon.cases.arithmetic import rebind
+from gnomon.cases.arithmetic import Unbranching, rebind
 from gnomon.cases.forms import FirstOrder
 from gnomon.harness.compile import OPTIONS, address, check_values
 
@@ -59,7 +59,7 @@ class Graph:
         return functions | {"hypot": lambda x, y: functions["sqrt"](x * x + y * y)}
 
 
-class Number:
+class Number(Unbranching):
     """A node of a graph with the operators of a number.
 
     What is exactly 0 or 1 is folded away; u sqrt(u) and what it divides become powers, one recurrence in place of three.
@@ -140,19 +140,6 @@ class Number:
                 found = found * self
             return found
         return self.graph.node("pow", self.index, exponent)
-
-    def __bool__(self) -> bool:
-        raise ValueError("equations must not branch on what they compute")
-
-    def __lt__(self, other: Any) -> bool:
-        return bool(self)
-
-    __le__ = __gt__ = __ge__ = __lt__
-
-    def __eq__(self, other: object) -> bool:
-        return bool(self)
-
-    __hash__ = object.__hash__
 
 
 @dataclass(frozen=True)

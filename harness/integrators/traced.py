@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from gnomon.cases.arithmetic import FUNCTIONS, rebind
+from gnomon.cases.arithmetic import FUNCTIONS, Unbranching, rebind
 from gnomon.cases.forms import FirstOrder, Form, RigidBody, SecondOrder, euler_equations
 from gnomon.harness.compile import check_values
 
@@ -25,7 +25,7 @@ Value = Any
 """A Node, or a plain number."""
 
 
-class Node:
+class Node(Unbranching):
     """A value of the traced equations: what is done to which values."""
 
     def __init__(self, trace: Trace, operation: str, arguments: tuple[Value, ...], level: int) -> None:
@@ -66,19 +66,6 @@ class Node:
 
     def __pos__(self) -> Value:
         return self
-
-    def __bool__(self) -> bool:
-        raise ValueError("equations must not branch on what they compute")
-
-    def __lt__(self, other: Value) -> bool:
-        return bool(self)
-
-    __le__ = __gt__ = __ge__ = __lt__
-
-    def __eq__(self, other: object) -> bool:
-        return bool(self)
-
-    __hash__ = object.__hash__
 
 
 class Trace:
