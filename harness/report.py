@@ -12,6 +12,7 @@ from gnomon.harness.report_charts import other_charts, page_charts, work_scenes,
 from gnomon.harness.report_pack import packed, packed_json
 from gnomon.harness.report_run import Run
 from gnomon.harness.report_words import page_words
+from gnomon.reference import diskcache
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup, escape
 
@@ -29,7 +30,7 @@ def write_report(database: Path, folder: Path) -> Path:
     charts = other_charts(run)
     words = page_words(run, folder, work)
     page = folder / "index.html"
-    with store.whole(page) as part:
+    with diskcache.whole(page) as part:
         part.write_text(_page(words, page_charts(run, work, charts)), encoding="utf-8")
     plain = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     (folder / "summary.md").write_text(plain.from_string(_source("summary.md.j2")).render(words), encoding="utf-8")

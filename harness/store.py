@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from gnomon.reference import diskcache
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -259,23 +260,12 @@ def export(path: str | Path, target: Path, form: str) -> None:
     if form not in writers:
         raise ValueError(f"format {form!r} is none of {', '.join(writers)}")
     frame = load(path)
-    with whole(target) as part:
+    with diskcache.whole(target) as part:
         if form == "json":
             rows = frame.astype(object).where(frame.notna(), None).to_dict("records")  # to_json drops digits
             part.write_text(json.dumps(rows, indent=1))
         else:
             getattr(frame, writers[form])(part, index=False)
-
-
-@contextmanager
-def whole(target: Path) -> Iterator[Path]:
-    """A file beside the target to write to, put in its place at the end: where writing fails, nothing is half there."""
-    part = target.with_name(f".part.{target.name}")  # a name ends as it did: pandas compresses what ends in .gz
-    try:
-        yield part
-        part.replace(target)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def results_file(path: str | Path) -> Path:

@@ -7,10 +7,11 @@ import importlib
 import io
 import json
 import os
-import tempfile
+import threading
 import warnings
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import version
@@ -103,14 +104,20 @@ def store(key: str, entry: Entry) -> None:
 
 def replace(path: Path, content: bytes) -> None:
     """Write a file; readers see the old one or the whole new one."""
-    descriptor, temporary = tempfile.mkstemp(dir=path.parent)
+    with whole(path) as part:
+        part.write_bytes(content)
+
+
+@contextmanager
+def whole(target: Path) -> Iterator[Path]:
+    """A file beside the target to write to, put in its place at the end: where writing fails, nothing is half there."""
+    # Of this thread alone; the name ends as it did, for pandas compresses what ends in .gz.
+    part = target.with_name(f".part.{os.getpid()}.{threading.get_ident()}.{target.name}")
     try:
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(content)
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
+        yield part
+        part.replace(target)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def _path(key: str) -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -108,20 +108,18 @@ def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> Call
     """`advance(parameters, table, initial, times, tolerance, out, stop)` around the equations of a form."""
     found = layout(form, parameters, dimension)
     count = len(found.values)
-    control = step_control(found)
-    stages = text.STAGES_OF_A_STEP.replace("NAME", "stages").replace("INLINE", "forceinline=True,")
-    for word in ("squares", "at_end"):
-        stages = stages.replace("{" + word + "}", control[word])
-    aside = text.STAGES_OF_A_STEP.replace("NAME", "aside").replace("INLINE", "")
+    frequency, control = step_control(found)
+    stages = "".join(
+        given(text.STAGES_OF_A_STEP.replace("NAME", name).replace("INLINE", inline), seen)
+        for name, inline, seen in (("stages", "forceinline=True,", frequency), ("aside", "", NO_FREQUENCY))
+    )
     words = getattr(text, found.kind)
     sums = words["sums"].replace("\n    ", "\n        ").replace("first", "STAGES").replace("once", "ONCE")
     words = {"round": text.ROUND, "correct": correction(found), "sums_of_a_round": sums} | words | control
-    words |= {"squares": "", "at_end": "0.0"}
-    body = stages + aside + text.ADVANCE
+    body = stages + text.ADVANCE
     if found.groups:
         words |= round_by_groups(found)
-    for word, meaning in words.items():
-        body = body.replace("{" + word + "}", meaning)
+    body = given(body, words)
     module = filled(body.replace("SIGNATURE", SIGNATURE), found, count, parameters, dimension, counted)
     run: Callable[..., int] = compiling.compiled(module, "advance")
     return run
@@ -175,19 +173,30 @@ def correction(found: Layout) -> str:
     return "\n        ".join([*lines, "g@ = lanes(g[@]) + c@"])
 
 
-def step_control(found: Layout) -> dict[str, str]:
-    """How step sizes are chosen: equal ones, or also by the frequency, whose fourth power is the square of J's norm."""
+NO_FREQUENCY = {"squares": "", "at_end": "0.0"}
+
+
+def given(body: str, words: Mapping[str, str]) -> str:
+    """A text with its words in braces replaced, in their order: a meaning may have words that come after it."""
+    for word, meaning in words.items():
+        body = body.replace("{" + word + "}", meaning)
+    return body
+
+
+def step_control(found: Layout) -> tuple[dict[str, str], dict[str, str]]:
+    """Words of the stages and of the stepping: how step sizes are chosen.
+
+    Equal ones, or also by the frequency, whose fourth power is the square of J's norm.
+    """
     count = len(found.values)
     by_position = [n for n, (_, j, _) in enumerate(found.derivatives) if found.second_order and j < count]
     equal = text.EQUAL_STEPS.strip()
     if not by_position:
-        return {"squares": "", "at_end": "0.0", "none_seen": "", "shorter": "", "control": indented(equal, 12)}
+        return NO_FREQUENCY, {"none_seen": "", "shorter": "", "control": indented(equal, 12)}
     square = " + ".join(f"g[{count + n}] * g[{count + n}]" for n in by_position)
     # Carried to the end by a polynomial that may not be resolved, so within reach of the last stage's.
     at_end = "min(max(total(row(table, ENDS) * squares), 0.25 * lane(squares, 7)), 4 * lane(squares, 7))"
-    return {
-        "squares": f"squares = lanes({square})",
-        "at_end": at_end,
+    return {"squares": f"squares = lanes({square})", "at_end": at_end}, {
         "none_seen": indented(text.NONE_SEEN.strip(), 8),
         "shorter": "stride = h * pace",
         "control": indented(text.BY_FREQUENCY.strip() + "\n" + textwrap.indent(equal, " " * 4), 12),

@@ -155,17 +155,16 @@ WITH_VELOCITY = SECOND_ORDER | {
 }
 
 EQUAL_STEPS = """
-if ENOUGH <= grow < HOLD and calm < CALM and not rejected:
+if ENOUGH <= grow < HOLD:
     # The usual case on its own: the next step need not wait for the size that is wanted of it.
+    h = step * more
+elif grow >= HOLD and rejected:
     h = step
+elif grow >= HOLD:
+    h = step * min(grow / LEAP, GROW_MOST)
+    calm, room = 0, GROW_MOST
 else:
-    if grow >= HOLD:
-        grow = min(grow / LEAP, GROW_MOST)
-    elif grow >= ENOUGH:
-        grow = room if calm >= CALM and room >= 1.1 else 1.0
-    if calm >= CALM or grow > 1.0:
-        calm, room = 0, GROW_MOST
-    h = step * (min(grow, 1.0) if rejected else grow)
+    h = step * grow
 """
 
 NONE_SEEN = """follows, stride, pace, frequency, spread, pause = False, 0.0, 0.0, 0.0, 1.0, 0
@@ -187,18 +186,16 @@ elif seen == look and not follows and pause > 0:
     pause -= 1
 elif seen == look and not follows and longest > HOLD * shortest and highest_ * shortest < 2 * longest * lowest:
     follows, spread, stride, pace = True, longest / shortest, 0.95 * lowest, frequency
-    calm, room = 0, GROW_MOST
+    calm, room, more = 0, GROW_MOST, 1.0
 if seen == look:
     look, seen, shortest, longest, lowest, highest_ = LOOK, 0, np.inf, 0.0, np.inf, 0.0
 if follows:
     if grow < ENOUGH:
         stride, pace = stride * grow, frequency
-    elif calm >= CALM and room >= 1.1:
-        stride, pace = stride * room, frequency
+    elif more > 1.0:
+        stride, pace = stride * more, frequency
     else:
         pace = min(max(2 * frequency - pace, 0.5 * frequency), 2 * frequency)
-    if calm >= CALM:
-        calm, room = 0, GROW_MOST
     h = min(stride / pace, GROW_MOST * step)
 else:
 """
@@ -402,6 +399,9 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             if rate > FAST and rounds > 2:
                 grow = min(grow, max(0.5, FAST / rate))
             calm, room = (calm + 1, min(room, grow)) if grow >= ENOUGH and not rejected else (0, GROW_MOST)
+            more = 1.0
+            if calm == CALM:
+                more, calm, room = room if room >= 1.1 else 1.0, 0, GROW_MOST
             {control}
             usual = max(rounds - 3, 0)
             if rate > FAST / 4:
