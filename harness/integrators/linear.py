@@ -31,9 +31,11 @@ def factor(a: Any, pivots: Any) -> bool:
 def substitute(a: Any, pivots: Any, b: Any) -> None:
     """The solution of the factored system in the place of the right side `b`."""
     n = pivots.size
+    # All exchanges first: `factor` exchanged the multipliers of earlier columns, too.
     for k in range(n):
-        best = pivots[k]
+        best = int(pivots[k])
         b[k], b[best] = b[best], b[k]
+    for k in range(n):
         for i in range(k + 1, n):
             b[i] -= a[i, k] * b[k]
     for k in range(n - 1, -1, -1):
