@@ -40,7 +40,8 @@ the iteration remain, which has a sign that lasts: tolerances below FINE leave l
 then the random walk of round-off (Brouwer's law).
 
 A sample is a step of its own, taken aside from the start of the step that it lies in, with that step's stage polynomial
-as the first guess: it has the order of the end of a step, and steps are free of the samples.
+as the first guess: it has the order of the end of a step, and steps are free of the samples. Nothing follows from it, so
+its iteration may leave 1 / ASIDE times as much.
 """
 
 from __future__ import annotations
@@ -76,7 +77,7 @@ AHEAD, ONCE, CARRIED, ONCE_CARRIED = {AHEAD}, {ONCE}, {CARRIED}, {ONCE_CARRIED}
 NODES_HIGH, NODES_LOW, LOW = {NODES_HIGH}, {NODES_LOW}, {WEIGHTS_LOW - WEIGHTS}
 POWERED, ONCE_POWERED, ENDS = {POWERED}, {ONCE_POWERED}, {ENDS}
 ROUNDOFF, ONE = 2.0**-52, 0x3FF0000000000000
-SHARE, NOISE, FAST, SLOW, SURE = 1e-3, 1e2, 0.3, 0.7, 1e-6
+SHARE, ASIDE, NOISE, FAST, SLOW, SURE = 1e-3, 1e-2, 1e2, 0.3, 0.7, 1e-6
 ERRS, LESS, HOLD, LEAP, LEAST = 0.002, 0.1, 3.0, 1.3, 1e-6
 ENOUGH, CALM, FIRST_LOOK, LOOK, EVEN = 0.9, 100, 12, 32, 0.7
 SLOWLY, FAINT, COARSE, FINE, TRIES = 1e-3, 1e-12, 1e-6, 3e-16, 4
@@ -374,7 +375,8 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                             # The step has converged, so this does, though a change may be above the one before it.
                             p, v = sums(near, table, STAGES, ONCE)
                             again, _rate, settled, _square = aside(
-                                t, part, y, low, near, p, v, k, table, (<|fine@, |>), cloud, 1e-3, max(rate, 1e-3), 0
+                                t, part, y, low, near, p, v, k, table, (<|ASIDE * fine@, |>), ASIDE * cloud, 1e-3,
+                                max(rate, 1e-3), 0
                             )
                             COUNT abs(again)
                             if again > 0:
