@@ -77,8 +77,7 @@ def address(source: str, name: str, signature: str = C_SIGNATURE) -> int:
 def cache_folder() -> Path:
     """Where generated modules live; NUMBA_CACHE_DIR is honoured."""
     root = os.environ.get("NUMBA_CACHE_DIR")
-    folder = Path(root) if root else Path(platformdirs.user_cache_dir("gnomon"))
-    folder = folder / "kernels"
+    folder = Path(root or platformdirs.user_cache_dir("gnomon")) / "kernels"
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 
@@ -248,7 +247,7 @@ def source_of(function: Callable[..., Any]) -> str:
     lines = linecache.getlines(code.co_filename, function.__globals__)
     if not lines:
         return inspect.getsource(function)
-    first, last = code.co_firstlineno - 1, max(end for _, end, _, _ in code.co_positions() if end)
+    first, last = code.co_firstlineno - 1, max(line for _, _, line in code.co_lines() if line)
     margin = lines[first][: -len(lines[first].lstrip())]
     while last < len(lines) and lines[last].startswith((f"{margin} ", f"{margin})")):
         last += 1

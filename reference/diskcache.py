@@ -14,13 +14,14 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import platformdirs
 from numpy.typing import NDArray
+
+from gnomon import __version__
 
 _DIGEST = 32
 _NOTES = "notes"
@@ -129,9 +130,4 @@ def _digest(key: str, payload: bytes) -> bytes:
 
 
 def _full(key: str) -> str:
-    return f"gnomon {_version()}\n{key}"
-
-
-@cache
-def _version() -> str:
-    return version("gnomon")  # half a millisecond
+    return f"gnomon {__version__}\n{key}"

@@ -8,7 +8,7 @@ import numpy as np
 from gnomon.cases.forms import Hybrid
 from gnomon.harness.integrator import Integrator, Problem, Solution, Solve, Steps, Tolerance
 from gnomon.harness.integrators import dop853, event_stepping
-from gnomon.harness.integrators.adaptive import check_tolerance
+from gnomon.harness.integrators.adaptive import check_tolerance, tabulated
 from gnomon.harness.integrators.event_stepping import (
     ACCUMULATED,
     ASK,
@@ -27,9 +27,8 @@ from gnomon.harness.integrators.event_stepping import (
     TOO_MANY_STEPS,
 )  # fmt: skip
 from gnomon.harness.integrators.explicit import RK4, ExplicitEuler
-from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded, substeps_of
+from gnomon.harness.integrators.fixed_step import Table, substeps_of
 from gnomon.harness.integrators.stepping import blank
-from gnomon.reference.precision import working
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -74,8 +73,7 @@ class EventRungeKutta(Integrator):
             check_tolerance(setting)
         run = event_stepping.compiled()
         parts = event_stepping.compiled_parts(form, problem.dimension, len(problem.parameters))
-        with working(DIGITS) as mp:
-            table = rounded(self.table(mp))
+        table = tabulated(self.table)
         h, tolerance = (setting, 0.0) if fixed else (0.1 * problem.time_scale, setting)
         modes, transitions, names = Modes(form), form.transitions, event_names(form)
         parameters = tuple(problem.parameters.tolist())

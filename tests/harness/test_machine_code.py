@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +21,9 @@ SOURCE = "\n".join(
         f"@njit({OPTIONS})",
         "def doubled(t, y_, p_, out):",
         "    out[0] = 2.0 * y_[0] + t",
+        f"@njit({OPTIONS})",
+        "def reversed_array(x):",
+        "    return x[::-1].copy()",
     ]
 )
 
@@ -57,8 +62,11 @@ def test_a_kept_function_comes_back_without_its_module(kept: Path, monkeypatch: 
     found = machine_code.function(SOURCE, "scaled")
     assert found(np.array([6.0, 4.0]), 5.0) == 7.5
     assert np.isinf(found(np.array([6.0, 0.0]), 5.0))
+    for other in (np.array([6, 4]), np.array([[6.0, 4.0]]), np.array([6.0, 0.0, 4.0, 0.0])[::2], [6.0, 4.0], None):
+        with pytest.raises(TypeError, match=r"compiled for \(array\(float64, 1d, C\), float64\), called with"):
+            found(other, 5.0)
     with pytest.raises(TypeError):
-        found(np.array([6, 4]), 5.0)
+        found(np.array([6.0, 4.0]))
 
 
 @pytest.mark.parametrize("damage", ["byte", "end", "empty"])
@@ -88,3 +96,18 @@ def test_a_c_function_comes_back_too(kept: Path, monkeypatch: pytest.MonkeyPatch
     forget()
     monkeypatch.setattr(machine_code, "load_module", None)
     assert call(machine_code.address(SOURCE, "doubled", C_SIGNATURE)) == 7.0
+
+
+def test_arrays_are_returned_by_a_process_that_has_compiled_nothing(kept: Path) -> None:
+    """What the code needs of Python and of numba's runtime is there: a name that is missing would end the process."""
+    program = (
+        "import numpy as np, sys\n"
+        "from gnomon.harness import machine_code\n"
+        "machine_code.load_module = None\n"
+        "found = machine_code.function(sys.argv[1], 'reversed_array', 'float64[::1](float64[::1])')\n"
+        "values = [found(np.arange(3.0)) for _ in range(1000)]\n"
+        "print(values[-1].tolist())\n"
+    )
+    machine_code.function(SOURCE, "reversed_array", "float64[::1](float64[::1])")
+    run = subprocess.run([sys.executable, "-c", program, SOURCE], check=True, capture_output=True, text=True)
+    assert run.stdout == "[2.0, 1.0, 0.0]\n"

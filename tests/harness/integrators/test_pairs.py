@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from gnomon.cases.registry import get
 from gnomon.harness.integrators import dop853, explicit_pairs, nystrom
-from gnomon.harness.integrators.adaptive import Adaptive
+from gnomon.harness.integrators.adaptive import Adaptive, tabulated
 from gnomon.harness.integrators.embedded import Embedded, full
+from gnomon.harness.integrators.fixed_step import DIGITS, rounded
 from gnomon.harness.integrators.nystrom import DormandPrinceNystrom12, Nystrom
 from gnomon.harness.order import measure_order_exactly
 from gnomon.harness.order_twins import at_fixed_steps
@@ -131,3 +132,9 @@ def test_samples_do_not_change_the_steps_and_are_as_good_as_they(pair: type[Adap
     assert np.array_equal(few.states[0, -1], many.states[0, -1])
     errors = case.metric.distance(many.states[0], case.sample(times))
     assert np.max(errors) < 2 * np.max(errors[63::64])
+
+
+@pytest.mark.parametrize("method", PAIRS, ids=lambda method: method.name)
+def test_tables_of_decimals_are_those_of_mpmath(method: type[Adaptive]) -> None:
+    with working(DIGITS) as mp:
+        assert tabulated(method.rows).tobytes() == rounded(method.rows(mp)).tobytes()
