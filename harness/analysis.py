@@ -56,6 +56,14 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
     return frame
 
 
+def nothing_ran(frame: pd.DataFrame) -> str | None:
+    """Why nothing in these rows ran, in the words of the most frequent reason; None where something did."""
+    if not frame["status"].isin(NEVER_RAN).all():
+        return None
+    most = frame[["status", "reason"]].value_counts().index[0] if len(frame) else ("", "no measurement")
+    return " ".join(f"{most[0]}: {most[1]}".removeprefix(": ").replace("not_installed", "not installed").split())
+
+
 def settings(frame: pd.DataFrame) -> pd.DataFrame:
     """One row a setting of a series, loosest first: launches reduced to the median of their median times, `seconds`.
 

@@ -49,7 +49,8 @@ class ExportFormat(StrEnum):
 USAGE: Any = typer.BadParameter.__mro__[1]
 """What the parser raises for a command line that it does not understand, wherever this release of Typer keeps it."""
 
-WRITING = (errno.EACCES, errno.EROFS, errno.ENOSPC, errno.EDQUOT)
+FULL = (errno.ENOSPC, errno.EDQUOT)
+WRITING = (*FULL, errno.EACCES, errno.EROFS, errno.ENOENT, errno.EEXIST, errno.ENOTDIR, errno.EISDIR)
 
 Settings = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]
 
@@ -62,9 +63,8 @@ def main() -> None:
     except (ValueError, OSError, ArithmeticError) as error:
         told = f"{type(error).__name__}: {error}" if isinstance(error, ArithmeticError) else str(error)
         if isinstance(error, OSError) and error.errno in WRITING:
-            told = (
-                f"{error.filename or 'the disk'}: {error.strerror}; free some space or name another place to write to"
-            )
+            way_out = "free some space or name" if error.errno in FULL else "name"
+            told = f"{error.filename or 'the disk'}: {error.strerror}; {way_out} another place to write to"
     except (KeyboardInterrupt, typer.Abort):
         sys.exit(130)
     except USAGE as error:
@@ -305,9 +305,14 @@ def _chosen_check(name: str, parameters: list[str] | None) -> Check:
 
 
 def _summarize(path: Path) -> None:
+    from gnomon.harness.analysis import nothing_ran
     from gnomon.harness.store import load
 
     frame = load(path)
     counts = ", ".join(f"{count} {status}" for status, count in frame["status"].value_counts().items())
     out.print(f"{len(frame)} measurements: {counts}", highlight=False)
     out.print(f"results: {path}", highlight=False)
+    why = nothing_ran(frame)
+    if why is not None:
+        problems.print(f"nothing ran ({escape(why)})", highlight=False)
+        raise typer.Exit(1)

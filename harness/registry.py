@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import sys
 import warnings
 from collections.abc import Iterator, Sequence
 from functools import cache
@@ -42,11 +43,11 @@ MODULES = (
 
 GROUP = "gnomon.integrators"
 
-REASONS = {
-    "pybullet": "pybullet has wheels up to CPython 3.11 only",
-    "heyoka": "heyoka is optional: pip install heyoka",
-}
-"""Why a library may be missing on a machine where everything was installed."""
+OPTIONAL = ("heyoka",)
+"""Libraries that gnomon is installed without."""
+
+LAST_WHEELS = {"pybullet": (3, 11)}
+"""The newest Python that a library has wheels for."""
 
 
 @cache
@@ -134,12 +135,20 @@ def dereference(module: str, identity: str) -> Integrator:
 def missing(integrator: Integrator) -> str | None:
     """Why an integrator's library cannot be used here, or None where it can."""
     if type(integrator).__module__.startswith("gnomon.harness.adapters.") and not _importable(integrator.library):
-        return REASONS.get(integrator.library, f"{integrator.library} is not installed")
+        return absent(integrator.library)
     try:
         integrator.versions()
     except ImportError as error:
         return f"{error}"
     return None
+
+
+def absent(library: str) -> str:
+    """Why a library is not here, and the command that installs it."""
+    last = LAST_WHEELS.get(library)
+    if last is not None and sys.version_info[:2] > last:
+        return f"{library} has wheels up to CPython {last[0]}.{last[1]} only"
+    return f"{library} is {'optional' if library in OPTIONAL else 'not installed'}: pip install {library}"
 
 
 def _declared(module: str) -> Iterator[Integrator]:

@@ -47,6 +47,9 @@ class Run:
         frame = frame[frame["reason"] != SIBLING[1]]
         if frame.empty:
             raise ValueError(f"{path}: holds no measurement yet; run `gnomon run` first")
+        why = analysis.nothing_ran(frame)
+        if why is not None:
+            raise ValueError(f"{path}: nothing in it ran, so there is nothing to report ({why})")
         return cls(path, frame, analysis.settings(frame))
 
     @cached_property

@@ -91,6 +91,30 @@ def test_results_that_cannot_be_written_are_one_line(capfd: pytest.CaptureFixtur
     assert line.startswith("error: /proc/results.sqlite: cannot be written")
 
 
+def test_where_a_folder_cannot_be_made_another_place_is_asked_for(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    arguments = ("run", "--case", "planted:Short", "--integrator", "planted:Sound", "--suite", "quick")
+    assert gnomon(*arguments, "--out", str(tmp_path / "notes.txt")) == 2
+    line = capfd.readouterr().err.strip().splitlines()[-1]
+    assert line == f"error: {tmp_path / 'notes.txt'}: File exists; name another place to write to"
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
+def test_a_run_in_which_nothing_ran_says_why(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """A method for attitudes on a pendulum; there is no report of it either."""
+    out = str(tmp_path / "a.sqlite")
+    arguments = ("run", "--case", "pendulum_simple", "--integrator", "RKMK 4", "--suite", "quick", "--out", out)
+    assert gnomon(*arguments) == 1
+    line = capfd.readouterr().err.strip().splitlines()[-1]
+    assert line.startswith("nothing ran (unsupported: ")
+    assert gnomon("report", out, "--to", str(tmp_path)) == 2
+    line = capfd.readouterr().err.strip().splitlines()[-1]
+    assert line.startswith(f"error: {out}: nothing in it ran, so there is nothing to report (unsupported: ")
+    assert not (tmp_path / "index.html").exists()
+
+
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs a folder in which nobody can write")
 def test_a_cache_that_cannot_be_written_stops_a_run_before_it_begins(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capfd: pytest.CaptureFixture[str]
@@ -124,7 +148,25 @@ def test_a_missing_library_that_is_named_is_wrong_usage(
 
     monkeypatch.setattr(registry, "_importable", lambda library: library != "pybullet")
     assert gnomon("run", "--case", "pendulum_simple", "--integrator", "pybullet") == 2
-    assert "pybullet has wheels up to CPython 3.11 only" in capfd.readouterr().err
+    assert registry.absent("pybullet") in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("library", "python", "told"),
+    [
+        ("rebound", (3, 13, 0), "rebound is not installed: pip install rebound"),
+        ("heyoka", (3, 11, 0), "heyoka is optional: pip install heyoka"),
+        ("pybullet", (3, 11, 9), "pybullet is not installed: pip install pybullet"),
+        ("pybullet", (3, 12, 0), "pybullet has wheels up to CPython 3.11 only"),
+    ],
+)
+def test_what_is_missing_is_named_with_what_installs_it(
+    library: str, python: tuple[int, ...], told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from gnomon.harness import registry
+
+    monkeypatch.setattr(registry.sys, "version_info", python)
+    assert registry.absent(library) == told
 
 
 @pytest.mark.parametrize(
