@@ -241,6 +241,43 @@ def test_a_wall_that_is_only_grazed_within_a_step_is_met(
         assert np.all(np.abs(times - wanted) < error / np.sqrt(2 * depth) * (2 * np.arange(len(wanted)) + 1))
 
 
+def run_on(t: Any, state: Values, parameters: Values) -> Values:
+    return (1 + 0 * state[0],)
+
+
+def notch(t: Any, state: Values, parameters: Values) -> Values:
+    (where,) = parameters
+    u = 8 * (state[0] - where)
+    return (u * u * u * u - 1 / 16384,)
+
+
+def away(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0] + 10,)
+
+
+def on(t: Any, state: Values, parameters: Values) -> str:
+    return "on"
+
+
+@pytest.mark.parametrize("where", [0.3, 0.5, 0.7])
+def test_a_dip_far_from_a_cubic_is_found(where: float) -> None:
+    """A guard below zero on 1/45 of a step, about `where`: from its slopes at the ends a cubic sees the least elsewhere,
+    and the bracket has to close upon it from both sides. A uniform motion is integrated exactly."""
+    form = Hybrid(
+        modes=(Mode("on", run_on),),
+        start=on,
+        transitions=(Transition("notch", "on", notch, -1, away, "on"),),
+        settle=1e-9,
+    )
+    problem = Problem(form, 1, np.array([where]), np.array([1.0]), 1.0)
+    solution = RK4Events().prepare(problem, 1.0)(np.array([[0.0]]))
+    assert solution.events is not None
+    ((time, name),) = solution.events
+    width = (1 / 16384) ** 0.25 / 8
+    assert name == "notch"
+    assert time == pytest.approx(where - width, abs=1e-15)
+
+
 def test_several_trajectories_are_independent_and_keep_their_starts() -> None:
     case = get("bouncing_ball").rounded()
     problem = problem_of(case, (Hybrid,))
