@@ -15,7 +15,7 @@ from gnomon.harness import compile as compiling
 from gnomon.harness.compile import OPTIONS
 from gnomon.harness.integrators import gauss_fast_ensemble as ensemble
 from gnomon.harness.integrators import gauss_fast_text as text
-from gnomon.harness.integrators.traced import DEAR, ROUND, Trace, Value, code, number, reached, traced
+from gnomon.harness.integrators.traced import DEAR, ROUND, Trace, Value, code, number, pairs, reached, traced
 
 SIGNATURE = (
     '"int64(float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1])"'
@@ -47,6 +47,10 @@ class Layout:
     derivatives: tuple[tuple[int, int, Value], ...]
     frozen: tuple[int, ...] = ()
     groups: tuple[tuple[int, ...], ...] = ()
+
+    @property
+    def all_values(self) -> tuple[Value, ...]:
+        return (*self.values, *(value for _, _, value in self.derivatives))
 
     @property
     def second_order(self) -> bool:
@@ -115,7 +119,10 @@ def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> Call
     )
     words = getattr(text, found.kind)
     sums = words["sums"].replace("\n    ", "\n        ").replace("first", "STAGES").replace("once", "ONCE")
-    words = {"round": text.ROUND, "correct": correction(found), "sums_of_a_round": sums} | words | control
+    by_turns = any(x.level == ROUND for pair in pairs(reached(found.all_values)).values() for x in pair)
+    slopes = text.SLOPES_BY_TURNS if by_turns else text.SLOPES
+    rounds = {"round": text.ROUND, "slopes": slopes, "correct": correction(found), "sums_of_a_round": sums}
+    words = rounds | words | control
     body = stages + text.ADVANCE
     if found.groups:
         words |= round_by_groups(found)
@@ -154,7 +161,7 @@ def filled(body: str, found: Layout, count: int, parameters: int, dimension: int
     given = [*(f"p_[{i}], " for i in range(parameters)), *(f"initial[n, {i}], " for i in found.frozen)]
     body = body.replace("PARAMETERS", "".join(given))
     body = body.replace("COUNT", f"p_[{parameters}] += 8 *") if counted else re.sub(r"\n *COUNT.*", "", body)
-    equations = code((*found.values, *(value for _, _, value in found.derivatives)), found.groups)
+    equations = code(found.all_values, found.groups)
     parts = (f"# {lanes_digest()}", text.HEAD, *equations, body)
     return "\n".join(parts).replace("OPTIONS", OPTIONS)
 

@@ -65,7 +65,7 @@ HEAD = f"""
 import math
 import numpy as np
 from gnomon.harness.integrators.lanes import fma, highest, lane, lanes, larger, over, products, put, row, size, total, with_lane
-from gnomon.harness.integrators.lanes_math import sin_and_cos
+from gnomon.harness.integrators.lanes_math import sin_and_cos, turned
 from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
@@ -216,8 +216,15 @@ def settled(depth: int) -> str:
 
 
 ROUND = """{place}
-        g = slopes(({placed}), w, k)
+        {slopes}
         {correct}"""
+
+SLOPES = "g = slopes(({placed}), w, k)"
+
+SLOPES_BY_TURNS = """if rounds == 0:
+            g, near = slopes_first(({placed}), w, k)
+        else:
+            g = slopes_again(({placed}), w, k, near)"""
 
 STAGES_OF_A_STEP = """
 @njit(INLINE OPTIONS)

@@ -42,6 +42,9 @@ S4, S5, S6 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099
 C1, C2, C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05
 C4, C5, C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
 
+MOST_TURN = 0.03125
+"""The next terms of the series of `turned` are below 2^-55 up to here."""
+
 MOST_EXPONENT = 700.0
 """Beyond it the result is next to the ends of binary64."""
 INVERSE_LN2, LN2_1, LN2_2 = 1.4426950408889634, 6.93147180369123816490e-01, 1.90821492927058770002e-10
@@ -143,6 +146,18 @@ def sin_and_cos(a):  # type: ignore[no-untyped-def]
     if all_within(size(a), lanes(MOST_ANGLE)):
         return quarter_turns(a, 0.0), quarter_turns(a, 1.0)
     return scalar_sin(a), scalar_cos(a)
+
+
+@njit(error_model="numpy")  # type: ignore[misc]
+def turned(a, b, sine, cosine):  # type: ignore[no-untyped-def]
+    """Sine and cosine of a from those of a nearby b: within half an ulp of 1 more than these, in half of the time."""
+    d = minus(a, b)
+    if not all_within(size(d), lanes(MOST_TURN)):
+        return sin_and_cos(a)
+    z = d * d
+    s = fma(z * d, fma(z, fma(z, lanes(-1 / 5040), lanes(1 / 120)), lanes(-1 / 6)), d)
+    c = z * fma(z, fma(z, lanes(-1 / 720), lanes(1 / 24)), lanes(-0.5))
+    return sine + fma(cosine, s, sine * c), cosine + fma(-sine, s, cosine * c)
 
 
 @njit(error_model="numpy")  # type: ignore[misc]

@@ -238,7 +238,8 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = ()) -> tuple
     """Functions for numba: `constants(p)`, `forcing(t, k)` and `slopes(y, w, k)`, which returns the values.
 
     Each of the first two returns a tuple of what the later ones need of it; y holds vectors, k numbers. For the n-th
-    group of values `slopes_n(y, w, k)` returns these alone.
+    group of values `slopes_n(y, w, k)` returns these alone. Where an angle's sine and cosine are both wanted
+    `slopes_first(y, w, k)` returns them too, and from them `slopes_again(y, w, k, near)` finds those of a y nearby.
     """
     nodes = reached(values)
     local: dict[int, str] = {}
@@ -258,6 +259,7 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = ()) -> tuple
     lent: dict[int, int] = {}
     both = pairs(nodes)
     written: dict[int, str] = {}
+    angles: list[tuple[str, str]] = []
     for i, node in enumerate(nodes):
         local[id(node)] = f"n{i}" if node.arguments else node.operation
         if node.arguments and id(node) in both:
@@ -265,6 +267,7 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = ()) -> tuple
             if id(sine) not in written:
                 argument = name(node.arguments[0], node.level)
                 lines[node.level].append(f"    n{i}s, n{i}c = sin_and_cos(lanes({argument}))\n")
+                angles += [(f"lanes({argument})", f"n{i}s, n{i}c")] * (node.level == ROUND)
                 made_by += [{id(sine), id(cosine)}] * (node.level == ROUND)
                 written.update({id(sine): f"n{i}s", id(cosine): f"n{i}c"})
             local[id(node)] = written[id(node)]
@@ -285,6 +288,15 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = ()) -> tuple
         body = [line for line, makes in zip(lines[ROUND], made_by, strict=True) if makes & needed]
         results = "".join(f"lanes({name(x, ROUND)}), " for x in chosen)
         functions.append((f"slopes{f'_{n}' if n >= 0 else ''}(y, w, k)", body, results))
+    if angles:
+        (_, body, results), known = functions[2], "".join(f"{angle}, {both}, " for angle, both in angles)
+        again = "".join(body)
+        for n, (angle, _) in enumerate(angles):
+            again = again.replace(f"sin_and_cos({angle})", f"turned({angle}, *near[{3 * n}:{3 * n + 3}])")
+        functions += [
+            ("slopes_first(y, w, k)", body, f"({results}), ({known})"),
+            ("slopes_again(y, w, k, near)", [again], results),
+        ]
     return tuple(
         f"@njit(forceinline=True, OPTIONS)\ndef {head}:\n{''.join(body)}    return ({returned})\n"
         for head, body, returned in functions

@@ -88,6 +88,26 @@ def test_sine_and_cosine_of_lanes(name: str, kind: str) -> None:
     assert worst_ulp(getattr(math, name), name, ARGUMENTS[kind]) < 0.85
 
 
+@pytest.mark.parametrize("name", ["sin", "cos"])
+@pytest.mark.parametrize("turn", [1e-9, 3e-4, -0.03125, 0.03124, 0.7])
+def test_sine_and_cosine_from_those_of_a_nearby_angle(turn: float, name: str) -> None:
+    """Of 2^-53: 0.85 that these may be off, a half for the last rounding, 2^-5 or less for what is added to them."""
+    from gnomon.harness.integrators.lanes_math import sin_and_cos, turned
+
+    which = ("sin", "cos").index(name)
+
+    def found(x: Any) -> Any:
+        near = x - turn
+        sine, cosine = sin_and_cos(near)
+        return turned(x, near, sine, cosine)[which]
+
+    values = np.concatenate([ARGUMENTS["small"], ARGUMENTS["moderate"], ARGUMENTS["tiny"]])
+    with mpmath.workprec(100):
+        exact = [getattr(mpmath, name)(mpmath.mpf(x)) for x in values.tolist()]
+        errors = [abs(f - e) for f, e in zip(applied(found, values).tolist(), exact, strict=True)]
+    assert max(errors) < (0.85 + 0.5 + 0.1) * 2.0**-53
+
+
 @pytest.mark.parametrize("reach", [1.0, 50.0, 690.0, 705.0])
 def test_exponential_of_lanes(reach: float) -> None:
     assert worst_ulp(math.exp, "exp", RANDOM.uniform(-reach, reach, 4000)) < 0.9

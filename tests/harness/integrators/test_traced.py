@@ -25,6 +25,14 @@ def case_and_form(name: str) -> tuple[Case, FirstOrder]:
     return case, next(form for form in case.all_forms() if isinstance(form, FirstOrder))
 
 
+def stand_ins() -> dict[str, Any]:
+    """What generated code calls, for numbers in place of lanes."""
+    return {
+        "math": math, "lanes": float, "njit": lambda **_: lambda f: f, "sin_and_cos": lambda x: (math.sin(x), math.cos(x)),
+        "over": lambda a, b, c: a / b,
+    }  # fmt: skip
+
+
 def evaluated(
     values: Sequence[Any],
     t: float,
@@ -33,11 +41,9 @@ def evaluated(
     groups: Sequence[Sequence[int]] = (),
 ) -> tuple[float, ...]:
     """The generated code run on floats; with groups, their values one group after the other."""
-    space: dict[str, Any] = {
-        "math": math, "lanes": float, "njit": lambda **_: lambda f: f, "sin_and_cos": lambda x: (math.sin(x), math.cos(x)),
-        "over": lambda a, b, c: a / b,
-    }  # fmt: skip
-    exec("".join(code(values, groups)).replace(", OPTIONS", ""), space)
+    generated = "".join(code(values, groups)).replace(", OPTIONS", "")
+    space = stand_ins()
+    exec(generated, space)
     k = space["constants"](parameters)
     w = space["forcing"](t, k)
     names = [f"slopes_{n}" for n in range(len(groups))] or ["slopes"]
@@ -67,6 +73,36 @@ def test_groups_give_the_same_numbers(name: str) -> None:
     groups = [range(1, len(values), 2), range(0, len(values), 2)]
     whole = evaluated(values, t, state, parameters)
     assert evaluated(values, t, state, parameters, groups) == tuple(whole[i] for group in groups for i in group)
+
+
+@pytest.mark.parametrize(
+    ("name", "place"), [("pendulum_simple", 0), ("pendulum_on_cart", 1), ("forced_oscillator", None)]
+)
+def test_later_rounds_find_sine_and_cosine_from_those_of_the_first(name: str, place: int | None) -> None:
+    """One angle in the state, or none: the angle of a force is of the time alone."""
+    case, form = case_and_form(name)
+    t, state, parameters = scene(case)
+    trace, values = traced(FirstOrder(form.equations), len(state), len(parameters))
+    values += tuple(trace.derivative(value, trace.state[place or 0], {}) for value in values)
+    generated = "".join(code(values)).replace(", OPTIONS", "")
+    asked = []
+
+    def turned(angle: float, near: float, sine: float, cosine: float) -> tuple[float, float]:
+        asked.append((angle, near, sine, cosine))
+        return math.sin(angle), math.cos(angle)
+
+    space = stand_ins() | {"turned": turned}
+    exec(generated, space)
+    k = space["constants"](parameters)
+    w = space["forcing"](t, k)
+    assert ("slopes_again" in space) == (place is not None)
+    if place is None:
+        return
+    found, near = space["slopes_first"](state, w, k)
+    assert found == space["slopes"](state, w, k)
+    moved = [x + 0.01 for x in state]
+    assert space["slopes_again"](moved, w, k, near) == space["slopes"](moved, w, k)
+    assert asked == [(moved[place], state[place], math.sin(state[place]), math.cos(state[place]))]
 
 
 @pytest.mark.parametrize("name", CASES)
