@@ -151,13 +151,13 @@ def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, toler
     """The estimated error of a step over the tolerance, damped by the second where there is one (II.10.17)."""
     first, second = 0.0, 0.0
     for i in range(y.size):
-        scale = tolerance * (1.0 + max(abs(y[i]), abs(end[i])))
+        weight = 1.0 / (tolerance * (1.0 + max(abs(y[i]), abs(end[i]))))
         a, b = 0.0, 0.0
         for m in range(STAGES + ENDS):
             a += table[ERRORS, m + 1] * k[m, i]
             b += table[ERRORS + 1, m + 1] * k[m, i]
-        first += (a / scale) ** 2
-        second += (b / scale) ** 2
+        first += (a * weight) ** 2
+        second += (b * weight) ** 2
     if first == 0.0 and second == 0.0:
         return 0.0
     return h * first / sqrt((first + 0.01 * second) * y.size)
