@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Table = Sequence[Sequence[Any]]
+Loop = Callable[[Floats, Floats, NDArray[np.int64]], int]
+"""(initial states, room for the states at the samples, room for why and where the first one ended early) -> steps."""
 
 DIGITS = 60
 """Coefficients are known to this many digits; the binary64 table is their rounding."""
@@ -88,23 +90,45 @@ class FixedStep(Integrator):
     def prepare(self, problem: Problem, setting: float) -> Solve:
         substeps = substeps_of(problem, setting)
         h = problem.interval / substeps if problem.uniform else setting
-        form = problem.form
-        assert not isinstance(form, SceneForm)
-        kernel, widths = self.kernel(problem), self.widths(form, problem.dimension)
-        run = stepping.compiled(self.step_for(form))
-        table = self.binary64(form, problem.parameters.tolist(), h)
-        address, buffer, rows = kernel.address, problem.buffer, self.rows(form)
-        times, compensated = problem.times, self.compensated
-        if not problem.uniform:
-            substeps = 0
+        run = self.loop(problem, h, substeps if problem.uniform else 0)
 
         def solve(initial: Floats) -> Solution:
             out = stepping.blank(problem, initial)
             stop = np.zeros(3, dtype=np.int64)
-            taken = run(address, buffer, table, widths, rows, initial, times, h, substeps, compensated, out, stop)
-            return Solution(out, int(taken), reason(stop))
+            taken = run(initial, out, stop)
+            return Solution(out, taken, reason(stop))
 
         return solve
+
+    def loop(self, problem: Problem, h: float, substeps: int) -> Loop:
+        """Steps of h: `substeps` of them to a sampling interval, or 0 where samples lie between steps."""
+        form = problem.form
+        assert not isinstance(form, SceneForm)
+        step, address = self.step_for(form), self.kernel(problem).address
+        table = self.binary64(form, problem.parameters.tolist(), h)
+        return self.advancing(
+            problem, h, substeps, step, address, table, self.widths(form, problem.dimension), self.rows(form)
+        )
+
+    def advancing(
+        self,
+        problem: Problem,
+        h: float,
+        substeps: int,
+        step: stepping.Step,
+        address: int,
+        table: Floats,
+        widths: tuple[int, int],
+        rows: int,
+    ) -> Loop:
+        """The compiled loop around a step, the equations at an address, and what else that step needs."""
+        run, compensated = stepping.compiled(step), self.compensated
+        buffer, times = problem.buffer, problem.times
+
+        def advance(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
+            return run(address, buffer, table, widths, rows, initial, times, h, substeps, compensated, out, stop)
+
+        return advance
 
 
 def substeps_of(problem: Problem, h: float) -> int:

@@ -1,151 +1,23 @@
-"""Gauss-Legendre methods: implicit Runge-Kutta of order 2s with s stages, solved by fixed-point iteration."""
+"""Gauss-Legendre methods: implicit Runge-Kutta of order 2s with s stages, by the fixed point or Newton's iteration."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
 from gnomon.cases.forms import FirstOrder, Form, SecondOrder
-from gnomon.harness.integrator import Integrator, Steps
-from gnomon.harness.integrators.fixed_step import FixedStep, Floats, Table, kept
-from gnomon.harness.integrators.stepping import Step, call
-from gnomon.reference.precision import nearest_double
-
-MOST_ITERATIONS = 100
-
-
-def gauss_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
-    """One step for y' = f(t, y). Rows of `table`: c_j, a_j1 ... a_js for each stage; 0 and the coefficients that carry
-    the last step's slopes on, for each stage; the unit round-off, b_1 ... b_s; what its rounding has taken from them;
-    what rounding has taken from the sums of a_j.
-
-    `store` holds a flag, the slopes k_1 ... k_s and a copy of the last step's. The iteration ends when its next change
-    would be far below round-off, or when round-off stops it from shrinking. Coefficients are rounded the same way in
-    every step, and so is what is left of the iteration: either would make the energy drift as t (Hairer, McLachlan,
-    Razakarivony, BIT 48, 2008).
-    """
-    stages = (table.shape[0] - 3) // 2
-    weights = 2 * stages
-    start_stages(f, t, y, p, table, x, slope, store, stages, y.size)
-    before = 0.0
-    for iteration in range(MOST_ITERATIONS):
-        change = 0.0
-        for j in range(stages):
-            for i in range(y.size):
-                total = table[weights + 2, j] * store[j + 1, i]
-                for m in range(stages):
-                    total += table[j, m + 1] * store[m + 1, i]
-                x[i] = y[i] + h * total
-            call(f, t + table[j, 0] * h, x, p, slope)
-            for i in range(y.size):
-                moved = abs(slope[i] - store[j + 1, i])
-                if not moved <= MOST:
-                    return False
-                if moved > 0.0:
-                    change = max(change, h * moved / (abs(y[i]) + h * abs(slope[i])))
-                store[j + 1, i] = slope[i]
-        if settled(iteration, change, before, table[weights, 0]):
-            for i in range(y.size):
-                total = 0.0
-                for m in range(stages):
-                    total += table[weights + 1, m + 1] * store[m + 1, i]
-                for m in range(stages):
-                    total += table[weights, m + 1] * store[m + 1, i]
-                increment[i] = h * total
-            return True
-        before = change
-    return False
-
-
-def gauss_nystrom_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
-    """The same step for q'' = f(t, q), with half the unknowns: the rows of a hold the square of that matrix. After b
-    come the weights b_j (1 - c_j), each with what rounding has taken from it, and what it has taken from c."""
-    half = x.size
-    stages = (table.shape[0] - 5) // 2
-    weights = 2 * stages
-    start_stages(f, t, y, p, table, x, slope, store, stages, half)
-    before = 0.0
-    for iteration in range(MOST_ITERATIONS):
-        change = 0.0
-        for j in range(stages):
-            for i in range(half):
-                total = 0.0
-                for m in range(stages):
-                    total += table[j, m + 1] * store[m + 1, i]
-                velocity = y[half + i]
-                x[i] = y[i] + h * (table[j, 0] * velocity + (table[weights + 4, j] * velocity + h * total))
-            call(f, t + table[j, 0] * h, x, p, slope)
-            for i in range(half):
-                moved = abs(slope[i] - store[j + 1, i])
-                if not moved <= MOST:
-                    return False
-                if moved > 0.0:
-                    change = max(change, h * moved / (abs(y[half + i]) + h * abs(slope[i])))
-                store[j + 1, i] = slope[i]
-        if settled(iteration, change, before, table[weights, 0]):
-            for i in range(half):
-                total, weighted = 0.0, 0.0
-                for m in range(stages):
-                    total += table[weights + 1, m + 1] * store[m + 1, i]
-                    weighted += table[weights + 3, m + 1] * store[m + 1, i]
-                for m in range(stages):
-                    total += table[weights, m + 1] * store[m + 1, i]
-                    weighted += table[weights + 2, m + 1] * store[m + 1, i]
-                increment[i] = h * y[half + i] + h * (h * weighted)
-                increment[half + i] = h * total
-            return True
-        before = change
-    return False
-
-
-def start_stages(
-    f: Any, t: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, stages: int, width: int
-) -> None:
-    """First guesses of the slopes: the last step's polynomial carried on; at the very first step the slope at t."""
-    if store[0, 0] == 0.0:
-        store[0, 0] = 1.0
-        for i in range(width):
-            x[i] = y[i]
-        call(f, t, x, p, slope)
-        for j in range(stages):
-            for i in range(width):
-                store[j + 1, i] = slope[i]
-    else:
-        for j in range(stages):
-            for i in range(width):
-                store[stages + j + 1, i] = store[j + 1, i]
-        for j in range(stages):
-            for i in range(width):
-                total = 0.0
-                for m in range(stages):
-                    total += table[stages + j, m + 1] * store[stages + m + 1, i]
-                store[j + 1, i] = total
-
-
-def settled(iteration: int, change: Any, before: Any, roundoff: Any) -> bool:
-    """Whether the stages are as good as the arithmetic: `change` is the last iteration's, relative to the state."""
-    if change <= roundoff:
-        return True
-    if iteration == 0:
-        return False
-    if change >= before:
-        return bool(change < NOISE * roundoff)
-    return bool(change * change / before < FAR_BELOW * roundoff)
-
-
-FAR_BELOW = 2.5e-4
-"""What is left of the iteration has a sign that lasts: over 1e7 steps it must stay below the walk of their round-off."""
-
-MOST = 1e300
-"""A slope beyond this, or not a number, ends the iteration."""
-
-NOISE = 1e6
-"""Where changes stop shrinking below this many units of round-off, it is round-off that stops them (cancellation)."""
+from gnomon.harness.compile import cache_folder, module_name
+from gnomon.harness.integrator import Integrator, Problem, Steps
+from gnomon.harness.integrators import gauss_steps, graph, linear, stepping
+from gnomon.harness.integrators.fixed_step import DIGITS, FixedStep, Floats, Loop, Table, kept, rounded
+from gnomon.harness.integrators.gauss_steps import gauss_nystrom_step, gauss_step, newton_numbers, newton_step
+from gnomon.harness.integrators.stepping import Step
+from gnomon.reference import diskcache
+from gnomon.reference.precision import nearest_double, working
+from numpy.typing import NDArray
 
 
 class Gauss(FixedStep):
@@ -154,6 +26,11 @@ class Gauss(FixedStep):
     Starting values from the last step's collocation polynomial and the iteration to round-off follow Hairer, Lubich,
     Wanner VIII.6. Second-order equations are solved in Nyström form. Sums are compensated (Hairer, McLachlan,
     Razakarivony, BIT 48, 2008).
+
+    A trajectory with a step where that iteration does not converge is stiff, or its steps are long: it is done again
+    from its start by Newton's iteration with the exact Jacobian (differentiated from the equations, IV.8 of Hairer and
+    Wanner, Solving Ordinary Differential Equations II, 1996). Both solve the same equations to round-off. Evaluations of
+    the Jacobian are not counted as right-hand sides.
     """
 
     accepts = (FirstOrder, SecondOrder)
@@ -171,9 +48,40 @@ class Gauss(FixedStep):
         rows, weights, nystrom = stage_rows(mp, self.stages, isinstance(form, SecondOrder), mp.prec)
         second = isinstance(form, SecondOrder)
         last = [[roundoff, *weights], *([nystrom] if second else [])]
-        stages = rows[: self.stages]
-        taken = [mp.fsum(halves(mp, row[:1] if second else row[1:], roundoff)[1]) for row in stages]
+        taken = [taken_from(mp, row, second, roundoff) for row in rows[: self.stages]]
         return [*rows, *(half for row in last for half in halves(mp, row, roundoff)), taken]
+
+    def loop(self, problem: Problem, h: float, substeps: int) -> Loop:
+        fixed_point = super().loop(problem, h, substeps)
+        compiled_once(self.name + self.kernel(problem).source, lambda: self.by_newton(problem, h, substeps))
+
+        def run(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
+            taken = fixed_point(initial, out, stop)
+            newton = self.by_newton(problem, h, substeps) if stop[0] else None
+            if newton is None:
+                return taken
+            stop[:] = 0
+            for i in np.flatnonzero(np.isnan(out[:, -1]).any(axis=1)):
+                own = np.zeros_like(stop)
+                out[i] = np.nan
+                taken += newton(initial[i : i + 1], out[i : i + 1], own)
+                if own[0] and not stop[0]:
+                    stop[:] = own[0], i, own[2]
+            return taken
+
+        return run
+
+    def by_newton(self, problem: Problem, h: float, substeps: int) -> Loop | None:
+        """The same steps by Newton's iteration; None where the equations cannot be differentiated."""
+        form, dimension = problem.form, problem.dimension
+        assert isinstance(form, FirstOrder | SecondOrder)
+        width, _ = self.widths(form, dimension)
+        address = derivatives(self.equations(form), width, len(problem.parameters))
+        if address is None:
+            return None
+        rows = -(-newton_numbers(self.stages, width) // dimension)
+        table = newton_table(self.stages, isinstance(form, SecondOrder))
+        return self.advancing(problem, h, substeps, newton_step, address, table, (width, width * (1 + width)), rows)
 
     def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
         name = f"Gauss {self.stages} {isinstance(form, SecondOrder)}"
@@ -189,6 +97,58 @@ class Gauss(FixedStep):
         """Nodes, matrix and weights: collocation at the zeros of the Legendre polynomial shifted to [0, 1]."""
         c = nodes(mp, cls.stages)
         return c, [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
+
+
+def compiled_once(what: str, make: Callable[[], Any]) -> None:
+    """What `make` compiles for a method and equations is to lie on disk before anything is timed; then nothing is loaded."""
+    path = cache_folder() / f"{module_name(what + newton_source())}.newton"
+    if not path.exists():
+        make()
+        diskcache.replace(path, b"")
+
+
+@cache
+def newton_source() -> str:
+    """What the compiled code of Newton's iteration depends on, beside the equations."""
+    from gnomon.harness import machine_code  # loads numba
+
+    files = (gauss_steps.__file__, graph.__file__, linear.__file__, stepping.__file__)
+    return "\n".join([machine_code.machine(), *(Path(file).read_text() for file in files)])
+
+
+@cache
+def derivatives(equations: Callable[..., Any], width: int, parameters: int) -> int | None:
+    """The address of what gives a function and its derivatives; None where it cannot be differentiated."""
+    try:
+        return graph.compiled(graph.counting_text(FirstOrder(equations), width, parameters))
+    except ValueError:
+        return None
+
+
+@cache
+def newton_table(stages: int, second_order: bool) -> Floats:
+    def build() -> Floats:
+        with working(DIGITS) as mp:
+            return rounded(newton_rows(mp, stages, second_order, mp.mpf(2) ** -52))
+
+    return kept(f"Gauss by Newton {stages} {second_order}", (__name__,), build)
+
+
+def newton_rows(mp: Any, stages: int, second_order: bool, roundoff: Any) -> Table:
+    """The table of `newton_step`. For y' = f the change is b^T A^-1 z; for q'' = f that of q is so too, and that of v
+    is b^T A^-2 (z - c h v) / h, where b^T A^-1 1 is 2 for odd numbers of stages and 0 for even ones."""
+    rows, b, _ = stage_rows(mp, stages, second_order, mp.prec)
+    c = nodes(mp, stages)
+    inverse = mp.matrix([integrals(mp, c, node) for node in c]) ** -1
+    change = mp.matrix([b]) * inverse
+    last = [[roundoff, *change], [mp.mpf(-2 * (stages % 2)), *(change * inverse)]]
+    taken = [taken_from(mp, row, second_order, roundoff) for row in rows[:stages]]
+    return [*rows[:stages], *(half for row in last for half in halves(mp, row, roundoff)), taken]
+
+
+def taken_from(mp: Any, row: Sequence[Any], second_order: bool, roundoff: Any) -> Any:
+    """What rounding takes from the node in a row of stages, or from the sum of its coefficients."""
+    return mp.fsum(halves(mp, row[:1] if second_order else row[1:], roundoff)[1])
 
 
 def halves(mp: Any, row: Sequence[Any], roundoff: Any) -> tuple[list[Any], list[Any]]:

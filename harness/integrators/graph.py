@@ -273,6 +273,13 @@ def jacobian_text(form: FirstOrder, dimension: int, parameters: int) -> str:
     return straight_line(Trace(trace.graph, jacobian(trace, dimension)))
 
 
+def counting_text(form: FirstOrder, dimension: int, parameters: int) -> str:
+    """The same of f and then df/dy; each call adds 1 to the element of p after the parameters."""
+    trace = traced(form, dimension, parameters)
+    both = Trace(trace.graph, trace.outputs + jacobian(trace, dimension))
+    return f"{straight_line(both)}    p[{parameters}] += ONE\n"
+
+
 def compiled(text: str) -> int:
     """The address of the C function void(double t, double *y, double *p, double *out) of such a text."""
     used = [name for name in UNARY if f" {name}(" in text]

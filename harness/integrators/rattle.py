@@ -9,7 +9,7 @@ from gnomon.cases.forms import Constrained, Form, Values
 from gnomon.harness import compile as compiling
 from gnomon.harness.integrator import Integrator, Problem
 from gnomon.harness.integrators.fixed_step import FixedStep, Table
-from gnomon.harness.integrators.gauss import MOST_ITERATIONS, settled
+from gnomon.harness.integrators.gauss_steps import MOST_ITERATIONS, settled
 from gnomon.harness.integrators.splitting import KahanLi6, Suzuki4
 from gnomon.harness.integrators.stepping import call
 

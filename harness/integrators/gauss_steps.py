@@ -1,0 +1,247 @@
+"""The steps of Gauss-Legendre methods: stages by fixed-point iteration, and by Newton's where that does not converge."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gnomon.harness.integrators.linear import factor, substitute
+from gnomon.harness.integrators.stepping import call
+
+MOST_ITERATIONS = 100
+
+
+def gauss_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """One step for y' = f(t, y). Rows of `table`: c_j, a_j1 ... a_js for each stage; 0 and the coefficients that carry
+    the last step's slopes on, for each stage; the unit round-off, b_1 ... b_s; what its rounding has taken from them;
+    what rounding has taken from the sums of a_j.
+
+    `store` holds a flag, the slopes k_1 ... k_s and a copy of the last step's. The iteration ends when its next change
+    would be far below round-off, or when round-off stops it from shrinking. Coefficients are rounded the same way in
+    every step, and so is what is left of the iteration: either would make the energy drift as t (Hairer, McLachlan,
+    Razakarivony, BIT 48, 2008).
+    """
+    stages = (table.shape[0] - 3) // 2
+    weights = 2 * stages
+    start_stages(f, t, y, p, table, x, slope, store, stages, y.size)
+    before = 0.0
+    for iteration in range(MOST_ITERATIONS):
+        change = 0.0
+        for j in range(stages):
+            for i in range(y.size):
+                total = table[weights + 2, j] * store[j + 1, i]
+                for m in range(stages):
+                    total += table[j, m + 1] * store[m + 1, i]
+                x[i] = y[i] + h * total
+            call(f, t + table[j, 0] * h, x, p, slope)
+            for i in range(y.size):
+                moved = abs(slope[i] - store[j + 1, i])
+                if not moved <= MOST:
+                    return False
+                if moved > 0.0:
+                    change = max(change, h * moved / (abs(y[i]) + h * abs(slope[i])))
+                store[j + 1, i] = slope[i]
+        if settled(iteration, change, before, table[weights, 0]):
+            for i in range(y.size):
+                total = 0.0
+                for m in range(stages):
+                    total += table[weights + 1, m + 1] * store[m + 1, i]
+                for m in range(stages):
+                    total += table[weights, m + 1] * store[m + 1, i]
+                increment[i] = h * total
+            return True
+        before = change
+    return False
+
+
+def gauss_nystrom_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """The same step for q'' = f(t, q), with half the unknowns: the rows of a hold the square of that matrix. After b
+    come the weights b_j (1 - c_j), each with what rounding has taken from it, and what it has taken from c."""
+    half = x.size
+    stages = (table.shape[0] - 5) // 2
+    weights = 2 * stages
+    start_stages(f, t, y, p, table, x, slope, store, stages, half)
+    before = 0.0
+    for iteration in range(MOST_ITERATIONS):
+        change = 0.0
+        for j in range(stages):
+            for i in range(half):
+                total = 0.0
+                for m in range(stages):
+                    total += table[j, m + 1] * store[m + 1, i]
+                velocity = y[half + i]
+                x[i] = y[i] + h * (table[j, 0] * velocity + (table[weights + 4, j] * velocity + h * total))
+            call(f, t + table[j, 0] * h, x, p, slope)
+            for i in range(half):
+                moved = abs(slope[i] - store[j + 1, i])
+                if not moved <= MOST:
+                    return False
+                if moved > 0.0:
+                    change = max(change, h * moved / (abs(y[half + i]) + h * abs(slope[i])))
+                store[j + 1, i] = slope[i]
+        if settled(iteration, change, before, table[weights, 0]):
+            for i in range(half):
+                total, weighted = 0.0, 0.0
+                for m in range(stages):
+                    total += table[weights + 1, m + 1] * store[m + 1, i]
+                    weighted += table[weights + 3, m + 1] * store[m + 1, i]
+                for m in range(stages):
+                    total += table[weights, m + 1] * store[m + 1, i]
+                    weighted += table[weights + 2, m + 1] * store[m + 1, i]
+                increment[i] = h * y[half + i] + h * (h * weighted)
+                increment[half + i] = h * total
+            return True
+        before = change
+    return False
+
+
+def start_stages(
+    f: Any, t: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, stages: int, width: int
+) -> None:
+    """First guesses of the slopes: the last step's polynomial carried on; at the very first step the slope at t."""
+    if store[0, 0] == 0.0:
+        store[0, 0] = 1.0
+        for i in range(width):
+            x[i] = y[i]
+        call(f, t, x, p, slope)
+        for j in range(stages):
+            for i in range(width):
+                store[j + 1, i] = slope[i]
+    else:
+        for j in range(stages):
+            for i in range(width):
+                store[stages + j + 1, i] = store[j + 1, i]
+        for j in range(stages):
+            for i in range(width):
+                total = 0.0
+                for m in range(stages):
+                    total += table[stages + j, m + 1] * store[stages + m + 1, i]
+                store[j + 1, i] = total
+
+
+def newton_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """One step of either kind, its stages solved by Newton's iteration: for stiff equations.
+
+    `call` gives the equations and, row by row, their derivatives. Unknown are the differences z_j of the stages from the
+    start, not the slopes, whose round-off stiffness magnifies (Hairer, Wanner, Solving Ordinary Differential Equations
+    II, 1996, IV.8). Rows of `table`: c_j, a_j1 ... a_js for each stage, the squared matrix for q'' = f(t, q); the unit
+    round-off, weights of the z_j in the change of the state; what rounding has taken from these; by how much the velocity
+    changes by itself, over it, and the weights of the z_j / h in its change; what rounding has taken from these; what it
+    has taken from the sums of a_j, or from c.
+
+    `store` holds a flag, the z_j, slopes, right sides, pivots and factors of the whole system I - h a (x) df/dy. Factors
+    are kept, from one step to the next, until the iteration converges slowly; then each stage gives its own derivatives.
+    A third change, or a later one, by more than the state's own size ends the iteration: what it may come upon after that
+    is, as a rule, another solution than the one that is near the start.
+    """
+    stages = table.shape[0] - 5
+    width = x.size
+    second = width < y.size
+    size = stages * width
+    flat = store.reshape(store.size)
+    z, slopes, right = flat[1 : 1 + size], flat[1 + size : 1 + 2 * size], flat[1 + 2 * size : 1 + 3 * size]
+    pivots = flat[1 + 3 * size : 1 + 4 * size]
+    matrix = flat[1 + 4 * size : 1 + (4 + size) * size].reshape((size, size))
+    length = h * h if second else h
+    for k in range(size):
+        z[k] = 0.0
+    before = 0.0
+    for iteration in range(MOST_ITERATIONS):
+        renewed = flat[0] == 0.0
+        for m in range(stages):
+            for i in range(width):
+                x[i] = y[i] + z[m * width + i]
+            call(f, t + table[m, 0] * h, x, p, slope)
+            for i in range(width):
+                slopes[m * width + i] = slope[i]
+                if renewed:
+                    for j in range(stages):
+                        for k in range(width):
+                            partial = slope[width + i * width + k]
+                            matrix[j * width + i, m * width + k] = -length * table[j, m + 1] * partial
+        if renewed:
+            for k in range(size):
+                matrix[k, k] += 1.0
+            if not factor(matrix, pivots):
+                return False
+            flat[0] = 1.0
+        for j in range(stages):
+            for i in range(width):
+                total = 0.0
+                for m in range(stages):
+                    total += table[j, m + 1] * slopes[m * width + i]
+                if second:
+                    velocity = y[width + i]
+                    total = table[j, 0] * velocity + (table[stages + 4, j] * velocity + h * total)
+                else:
+                    total += table[stages + 4, j] * slopes[j * width + i]
+                right[j * width + i] = h * total - z[j * width + i]
+        substitute(matrix, pivots, right)
+        change = 0.0
+        for j in range(stages):
+            for i in range(width):
+                k = j * width + i
+                moved = abs(right[k])
+                if not moved <= MOST:
+                    return False
+                z[k] += right[k]
+                if moved > 0.0:
+                    change = max(change, moved / (abs(y[i]) + abs(z[k])))
+        stuck = renewed and before <= change < COARSE
+        if settled(iteration, change, before, table[stages, 0]) or stuck:
+            for i in range(width):
+                total, weighted = 0.0, 0.0
+                for j in range(stages):
+                    total += table[stages + 1, j + 1] * z[j * width + i]
+                    weighted += table[stages + 3, j + 1] * z[j * width + i]
+                for j in range(stages):
+                    total += table[stages, j + 1] * z[j * width + i]
+                    weighted += table[stages + 2, j + 1] * z[j * width + i]
+                increment[i] = total
+                if second:
+                    increment[width + i] = table[stages + 2, 0] * y[width + i] + weighted / h
+            return True
+        if iteration > 1 and change > 1.0:
+            return False
+        if iteration > 0 and change > SLOW * before:
+            flat[0] = 0.0
+        before = change
+    return False
+
+
+def newton_numbers(stages: int, width: int) -> int:
+    """How many numbers Newton's step stores."""
+    size = stages * width
+    return 1 + (4 + size) * size
+
+
+def settled(iteration: int, change: Any, before: Any, roundoff: Any) -> bool:
+    """Whether the stages are as good as the arithmetic: `change` is the last iteration's, relative to the state."""
+    if change <= roundoff:
+        return True
+    if iteration == 0:
+        return False
+    if change >= before:
+        return bool(change < NOISE * roundoff)
+    return bool(change * change / before < FAR_BELOW * roundoff)
+
+
+FAR_BELOW = 2.5e-4
+"""What is left of the iteration has a sign that lasts: over 1e7 steps it must stay below the walk of their round-off."""
+
+MOST = 1e300
+"""A slope beyond this, or not a number, ends the iteration."""
+
+NOISE = 1e6
+"""Where changes stop shrinking below this many units of round-off, it is round-off that stops them (cancellation)."""
+
+SLOW = 0.1
+"""Where an iteration leaves more than this of the change before, new factors are made."""
+
+COARSE = 1e-6
+"""Newton's changes below this shrink to their squares: where they do not, it is round-off that stops them."""
