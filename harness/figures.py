@@ -122,7 +122,7 @@ def tolerance_chart(spread: pd.DataFrame, look: pd.DataFrame) -> alt.LayerChart:
     )
     scale = alt.Scale(domain=list(look["series"]), range=list(look["colour"]))
     colour = alt.Color("integrator_id:N", legend=None, scale=scale)
-    axis = alt.Axis(tickMinStep=1, labelExpr="datum.value == 0 ? 'as asked' : '1e' + datum.value")
+    axis = alt.Axis(tickMinStep=1, labelFlush=False, labelExpr="datum.value == 0 ? 'as asked' : '1e' + datum.value")
     worded = {name: f"format(pow(10, datum.{name}), '.1e')" for name in ("q10", "q50", "q90")}
     tooltip = [
         alt.Tooltip("integrator_id:N", title="integrator"),
@@ -166,7 +166,11 @@ def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
         "decades:Q",
         title="error of the simpler model against the full one",
         scale=alt.Scale(zero=False, nice=True, padding=40),
-        axis=alt.Axis(tickMinStep=1, labelExpr="datum.value % 1 ? '' : datum.value == 0 ? '1' : '1e' + datum.value"),
+        axis=alt.Axis(
+            tickMinStep=1,
+            labelFlush=False,
+            labelExpr="datum.value % 1 ? '' : datum.value == 0 ? '1' : '1e' + datum.value",
+        ),
     )
     legend = alt.Legend(title=None, orient="top")
     domain = [spans["early"], spans["error"]]
@@ -211,7 +215,9 @@ def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
     x = alt.X(
         "decades:Q",
         title="error",
-        axis=alt.Axis(tickMinStep=1, labelOverlap=True, labelExpr="datum.value > 1 ? 'lost' : " + ERRORS),
+        axis=alt.Axis(
+            tickMinStep=1, labelOverlap=True, labelFlush=False, labelExpr="datum.value > 1 ? 'lost' : " + ERRORS
+        ),
     )
     lines = base.mark_line(color="#b9b6ae", strokeWidth=2).encode(x=x, detail="place:N")
     legend = alt.Legend(title=None, orient="top")

@@ -95,17 +95,14 @@ def _tolerances(trusted: pd.DataFrame) -> list[str]:
 def _libraries(equal: pd.DataFrame) -> list[str]:
     own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     middle = own[own["target"] == TARGETS[1]]
-    slower = {
-        library: part.groupby("case")["ratio"].min().median() for library, part in middle.groupby("library", sort=False)
-    }
-    slower = {library: ratio for library, ratio in slower.items() if ratio >= CLAIM}
-    if not slower:
+    best = middle.groupby(["library", "case"])["ratio"].min().groupby("library").agg(["median", "size"])
+    slower = best[best["median"] >= CLAIM].sort_values("median")
+    if slower.empty:
         return []
-    words = [f"{library} {ratio_text(ratio)} times" for library, ratio in sorted(slower.items(), key=lambda x: x[1])]
+    words = [f"{library} {ratio_text(row['median'])} times on {row['size']:.0f}" for library, row in slower.iterrows()]
     return [
-        "At 1e-6 the best of each other library takes, as a median over the cases it reaches, "
-        + _listed(words)
-        + " as long as the fastest."
+        "At 1e-6 the best of each other library takes, as a median over the cases that it reaches, so many times as"
+        f" long as the fastest: {', '.join(words)}."
     ]
 
 

@@ -5,6 +5,7 @@
   window.gnomonCharts = state;
   const options = { actions: { export: true, source: false, compiled: false, editor: false } };
   const all = (selector, within = document) => [...within.querySelectorAll(selector)];
+  const BESIDE = 28; // as many names as stand beside a diagram; more of them stand below it
   let data;
 
   async function unpacked(id) {
@@ -76,12 +77,15 @@
     spec.datasets.points = points;
     spec.datasets.limits = scene.limits;
     span(spec, points, scene.limits, axis);
-    restrict(spec.layer, new Set(points.filter((point) => point.front && point[axis] !== null).map((point) => point.series)));
+    const named = new Set(points.filter((point) => point.front && point[axis] !== null).map((point) => point.series));
+    restrict(spec.layer, named);
     spec.width = "container";
     spec.autosize = { type: "fit-x", contains: "padding" };
     if (figure.clientWidth < 700) {
       spec.height = 360;
       Object.assign(spec.config.legend, { orient: "bottom", columns: figure.clientWidth < 480 ? 1 : 2, labelLimit: 300 });
+    } else if (named.size > BESIDE) {
+      Object.assign(spec.config.legend, { orient: "bottom", columns: 4, labelLimit: 230 });
     }
     return spec;
   }

@@ -24,7 +24,7 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
     kinds = report_card.kind_rows(run.equal, run.matrix, report_card.kinds(run.frame, run.names))
     runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
     return {
-        "results": run.path.name,
+        "results": "/".join(run.path.resolve().parts[-2:]),
         "runs": runs,
         "history": runs[-1],
         "environment": together([each["environment"] for each in runs]),
@@ -42,6 +42,7 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
             "integrators": run.frame["integrator_id"].nunique(),
             "libraries": run.frame["library"].nunique(),
             "trials": len(ran),
+            "ran": int((ran["status"] != "skipped").sum()),
             "measurements": int((~run.frame["status"].isin([*analysis.NEVER_RAN, "skipped"])).sum()),
         },
         "shares": tables.status_shares(run.reduced),

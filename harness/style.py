@@ -135,6 +135,7 @@ def dressed(chart: Any) -> Any:
         )
         .configure_legend(
             symbolSize=90,
+            symbolLimit=1000,  # all are named: left to itself Vega leaves out those after the thirtieth
             symbolStrokeWidth=0,
             labelLimit=340,
             rowPadding=3,

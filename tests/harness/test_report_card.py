@@ -63,6 +63,16 @@ def test_what_is_most_often_fastest_stands_with_the_rival_that_gets_there_most_o
     assert (other["cells"][-1].text, other["cells"][-1].note) == ("–", "no hard variant was run")
 
 
+def test_of_two_that_win_as_often_the_one_that_is_slow_nowhere_is_named() -> None:
+    """x:easy has the smaller median; on one case it takes a hundred times as long."""
+    equal = _equal(
+        ("a", "x:easy", 1.0), ("b", "x:easy", 1.3), ("c", "x:easy", 100.0),
+        ("a", "x:even", 1.4), ("b", "x:even", 1.4), ("c", "x:even", 1.0),
+    )  # fmt: skip
+    (row,) = kind_rows(equal, MATRIX, {"all": ["a", "b", "c"]})
+    assert (row["cells"][1].text, row["cells"][1].note) == ("x:even", "fastest on 1 of 3")
+
+
 def test_kinds_with_one_answer_are_one_part_of_the_sentence() -> None:
     rows = kind_rows(EQUAL, MATRIX, {"Smooth: of any kind": ["a", "b"], "Stiff ones": ["b"], "Other": ["c"]})
     empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "over_tolerance"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 import pytest
+from gnomon.harness.figures_work import work_precision
 from gnomon.harness.registry import own
 from gnomon.harness.style import family
 
@@ -24,3 +25,9 @@ def test_families(name: str, engine: bool, said: str) -> None:
     method = own()[name]
     row = {"engine": engine, "setting_kind": method.sweep.kind, "conserves": ", ".join(method.conserves)}
     assert family(pd.Series(row)) == said
+
+
+def test_no_integrator_is_left_out_of_a_legend() -> None:
+    """Left to itself Vega names thirty and counts the others, which in our order are the other libraries."""
+    look = pd.DataFrame({"series": list(own()), "colour": "#000000", "shape": "circle", "dash": "1"})
+    assert work_precision(look, "time")["config"]["legend"]["symbolLimit"] > 2 * len(own())
