@@ -114,9 +114,9 @@ def integrate(
             if norm == 0.0:
                 scale = GROW_MOST
             else:
-                scale = norm**-0.25
+                scale = 1.0 / sqrt(sqrt(norm))
                 if steps > 0 and not rejected and last_error > 0.0:
-                    scale *= min(1.0, step / last * (last_error / norm) ** 0.25)
+                    scale *= min(1.0, step / last * sqrt(sqrt(last_error / norm)))
                 scale = min(GROW_MOST, max(SHRINK_MOST, safety * scale))
             if not norm < 1.0 and fixed == 0.0:
                 h = min(h, step) * (scale if norm < np.inf else 0.1)
@@ -173,11 +173,12 @@ def factored(partial: Any, h: Any, table: Any, real: Any, pivots: Any, both: Any
 
 def basis(k: int, x: Any, table: Any) -> Any:
     """The polynomial that is 1 at c_k, 0 at the other nodes and at 0."""
-    value = x / table[C, k]
+    value, at_node = x, table[C, k]
     for j in range(3):
         if j != k:
-            value *= (x - table[C, j]) / (table[C, k] - table[C, j])
-    return value
+            value *= x - table[C, j]
+            at_node *= table[C, k] - table[C, j]
+    return value / at_node
 
 
 def between(x: Any, table: Any, z: Any, i: int) -> Any:
@@ -190,8 +191,11 @@ def guess(last: Any, h: Any, table: Any, before_z: Any, z: Any) -> None:
     for j in range(3):
         for i in range(z.shape[1]):
             z[j, i] = 0.0
-            if last > 0.0:
-                z[j, i] = between(1.0 + table[C, j] * h / last, table, before_z, i) - before_z[2, i]
+        if last > 0.0:
+            x = 1.0 + table[C, j] * h / last
+            a, b, c = basis(0, x, table), basis(1, x, table), basis(2, x, table) - 1.0
+            for i in range(z.shape[1]):
+                z[j, i] = a * before_z[0, i] + b * before_z[1, i] + c * before_z[2, i]
 
 
 def newton(
@@ -229,7 +233,7 @@ def newton(
             w[1, i] += pair[i].real
             w[2, i] += pair[i].imag
             weight = tolerance * (1.0 + abs(y[i]))
-            square += (right[i] / weight) ** 2 + (pair[i].real / weight) ** 2 + (pair[i].imag / weight) ** 2
+            square += (right[i] ** 2 + pair[i].real ** 2 + pair[i].imag ** 2) / weight**2
             for j in range(3):
                 z[j, i] = (
                     table[FORWARD + j, 0] * w[0, i] + table[FORWARD + j, 1] * w[1, i] + table[FORWARD + j, 2] * w[2, i]
