@@ -222,19 +222,19 @@ def integrate(
 def shortened(error: float) -> float:
     """The factor to a step whose error was more than the tolerance."""
     if ERROR_ORDER >= FORESEEING:
-        return FORESEEN_SAFETY * error ** (-1 / ERROR_ORDER)
-    return SAFETY * error ** (0.2 * BETA - 1 / ERROR_ORDER)
+        return float(FORESEEN_SAFETY * error ** (-1 / ERROR_ORDER))
+    return float(SAFETY * error ** (0.2 * BETA - 1 / ERROR_ORDER))
 
 
 def lengthened(error: float, before: float, step: float, last: float) -> float:
     """The factor to the next step, from the errors over the tolerance of this one and the `last`, 0 where there is none."""
     if ERROR_ORDER < FORESEEING:
-        return SAFETY * error ** (0.2 * BETA - 1 / ERROR_ORDER) * before**BETA
+        return float(SAFETY * error ** (0.2 * BETA - 1 / ERROR_ORDER) * before**BETA)
     least = max(error, 1e-4)
     factor = FORESEEN_SAFETY * least ** (-1 / ERROR_ORDER)
     if last > 0.0:
         factor *= max(0.5, min(1.0, step / last * (before / least) ** (1 / ERROR_ORDER)))
-    return factor
+    return float(factor)
 
 
 Adaptive.loop = integrate
