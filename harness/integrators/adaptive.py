@@ -53,7 +53,8 @@ FORESEEING, FORESEEN_SAFETY = 8, 0.8
 a controller that looks at the error alone has a quarter of them rejected. There the change of the step that the last two
 errors call for is taken to go on (Gustafsson's predictive controller, as in RADAU5: Hairer and Wanner, Solving Ordinary
 Differential Equations II, IV.8), where it shrinks the step. At equal error that saves DOP853 and Verner's 9(8) a fifth of
-their right-hand sides on Kepler's orbits and a twentieth on the pendulum; methods of lower order it does not serve."""
+their right-hand sides on Kepler's orbits, RKN 12(10) an eighth, and the pendulum takes as many as before; methods of lower
+order have few steps rejected."""
 
 ERROR_ORDER = WIDTHS = LAST = 0
 """Of each method, when it is compiled: the power of the step by which its estimated error falls, how many widths of a

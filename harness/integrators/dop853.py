@@ -15,7 +15,7 @@ WEIGHTS, LAST, ERROR_5, ERROR_3, DENSE = 12, 16, 16, 17, 18
 
 
 class Dop853(Embedded):
-    """Dormand and Prince's 8(5,3) pair, PI step control, dense output of order 7. Order 8.
+    """Dormand and Prince's 8(5,3) pair, predictive step control, dense output of order 7. Order 8.
 
     Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, II.5 and II.10. The tolerance is both
     relative and absolute, the error the root mean square over the components. Sums are compensated.

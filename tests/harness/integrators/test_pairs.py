@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -138,3 +139,17 @@ def test_samples_do_not_change_the_steps_and_are_as_good_as_they(pair: type[Adap
 def test_tables_of_decimals_are_those_of_mpmath(method: type[Adaptive]) -> None:
     with working(DIGITS) as mp:
         assert tabulated(method.rows).tobytes() == rounded(method.rows(mp)).tobytes()
+
+
+@pytest.mark.parametrize("tolerance", [1e-8, 1e-10])
+@pytest.mark.parametrize("eccentricity", [0.6, 0.9])
+def test_few_steps_are_rejected_on_eccentric_orbits(eccentricity: float, tolerance: float) -> None:
+    """DOP853 takes 11 right-hand sides an attempt, one more a step accepted, three more where a step holds samples and
+    two at the start. A controller that looks at the error alone has a fifth to a third of these steps rejected."""
+    state = (1 - eccentricity, 0.0, 0.0, math.sqrt((1 + eccentricity) / (1 - eccentricity)))
+    case = get("kepler_orbit", "speed_e06", initial_state=state).rounded()
+    problem = problem_of(case, dop853.Dop853.accepts, counted=True)
+    steps = dop853.Dop853().prepare(problem, tolerance)(initial_state(case)[None]).steps
+    assert steps is not None
+    rejected = (problem.buffer[-1] - 12 * steps - 3 * len(problem.times) - 2) / 11
+    assert rejected < 0.06 * steps
