@@ -42,6 +42,7 @@ from gnomon.harness.agreement import (
 )
 from gnomon.harness.certify_hybrid import flight_ways
 from gnomon.harness.certify_long import long_ways
+from gnomon.reference import diskcache
 from gnomon.reference.certified import CertifiedMotion
 from gnomon.reference.enclosures import enclosure
 from gnomon.reference.extrapolation import extrapolate
@@ -120,7 +121,8 @@ def _note(case: Case, ways: dict[str, float]) -> str:
 
 def write(certificates: Iterable[Certificate], path: Path) -> None:
     """The certificates as JSON, one object each, for the report."""
-    path.write_text(json.dumps([asdict(c) | {"passed": c.passed} for c in certificates], indent=1) + "\n")
+    with diskcache.whole(path) as part:
+        part.write_text(json.dumps([asdict(c) | {"passed": c.passed} for c in certificates], indent=1) + "\n")
 
 
 def _random_times(case: Case) -> list[Fraction]:

@@ -27,6 +27,7 @@ from gnomon.harness import (
     opponents_rigid,
 )
 from gnomon.harness.opponent import Opponent, Unsupported
+from gnomon.reference import diskcache
 from gnomon.reference.precision import exact, working
 
 REPEATS = 5
@@ -76,7 +77,8 @@ def write(frame: pandas.DataFrame, path: Path) -> Path:
     """The table as JSON, one object each row, for the report."""
     path.parent.mkdir(parents=True, exist_ok=True)
     rows = frame.astype(object).where(frame.notna(), None).to_dict("records")
-    path.write_text(json.dumps(rows, indent=1) + "\n")
+    with diskcache.whole(path) as part:
+        part.write_text(json.dumps(rows, indent=1) + "\n")
     return path
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from gnomon.harness import environment
+from gnomon.reference import diskcache
 
 Subject = TypeVar("Subject")
 
@@ -25,4 +26,5 @@ def publish(
     arguments = parser.parse_args()
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as processes:
         found = {"environment": environment.describe(), "rows": list(processes.map(measured, subjects))}
-    arguments.to.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    with diskcache.whole(arguments.to) as part:
+        part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")

@@ -33,7 +33,8 @@ def write_report(database: Path, folder: Path) -> Path:
     with diskcache.whole(page) as part:
         part.write_text(_page(words, page_charts(run, work, charts)), encoding="utf-8")
     plain = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    (folder / "summary.md").write_text(plain.from_string(_source("summary.md.j2")).render(words), encoding="utf-8")
+    with diskcache.whole(folder / "summary.md") as part:
+        part.write_text(plain.from_string(_source("summary.md.j2")).render(words), encoding="utf-8")
     write_figures(run, work, charts, folder / "figures")
     return page
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from collections.abc import Sequence
 from dataclasses import replace
@@ -165,3 +166,20 @@ def test_settings_are_those_of_cases_and_checks_and_two_processes_agree_with_one
     assert len(certify_all.settings([], True)) > len(certify_all.settings([], False)) == len(names()) + len(checks())
     with pytest.raises(ValueError, match="no variant 'wrong'"):
         certify_all.settings(["pendulum_simple/wrong"], False)
+
+
+def test_certificates_that_the_disk_cannot_hold_leave_the_last_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "certificates.json"
+    path.write_text("[]\n")
+
+    def full(self: Path, text: str, *_: object, **__: object) -> int:
+        self.write_bytes(text.encode()[:10])
+        raise OSError(errno.ENOSPC, "No space left on device", str(self))
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(OSError, match="No space"):
+        write((), path)
+    assert [one.name for one in tmp_path.iterdir()] == ["certificates.json"]
+    assert path.read_bytes() == b"[]\n"
