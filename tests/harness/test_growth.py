@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import mpmath
 import numpy as np
 import pytest
+from gnomon.cases import get
 from gnomon.harness import registry
 from gnomon.harness.growth import (
     SAMPLES,
@@ -15,8 +17,10 @@ from gnomon.harness.growth import (
     Subject,
     energy_errors,
     fitted,
+    in_extended_precision,
     measured,
     named,
+    period_of,
     twenty_bits,
 )
 from gnomon.harness.integrator import Problem, Solve
@@ -114,6 +118,27 @@ def test_times_are_in_periods_and_every_start_is_its_own() -> None:
     assert len(set(errors[:, -1])) == 3
     size = measured(replace(subject, periods=1e3, starts=3, parts=2))["size"]
     assert size == pytest.approx(float(np.median(errors[:, -1])), rel=0.02)  # of the last 8 samples of 512
+
+
+def test_energies_are_rounded_far_below_the_states() -> None:
+    """A state's own rounding is 1e-16 of it: in binary64 the invariant would add as much."""
+    if np.finfo(np.longdouble).eps > 1e-18:
+        pytest.skip("this machine has no arithmetic beyond binary64")
+    case = get("pendulum_simple").rounded()
+    g, length = case.parameter_values()
+    states = np.array([[[0.1 * k, 1 / k] for k in range(1, 40)]])
+    value = in_extended_precision(case.invariants["energy"].function, np.array([float(g), float(length)]))
+    with mpmath.workdps(30):
+        for (theta, omega), found in zip(states[0].tolist(), value(states)[0], strict=True):
+            sine = mpmath.sin(mpmath.mpf(theta) / 2)
+            energy = mpmath.mpf(omega) ** 2 / 2 + 2 * (mpmath.mpf(float(g)) / mpmath.mpf(float(length))) * sine**2
+            high = float(found)
+            assert abs((mpmath.mpf(high) + mpmath.mpf(float(found - np.longdouble(high)))) / energy - 1) < 1e-18
+
+
+def test_where_no_period_is_known_it_is_that_of_the_time_scale() -> None:
+    assert period_of(get("projectile_stokes_drag")) == pytest.approx(4 * math.pi)  # of the time 1/nu = 2 s
+    assert period_of(get("harmonic_oscillator")) == pytest.approx(math.pi)
 
 
 def test_an_integration_that_ends_early_is_no_row(monkeypatch: pytest.MonkeyPatch) -> None:
