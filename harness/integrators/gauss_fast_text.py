@@ -22,8 +22,8 @@ Numbers that were found by measuring on the pendulum, Kepler's orbit and the fre
 is left to the iteration, whose error has a sign that lasts and makes energy drift. ERRS a^2 is the error where a^2
 counts coefficient 6 LESS than 7; a step that errs by more than SLACK tolerances is taken again. Steps are kept equal
 (guesses are better, and energy does not drift) until one could grow HOLD times, then grow LEAP times less than that; or
-until CALM of them in turn could have grown, by what all of them could. A component counts for at least LEAST of the
-largest change in a step, and changes below NOISE roundings are round-off.
+until CALM of them in turn could have grown, by what all of them could (FIRST_CALM once: the first step is a guess). A
+component counts for at least LEAST of the largest change in a step, and changes below NOISE roundings are round-off.
 
 Motions with quick and slow parts (a pericentre) would have equal steps that are too short for most of the way, and with
 steps that follow the error alone energy drifts. Where the derivatives J of the acceleration are at hand its frequency,
@@ -79,7 +79,7 @@ POWERED, ONCE_POWERED, ENDS = {POWERED}, {ONCE_POWERED}, {ENDS}
 ROUNDOFF, ONE = 2.0**-52, 0x3FF0000000000000
 SHARE, ASIDE, NOISE, FAST, SLOW, SURE = 1e-3, 1e-2, 1e2, 0.3, 0.7, 1e-6
 ERRS, LESS, HOLD, LEAP, LEAST = 0.002, 0.1, 3.0, 1.3, 1e-6
-ENOUGH, CALM, FIRST_LOOK, LOOK, EVEN = 0.9, 100, 12, 32, 0.7
+ENOUGH, FIRST_CALM, CALM, FIRST_LOOK, LOOK, EVEN = 0.9, 12, 100, 12, 32, 0.7
 SLOWLY, FAINT, COARSE, FINE, TRIES = 1e-3, 1e-12, 1e-6, 3e-16, 4
 SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-300
 
@@ -291,7 +291,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
         largest = max(largest, abs({rate}))
         fastest = max(fastest, size@)
         h = min({first}, end)
-        last, rejected, calm, room, usual, rate = h, False, 0, GROW_MOST, 0, 0.0
+        last, rejected, calm, room, patience, usual, rate = h, False, 0, GROW_MOST, FIRST_CALM, 0, 0.0
         {none_seen}
         old@ = f@
         while sample < times.size:
@@ -409,8 +409,8 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 grow = min(grow, max(0.5, FAST / rate))
             calm, room = (calm + 1, min(room, grow)) if grow >= ENOUGH and not rejected else (0, GROW_MOST)
             more = 1.0
-            if calm == CALM:
-                more, calm, room = room if room >= 1.1 else 1.0, 0, GROW_MOST
+            if calm == patience:
+                more, calm, room, patience = room if room >= 1.1 else 1.0, 0, GROW_MOST, CALM
             {control}
             usual = max(rounds - 3, 0)
             if rate > FAST / 4:
