@@ -200,6 +200,7 @@ class Judge:
             found[name] = (rebind(invariant.function, NUMPY), invariant.law, float(initial), size)
         return found
 
+    @np.errstate(all="ignore")  # over a long decay an invariant leaves binary64: its drift is then not a number
     def _size(self, function: Callable[..., tuple[Any, ...]], initial: float) -> float:
         """The size that a drift is relative to: that of the invariant, or, where its terms cancel, that of the terms.
 
