@@ -51,7 +51,7 @@ class Function(_dispatcher.Dispatcher):  # type: ignore[misc]
     """
 
     def __init__(self, code: Compiled) -> None:
-        self.arguments = code.arguments
+        self.code = code  # numba's object does not keep alive what it calls
         names = tuple(f"a{i}" for i in range(len(code.arguments)))
         super().__init__(default_type_manager.get_pointer(), len(names), True, names, (), False, False, False)
         self._insert([kind._code for kind in code.arguments], code.closure, False)  # type: ignore[attr-defined]
@@ -65,7 +65,7 @@ class Function(_dispatcher.Dispatcher):  # type: ignore[misc]
         return False
 
     def _explain_matching_error(self, *given: Any) -> None:
-        types = [", ".join(map(str, kinds)) for kinds in (self.arguments, map(self.typeof_pyval, given))]
+        types = [", ".join(map(str, kinds)) for kinds in (self.code.arguments, map(self.typeof_pyval, given))]
         raise TypeError(f"compiled for ({types[0]}), called with ({types[1]})")
 
 

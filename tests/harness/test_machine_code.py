@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import subprocess
 import sys
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +68,15 @@ def test_a_kept_function_comes_back_without_its_module(kept: Path, monkeypatch: 
             found(other, 5.0)
     with pytest.raises(TypeError):
         found(np.array([6.0, 4.0]))
+
+
+def test_a_function_keeps_alive_what_it_calls() -> None:
+    """numba's dispatcher does not: a call after the caches are emptied would end the process."""
+    found = machine_code.function(SOURCE, "scaled")
+    code = weakref.ref(machine_code.compiled(SOURCE, "scaled", ""))
+    forget()
+    assert code() is not None
+    assert found(np.array([6.0, 4.0]), 5.0) == 7.5
 
 
 @pytest.mark.parametrize("damage", ["byte", "end", "empty"])
