@@ -1,0 +1,234 @@
+"""The numbers of the README and its figure are those of the published report, of the code and of the licences."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import math
+import re
+import shutil
+import subprocess
+import tomllib
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, metadata
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from gnomon.cases import checks, get, names
+from gnomon.cases.sampling import SAMPLES
+from gnomon.harness import analysis, plan, style
+
+README = Path(__file__).parent.parent / "README.md"
+REPORTS = README.parent / "reports"
+FIGURE = REPORTS / "figures" / "pendulum_simple.svg"
+
+NUMBERS = {"release": 2.0, "g": 9.81, "length": 1.0}
+"""Of the pendulum in the figure, which starts from rest."""
+
+
+def _of_ones_own() -> bool:
+    """Whether reports/ is not what was committed: `make report` writes there too, on any machine and of any suite."""
+    git = shutil.which("git")
+    return (
+        git is None
+        or subprocess.run(
+            [git, "diff", "--quiet", "HEAD", "--", REPORTS], cwd=README.parent, check=False, capture_output=True
+        ).returncode
+        != 0
+    )
+
+
+published = pytest.mark.skipif(
+    _of_ones_own(), reason="reports/ is not the published one: commit it, or git restore reports"
+)
+
+
+def _text() -> str:
+    """The README on one line."""
+    return " ".join(README.read_text().split())
+
+
+def _said(pattern: str) -> tuple[str, ...]:
+    """What a sentence of the README says, in the places of the pattern's groups."""
+    found = re.search(pattern, _text())
+    assert found is not None, pattern
+    return found.groups()
+
+
+@pytest.fixture(scope="module")
+def page() -> dict[str, Any]:
+    """What the published page draws from."""
+    (text,) = re.findall(r'id="data">(.*?)</script>', (REPORTS / "index.html").read_text(), re.S)
+    found: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(text)))
+    return found
+
+
+@published
+def test_the_digits_of_the_readme_are_those_of_the_certificates() -> None:
+    closed, integrated = map(int, _said(r"to at least (\d+) digits where it is a closed form and (\d+) where"))
+    certificates = json.loads((REPORTS / "certificates.json").read_text())
+    assert all(each["passed"] and each["digits"] >= integrated for each in certificates)
+    fewer = [each for each in certificates if each["digits"] < closed]
+    # What is itself an integration says so, or is followed by one: its cases may promise no more than the smaller number.
+    assert all(each["required"] == integrated for each in fewer)
+    assert {each["case"] for each in certificates} == {*names(), *checks()}
+
+
+@published
+def test_the_numbers_of_the_readme_are_those_of_the_report(page: dict[str, Any]) -> None:
+    """Integrators there are, and those that ran on hard variants of cases outside the foundation."""
+    hard, all_of_them = map(int, _said(r"with (\d+) of the (\d+) integrators"))
+    cells = page["map"]
+    assert len(cells["series"]) == all_of_them
+    ran = {
+        name
+        for case, label, verdicts, _ in cells["rows"]
+        if case not in plan.FOUNDATION and not label.startswith("default")
+        for k, name in enumerate(cells["series"])
+        if verdicts[3 * k : 3 * k + 3].strip()
+    }
+    assert len(ran) == hard
+    assert f"{all_of_them} integrators from" in (REPORTS / "summary.md").read_text()
+
+
+def test_the_numbers_of_the_readme_are_those_of_the_code() -> None:
+    count = {"five": 5, "twelve": 12}
+    assert count[_said(r"(\w+) that exercise every form with all their hard variants")[0]] == len(plan.FOUNDATION)
+    assert count[_said(r"medians over (\w+) launches")[0]] == plan.SUITES["standard"].launches
+    assert plan.SUITES["standard"].rest is not None
+    assert plan.SUITES["standard"].rest.launches == 1, "one for cases outside the twelve"
+    assert int(_said(r"the largest of (\d+) samples")[0]) == SAMPLES
+    assert float(_said(r"differences below a factor of ([\d.]+)")[0]) == analysis.CLAIM
+    (python,) = _said(r"With Python ([\d.]+) and make")
+    assert _project()["requires-python"] == f">={python}"
+
+
+@published
+def test_failures_in_the_figure_of_the_readme_are_those_that_it_explains() -> None:
+    letters = set(re.findall(r">([A-Z])</text>", FIGURE.read_text()))
+    (explained,) = _said(r"band above \((.*?)\)")
+    assert letters == set(re.findall(r"\b([A-Z])\b", explained))
+    assert all(f"{style.LETTERS[word]} {word}" in explained for word in ("diverged", "skipped"))
+
+
+def _pixels(svg: str, labels: str) -> tuple[float, float]:
+    """Pixels in a hundredth of a decade along an axis, and the place of 1: from its first and its last label."""
+    units = {"µs": -6, "ms": -3, "s": 0}
+    places = [
+        (math.log10(float(number)) + units.get(unit, 0), float(at)) for at, number, unit in re.findall(labels, svg)
+    ]
+    (first, start), *_, (last, end) = places
+    slope = (end - start) / (last - first)
+    return slope / 100, start - slope * first
+
+
+@published
+def test_the_figure_of_the_readme_shows_the_published_points(page: dict[str, Any]) -> None:
+    """Every setting that did not fail has its mark where its time and error belong, and there are no others."""
+    svg = FIGURE.read_text()
+    points = page["work"]["cases"]["pendulum_simple"]["default"]["points"]
+    across, left = _pixels(svg, r'translate\(([\d.]+),16\)">(\d[\d.]*) ([µm]?s)<')
+    up, foot = _pixels(svg, r'translate\(-7,([\d.]+)\)">(1(?:e-\d+)?)()<')
+    bottom = foot - 3.4  # a label's foot is below its tick
+    shown = [k for k, failed in enumerate(points["failed"]) if not failed]
+    wanted = np.array([[left + across * points["time"][k], bottom + up * points["error"][k]] for k in shown])
+    marks = np.array(re.findall(r'<use href="#m\d+" x="([-\d.]+)" y="([-\d.]+)"', svg), dtype=float)
+    assert len(marks) == len(wanted)
+    apart = np.max(np.abs(marks[:, None] - wanted[None]), axis=2)
+    # Hundredths of a decade of 128 pixels, rounded; labels are rounded to tenths.
+    assert max(np.max(np.min(apart, axis=0)), np.max(np.min(apart, axis=1))) < 1.0
+
+
+def _pendulum(times: Sequence[Any], release: Any = 2, g: Any = 9.81, length: Any = 1) -> list[list[Any]]:
+    """Angle and rate of the pendulum of the figure: sin(theta/2) = k cd(w t), where k = sin(release/2)."""
+    w, k, rows = mpmath.sqrt(mpmath.mpf(g) / length), mpmath.sin(mpmath.mpf(release) / 2), []
+    for t in times:
+        sn, cn, dn = (mpmath.ellipfun(name, w * t, m=k * k) for name in ("sn", "cn", "dn"))
+        rows.append([2 * mpmath.asin(k * cn / dn), -2 * k * w * mpmath.sqrt(1 - k * k) * sn / dn])
+    return rows
+
+
+def _runge_kutta(y: Any, h: float) -> Any:
+    def f(y: Any) -> Any:
+        return np.array([y[1], -9.81 * math.sin(y[0])])
+
+    a = f(y)
+    b = f(y + h / 2 * a)
+    c = f(y + h / 2 * b)
+    return y + h / 6 * (a + 2 * b + 2 * c + f(y + h * c))
+
+
+def _leapfrog(y: Any, h: float) -> Any:
+    half = y[1] - h / 2 * 9.81 * math.sin(y[0])
+    angle = y[0] + h * half
+    return np.array([angle, half - h / 2 * 9.81 * math.sin(angle)])
+
+
+@published
+@pytest.mark.parametrize(("name", "step"), [("gnomon:RK4", _runge_kutta), ("gnomon:Störmer-Verlet", _leapfrog)])
+def test_errors_in_the_figure_of_the_readme_are_found_again(page: dict[str, Any], name: str, step: Any) -> None:
+    """By the method in five lines and Jacobi's functions of mpmath: nothing here is gnomon's but the sample times."""
+    times = get("pendulum_simple").rounded().times
+    with mpmath.workdps(30):
+        exact = np.array(_pendulum(times.tolist()), dtype=np.float64)
+    sizes = np.max(np.abs(exact), axis=0, initial=2.0)  # the largest angle is that of the release
+    points = page["work"]["cases"]["pendulum_simple"]["default"]["points"]
+    own = points["series"]["words"].index(name)
+    chosen = [k for k, code in enumerate(points["series"]["codes"]) if code == own and not points["failed"][k]][:4]
+    assert len(chosen) == 4
+    for k in chosen:
+        count = round(times[0] / points["setting"][k])
+        y, found = np.array([2.0, 0.0]), []
+        for _ in times:
+            for _ in range(count):
+                y = step(y, times[0] / count)
+            found.append(y)
+        error = np.max(np.abs(np.array(found) - exact) / sizes)
+        assert 100 * math.log10(error) == pytest.approx(points["error"][k], abs=0.51), "hundredths of a decade"
+
+
+@published
+def test_the_limits_in_the_figure_of_the_readme(page: dict[str, Any]) -> None:
+    """Half an ulp of the angle or the rate over their sizes; and what half an ulp of the release, g, L and t does."""
+    (words,) = _said(r"half an ulp \(unit in the last place\) in (.*?) has that effect")
+    assert words == "the initial state, the parameters and the time"
+    limits = page["work"]["cases"]["pendulum_simple"]["default"]["limits"]
+    floor, conditioning = (next(x["at"] for x in limits if word in x["limit"]) for word in ("floor", "conditioning"))
+    times = get("pendulum_simple").rounded().times.tolist()
+    with mpmath.workdps(40):
+        exact, later = _pendulum(times), _pendulum([mpmath.mpf(t) + mpmath.mpf(math.ulp(t)) / 2 for t in times])
+        moved = [_pendulum(times, **{name: mpmath.mpf(x) + mpmath.mpf(math.ulp(x)) / 2}) for name, x in NUMBERS.items()]
+        effects = np.array([np.array(other) - np.array(exact) for other in (*moved, later)], dtype=np.float64)
+    states = np.abs(np.array(exact, dtype=np.float64))
+    sizes = np.max(states, axis=0, initial=2.0)
+    assert math.log10(np.max(np.spacing(states) / 2 / sizes)) == pytest.approx(floor, abs=1e-3)
+    together = np.sqrt(np.sum(np.max(np.abs(effects) / sizes, axis=2) ** 2, axis=0))
+    assert math.log10(np.max(together)) == pytest.approx(conditioning, abs=1e-3)
+
+
+def _project() -> dict[str, Any]:
+    found: dict[str, Any] = tomllib.loads((README.parent / "pyproject.toml").read_text())["project"]
+    return found
+
+
+def test_every_dependency_has_its_licence_in_the_readme_and_its_reason_in_contributing() -> None:
+    rows = dict(re.findall(r"^\| ([^|]+?) \| ([^|]+?) \|$", README.read_text().split("## Licences")[1], re.M))
+    licences = {name: rows[cell] for cell in rows for name in re.findall(r"[\w-]+", cell.partition(" (")[0])}
+    extras = _project()["optional-dependencies"]
+    wanted = {re.match(r"[\w-]+", each).group() for each in (*_project()["dependencies"], *extras["peers"])}  # type: ignore[union-attr]
+    assert set(licences) - {"package", "---"} == wanted
+    reasons = (README.parent / "CONTRIBUTING.md").read_text().split("each with its reason")[1]
+    for name in sorted(wanted):
+        assert re.search(rf"^\|.*\b{name}\b.*\|.*\|$", reasons, re.M), name
+        try:
+            about = metadata(name)
+        except PackageNotFoundError:
+            assert name in ("heyoka", "pybullet")
+            continue
+        told = " ".join(value for key, value in about.items() if key in ("Classifier", "License", "License-Expression"))
+        for licence in re.findall(r"BSD|MIT|Apache|MPL|zlib|LGPL-3.0|GPL-3.0-only", licences[name]):
+            assert licence in told, (name, told)
