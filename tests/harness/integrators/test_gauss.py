@@ -9,6 +9,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.forms import FirstOrder, Form, SecondOrder, Values
 from gnomon.cases.registry import get
 from gnomon.harness.integrator import Problem
@@ -17,7 +18,7 @@ from gnomon.harness.integrators.gauss import INTEGRATORS, Gauss, Gauss2, Gauss4,
 from gnomon.harness.integrators.gauss_steps import newton_numbers, newton_step
 from gnomon.harness.order import solve_exactly
 from gnomon.harness.problem import counting, initial_state, problem_of
-from gnomon.reference.precision import working
+from gnomon.reference.precision import nearest_double, working
 
 METHODS = [method for method in INTEGRATORS if issubclass(method, Gauss)]
 TIMES = np.arange(1.0, 65.0)
@@ -137,6 +138,65 @@ def without_derivatives(t: Any, state: Values, parameters: Values) -> Values:
 
 def acceleration(t: Any, place: Values, parameters: Values) -> Values:
     return henon_heiles(t, place, parameters)[:2]
+
+
+def drift(t: Any, state: Values, parameters: Values) -> Values:
+    """x = t, y = t^2/2, and the derivatives."""
+    x, _ = state
+    return 1, x, 0, 0, 1, 0
+
+
+def fall(t: Any, place: Values, parameters: Values) -> Values:
+    """At a velocity of 1 and 0: x = t, y = t^3/6."""
+    x, _ = place
+    return 0, x, 0, 0, 1, 0
+
+
+def drift_without_derivatives(t: Any, state: Values, parameters: Values) -> Values:
+    return drift(t, state, parameters)[:2]
+
+
+def fall_without_derivatives(t: Any, place: Values, parameters: Values) -> Values:
+    return fall(t, place, parameters)[:2]
+
+
+@pytest.mark.parametrize("newton", [True, False])
+@pytest.mark.parametrize("second_order", [True, False])
+@pytest.mark.parametrize("method", METHODS)
+def test_what_rounding_takes_from_the_coefficients_is_given_back(
+    method: type[Gauss], second_order: bool, newton: bool
+) -> None:
+    """A step of 1 in sixty digits by the numbers of binary64. Without what was taken from weights, nodes or sums it is
+    off by some 1e-17, the same in every step. Only y by Newton, from single numbers of the stage matrix, keeps that."""
+    start = (0, 0, 1, 0) if second_order else (0, 0)
+    width, kind = 2, SecondOrder if second_order else FirstOrder
+    equations = (
+        (fall if second_order else drift)
+        if newton
+        else (fall_without_derivatives if second_order else drift_without_derivatives)
+    )
+    form = kind(equations)
+    stepping = ByNewton(method.stages, width) if newton else method()
+    with working(60) as mp:
+        rows = stepping.table(mp, form, (), mp.mpf(2) ** -52)
+        table = np.full((len(rows), max(map(len, rows))), mp.mpf(0), dtype=object)
+        for row, values in zip(table, rows, strict=True):
+            row[: len(values)] = [mp.mpf(nearest_double(value)) for value in values]
+        y = np.array([mp.mpf(x) for x in start], dtype=object)
+        x, slope, increment, store = (
+            np.full(shape, mp.mpf(0), dtype=object)
+            for shape in (width, stepping.widths(form, len(y))[1], len(y), (stepping.rows(form), len(y)))
+        )
+        arithmetic = mpmath_arithmetic(mp)
+        step, f = rebind(stepping.step_for(form), arithmetic), rebind(stepping.equations(form), arithmetic)
+        assert step(f, mp.mpf(0), mp.mpf(1), y, (), table, x, slope, store, increment)
+        exact = [1, mp.mpf(1) / 6, 0, mp.mpf(1) / 2] if second_order else [1, mp.mpf(1) / 2]
+        # One stage has a weight of 1: it does not integrate t (1 - t), which is of degree 2.
+        if second_order and method.stages == 1:
+            exact[1] = mp.mpf(1) / 4
+        off = [abs(a - b) for a, b in zip(increment, exact, strict=True)]
+        rounded = [1, 3] if newton and second_order else [1] if newton else []
+        assert all(error < (1e-15 if i in rounded else 1e-30) for i, error in enumerate(off))
 
 
 def tumble(t: Any, state: Values, parameters: Values) -> Values:
@@ -262,6 +322,25 @@ def test_a_trajectory_is_the_same_alone_in_any_company_and_again(newton_steps: l
     assert np.array_equal(together.states, solve(start).states)
     for k in range(4):
         assert np.array_equal(together.states[k], solve(start[k : k + 1]).states[0])
+
+
+def grow(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (x * x,)
+
+
+def test_a_step_that_has_no_solution_ends_its_trajectory_alone() -> None:
+    """The midpoint rule's x + u^2 with u = x + u^2/2 has none from x = 10; from -1 on the nearer root is 1 - sqrt(1 - 2 x)."""
+    solution = ImplicitMidpoint().prepare(problem(FirstOrder(grow), 1), 1.0)(np.array([[-1.0], [10.0]]))
+    assert (
+        solution.stopped == "the stages of a step did not converge before sample 1 of trajectory 2; take shorter steps"
+    )
+    assert np.all(np.isnan(solution.states[1]))
+    x = -1.0
+    for found in solution.states[0, :, 0]:
+        x += (1 - math.sqrt(1 - 2 * x)) ** 2
+        # Some 2^-53 a step of what x is then: it falls as 1 / (1 + t), and so do errors, squared.
+        assert found == pytest.approx(x, rel=64 * ROUNDOFF)
 
 
 def test_right_hand_sides_are_counted_and_a_linear_step_takes_few() -> None:

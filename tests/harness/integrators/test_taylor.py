@@ -189,3 +189,25 @@ def test_steps_are_those_of_jorba_and_zou(tolerance: float) -> None:
     span = 100.5 * h
     problem = Problem(FirstOrder(growing), 1, np.zeros(0), np.arange(1, 65) * (span / 64), 1.0)
     assert Taylor().prepare(problem, tolerance)(np.array([[1.0]])).steps == 101
+
+
+def swinging(t: Any, state: Values, parameters: Values) -> Values:
+    """x = cos t, v = -3 sin t."""
+    x, v = state
+    return v / 3, -3 * x
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-9, 1e-16])
+def test_the_remainder_is_held_against_the_largest_size_of_each_component_so_far(tolerance: float) -> None:
+    """The same steps from the derivatives of cosine and sine. The speed starts at zero: its first size is 3/4."""
+    order, span = order_for(tolerance), 30.0
+    t, sizes, steps = 0.0, np.array([1.0, 0.75]), 0
+    while t < span:
+        sizes = np.maximum(sizes, np.abs([math.cos(t), 3 * math.sin(t)]))
+        radii = []
+        for k in (order - 1, order):
+            turned = np.abs(np.cos(t + math.pi / 2 * np.array([k, k + 1]))) * [1, 3] / sizes
+            radii.append((math.factorial(k) / np.max(turned)) ** (1 / k))
+        t, steps = t + min(radii) * math.exp(-2 - 0.7 / (order - 1)), steps + 1
+    problem = Problem(FirstOrder(swinging), 2, np.zeros(0), np.arange(1, 65) * (span / 64), 0.25)
+    assert Taylor().prepare(problem, tolerance)(np.array([[1.0, 0.0]])).steps == steps
