@@ -25,7 +25,7 @@ import numpy as np
 from gnomon.cases.forms import SecondOrder
 from gnomon.harness import compile as compiling
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
-from gnomon.harness.integrators.fixed_step import DIGITS, Table
+from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded
 from gnomon.harness.integrators.stepping import blank, compiled_whole
 from numpy.typing import NDArray
 
@@ -116,13 +116,9 @@ class Decimals:
 
 
 def tabulated(rows: Callable[[Any], Table]) -> Floats:
-    """The coefficients in binary64, rounded once from `DIGITS` digits, shorter rows filled with zeros."""
+    """The coefficients in binary64, rounded once from `DIGITS` digits."""
     with localcontext(Context(prec=DIGITS)):
-        table = rows(Decimals)
-    found = np.zeros((len(table), max(map(len, table))))
-    for row, values in zip(found, table, strict=True):
-        row[: len(values)] = [float(x) for x in values]
-    return found
+        return rounded(rows(Decimals), float)
 
 
 def check_tolerance(setting: float, least: float = LEAST_TOLERANCE) -> None:
@@ -228,7 +224,8 @@ def shortened(error: float) -> float:
 
 
 def lengthened(error: float, before: float, step: float, last: float) -> float:
-    """The factor to the next step, from the errors over the tolerance of this one and the `last`, 0 where there is none."""
+    """The factor to the next step, from this one and the `last`, 0 where there is none, with both errors over the tolerance:
+    `error` and the one `before`."""
     if ERROR_ORDER < FORESEEING:
         return float(SAFETY * error ** (0.2 * BETA - 1 / ERROR_ORDER) * before**BETA)
     least = max(error, 1e-4)

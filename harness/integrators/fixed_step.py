@@ -154,11 +154,11 @@ def given(mp: Any, function: Callable[[Any], Any], parameters: Sequence[Any], co
     return [mp.mpf(x) for x in function(tuple(parameters))]
 
 
-def rounded(table: Table) -> Floats:
-    """Rows of mpmath numbers as the nearest doubles, shorter rows filled with zeros."""
+def rounded(table: Table, double: Callable[[Any], float] = nearest_double) -> Floats:
+    """Rows of mpmath numbers, or of those that `double` takes, as the nearest doubles; shorter rows end in zeros."""
     found = np.zeros((len(table), max(map(len, table))))
     for row, values in zip(found, table, strict=True):
-        row[: len(values)] = [nearest_double(x) for x in values]
+        row[: len(values)] = [double(x) for x in values]
     return found
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from gnomon.cases.forms import FirstOrder, Form, SecondOrder
 from gnomon.harness.compile import cache_folder, module_name
 from gnomon.harness.integrator import Integrator, Problem, Steps
-from gnomon.harness.integrators import gauss_steps, graph, linear, stepping
+from gnomon.harness.integrators import graph
 from gnomon.harness.integrators.fixed_step import DIGITS, FixedStep, Floats, Loop, Table, kept, rounded
 from gnomon.harness.integrators.gauss_steps import gauss_nystrom_step, gauss_step, newton_numbers, newton_step
 from gnomon.harness.integrators.stepping import Step
@@ -45,11 +45,10 @@ class Gauss(FixedStep):
         return 1 + 2 * self.stages
 
     def table(self, mp: Any, form: Form, parameters: Any, roundoff: Any) -> Table:
-        rows, weights, nystrom = stage_rows(mp, self.stages, isinstance(form, SecondOrder), mp.prec)
         second = isinstance(form, SecondOrder)
+        rows, weights, nystrom = stage_rows(mp, self.stages, second, mp.prec)
         last = [[roundoff, *weights], *([nystrom] if second else [])]
-        taken = [taken_from(mp, row, second, roundoff) for row in rows[: self.stages]]
-        return [*rows, *(half for row in last for half in halves(mp, row, roundoff)), taken]
+        return [*rows, *what_is_taken(mp, rows[: self.stages], last, second, roundoff)]
 
     def loop(self, problem: Problem, h: float, substeps: int) -> Loop:
         fixed_point = super().loop(problem, h, substeps)
@@ -109,11 +108,11 @@ def compiled_once(what: str, make: Callable[[], Any]) -> None:
 
 @cache
 def newton_source() -> str:
-    """What the compiled code of Newton's iteration depends on, beside the equations."""
+    """What the compiled code and the tables of Newton's iteration depend on, beside the equations."""
     from gnomon.harness import machine_code  # loads numba
 
-    files = (gauss_steps.__file__, graph.__file__, linear.__file__, stepping.__file__)
-    return "\n".join([machine_code.machine(), *(Path(file).read_text() for file in files)])
+    modules = ("fixed_step", "gauss", "gauss_steps", "graph", "linear", "stepping")
+    return "\n".join([machine_code.machine(), *(Path(__file__).with_name(f"{x}.py").read_text() for x in modules)])
 
 
 @cache
@@ -142,13 +141,14 @@ def newton_rows(mp: Any, stages: int, second_order: bool, roundoff: Any) -> Tabl
     inverse = mp.matrix([integrals(mp, c, node) for node in c]) ** -1
     change = mp.matrix([b]) * inverse
     last = [[roundoff, *change], [mp.mpf(-2 * (stages % 2)), *(change * inverse)]]
-    taken = [taken_from(mp, row, second_order, roundoff) for row in rows[:stages]]
-    return [*rows[:stages], *(half for row in last for half in halves(mp, row, roundoff)), taken]
+    return [*rows[:stages], *what_is_taken(mp, rows[:stages], last, second_order, roundoff)]
 
 
-def taken_from(mp: Any, row: Sequence[Any], second_order: bool, roundoff: Any) -> Any:
-    """What rounding takes from the node in a row of stages, or from the sum of its coefficients."""
-    return mp.fsum(halves(mp, row[:1] if second_order else row[1:], roundoff)[1])
+def what_is_taken(mp: Any, rows: Table, last: Table, second_order: bool, roundoff: Any) -> Table:
+    """The `last` rows of a table, each with what rounding takes from it; then what it takes from each stage's row: from
+    the sum of its coefficients, or, for second-order equations, from its node."""
+    halved = [half for row in last for half in halves(mp, row, roundoff)]
+    return [*halved, [mp.fsum(halves(mp, row[:1] if second_order else row[1:], roundoff)[1]) for row in rows]]
 
 
 def halves(mp: Any, row: Sequence[Any], roundoff: Any) -> tuple[list[Any], list[Any]]:

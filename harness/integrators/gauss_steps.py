@@ -30,10 +30,8 @@ def gauss_step(
         change = 0.0
         for j in range(stages):
             for i in range(y.size):
-                total = table[weights + 2, j] * store[j + 1, i]
-                for m in range(stages):
-                    total += table[j, m + 1] * store[m + 1, i]
-                x[i] = y[i] + h * total
+                lost = table[weights + 2, j] * store[j + 1, i]
+                x[i] = y[i] + h * weighted_sum(lost, table, j, store, 1, i, stages)
             call(f, t + table[j, 0] * h, x, p, slope)
             for i in range(y.size):
                 moved = abs(slope[i] - store[j + 1, i])
@@ -44,12 +42,7 @@ def gauss_step(
                 store[j + 1, i] = slope[i]
         if settled(iteration, change, before, table[weights, 0]):
             for i in range(y.size):
-                total = 0.0
-                for m in range(stages):
-                    total += table[weights + 1, m + 1] * store[m + 1, i]
-                for m in range(stages):
-                    total += table[weights, m + 1] * store[m + 1, i]
-                increment[i] = h * total
+                increment[i] = h * full_sum(table, weights, store, i, stages)
             return True
         before = change
     return False
@@ -69,9 +62,7 @@ def gauss_nystrom_step(
         change = 0.0
         for j in range(stages):
             for i in range(half):
-                total = 0.0
-                for m in range(stages):
-                    total += table[j, m + 1] * store[m + 1, i]
+                total = weighted_sum(0.0, table, j, store, 1, i, stages)
                 velocity = y[half + i]
                 x[i] = y[i] + h * (table[j, 0] * velocity + (table[weights + 4, j] * velocity + h * total))
             call(f, t + table[j, 0] * h, x, p, slope)
@@ -84,15 +75,9 @@ def gauss_nystrom_step(
                 store[j + 1, i] = slope[i]
         if settled(iteration, change, before, table[weights, 0]):
             for i in range(half):
-                total, weighted = 0.0, 0.0
-                for m in range(stages):
-                    total += table[weights + 1, m + 1] * store[m + 1, i]
-                    weighted += table[weights + 3, m + 1] * store[m + 1, i]
-                for m in range(stages):
-                    total += table[weights, m + 1] * store[m + 1, i]
-                    weighted += table[weights + 2, m + 1] * store[m + 1, i]
-                increment[i] = h * y[half + i] + h * (h * weighted)
-                increment[half + i] = h * total
+                weighted = full_sum(table, weights + 2, store, i, stages)
+                increment[i] = h * (h * weighted) + h * y[half + i]
+                increment[half + i] = h * full_sum(table, weights, store, i, stages)
             return True
         before = change
     return False
@@ -116,10 +101,20 @@ def start_stages(
                 store[stages + j + 1, i] = store[j + 1, i]
         for j in range(stages):
             for i in range(width):
-                total = 0.0
-                for m in range(stages):
-                    total += table[stages + j, m + 1] * store[stages + m + 1, i]
-                store[j + 1, i] = total
+                store[j + 1, i] = weighted_sum(0.0, table, stages + j, store, stages + 1, i, stages)
+
+
+def weighted_sum(total: Any, table: Any, row: int, k: Any, first: int, i: int, stages: int) -> Any:
+    """`total` and column i of the rows of k from the `first` on, one a stage, by the weights in a row of the table."""
+    for m in range(stages):
+        total += table[row, m + 1] * k[first + m, i]
+    return total
+
+
+def full_sum(table: Any, row: int, store: Any, i: int, stages: int) -> Any:
+    """The slopes by the weights in a row and, first, by what rounding has taken from these, in the next row."""
+    lost = weighted_sum(0.0, table, row + 1, store, 1, i, stages)
+    return weighted_sum(lost, table, row, store, 1, i, stages)
 
 
 def newton_step(

@@ -65,8 +65,6 @@ class Number(Unbranching):
     What is exactly 0 or 1 is folded away; u sqrt(u) and what it divides become powers, one recurrence in place of three.
     """
 
-    __slots__ = ("graph", "index")
-
     def __init__(self, graph: Graph, index: int) -> None:
         self.graph, self.index = graph, index
 
