@@ -60,8 +60,10 @@ def nothing_ran(frame: pd.DataFrame) -> str | None:
     """Why nothing in these rows ran, in the words of the most frequent reason; None where something did."""
     if not frame["status"].isin(NEVER_RAN).all():
         return None
-    most = frame[["status", "reason"]].value_counts().index[0] if len(frame) else ("", "no measurement")
-    return " ".join(f"{most[0]}: {most[1]}".removeprefix(": ").replace("not_installed", "not installed").split())
+    if frame.empty:
+        return "no measurement"
+    status, reason = frame[["status", "reason"]].value_counts().index[0]
+    return " ".join(f"{status.replace('_', ' ')}: {reason}".split())
 
 
 def settings(frame: pd.DataFrame) -> pd.DataFrame:

@@ -15,7 +15,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from gnomon.harness import environment
+from gnomon.harness import environment, publish
 
 NAMED = ("group", "scene", "level", "ours_name", "peer_name", "unit", "asked")
 """What a row says of itself, the same in every launch."""
@@ -54,7 +54,7 @@ def main() -> None:
     parser.add_argument("launches", nargs="+", type=Path)
     parser.add_argument("--to", type=Path, required=True)
     arguments = parser.parse_args()
-    arguments.to.write_text(json.dumps(gathered(arguments.launches), indent=1) + "\n", encoding="utf-8")
+    publish.write(gathered(arguments.launches), arguments.to)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,6 @@ Digits are relative to the size of the motion.
 
 from __future__ import annotations
 
-import json
 import random
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
@@ -29,6 +28,7 @@ from typing import Any
 from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.case import Case
 from gnomon.cases.forms import Equations
+from gnomon.harness import publish
 from gnomon.harness.agreement import (
     DIGITS,
     REQUIRED,
@@ -42,7 +42,6 @@ from gnomon.harness.agreement import (
 )
 from gnomon.harness.certify_hybrid import flight_ways
 from gnomon.harness.certify_long import long_ways
-from gnomon.reference import diskcache
 from gnomon.reference.certified import CertifiedMotion
 from gnomon.reference.enclosures import enclosure
 from gnomon.reference.extrapolation import extrapolate
@@ -121,8 +120,7 @@ def _note(case: Case, ways: dict[str, float]) -> str:
 
 def write(certificates: Iterable[Certificate], path: Path) -> None:
     """The certificates as JSON, one object each, for the report."""
-    with diskcache.whole(path) as part:
-        part.write_text(json.dumps([asdict(c) | {"passed": c.passed} for c in certificates], indent=1) + "\n")
+    publish.write([asdict(c) | {"passed": c.passed} for c in certificates], path)
 
 
 def _random_times(case: Case) -> list[Fraction]:

@@ -273,6 +273,8 @@ def _check_writable(path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.is_dir():
         raise ValueError(f"{path} is a folder; name a file in it")
+    if path.exists() and not path.is_file():  # it would be replaced
+        raise ValueError(f"{path} is a device or a pipe; name a file")
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise ValueError(f"{path}: cannot be written; name another place with --to")
 

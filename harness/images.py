@@ -14,6 +14,7 @@ from typing import Any
 import vl_convert
 from gnomon.harness.png import smaller
 from gnomon.harness.processes import context, interrupts_ignored, main_hidden, quiet_child
+from gnomon.reference import diskcache
 
 PNG_SCALE = 1.0
 SVG = "{http://www.w3.org/2000/svg}"
@@ -37,8 +38,8 @@ def write_images(specifications: Mapping[str, dict[str, Any]], folder: Path) -> 
 
 def _write(specification: dict[str, Any], path: Path) -> None:
     svg = vl_convert.vegalite_to_svg(specification)
-    path.with_suffix(".svg").write_text(leaner(svg), encoding="utf-8")
-    path.with_suffix(".png").write_bytes(smaller(vl_convert.svg_to_png(svg, scale=PNG_SCALE)))
+    diskcache.replace(path.with_suffix(".svg"), leaner(svg).encode())
+    diskcache.replace(path.with_suffix(".png"), smaller(vl_convert.svg_to_png(svg, scale=PNG_SCALE)))
 
 
 def leaner(svg: str) -> str:

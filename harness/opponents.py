@@ -7,7 +7,6 @@ error is relative to the size of the quantity (a vector or a tensor: its largest
 from __future__ import annotations
 
 import importlib.util
-import json
 import statistics
 import time
 import warnings
@@ -25,9 +24,9 @@ from gnomon.harness import (
     opponents_inertia,
     opponents_particles,
     opponents_rigid,
+    publish,
 )
 from gnomon.harness.opponent import Opponent, Unsupported
-from gnomon.reference import diskcache
 from gnomon.reference.precision import exact, working
 
 REPEATS = 5
@@ -73,13 +72,9 @@ def everything() -> list[Check]:
     return found
 
 
-def write(frame: pandas.DataFrame, path: Path) -> Path:
+def write(frame: pandas.DataFrame, path: Path) -> None:
     """The table as JSON, one object each row, for the report."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    rows = frame.astype(object).where(frame.notna(), None).to_dict("records")
-    with diskcache.whole(path) as part:
-        part.write_text(json.dumps(rows, indent=1) + "\n")
-    return path
+    publish.write(frame.astype(object).where(frame.notna(), None).to_dict("records"), path)
 
 
 def _measure(check: Check, opponent: Opponent, repeats: int) -> list[dict[str, Any]]:

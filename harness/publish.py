@@ -1,4 +1,4 @@
-"""Rows that a module measures, one for each of its subjects, written for the report: `python -m MODULE --to FILE`."""
+"""What is written for the report; rows that a module measures, one for each of its subjects, by a command of its own."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, TypeVar
 
-from gnomon.harness import environment
 from gnomon.reference import diskcache
 
 Subject = TypeVar("Subject")
@@ -20,11 +19,18 @@ Subject = TypeVar("Subject")
 def publish(
     description: str | None, measured: Callable[[Subject], dict[str, Any]], subjects: Sequence[Subject]
 ) -> None:
-    """Measure all of them on all cores, and write them as JSON to the file that the command line names."""
+    """Measure all of them on all cores, and write them where the command line says: `python -m MODULE --to FILE`."""
+    from gnomon.harness import environment  # looks at the processor, which takes a tenth of a second
+
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--to", type=Path, required=True)
     arguments = parser.parse_args()
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as processes:
         found = {"environment": environment.describe(), "rows": list(processes.map(measured, subjects))}
-    with diskcache.whole(arguments.to) as part:
+    write(found, arguments.to)
+
+
+def write(found: Any, path: Path) -> None:
+    """As JSON, put in its place whole: where the disk is full the last one stays."""
+    with diskcache.whole(path) as part:
         part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")

@@ -24,6 +24,7 @@ from gnomon.cases.forms import (
     Separable,
 )
 from gnomon.cases.numbers import show as number
+from gnomon.reference import diskcache
 from rich.console import Console
 from rich.markup import escape
 from rich.syntax import Syntax
@@ -80,7 +81,8 @@ def draw(case: Case, path: Path) -> None:
         )
     chart = altair.vconcat(*panels, title=f"{case.title}: {case.id}").resolve_scale(color="independent")
     path.parent.mkdir(parents=True, exist_ok=True)
-    chart.save(str(path), **({"scale_factor": 2} if path.suffix == ".png" else {}))
+    with diskcache.whole(path) as part:
+        chart.save(str(part), **({"scale_factor": 2} if path.suffix == ".png" else {}))
 
 
 def _equations(case: Case, out: Console) -> None:

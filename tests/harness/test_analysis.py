@@ -180,6 +180,14 @@ def test_verdicts() -> None:
     assert matrix.set_index("integrator_id").loc["l:broken", "reason"] == "why"
 
 
+def test_why_nothing_ran_is_the_most_frequent_reason() -> None:
+    missing = _rows("a", [math.nan] * 2, [math.nan] * 2, status="not_installed", reason="no module\nnamed x")
+    other = _rows("b", [math.nan], [math.nan], status="unsupported", reason="no contact")
+    assert analysis.nothing_ran(pd.concat([missing, other])) == "not installed: no module named x"
+    assert analysis.nothing_ran(missing[:0]) == "no measurement"
+    assert analysis.nothing_ran(pd.concat([missing, _rows("c", [1.0], [1.0], status="timeout")])) is None
+
+
 def test_a_stored_run_is_read(synthetic_results: Path) -> None:
     frame = analysis.tidy(load(synthetic_results))
     table = analysis.equal_error(frame)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 import sys
 from pathlib import Path
@@ -135,6 +136,8 @@ def test_where_results_cannot_go_is_said_before_the_work(
 ) -> None:
     assert gnomon("certify", "pendulum_simple", "--to", str(tmp_path)) == 2
     assert capfd.readouterr() == ("", f"error: {tmp_path} is a folder; name a file in it\n")
+    assert gnomon("certify", "pendulum_simple", "--to", os.devnull) == 2
+    assert capfd.readouterr() == ("", f"error: {os.devnull} is a device or a pipe; name a file\n")
     monkeypatch.setattr(cli.os, "access", lambda path, mode: False)
     path = tmp_path / "new" / "a.json"
     assert gnomon("certify", "pendulum_simple", "--to", str(path)) == 2

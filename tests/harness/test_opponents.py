@@ -99,6 +99,7 @@ def test_failures_are_rows_with_their_status(tmp_path: Path) -> None:
     kinds = ("refuses", "raises", "nan", "wrong", "missing")
     frame = opponents.run_checks([get_check("com_rigid_body")], [planted(kind) for kind in kinds], repeats=1)
     assert list(frame["status"]) == ["refused", "crashed", "diverged", "inaccurate", "not_installed"]
-    rows = json.loads(opponents.write(frame, tmp_path / "checks.json").read_text())
+    opponents.write(frame, tmp_path / "checks.json")
+    rows = json.loads((tmp_path / "checks.json").read_text())
     assert [row["reason"] for row in rows][:2] == ["no such shape", "RuntimeError: broken"]
     assert rows[2]["error"] is None
