@@ -98,10 +98,13 @@ def credited(errors: Sequence[float] | Floats) -> Floats:
 
 
 def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:
-    """Time at which a sweep, loosest setting first, reaches an error; and whether its loosest setting already does.
+    """The least time in which a sweep, loosest setting first, holds an error; and whether its loosest setting does.
 
     Linear in the logarithms between the two neighbouring settings of the sweep; nan where no setting reaches it. Where
     the sweep holds any error only from some setting on, an infinite one before, that setting counts as the loosest.
+
+    A tighter setting may take less time than the one that reaches the error: the order of a Taylor series follows its
+    tolerance, and a low order takes more steps. It holds the error too, so its time counts, as nobody would wait longer.
     """
     return crossing(credited(errors), seconds, target)
 
@@ -112,11 +115,15 @@ def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> 
     if len(reached) == 0:
         return math.nan, False
     i = int(reached[0])
-    if i == 0 or math.isinf(held[i - 1]):
-        return float(seconds[i]), True
-    upper, lower = math.log(held[i - 1]), math.log(max(held[i], np.finfo(float).tiny))
-    share = (upper - math.log(target)) / (upper - lower)
-    return float(np.exp(np.log(seconds[i - 1]) + share * np.log(seconds[i] / seconds[i - 1]))), False
+    loosest = i == 0 or math.isinf(held[i - 1])
+    if loosest:
+        there = float(seconds[i])
+    else:
+        upper, lower = math.log(held[i - 1]), math.log(max(held[i], np.finfo(float).tiny))
+        share = (upper - math.log(target)) / (upper - lower)
+        there = float(np.exp(np.log(seconds[i - 1]) + share * np.log(seconds[i] / seconds[i - 1])))
+    # Without a time near the target there is none; tighter settings that were not timed are passed over.
+    return (math.nan if math.isnan(there) else min(there, *(float(seconds[k]) for k in reached))), loosest
 
 
 def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.DataFrame:

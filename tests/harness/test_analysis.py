@@ -38,6 +38,25 @@ def test_interpolation_is_linear_in_the_logarithms() -> None:
     assert math.isnan(analysis.time_at(errors, seconds, 1e-9)[0])
 
 
+def test_a_tighter_setting_that_takes_less_time_counts() -> None:
+    """As with Taylor series: the looser the tolerance, the lower the order and the more steps."""
+    errors = [1e-2, 1e-4, 1e-6, 1e-8]
+    assert analysis.time_at(errors, [9.0, 8.0, 2.0, 3.0], 1e-3) == (2.0, False)
+    assert analysis.time_at(errors, [9.0, 8.0, 2.0, 3.0], 1e-1) == (2.0, True)
+    assert analysis.time_at(errors, [9.0, 8.0, 2.0, 3.0], 1e-8)[0] == pytest.approx(3.0)
+    assert analysis.time_at(errors, [1.0, 8.0, 2.0, 3.0], 1e-2) == (1.0, True)
+
+
+def test_settings_without_a_time_have_no_say_beyond_their_own_error() -> None:
+    errors, missing = [1e-2, 1e-4, 1e-6, 1e-8], math.nan
+    assert analysis.time_at(errors, [9.0, 8.0, missing, 3.0], 1e-4) == (3.0, False)
+    assert math.isnan(analysis.time_at(errors, [9.0, 8.0, missing, 3.0], 1e-5)[0])
+
+
+def test_a_setting_beyond_round_off_is_too_late_to_be_faster() -> None:
+    assert analysis.time_at([1e-2, 1e-8, 1e-12, 2e-12, 1e-10], [1.0, 2.0, 4.0, 5.0, 0.1], 1e-8)[0] == pytest.approx(2.0)
+
+
 def test_a_lucky_setting_is_credited_with_what_tighter_ones_hold() -> None:
     lucky = [1e-2, 1e-9, 1e-4, 1e-5, 1e-6]
     assert analysis.credited(lucky).tolist() == [1e-2, 1e-4, 1e-4, 1e-5, 1e-6]
