@@ -45,6 +45,15 @@ def test_the_uncertainty_is_the_standard_error_of_the_mean_over_the_starts() -> 
     assert uncertainty == pytest.approx(0.1, abs=1e-3)
 
 
+@pytest.mark.parametrize(("until", "seen"), [(1 / 128, False), (1 / 64, True)])
+def test_the_power_is_that_of_the_last_seven_octaves(until: float, seen: bool) -> None:
+    """Two decades, in whole octaves: an error ten times too large before them does not show, in their first it does."""
+    times = np.arange(1, SAMPLES + 1) / SAMPLES
+    found, _ = fitted(times, np.array([np.where(times <= until, 10.0, 1.0) * times] * 2))
+    # Over seven octaves a first one too large by ln 10 bends the slope by 3 ln 10 / (28 ln 2).
+    assert 1 - found == pytest.approx(3 * math.log(10) / (28 * math.log(2)) if seen else 0.0, abs=0.02)
+
+
 def test_random_walks_grow_as_the_square_root() -> None:
     times = np.arange(1, SAMPLES + 1) / SAMPLES
     walks = np.abs(np.cumsum(np.random.default_rng(2).standard_normal((64, SAMPLES)), axis=1))

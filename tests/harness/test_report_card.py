@@ -73,6 +73,71 @@ def test_of_two_that_win_as_often_the_one_that_is_slow_nowhere_is_named() -> Non
     assert (row["cells"][1].text, row["cells"][1].note) == ("x:even", "fastest on 1 of 3")
 
 
+def _with_decoys(table: pd.DataFrame, **other: object) -> pd.DataFrame:
+    """The table and its rows again, with other numbers: of a hard variant, and in a formulation."""
+    decoys = table.assign(**other)
+    return pd.concat([table, decoys.assign(variant="stiff"), decoys.assign(formulation="sundman")], ignore_index=True)
+
+
+def test_only_default_scenes_in_their_own_coordinates_count() -> None:
+    trusted = pd.DataFrame(
+        [("a", "x:one", 1e-9, 1e-12, 7.0), ("a", "x:two", 1e-9, 1e-12, 0.5)],
+        columns=["case", "integrator_id", "best", "attainable", "over_tolerance"],
+    ).assign(variant="", formulation="")
+    orders = pd.DataFrame([("a", "x:one", 3.9, 4.0)], columns=["case", "integrator_id", "order", "declared"])
+    orders = orders.assign(variant="", formulation="")
+    members = {"smooth": ["a", "b"], "other": ["c"]}
+    equal = _with_decoys(EQUAL, integrator_id="x:decoy", tied=True, ratio=1.0)
+    bent = _with_decoys(trusted, best=0.5, over_tolerance=1e6)
+    matrix = pd.concat([MATRIX, MATRIX.assign(formulation="sundman", best=1e-9)])
+    rows, expected = kind_rows(equal, matrix, members), kind_rows(EQUAL, MATRIX, members)
+    assert rows == expected
+    said = findings(equal, pd.DataFrame(), rows, matrix, bent)
+    assert said == findings(EQUAL, pd.DataFrame(), expected, MATRIX, trusted)
+    tighter = pd.concat([equal, EQUAL.assign(target=1e-9, ratio=50.0)])
+    found = card(tighter, bent, _with_decoys(orders, order=1.0), matrix, None, None)
+    assert found == card(EQUAL, trusted, orders, MATRIX, None, None)
+
+
+def test_one_answer_for_all_kinds_is_no_finding() -> None:
+    rows = kind_rows(EQUAL, MATRIX, {"smooth": ["a", "b"], "stiff": ["b"]})
+    empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "over_tolerance"])
+    assert not any("By kind" in sentence for sentence in findings(EQUAL, pd.DataFrame(), rows, MATRIX, empty))
+
+
+def test_of_two_that_win_as_often_the_one_that_reaches_more_is_named_and_the_nearest_rival() -> None:
+    """x:more and x:few win once each; z:near and y:far get to both cases, z:once to one."""
+    equal = _equal(
+        ("a", "x:few", 1.0), ("a", "x:more", 5.0), ("b", "x:more", 1.0), ("a", "y:far", 9.0), ("b", "y:far", 9.0),
+        ("a", "z:near", 2.0), ("b", "z:near", 2.0), ("a", "z:once", 1.5),
+    )  # fmt: skip
+    (row,) = kind_rows(equal, MATRIX, {"all": ["a", "b"]})
+    note = row["cells"][1].note.replace("\N{NO-BREAK SPACE}", " ")
+    assert (row["cells"][1].text, note) == ("x:more", "fastest on 1 of 2; z:near 2.0 × on 2")
+
+
+@pytest.mark.parametrize(
+    ("count", "note"),
+    [(1, "2 of 3"), (2, "2 of 3; so do x:1"), (3, "2 of 3; so do x:1, x:2"), (5, "2 of 3; so do x:1, x:2 and 2 more")],
+)
+def test_who_holds_on_most_hard_variants(count: int, note: str) -> None:
+    """Of three, each ran two; another one held the third."""
+    rows = [("a", variant, f"x:{k}", 1e-9, "ok") for k in range(count) for variant in ("long", "stiff")]
+    rows += [("a", "far", "y:one", 1e-9, "ok")]
+    matrix = pd.DataFrame(rows, columns=MATRIX.columns[:5]).assign(formulation="")
+    (row,) = kind_rows(EQUAL, matrix, {"all": ["a"]})
+    assert (row["cells"][-1].text, row["cells"][-1].note) == ("x:0", note)
+
+
+def test_digits_of_what_is_exact_or_better_than_attainable() -> None:
+    """Seventeen where the error is zero; nothing is short of the attainable that is below it."""
+    columns = ["case", "integrator_id", "best", "attainable", "over_tolerance"]
+    trusted = pd.DataFrame([("a", "x:one", 0.0, 1e-12, math.nan)], columns=columns).assign(variant="", formulation="")
+    empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "order", "declared"])
+    (row,) = card(EQUAL, trusted, empty, MATRIX, None, None)
+    assert [cell.text for cell in row.cells[3:5]] == ["17.0", "0.0"]
+
+
 def test_kinds_with_one_answer_are_one_part_of_the_sentence() -> None:
     rows = kind_rows(EQUAL, MATRIX, {"Smooth: of any kind": ["a", "b"], "Stiff ones": ["b"], "Other": ["c"]})
     empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "over_tolerance"])

@@ -105,6 +105,44 @@ def _policies(*errors: tuple[str, float, float]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def test_an_integrator_that_takes_few_of_the_cases_is_not_told_by_its_tolerance() -> None:
+    """Fewer than half: x:few is off by more than the others, but on one case of three."""
+    trusted = _trusted(*[(case, name, off) for case in "abc" for name, off in (("x:one", 2.0), ("x:two", 7.0))])
+    trusted = pd.concat([trusted, _trusted(("a", "x:few", 99.0), ("a", "x:even", 0.1), ("b", "x:even", 0.1))])
+    said = findings(_equal(), pd.DataFrame(), (), _matrix(), trusted)[-1]
+    assert "1 of the 3 adaptive integrators" in said
+    assert said.endswith("x:two is off by a median factor of 7.")
+
+
+def test_the_sturdiest_three_of_those_that_ran_on_half() -> None:
+    scenes = [("a", str(n)) for n in range(4)]
+    right = {"x:all": 4, "x:most": 3, "x:some": 2, "x:none": 0}
+    rows = [
+        (*scene, name, 1e-9 if k < held else math.nan) for name, held in right.items() for k, scene in enumerate(scenes)
+    ]
+    rows += [(*scene, "x:half", 1e-9) for scene in scenes[:2]]
+    said = findings(_equal(), pd.DataFrame(), (), _matrix(*rows), _trusted())[-1]
+    assert said.endswith(": x:all on 4 of 4, x:half on 2 of 2, x:most on 3 of 4.")
+
+
+def test_libraries_stand_from_the_fastest_to_the_slowest_and_targets_are_told_apart() -> None:
+    equal = _equal()
+    slow = equal[equal["library"] == "y"].assign(library="a", integrator_id="a:slow", ratio=9.0)
+    tight = equal[equal["integrator_id"] == "x:one"].assign(target=1e-12)
+    near = equal[equal["integrator_id"] == "y:three"].assign(target=1e-9, tied=True)
+    said = findings(pd.concat([equal, slow, tight, near]), pd.DataFrame(), (), _matrix(), _trusted())
+    assert said[1].startswith("At an error of 1e-12, x:one is the fastest or on a par with it on 1 of the 1 cases")
+    assert said[2].endswith("the fastest: y 4.0 times on 2, a 9.0 times on 2.")
+
+
+def test_engines_are_compared_at_the_step_of_most_scenes_and_policies_by_their_best() -> None:
+    policies = _policies(("a", 0.2, 0.1), ("b", 0.4, 0.1), ("b", 0.3, 0.2))
+    other = _policies(("a", 0.9, 0.01)).assign(step=0.001)
+    said = findings(_equal(), pd.concat([other, policies]), (), _matrix(), _trusted())[-1]
+    assert said.startswith("At a step of 0.01 s")
+    assert said.endswith("on 2 of 2 scenes; configured for the scene, its error is smaller by a median factor of 2.5.")
+
+
 def test_what_configuration_is_worth() -> None:
     policies = _policies(("a", 0.2, 0.1), ("b", 0.05, 0.01), ("c", math.nan, 0.01))
     said = findings(_equal(), policies, (), _matrix(), _trusted())[-1]
