@@ -12,11 +12,14 @@ from gnomon.harness.plan import Series, Suite, Trial
 from gnomon.harness.registry import reference
 from gnomon.harness.store import Known
 from gnomon.harness.truth import CaseSpec
-from gnomon.harness.worker import Order, Outcome, Task
+from gnomon.harness.worker import FEWEST_CALLS, Order, Outcome, Task
 from numpy.typing import NDArray
 
 RELAUNCHED_SECONDS = 0.01
 """Trials above this are launched once: what is that slow is on nobody's Pareto front, and would fill the run."""
+REPEATED_SECONDS = 0.001
+"""Hard variants above this are timed in one call. Below, a single call is the first of code that was just loaded: 5 to
+10 % too slow in the middle, half too slow in one of ten below 30 microseconds."""
 MOST_GROWTH = 16.0
 """A prediction takes ratios of times up to this: below a tenth of a millisecond they are noise."""
 
@@ -74,8 +77,7 @@ class Sweep:
                 self._add(trial, {"status": "skipped", "reason": reason})
                 continue
             self._current = trial
-            count = self.launch == 1 and self.series.integrator.counts_rhs
-            return Order(trial.setting, count, self.suite.block_seconds, self._repeats(), self.suite.slow_seconds)
+            return self._order(trial.setting)
         self._finished()
         return None
 
@@ -127,9 +129,12 @@ class Sweep:
         first = self._history.get((trial.key, 1))
         return first is not None and first.seconds is not None and first.seconds <= RELAUNCHED_SECONDS
 
-    def _repeats(self) -> int:
-        """Default variants are timed; on the others times are orders of magnitude, and one call tells them."""
-        return self.suite.repeats if self.series.case.variant is None else 1
+    def _order(self, setting: float) -> Order:
+        """Default variants are timed; on the others times are orders of magnitude, and a few calls tell them."""
+        suite, count = self.suite, self.launch == 1 and self.series.integrator.counts_rhs
+        if self.series.case.variant is None:
+            return Order(setting, count, suite.block_seconds, suite.repeats, suite.slow_seconds)
+        return Order(setting, count, 0.0, FEWEST_CALLS, min(suite.slow_seconds, REPEATED_SECONDS))
 
     def _add(self, trial: Trial, measurement: Mapping[str, Any], settings: Any = None, states: Any = None) -> None:
         row = {"trial_key": trial.key, "launch": self.launch, "limit_seconds": self.limit_seconds, **measurement}

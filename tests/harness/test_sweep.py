@@ -10,9 +10,9 @@ import pytest
 from gnomon.harness import plan
 from gnomon.harness.judge import Judge
 from gnomon.harness.store import Known
-from gnomon.harness.sweep import RELAUNCHED_SECONDS, Sweep
+from gnomon.harness.sweep import RELAUNCHED_SECONDS, REPEATED_SECONDS, Sweep
 from gnomon.harness.truth import CaseSpec, truth
-from gnomon.harness.worker import Outcome
+from gnomon.harness.worker import FEWEST_CALLS, Outcome
 
 SUITE = replace(plan.suite("quick"), limit_seconds=1.0)
 
@@ -69,6 +69,25 @@ def test_what_would_pass_the_limit_is_skipped_with_the_prediction(judge: Judge) 
     assert log.sweep.next() is None
     assert log.statuses == ["ok"] * 4 + ["skipped"] * 4
     assert log.rows[-1]["reason"] == "predicted 1.6 s, above the limit of 1 s"
+
+
+def test_hard_variants_are_timed_in_a_few_calls_where_that_costs_nothing(judge: Judge) -> None:
+    default, hard = Log(judge), Log(judge)
+    hard.sweep.series.case.variant = "hard"
+    try:
+        order = hard.sweep.next()
+    finally:
+        hard.sweep.series.case.variant = None
+    assert order is not None
+    assert (order.block_seconds, order.repeats, order.slow_seconds) == (0.0, FEWEST_CALLS, REPEATED_SECONDS)
+    assert order.count is Log(judge).sweep.next().count  # type: ignore[union-attr]
+    usual = default.sweep.next()
+    assert usual is not None
+    assert (usual.block_seconds, usual.repeats, usual.slow_seconds) == (
+        SUITE.block_seconds,
+        SUITE.repeats,
+        SUITE.slow_seconds,
+    )
 
 
 def test_one_outlier_of_the_clock_is_no_growth(judge: Judge) -> None:
