@@ -87,7 +87,9 @@ def _sturdiest(matrix: pd.DataFrame, cases: Sequence[str]) -> Cell:
     if each.empty:
         return Cell("–", "no hard variant was run", "none")
     best = each[each["held"] == each["held"].max()].index.tolist()
-    note = f"{each['held'].max()} of {scenes}" + (f"; so do {', '.join(best[1:3])}" if len(best) > 1 else "")
+    note = f"{each['held'].max()} of {scenes}"
+    if len(best) > 1:
+        note += f"; so {'does' if len(best) == 2 else 'do'} {', '.join(best[1:3])}"
     return Cell(str(best[0]), note + (f" and {len(best) - 3} more" if len(best) > 3 else ""))
 
 

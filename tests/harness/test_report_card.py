@@ -118,7 +118,12 @@ def test_of_two_that_win_as_often_the_one_that_reaches_more_is_named_and_the_nea
 
 @pytest.mark.parametrize(
     ("count", "note"),
-    [(1, "2 of 3"), (2, "2 of 3; so do x:1"), (3, "2 of 3; so do x:1, x:2"), (5, "2 of 3; so do x:1, x:2 and 2 more")],
+    [
+        (1, "2 of 3"),
+        (2, "2 of 3; so does x:1"),
+        (3, "2 of 3; so do x:1, x:2"),
+        (5, "2 of 3; so do x:1, x:2 and 2 more"),
+    ],
 )
 def test_who_holds_on_most_hard_variants(count: int, note: str) -> None:
     """Of three, each ran two; another one held the third."""
