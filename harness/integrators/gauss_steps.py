@@ -187,7 +187,7 @@ def newton_step(
                 z[k] += right[k]
                 if moved > 0.0:
                     change = max(change, moved / (abs(y[i]) + abs(z[k])))
-        stuck = renewed and before <= change < COARSE
+        stuck = iteration > 0 and renewed and before <= change < COARSE
         if settled(iteration, change, before, table[stages, 0]) or stuck:
             for i in range(width):
                 total, weighted = 0.0, 0.0

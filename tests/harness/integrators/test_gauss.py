@@ -324,6 +324,23 @@ def test_a_trajectory_is_the_same_alone_in_any_company_and_again(newton_steps: l
         assert np.array_equal(together.states[k], solve(start[k : k + 1]).states[0])
 
 
+def settle_down(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (1000000 * (1 - x * x),)
+
+
+def test_a_first_step_that_hardly_moves_is_iterated_like_any_other() -> None:
+    """From 1 + d Newton's first change is 2 d, and what it leaves d^2: 6e-14. The midpoint u solves a u^2 + u = x + a."""
+    start = 1 + 2.0**-22
+    solution = ImplicitMidpoint().prepare(problem(FirstOrder(settle_down), 1), 1.0)(np.array([[start]]))
+    with mpmath.workdps(40):
+        x, a = mpmath.mpf(start), mpmath.mpf(500000)
+        for found in solution.states[0, :, 0]:
+            x = (mpmath.sqrt(1 + 4 * a * (x + a)) - 1) / a - x
+            # A rounding of u is doubled and comes back with the other sign in the next step: 64 of them walk.
+            assert abs(found - x) < 2 * math.sqrt(64) * ROUNDOFF
+
+
 def grow(t: Any, state: Values, parameters: Values) -> Values:
     (x,) = state
     return (x * x,)
