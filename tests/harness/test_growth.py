@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -125,8 +126,29 @@ def test_times_are_in_periods_and_every_start_is_its_own() -> None:
     # Energy is lost at the same rate in the second part as in the first: it starts where the first one ended.
     assert 0.45 < errors[0, SAMPLES // 2] / errors[0, -1] < 0.55
     assert len(set(errors[:, -1])) == 3
-    size = measured(replace(subject, periods=1e3, starts=3, parts=2))["size"]
-    assert size == pytest.approx(float(np.median(errors[:, -1])), rel=0.02)  # of the last 8 samples of 512
+    row = measured(replace(subject, periods=1e3, starts=3, parts=2))
+    assert row["size"] == pytest.approx(float(np.median(errors[:, -1])), rel=0.02)  # of the last 8 samples of 512
+    assert (row["integrator"], row["case"], row["periods"], row["starts"]) == ("RK4", "pendulum_simple", 1e3, 3)
+    assert (row["setting"], row["expected"]) == ("about 128 steps a period", "t")
+
+
+def test_starts_are_those_of_the_case_shrunk_by_one_in_64(monkeypatch: pytest.MonkeyPatch) -> None:
+    started = []
+
+    class Watched(RK4):
+        def prepare(self, problem: Problem, setting: float) -> Solve:
+            solve = super().prepare(problem, setting)
+
+            def watched(initial: Any) -> Any:
+                started.append(initial.copy())
+                return solve(initial)
+
+            return watched
+
+    monkeypatch.setattr(registry, "own", lambda: {"gnomon:RK4": Watched()})
+    energy_errors(Subject("gnomon:RK4", 16, "t", periods=1e2, starts=3))
+    (found,) = started
+    assert found.tolist() == [[2.0, 0.0], [2.0 - 2 / 64, 0.0], [2.0 - 4 / 64, 0.0]]
 
 
 def test_energies_are_rounded_far_below_the_states() -> None:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import warnings
 from fractions import Fraction
+from math import exp
+from typing import Any
 
 import numpy as np
 import pytest
@@ -163,6 +166,25 @@ def test_an_invariant_that_is_small_but_no_remainder_is_its_own_measure(speed: s
         assert found < departure  # over 3, less what 64 samples miss of them
     else:
         assert found == pytest.approx(departure / abs(start), rel=1e-6)
+
+
+def test_an_invariant_that_leaves_binary64_has_no_size_and_no_warning(judge: Judge) -> None:
+    def bursting(t: Any, state: Any, parameters: Any) -> Any:
+        return (exp(1000 * t) * state[0],)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert not math.isfinite(judge._size(bursting, 0.0))
+
+
+def test_what_is_zero_all_along_drifts_by_its_own_value() -> None:
+    """The angular momentum of a fall into the centre, whose terms are zero too."""
+    case = cases.get("kepler_orbit", "plunge").rounded()
+    judge = Judge(case, None, truth(CaseSpec.of(case)))
+    assert np.max(judge.drift(judge.truth.exact)["angular_momentum"]) == 0.0
+    aside = judge.truth.exact.copy()
+    aside[:, 3] += 1e-6
+    assert np.max(judge.drift(aside)["angular_momentum"]) == pytest.approx(1e-6 * np.max(aside[:, 0]), rel=1e-9)
 
 
 @pytest.mark.parametrize(
