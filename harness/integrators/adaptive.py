@@ -78,7 +78,7 @@ class Adaptive(Integrator):
     @classmethod
     @abstractmethod
     def rows(cls, mp: Any) -> Table:
-        """The table of coefficients in the mpmath context `mp`."""
+        """The table of coefficients, of the numbers of an mpmath context `mp` or of `Decimals`."""
 
     @classmethod
     @abstractmethod

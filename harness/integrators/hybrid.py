@@ -60,7 +60,7 @@ class EventRungeKutta(Integrator):
     stages: ClassVar[int]
 
     def table(self, mp: Any) -> Table:
-        """Coefficients as `event_stepping.one_step` takes them."""
+        """Coefficients as `event_stepping.one_step` takes them, of the numbers of `adaptive.Decimals`."""
         raise NotImplementedError
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
