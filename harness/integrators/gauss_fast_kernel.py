@@ -143,7 +143,6 @@ def compiled_ensemble(
     body, rows = ensemble.text(getattr(ensemble, found.kind), [(i, j) for i, j, _ in found.derivatives], count)
     at_start = "<|y[@], |>" + ("<|y[N + @], |>" if found.kind == "WITH_VELOCITY" else "")
     body = body.replace("{placed_at_start}", at_start)
-    words = words | {"rate": words["rate"].replace("y@", "y[@]")}
     for word in ("placed", "rate", "first"):
         body = body.replace("{" + word + "}", words[word])
     body = body.replace("TOGETHER", ensemble.SIGNATURE)

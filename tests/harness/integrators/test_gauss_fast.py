@@ -14,9 +14,11 @@ import numpy as np
 import pytest
 from gnomon.cases.forms import FirstOrder
 from gnomon.cases.registry import get
+from gnomon.harness import compile as compiling
 from gnomon.harness.growth import Subject, energy_errors
 from gnomon.harness.integrator import Refused
-from gnomon.harness.integrators.gauss import Gauss
+from gnomon.harness.integrators import gauss_fast_kernel
+from gnomon.harness.integrators.gauss import Gauss, integrals, nodes
 from gnomon.harness.integrators.gauss_fast import GaussFast, table
 from gnomon.harness.integrators.gauss_fast_kernel import layout
 from gnomon.harness.order import measure_order_exactly
@@ -89,7 +91,7 @@ def test_sine_and_cosine_of_lanes(name: str, kind: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["sin", "cos"])
-@pytest.mark.parametrize("turn", [1e-9, 3e-4, -0.03125, 0.03124, 0.7])
+@pytest.mark.parametrize("turn", [1e-9, 3e-4, -0.03125, 0.03124, -0.039, 0.06, 0.7])
 def test_sine_and_cosine_from_those_of_a_nearby_angle(turn: float, name: str) -> None:
     """Of 2^-53: 0.85 that these may be off, a half for the last rounding, 2^-5 or less for what is added to them."""
     from gnomon.harness.integrators.lanes_math import sin_and_cos, turned
@@ -173,9 +175,10 @@ def test_accurate_to_conditioning_at_tight_tolerance(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit", "euler_top", "damped_oscillator"])
 def test_the_error_follows_the_tolerance(name: str) -> None:
-    """Over six decades of tolerance: local errors go as its power 17/15, or the iteration's as the tolerance itself."""
+    """Over six decades of tolerance: local errors go as its power 17/15, or the iteration's as the tolerance itself. At the
+    loose end orbits err by two decades more: steps are too long for the law there."""
     loose, tight = solved(name, None, 1e-6)[0], solved(name, None, 1e-12)[0]
-    assert 1e-9 < tight / loose < 1e-4
+    assert 1e-10 < tight / loose < 1e-4
     assert tight < 1e-12 * 1e4, "ten periods, errors growing with the square of time"
 
 
@@ -334,26 +337,25 @@ def test_the_first_step_is_as_good_as_the_others() -> None:
 
 
 def test_the_pendulum_of_the_timing_tables_reaches_the_floor_of_binary64() -> None:
-    """A hundred periods of some thirty steps: each rounds an energy of 2 to 2e-17 of it, which a random walk and the
-    growth of a phase error with time make 1e-12."""
-    error, _, solution = solved("pendulum_simple", "speed", 1e-15)
-    assert solution.stopped is None
-    assert error < 3e-12
+    """A hundred periods of some thirty steps: each rounds an energy of 2 to 2e-18 of it, which a random walk and the
+    growth of a phase error with time make 2e-13. With sums in binary64 it was 6e-13."""
+    errors = [solved("pendulum_simple", "speed", tolerance)[0] for tolerance in np.linspace(0.8e-15, 1.25e-15, 12)]
+    assert np.sqrt(np.mean(np.square(errors))) < 4e-13
 
 
 @pytest.mark.parametrize(
     ("name", "periods", "bound"),
     [
-        ("pendulum_simple", 1e4, 5e-14),
-        ("harmonic_oscillator", 1e4, 5e-14),
-        ("kepler_orbit", 4e3, 1e-13),
-        ("euler_top", 2e4, 1.5e-14),
+        ("pendulum_simple", 1e4, 1e-14),
+        ("harmonic_oscillator", 1e4, 2e-14),
+        ("kepler_orbit", 4e3, 2e-14),
+        ("euler_top", 2e4, 1e-14),
     ],
 )
 def test_energy_walks_at_random_at_the_finest_tolerance(name: str, periods: float, bound: float) -> None:
-    """Some 3e5 steps that err by 2e-17 at random make 1e-14, of Kepler's orbit twice that, of the slow top half; rounded
-    weights, nodes or sums, or an iteration that always stops on the same side, make up to 1e-18 a step with one sign,
-    three to fifty times as much."""
+    """Some 3e5 steps whose slopes err by 5e-18 of the energy at random make 3e-15, of the oscillator twice that. Sums made
+    in binary64 make four times as much; rounded weights, nodes or sums, or an iteration that always stops on the same
+    side, make up to 1e-18 a step with one sign, ten to two hundred times as much."""
     _, errors = energy_errors(Subject("gnomon:Gauss 8-stage SIMD", 1e-16, "sqrt t", name, periods, starts=6))
     assert np.sqrt(np.mean(errors[:, -32:] ** 2)) < bound
 
@@ -374,6 +376,61 @@ def test_energy_of_an_ensemble_walks_at_random_too(name: str) -> None:
     rounding has taken from them made 8e-14 and 3e-13."""
     _, errors = energy_errors(Subject("gnomon:Gauss 8-stage SIMD", 1e-16, "sqrt t", name, 3e3, starts=16))
     assert np.sqrt(np.mean(errors[:, -32:] ** 2)) < 2e-14
+
+
+StepSums = Callable[[str], tuple[Callable[..., Any], Floats, int, bool]]
+
+
+@pytest.fixture
+def step_sums(monkeypatch: pytest.MonkeyPatch) -> StepSums:
+    """Of a case: `moved_exactly` of its module, for slopes (count, 8), the table that it reads, count, whether q'' = a."""
+
+    def of(name: str) -> tuple[Callable[..., Any], Floats, int, bool]:
+        case = get(name).rounded()
+        problem = problem_of(case, GaussFast.accepts)
+        found = layout(problem.form, len(problem.parameters), problem.dimension)
+        with monkeypatch.context() as patched:
+            patched.setattr(compiling, "compiled", lambda source, name: source)
+            given = (problem.form, len(problem.parameters), problem.dimension, problem.counted)
+            module = str(gauss_fast_kernel.compiled.__wrapped__(*given))
+        count = len(found.values)
+        vectors, coarse = ("".join(part.format(i) for i in range(count)) for part in ("row(f, {}), ", "coarse[{}], "))
+        probe = (
+            "\n@njit\ndef probe(h, y, low, f, coarse, table):\n"
+            f"    return moved_exactly(h, y, low, ({vectors}), ({coarse}), table)\n"
+        )
+        functions = module[: module.index("@njit", module.index("def moved_exactly"))]
+        return compiling.load_module(functions + probe).probe, table(found.second_order), count, found.second_order
+
+    return of
+
+
+@pytest.mark.parametrize("name", ["pendulum_simple", "second_order_linear_ode", "euler_top"])
+def test_a_step_at_a_fine_tolerance_loses_no_rounding(name: str, step_sums: StepSums) -> None:
+    """The new state and what it lacks make y + h v + h^2 sum b (1 - c) a and v + h sum b a, each within 2^-95."""
+    probe, coefficients, count, second = step_sums(name)
+    draw = np.random.default_rng(8)
+    with mpmath.workdps(40):
+        c = nodes(mpmath.mp, 8)
+        b = integrals(mpmath.mp, c, mpmath.mpf(1))
+        for _ in range(20):
+            y, low = draw.uniform(-2, 2, 2 * count), draw.uniform(-1e-16, 1e-16, 2 * count)
+            h = float(np.float32(draw.uniform(0.1, 1)))
+            slopes = draw.uniform(-1, 1, (count, 1)) + draw.uniform(-0.1, 0.1, (count, 8))
+            found, lost = probe(h, tuple(y), tuple(low), slopes, 256 * np.abs(slopes[:, 0]), coefficients)
+            exactly = [mpmath.mpf(x) + mpmath.mpf(z) for x, z in zip(y, low, strict=True)]
+            for i, f in enumerate(slopes.tolist()):
+                gained = h * mpmath.fdot(b, f)
+                if second:
+                    exactly[i] += h * (
+                        exactly[count + i] + h * mpmath.fsum(w * (1 - x) * z for w, x, z in zip(b, c, f, strict=True))
+                    )
+                    exactly[count + i] += gained
+                else:
+                    exactly[i] += gained
+            for x, z, true in zip(found, lost, exactly, strict=False):
+                assert abs(z) < 2e-15
+                assert abs(mpmath.mpf(x) + mpmath.mpf(z) - true) < 2**-95
 
 
 def test_samples_do_not_change_the_steps() -> None:
