@@ -161,7 +161,11 @@ def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
     )
     base = alt.Chart(alt.NamedData("rungs"))
     places = list(dict.fromkeys(rungs["ladder"] + ": " + rungs["effect"]))
-    y = alt.Y("place:N", title=None, sort=places, axis=alt.Axis(labelLimit=480, ticks=False, domain=False))
+    # On two lines, the case and the effect: on one they would leave a narrow page no room for the points.
+    split = "indexof(datum.label, ': ')"
+    lines_of = f"[slice(datum.label, 0, {split} + 1), slice(datum.label, {split} + 2)]"
+    axis = alt.Axis(labelLimit=340, labelExpr=lines_of, labelFontSize=10.5, ticks=False, domain=False)
+    y = alt.Y("place:N", title=None, sort=places, axis=axis)
     x = alt.X(
         "decades:Q",
         title="error of the simpler model against the full one",
@@ -193,7 +197,7 @@ def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
         late.mark_text(**small, align="left", dx=9).encode(x, y, text="words:N"),
     ]
     data = {"rungs": _kept(table, "place", "lacks", "over", "words", "decades")}
-    return dressed(alt.layer(lines, dots, *words).properties(width=640, height=26 * len(places), datasets=data))
+    return dressed(alt.layer(lines, dots, *words).properties(width=640, height=30 * len(places), datasets=data))
 
 
 def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
