@@ -141,6 +141,8 @@ def test_the_figure_of_the_readme_shows_the_published_points(page: dict[str, Any
     apart = np.max(np.abs(marks[:, None] - wanted[None]), axis=2)
     # Hundredths of a decade of 128 pixels, rounded; labels are rounded to tenths.
     assert max(np.max(np.min(apart, axis=0)), np.max(np.min(apart, axis=1))) < 1.0
+    legend = set(re.findall(r">(\w+:[^<]+)</text>", svg)) & set(points["series"]["words"])
+    assert legend == {points["series"]["words"][points["series"]["codes"][k]] for k in shown if points["front"][k]}
 
 
 def _pendulum(times: Sequence[Any], release: Any = 2, g: Any = 9.81, length: Any = 1) -> list[list[Any]]:

@@ -307,6 +307,27 @@ def test_without_a_jacobian_the_failure_is_clear(method: type[Gauss]) -> None:
     assert np.all(np.isnan(solution.states))
 
 
+def test_the_first_trajectory_that_newton_cannot_do_either_is_named() -> None:
+    solution = Gauss4().prepare(problem(FirstOrder(decay), 1, 1e6), 1.0)(np.array([[1.0], [math.nan], [math.nan]]))
+    assert solution.stopped is not None
+    assert "did not converge before sample 1 of trajectory 2;" in solution.stopped
+    assert np.all(np.isfinite(solution.states), axis=(1, 2)).tolist() == [True, False, False]
+    assert solution.steps == 64
+
+
+def decay_ever_faster(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (-t * x,)
+
+
+def test_a_trajectory_that_becomes_stiff_is_done_again_from_its_start(newton_steps: list[int]) -> None:
+    solution = Gauss4().prepare(problem(FirstOrder(decay_ever_faster), 1), 1.0)(np.array([[1.0]]))
+    assert newton_steps == [64]
+    assert (solution.stopped, np.all(np.isfinite(solution.states))) == (None, True)
+    # Order 8: f^(8) is up to 1e3, times 4!^4 / (8!^3 9) = 6e-10, and stages add a few of these.
+    assert solution.states[0, 0, 0] == pytest.approx(math.exp(-0.5), rel=1e-5)
+
+
 def relax(t: Any, state: Values, parameters: Values) -> Values:
     """Stiff far from the origin: at a rate of 3 x^2."""
     (x,) = state
