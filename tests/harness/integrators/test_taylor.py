@@ -127,6 +127,7 @@ def test_a_start_at_a_pericentre_does_not_set_the_size_of_the_velocity() -> None
 
 def test_order_follows_from_the_tolerance() -> None:
     assert [order_for(10.0**-k) for k in (3, 6, 9, 12, 16)] == [5, 8, 12, 15, 20]
+    assert order_for(0.9) == 3, "of lower ones no second radius of convergence is left"
 
 
 def test_the_same_bits_alone_in_an_ensemble_and_again() -> None:
@@ -167,10 +168,10 @@ def test_the_polynomial_between_steps_is_as_good_as_the_step() -> None:
 def test_a_component_that_starts_at_zero_is_as_large_as_its_motion_within_reach(
     time_scale: float, reach: float
 ) -> None:
-    """Two components that do not, with radii of convergence of 1/2 and 1/3; the third has a speed of 5."""
+    """Two components that do not, with radii of convergence of 1/3 and 1/2; the third has a speed of 5."""
     order, y, sizes = 12, np.array([4.0, -0.5, 0.0]), np.zeros(3)
     w = np.zeros(3 * STRIDE)
-    w[order], w[STRIDE + order] = 4.0 * 2**order, 0.5 * 3**order
+    w[order], w[STRIDE + order] = 4.0 * 3**order, 0.5 * 2**order
     w[2 * STRIDE + 1], w[2 * STRIDE + order] = -5.0, 1e9
     start_sizes(w, order, time_scale, y, sizes)
     assert sizes == pytest.approx([0, 0, 5 * reach])
