@@ -164,7 +164,8 @@ def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
     # On two lines, the case and the effect: on one they would leave a narrow page no room for the points.
     split = "indexof(datum.label, ': ')"
     lines_of = f"[slice(datum.label, 0, {split} + 1), slice(datum.label, {split} + 2)]"
-    axis = alt.Axis(labelLimit=340, labelExpr=lines_of, labelFontSize=10.5, ticks=False, domain=False)
+    two = {"labelFontSize": 10.5, "labelOffset": -6}  # Vega puts the first line where a single one would stand
+    axis = alt.Axis(labelLimit=340, labelExpr=lines_of, ticks=False, domain=False, **two)
     y = alt.Y("place:N", title=None, sort=places, axis=axis)
     x = alt.X(
         "decades:Q",

@@ -5,6 +5,7 @@
   window.gnomonCharts = state;
   const options = { actions: { export: true, source: false, compiled: false, editor: false } };
   const all = (selector, within = document) => [...within.querySelectorAll(selector)];
+  const TWO_TICKS = 2.05; // decades
   const BESIDE = 28; // as many names as stand beside a diagram; more of them stand below it
   let data;
 
@@ -54,7 +55,11 @@
     const across = drawn.map((point) => point[axis]);
     const down = [...drawn.map((point) => point.error), ...limits.map((limit) => limit.at)];
     const domains = { x: [0, 1], y: [Math.min(0, ...down) - 0.8, spec.datasets.margin[0].high] };
-    if (across.length) domains.x = [Math.min(...across) - 0.15, Math.max(...across) + 0.15];
+    if (across.length) {
+      const [low, high] = [Math.min(...across), Math.max(...across)];
+      const beside = Math.max(0.15, (TWO_TICKS - (high - low)) / 2); // a logarithmic axis with one tick says nothing
+      domains.x = [low - beside, high + beside];
+    }
     for (const layer of spec.layer) {
       for (const channel of ["x", "y"]) {
         const encoding = layer.encoding?.[channel];
@@ -286,8 +291,10 @@
     const scene = part("scene").value;
     part("calls").hidden = pressed("axis") !== "calls";
     panel.querySelector(".stresses").textContent = data.about[part("case").value].stresses[scene] ?? "";
-    figure.hidden = !scene;
-    if (figure.dataset.state && scene) build(figure);
+    const points = scene ? pointsOf(data.work.cases[part("case").value][scene]) : [];
+    part("nothing").hidden = !points.length || points.some((point) => !point.failed);
+    figure.hidden = !points.some((point) => point[pressed("axis")] !== null);
+    if (figure.dataset.state && !figure.hidden) build(figure);
   }
 
   function listen() {

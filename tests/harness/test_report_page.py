@@ -8,6 +8,7 @@ import itertools
 import json
 import os
 import shutil
+import sqlite3
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -173,6 +174,15 @@ FOUND = """(() => {
 })()"""
 
 
+SHOWN = """(() => {
+  const [of, scene] = ["case", "scene"].map((role) => document.querySelector(`#panel [data-role="${role}"]`));
+  [[of, "pendulum_simple"], [scene, "NAME"]].forEach(([select, value]) => {
+    select.value = value;
+    select.dispatchEvent(new Event("change", { bubbles: true }));
+  });
+  return ["figure", '[data-role="nothing"]'].map((part) => !document.querySelector(`#panel ${part}`).hidden);
+})()"""
+
 SORTED = """(() => {
   const table = document.querySelector(".sortable");
   const column = [...table.querySelectorAll("thead button")].findIndex((one) => one.textContent.startsWith("digits"));
@@ -192,8 +202,15 @@ PAINTED = """["body", ".panel", ".summary b", "thead th"].map((one) => {
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Of a run in which nothing came to an end on the long pendulum."""
     folder = tmp_path_factory.mktemp("reports")
-    return write_report(synthetic.write(folder / "results.sqlite"), folder)
+    results = synthetic.write(folder / "results.sqlite")
+    with sqlite3.connect(results) as db:
+        db.execute(
+            "UPDATE measurements SET status = 'timeout', error_max = NULL, seconds_median = NULL, rhs_calls = NULL"
+            " WHERE trial_key LIKE 'pendulum_simple/long%'"
+        )
+    return write_report(results, folder)
 
 
 @pytest.fixture
@@ -232,6 +249,14 @@ def test_page_in_a_browser(browser: Browser, page: Path, tmp_path: Path, width: 
 
     assert browser.complaints() == []
     assert browser.requests() == [page.resolve().as_uri()]
+
+
+@pytest.mark.parametrize(("scene", "shown"), [("long", [False, True]), ("separatrix", [True, False])])
+def test_an_empty_diagram_is_not_shown_but_said(browser: Browser, page: Path, scene: str, shown: list[bool]) -> None:
+    browser.open(page, 1400, 900)
+    browser.value(READY)
+    assert browser.value(SHOWN.replace("NAME", scene)) == shown
+    assert browser.complaints() == []
 
 
 def test_a_heading_sorts_its_column_both_ways(browser: Browser, page: Path) -> None:
