@@ -123,7 +123,7 @@ def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> 
         share = (upper - math.log(target)) / (upper - lower)
         there = float(np.exp(np.log(seconds[i - 1]) + share * np.log(seconds[i] / seconds[i - 1])))
     # Without a time near the target there is none; tighter settings that were not timed are passed over.
-    return (math.nan if math.isnan(there) else min(there, *(float(seconds[k]) for k in reached))), loosest
+    return (math.nan if math.isnan(there) else min(there, *(float(seconds[k]) for k in reached.tolist()))), loosest
 
 
 def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.DataFrame:

@@ -2,6 +2,7 @@
 
 Each is swept over its one knob, the tolerance, and judged as in a run. Its time at an error is interpolated between
 neighbouring settings by the rule of the report's tables (`analysis.time_at`): no lucky sign change of an error counts.
+Of tighter settings those near the other errors asked for count too, where they take less time.
 The two take turns, so that a slow spell of the machine falls on both.
 """
 

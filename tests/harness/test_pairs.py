@@ -24,6 +24,7 @@ def test_a_side_times_only_the_settings_near_its_targets() -> None:
     assert side.near([1e-9]) == []
     assert side.time({1: 1.0, 2: 100.0}, 1e-5) == pytest.approx(10.0)
     assert side.time({1: 1.0, 2: 100.0}, 1e-9) is None
+    assert side.time({1: 9.0, 2: 9.0, 3: 4.0}, 1e-5) == pytest.approx(4.0), "a tighter setting takes less time"
 
 
 def test_two_sides_at_equal_error() -> None:
