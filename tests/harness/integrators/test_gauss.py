@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from math import sin
 from typing import Any
 
 import mpmath
@@ -313,6 +314,25 @@ def test_the_first_trajectory_that_newton_cannot_do_either_is_named() -> None:
     assert "did not converge before sample 1 of trajectory 2;" in solution.stopped
     assert np.all(np.isfinite(solution.states), axis=(1, 2)).tolist() == [True, False, False]
     assert solution.steps == 64
+
+
+def roll_off(t: Any, state: Values, parameters: Values) -> Values:
+    """From the top at 0 to the bottom at pi, which no motion leaves."""
+    (x,) = state
+    (rate,) = parameters
+    return (rate * sin(x),)
+
+
+@pytest.mark.parametrize(("method", "rate", "start"), [(Gauss2, 8.0, 0.62), (Gauss4, 12.0, 0.21)])
+def test_the_stages_of_another_motion_are_refused(method: type[Gauss], rate: float, start: float) -> None:
+    """Newton's iteration, left to go on, converges to stages that lead across the top, to -3.04 and -2.80."""
+    solution = method().prepare(problem(FirstOrder(roll_off), 1, rate), 1.0)(np.array([[start]]))
+    assert solution.stopped == "the stages of a step did not converge before sample 1; take shorter steps"
+
+
+def test_the_second_change_may_be_large() -> None:
+    solution = Gauss4().prepare(problem(FirstOrder(roll_off), 1, 8.0), 1.0)(np.array([[1.89]]))
+    assert solution.states[0, 0, 0] == pytest.approx(math.pi, abs=0.02), "a step of eight times the fall"
 
 
 def decay_ever_faster(t: Any, state: Values, parameters: Values) -> Values:
