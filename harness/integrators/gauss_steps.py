@@ -35,7 +35,7 @@ def gauss_step(
             call(f, t + table[j, 0] * h, x, p, slope)
             for i in range(y.size):
                 moved = abs(slope[i] - store[j + 1, i])
-                if not moved <= MOST:
+                if not moved <= LARGEST:
                     return False
                 if moved > 0.0:
                     change = max(change, h * moved / (abs(y[i]) + h * abs(slope[i])))
@@ -68,7 +68,7 @@ def gauss_nystrom_step(
             call(f, t + table[j, 0] * h, x, p, slope)
             for i in range(half):
                 moved = abs(slope[i] - store[j + 1, i])
-                if not moved <= MOST:
+                if not moved <= LARGEST:
                     return False
                 if moved > 0.0:
                     change = max(change, h * moved / (abs(y[half + i]) + h * abs(slope[i])))
@@ -182,7 +182,7 @@ def newton_step(
             for i in range(width):
                 k = j * width + i
                 moved = abs(right[k])
-                if not moved <= MOST:
+                if not moved <= LARGEST:
                     return False
                 z[k] += right[k]
                 if moved > 0.0:
@@ -229,8 +229,8 @@ def settled(iteration: int, change: Any, before: Any, roundoff: Any) -> bool:
 FAR_BELOW = 2.5e-4
 """What is left of the iteration has a sign that lasts: over 1e7 steps it must stay below the walk of their round-off."""
 
-MOST = 1e300
-"""A slope beyond this, or not a number, ends the iteration."""
+LARGEST = 1e300
+"""A slope, or a change of a stage, beyond this or not a number ends the iteration. (`linear` has a MOST of its own.)"""
 
 NOISE = 1e6
 """Where changes stop shrinking below this many units of round-off, it is round-off that stops them (cancellation)."""
