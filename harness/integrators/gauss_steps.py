@@ -230,7 +230,7 @@ FAR_BELOW = 2.5e-4
 """What is left of the iteration has a sign that lasts: over 1e7 steps it must stay below the walk of their round-off."""
 
 LARGEST = 1e300
-"""A slope, or a change of a stage, beyond this or not a number ends the iteration. (`linear` has a MOST of its own.)"""
+"""A slope, or a change of a stage, beyond this or not a number ends the iteration."""
 
 NOISE = 1e6
 """Where changes stop shrinking below this many units of round-off, it is round-off that stops them (cancellation)."""
