@@ -16,6 +16,7 @@ from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, So
 from gnomon.harness.integrators import gauss, gauss_fast_kernel, gauss_fast_text, radau
 from gnomon.harness.integrators.fixed_step import DIGITS, Table, kept, rounded
 from gnomon.harness.integrators.gauss import halves, integrals, lagrange, nodes
+from gnomon.harness.integrators.gauss_fast_text import SCRATCH, SCRATCH_ROWS
 from gnomon.harness.integrators.stepping import blank
 from gnomon.reference.precision import nearest_double, working
 from numpy.typing import NDArray
@@ -139,9 +140,10 @@ def table(second_order: bool) -> Floats:
             return rounded(rows(mp, second_order))
 
     found = kept(f"Gauss SIMD, second order: {second_order}", (__name__, gauss.__name__), build)
-    space = np.empty(found.size + 8)
-    aligned = space[-space.ctypes.data % 64 // 8 :][: found.size].reshape(found.shape)
-    aligned[:] = found
+    whole = SCRATCH + SCRATCH_ROWS
+    space = np.zeros(8 * whole + 8)
+    aligned = space[-space.ctypes.data % 64 // 8 :][: 8 * whole].reshape(whole, 8)
+    aligned[: len(found)] = found
     return aligned
 
 

@@ -21,10 +21,10 @@ SIGNATURE = (
     '"int64(float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1])"'
 )
 
-LANES = ("lanes", "lanes_math")
+LANES = ("lanes", "lanes_math", "gauss_fast_text")
 
-MOST_NEWTON, FORESEEN = 3, 1
-"""The derivatives are used for so many components at most; how often a round's change is carried on with them."""
+MOST_NEWTON = 3
+"""The derivatives are used for so many components at most."""
 
 FEWEST_GROUPED, MOST_GROUPS = 8, 3
 """From so many components on a round goes in groups, of which there are so many at most. Each group waits for the one
@@ -169,14 +169,11 @@ def correction(found: Layout) -> str:
     """What a round does to its new slopes g: with derivatives, the changes that they foresee are made at once."""
     if not found.derivatives:
         return "g@ = lanes(g[@])"
+    lines = ["d@ = lanes(g[@]) - f@", "{shift}", *(["{lost}"] if found.second_order else []), "g@ = lanes(g[@])"]
     count = len(found.values)
-    lines = ["d@ = lanes(g[@]) - f@"]
-    for _ in range(FORESEEN):
-        lines += ["{shift}", *(["{lost}"] if found.second_order else []), "c@ = lanes(0.0)"]
-        for n, (i, j, _value) in enumerate(found.derivatives):
-            lines.append(f"c{i} = fma(lanes(g[{count + n}]), {'s' if j < count else 'w'}{j % count}, c{i})")
-        lines.append("d@ = (lanes(g[@]) - f@) + c@")
-    return "\n        ".join([*lines, "g@ = lanes(g[@]) + c@"])
+    for n, (i, j, _value) in enumerate(found.derivatives):
+        lines.append(f"g{i} = fma(lanes(g[{count + n}]), {'s' if j < count else 'w'}{j % count}, g{i})")
+    return "\n        ".join(lines)
 
 
 NO_FREQUENCY = {"squares": "", "at_end": "0.0"}

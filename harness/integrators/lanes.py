@@ -12,9 +12,11 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
+from gnomon.harness.integrators.gauss_fast_text import SCRATCH, SCRATCH_ROWS
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils, typing
+from numba.core.errors import TypingError
 from numba.core.typeconv import Conversion
 from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 
@@ -226,15 +228,20 @@ def products(typingctx: Any, table: Any, first: Any, vectors: Any) -> Any:
     """The matrix whose columns are the eight rows of the table from `first` on, times each vector of a tuple.
 
     Elements are broadcast from memory: that takes no shuffles, and each column is loaded once for all vectors. Of few
-    vectors the first elements are shuffled, which is done while the store waits to be read.
+    vectors the first elements are shuffled, which is done while the store waits to be read. The table has `SCRATCH_ROWS`
+    rows from `SCRATCH` on for that.
     """
+    if len(vectors) > SCRATCH_ROWS:
+        raise TypingError(f"products of {len(vectors)} vectors, of which the table has room for {SCRATCH_ROWS}")
     # Few vectors have several chains of sums each, which shortens the wait for one another's results.
     chains = 4 if len(vectors) == 1 else 2 if len(vectors) < 6 else 1
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         table, first, vectors = values
         whole = cgutils.unpack_tuple(builder, vectors)
-        starts = [_elements(builder, vector) for vector in whole]
+        rows = [ir.Constant(ir.IntType(64), SCRATCH + i) for i in range(len(whole))]
+        places = [_row_pointer(context, builder, table, index) for index in rows]
+        starts = [_elements(builder, place, vector) for place, vector in zip(places, whole, strict=True)]
         sums: list[list[Any]] = [[] for _ in starts]
         for k in range(WIDTH):
             column = _row(context, builder, table, builder.add(first, ir.Constant(ir.IntType(64), k)))
@@ -255,11 +262,9 @@ def products(typingctx: Any, table: Any, first: Any, vectors: Any) -> Any:
     return types.UniTuple(LANES, len(vectors))(TABLE, types.int64, vectors), generate
 
 
-def _elements(builder: Any, vector: Any) -> Any:
+def _elements(builder: Any, place: Any, vector: Any) -> Any:
     """Where a vector's elements lie in memory, by a way that the compiler cannot see through: it would shuffle."""
-    place = cgutils.alloca_once(builder, DOUBLES)
-    place.align = 64
-    builder.store(vector, place, align=64)
+    builder.store(vector, place, align=8)
     kind = ir.FunctionType(place.type, [place.type])
     hidden = builder.asm(kind, "", "=r,0", [place], False)
     return builder.bitcast(hidden, ir.PointerType(ir.DoubleType()))
