@@ -112,7 +112,7 @@ def _table(method: type[Adaptive]) -> Floats:
 class Decimals:
     """What a table of decimals and fractions asks of an mpmath context, in a tenth of the time."""
 
-    mpf, zero, fsum = Decimal, Decimal(0), sum
+    mpf, zero, fsum, sqrt = Decimal, Decimal(0), sum, Decimal.sqrt
 
 
 def tabulated(rows: Callable[[Any], Table]) -> Floats:

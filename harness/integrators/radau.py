@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -10,10 +11,12 @@ import numpy as np
 from gnomon.cases.forms import FirstOrder
 from gnomon.harness.compile import right_hand_side
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
-from gnomon.harness.integrators.fixed_step import DIGITS, Table, kept, rounded
+from gnomon.harness.integrators.adaptive import tabulated
+from gnomon.harness.integrators.fixed_step import Table
 from gnomon.harness.integrators.gauss import integrals
 from gnomon.harness.integrators.graph import compiled, jacobian_text
 from gnomon.harness.integrators.radau_steps import (
+    INLINED,
     MOST_STEPS,
     NOT_FINITE,
     SIGNATURE,
@@ -22,7 +25,6 @@ from gnomon.harness.integrators.radau_steps import (
     integrate,
 )
 from gnomon.harness.integrators.stepping import blank, compiled_whole
-from gnomon.reference.precision import working
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -65,7 +67,7 @@ def prepared(problem: Problem, tolerance: float, fixed: float) -> Solve:
     except ValueError as error:
         raise Refused(str(error)) from None
     derivative, kernel = compiled(text), right_hand_side(problem)
-    run = compiled_whole(integrate, SIGNATURE)
+    run = compiled_whole(integrate, SIGNATURE, (("DIMENSION", problem.dimension),), INLINED)
     address, buffer, times, scale = kernel.address, problem.buffer, problem.times, problem.time_scale
     coefficients = table()
 
@@ -81,45 +83,61 @@ def prepared(problem: Problem, tolerance: float, fixed: float) -> Solve:
 
 @cache
 def table() -> Floats:
-    def build() -> Floats:
-        with working(DIGITS) as mp:
-            return rounded(rows(mp))
-
-    return kept("Radau IIA 5", (__name__, integrals.__module__), build)
+    return tabulated(rows)
 
 
 def nodes(mp: Any) -> list[Any]:
     """The zeros of the shifted Radau polynomial of degree 3."""
-    root = mp.sqrt(6)
+    root = mp.sqrt(mp.mpf(6))
     return [(4 - root) / 10, (4 + root) / 10, mp.mpf(1)]
 
 
 def rows(mp: Any) -> Table:
-    """c; gamma, alpha, beta; T; its inverse; weights of the stages in the error estimate, and the real one's share.
+    """c; gamma, alpha, beta; T; its inverse; weights of the stages in the error estimate; of c_k's polynomial, over x.
 
     The inverse of the Runge-Kutta matrix is T diag(gamma, ((alpha, -beta), (beta, alpha))) T^-1.
     """
     c = nodes(mp)
-    matrix = mp.matrix([integrals(mp, c, node) for node in c])
-    inverse = matrix**-1
-    three, nine = mp.cbrt(3), mp.cbrt(9)
-    # The zeros of s^3 - 9 s^2 + 36 s - 60, the characteristic polynomial of the inverse.
+    matrix = inverse([integrals(mp, c, node) for node in c])
+    three = mp.mpf(3) ** (mp.mpf(1) / 3)
+    nine = three * three
+    # The zeros of s^3 - 9 s^2 + 36 s - 60, the characteristic polynomial of that inverse; cube roots of 3 and 9.
     gamma = 3 + nine - three
-    real, imaginary = 3 + (three - nine) / 2, mp.sqrt(3) / 2 * (three + nine)
-    columns = [_eigenvector(mp, inverse, gamma), _eigenvector(mp, inverse, mp.mpc(real, -imaginary))]
-    t = mp.matrix([[mp.re(columns[0][i]), mp.re(columns[1][i]), mp.im(columns[1][i])] for i in range(3)])
-    back = t**-1
-    root = mp.sqrt(6)
+    real, imaginary = 3 + (three - nine) / 2, mp.sqrt(mp.mpf(3)) / 2 * (three + nine)
+    columns = [eigenvector(matrix, gamma, mp.mpf(0))[0], *eigenvector(matrix, real, -imaginary)]
+    t = [list(row) for row in zip(*columns, strict=True)]
+    root = mp.sqrt(mp.mpf(6))
     error = [-(13 + 7 * root) / 3, (7 * root - 13) / 3, -mp.mpf(1) / 3]
-    square = [[m[i, j] for j in range(3)] for m in (t, back) for i in range(3)]
-    return [c, [gamma, real, imaginary], *square, error]
+    lagrange = [1 / (c[k] * (c[k] - c[k - 1]) * (c[k] - c[k - 2])) for k in range(3)]
+    return [c, [gamma, real, imaginary], *t, *inverse(t), error, lagrange]
 
 
-def _eigenvector(mp: Any, matrix: Any, value: Any) -> list[Any]:
-    """The eigenvector whose last component is 1."""
-    rest = mp.matrix([[matrix[i, j] - value * (i == j) for j in range(2)] for i in range(2)])
-    first = mp.lu_solve(rest, mp.matrix([-matrix[0, 2], -matrix[1, 2]]))
-    return [first[0], first[1], mp.mpf(1)]
+def inverse(m: Sequence[Sequence[Any]]) -> list[list[Any]]:
+    """Of a matrix of three rows: its columns' cross products over the determinant."""
+    first, second, third = m
+    crossed = [cross(second, third), cross(third, first), cross(first, second)]
+    determinant = sum(a * b for a, b in zip(first, crossed[0], strict=True))
+    return [[crossed[j][i] / determinant for j in range(3)] for i in range(3)]
+
+
+def cross(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
+    return [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
+
+
+def eigenvector(m: Sequence[Sequence[Any]], real: Any, imaginary: Any) -> tuple[list[Any], list[Any]]:
+    """Real and imaginary part of the eigenvector for an eigenvalue of `m`, scaled so that its last component is 1.
+
+    It is normal to the first two rows of m less the eigenvalue: their cross product.
+    """
+    a, d = m[0][0] - real, m[1][1] - real
+    crossed = [
+        (m[0][1] * m[1][2] - m[0][2] * d, imaginary * m[0][2]),
+        (m[0][2] * m[1][0] - m[1][2] * a, imaginary * m[1][2]),
+        (a * d - imaginary * imaginary - m[0][1] * m[1][0], -imaginary * (a + d)),
+    ]
+    u, v = crossed[2]
+    size = u * u + v * v
+    return [(x * u + y * v) / size for x, y in crossed], [(y * u - x * v) / size for x, y in crossed]
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Radau5,)

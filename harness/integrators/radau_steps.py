@@ -12,12 +12,18 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+DIMENSION = 0
+"""Of each problem, when it is compiled: loops over so few components cost more than what is done in them."""
+
 MOST_STEPS = 1_000_000
 NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 1, 2, 3
 MOST_ITERATIONS = 10
 SAFETY, SHRINK_MOST, GROW_MOST = 0.9, 0.2, 8.0
+FORESEEN_MOST = 10**0.5
+"""The factor that an error of 1e-2 of the tolerance asks for: errors below that say nothing of how the next will change."""
 
-C, EIGENVALUES, FORWARD, BACK, ERROR = 0, 1, 2, 5, 8
+
+C, EIGENVALUES, FORWARD, BACK, ERROR, BASIS = 0, 1, 2, 5, 8, 9
 """Rows of the table."""
 
 SIGNATURE = (
@@ -44,13 +50,13 @@ def integrate(
     `stop` gets the reason and the sample where a trajectory ended early. `fixed` > 0: all steps are that long, and
     `tolerance` is for the iteration alone.
     """
-    n = initial.shape[1]
+    n = DIMENSION or initial.shape[1]
     y, low, x, slope, start, error = (
         np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
     )  # fmt: skip
     z, w, before_z, slopes = np.empty((3, n)), np.empty((3, n)), np.empty((3, n)), np.empty((3, n))
     partial, real, both = np.empty(n * n), np.empty((n, n)), np.empty((n, n), dtype=np.complex128)
-    right, pair = np.empty(n), np.empty(n, dtype=np.complex128)
+    weight, right, pair = np.empty(n), np.empty(n), np.empty(n, dtype=np.complex128)
     pivots, pivots_both = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
     taken = 0
     for m in range(initial.shape[0]):
@@ -58,7 +64,7 @@ def integrate(
             y[i] = initial[m, i]
             low[i] = 0.0
         t, h, sample, attempts, reason = 0.0, 1e-6 * time_scale, 0, 0, 0
-        last, last_error, steps = 0.0, 0.0, 0
+        last, reach, steps = 0.0, 1.0, 0
         rejected = False
         call(f, t, y, p, start)
         while sample < times.size:
@@ -77,29 +83,15 @@ def integrate(
                 reason = STEP_TOO_SMALL
                 break
             call(derivative, t, y, p, partial)
+            for i in range(n):
+                weight[i] = 1.0 / (tolerance * (1.0 + abs(y[i])))
             iterations = 0
             if factored(partial, step, table, real, pivots, both, pivots_both):
                 guess(last, step, table, before_z, z)
                 iterations = newton(
-                    f,
-                    t,
-                    step,
-                    y,
-                    p,
-                    table,
-                    tolerance,
-                    x,
-                    slope,
-                    slopes,
-                    real,
-                    pivots,
-                    both,
-                    pivots_both,
-                    right,
-                    pair,
-                    w,
-                    z,
-                )
+                    f, t, step, y, p, table, tolerance, x, slopes, weight, real, pivots, both, pivots_both, right, pair,
+                    w, z,
+                )  # fmt: skip
             if iterations == 0:
                 if fixed > 0.0 or not finite(start):
                     reason = NOT_FINITE
@@ -111,13 +103,11 @@ def integrate(
                 f, t, step, y, p, table, tolerance, x, slope, start, real, pivots, z, error, rejected, steps
             )
             safety = SAFETY * (2 * MOST_ITERATIONS + 1) / (2 * MOST_ITERATIONS + iterations)
-            if norm == 0.0:
-                scale = GROW_MOST
-            else:
-                scale = 1.0 / sqrt(sqrt(norm))
-                if steps > 0 and not rejected and last_error > 0.0:
-                    scale *= min(1.0, step / last * sqrt(sqrt(last_error / norm)))
-                scale = min(GROW_MOST, max(SHRINK_MOST, safety * scale))
+            scale = 1.0 / sqrt(sqrt(norm)) if norm > 0.0 else np.inf
+            wanted = min(scale, FORESEEN_MOST)
+            if steps > 0 and not rejected:
+                scale *= min(1.0, step / reach * scale)
+            scale = min(GROW_MOST, max(SHRINK_MOST, safety * scale))
             if not norm < 1.0 and fixed == 0.0:
                 h = min(h, step) * (scale if norm < np.inf else 0.1)
                 rejected = True
@@ -142,7 +132,7 @@ def integrate(
                 for j in range(3):
                     before_z[j, i] = z[j, i]
             h = step * (min(1.0, scale) if rejected else scale)
-            last, last_error, t = step, max(norm, 1e-2), end
+            last, reach, t = step, step * wanted, end
             rejected = False
             steps += 1
         taken += steps
@@ -160,7 +150,7 @@ def finite(values: Any) -> bool:
 
 def factored(partial: Any, h: Any, table: Any, real: Any, pivots: Any, both: Any, pivots_both: Any) -> bool:
     """gamma/h - J and (alpha + i beta)/h - J, factored; False where one is singular."""
-    n = pivots.size
+    n = DIMENSION or pivots.size
     gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
     for i in range(n):
         for j in range(n):
@@ -173,12 +163,11 @@ def factored(partial: Any, h: Any, table: Any, real: Any, pivots: Any, both: Any
 
 def basis(k: int, x: Any, table: Any) -> Any:
     """The polynomial that is 1 at c_k, 0 at the other nodes and at 0."""
-    value, at_node = x, table[C, k]
+    value = x * table[BASIS, k]
     for j in range(3):
         if j != k:
             value *= x - table[C, j]
-            at_node *= table[C, k] - table[C, j]
-    return value / at_node
+    return value
 
 
 def between(x: Any, table: Any, z: Any, i: int) -> Any:
@@ -188,37 +177,40 @@ def between(x: Any, table: Any, z: Any, i: int) -> Any:
 
 def guess(last: Any, h: Any, table: Any, before_z: Any, z: Any) -> None:
     """First values of the stages: the last step's polynomial carried on; none at the very first step."""
+    n = DIMENSION or z.shape[1]
+    ratio = h / last if last > 0.0 else 0.0
     for j in range(3):
-        for i in range(z.shape[1]):
+        for i in range(n):
             z[j, i] = 0.0
         if last > 0.0:
-            x = 1.0 + table[C, j] * h / last
+            x = 1.0 + table[C, j] * ratio
             a, b, c = basis(0, x, table), basis(1, x, table), basis(2, x, table) - 1.0
-            for i in range(z.shape[1]):
+            for i in range(n):
                 z[j, i] = a * before_z[0, i] + b * before_z[1, i] + c * before_z[2, i]
 
 
 def newton(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, tolerance: Any, x: Any, slope: Any, slopes: Any,
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, tolerance: Any, x: Any, slopes: Any, weight: Any,
     real: Any, pivots: Any, both: Any, pivots_both: Any, right: Any, pair: Any, w: Any, z: Any,
 ) -> int:  # fmt: skip
     """Simplified Newton iteration for the stages z, from their first values; how many it took, 0 where it failed."""
-    n = y.size
+    n = DIMENSION or y.size
     gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
     for j in range(3):
         for i in range(n):
             w[j, i] = table[BACK + j, 0] * z[0, i] + table[BACK + j, 1] * z[1, i] + table[BACK + j, 2] * z[2, i]
     enough = max(2e-15 / tolerance, min(0.03, sqrt(tolerance)))
     before, rate = 0.0, 0.0
-    for iteration in range(MOST_ITERATIONS):
+    iteration = 0
+    # Not a range, which the compiler would write out: ten iterations take ten times as long to compile.
+    while iteration < MOST_ITERATIONS:
+        iteration += 1
         for j in range(3):
             for i in range(n):
                 x[i] = y[i] + z[j, i]
-            call(f, t + table[C, j] * h, x, p, slope)
-            if not finite(slope):
+            call(f, t + table[C, j] * h, x, p, slopes[j])
+            if not finite(slopes[j]):
                 return 0
-            for i in range(n):
-                slopes[j, i] = slope[i]
         for i in range(n):
             a, b, c = slopes[0, i], slopes[1, i], slopes[2, i]
             right[i] = table[BACK, 0] * a + table[BACK, 1] * b + table[BACK, 2] * c - gamma * w[0, i]
@@ -232,8 +224,7 @@ def newton(
             w[0, i] += right[i]
             w[1, i] += pair[i].real
             w[2, i] += pair[i].imag
-            weight = tolerance * (1.0 + abs(y[i]))
-            square += (right[i] ** 2 + pair[i].real ** 2 + pair[i].imag ** 2) / weight**2
+            square += (right[i] ** 2 + pair[i].real ** 2 + pair[i].imag ** 2) * weight[i] ** 2
             for j in range(3):
                 z[j, i] = (
                     table[FORWARD + j, 0] * w[0, i] + table[FORWARD + j, 1] * w[1, i] + table[FORWARD + j, 2] * w[2, i]
@@ -241,14 +232,14 @@ def newton(
         norm = sqrt(square / (3 * n))
         if not norm < 1e300:
             return 0
-        if iteration > 0:
+        if iteration > 1:
             rate = norm / before
-            left = MOST_ITERATIONS - 1 - iteration
+            left = MOST_ITERATIONS - iteration
             if norm > enough and (rate >= 1.0 or rate**left / (1.0 - rate) * norm > enough):
                 return 0
         # After the first iteration its rate is not known yet: only a change that is negligible ends it.
-        if norm <= 1e-3 * enough or (iteration > 0 and (rate >= 1.0 or rate / (1.0 - rate) * norm <= enough)):
-            return iteration + 1
+        if norm <= 1e-3 * enough or (iteration > 1 and (rate >= 1.0 or rate / (1.0 - rate) * norm <= enough)):
+            return iteration
         before = norm
     return 0
 
@@ -258,7 +249,7 @@ def estimate(
     real: Any, pivots: Any, z: Any, error: Any, rejected: bool, steps: int,
 ) -> float:  # fmt: skip
     """The error of the embedded formula of order 3 over the tolerance, filtered by the real system (IV.8.19-20)."""
-    n = y.size
+    n = DIMENSION or y.size
     found = 0.0
     for again in range(2):
         for i in range(n):
@@ -278,3 +269,7 @@ def estimate(
             x[i] = y[i] + error[i]
         call(f, t, x, p, slope)
     return found
+
+
+INLINED = (factor, substitute, newton, factored, finite)
+"""Each is called at one or two places, between which values then stay in registers: half the time of a step."""

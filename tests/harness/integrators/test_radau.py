@@ -12,7 +12,7 @@ from gnomon.harness.integrator import Refused
 from gnomon.harness.integrators import radau
 from gnomon.harness.integrators.gauss import integrals
 from gnomon.harness.integrators.radau import Radau5
-from gnomon.harness.integrators.radau_steps import BACK, EIGENVALUES, ERROR, FORWARD
+from gnomon.harness.integrators.radau_steps import BACK, BASIS, EIGENVALUES, ERROR, FORWARD, basis
 from gnomon.harness.order import fit_order
 from gnomon.harness.problem import counting, initial_state, problem_of
 from gnomon.reference.precision import working
@@ -41,6 +41,17 @@ def test_the_transformation_takes_the_inverse_matrix_apart() -> None:
         blocks = mp.matrix([[gamma, 0, 0], [0, alpha, -beta], [0, beta, alpha]])
         matrix = mp.matrix([integrals(mp, table[0], node) for node in table[0]])
         assert mp.mnorm(matrix * (forward * blocks * back) - mp.eye(3)) < SIXTY
+
+
+def test_stages_are_interpolated() -> None:
+    """By polynomials that are 1 at their own node and 0 at the others; the binary64 table is the rounding of the rows."""
+    with working(60) as mp:
+        table = radau.rows(mp)
+        for k in range(3):
+            for j in range(3):
+                assert abs(basis(k, table[0][j], np.array(table[: BASIS + 1], dtype=object)) - (j == k)) < SIXTY
+        rounded = [[float(x) for x in row] for row in table]
+    assert radau.table().tolist() == rounded
 
 
 def test_the_error_estimate_vanishes_up_to_order_3() -> None:
