@@ -31,6 +31,7 @@ def test_the_measured_order_is_the_declared_one(subject: Subject) -> None:
     assert row["declared"] == declared
     assert row["order"] == pytest.approx(declared, abs=WITHIN)
     assert row["points"] >= 4
+    assert row["case"].split("/") == [name for name in (subject.case, subject.variant) if name]
     chooses_steps = IN_HOUSE[subject.integrator].sweep.kind == "tolerance"
     assert row["at_fixed_steps"] == chooses_steps, "the page says so"
     assert declared <= 8 or row["digits"] >= 60, "binary64 has no asymptotic range above order 8"
