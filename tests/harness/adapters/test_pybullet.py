@@ -385,3 +385,15 @@ def test_the_first_step_of_a_hinge_in_maximal_coordinates_is_as_good_as_those_of
     case, dt = variant("pendulum_simple", "engines"), 1e-3
     off = states(PyBulletMaximal, case, dt, np.array([dt])) - case.sample(np.array([dt]))
     assert np.max(np.abs(off)) < 10 * dt**2
+
+
+@pytest.mark.parametrize("name", ["harmonic_oscillator", "hanging_springs", "rotating_pendulum", "two_mass_spring"])
+def test_staggered_rates_of_sliders_hinges_and_pairs_are_of_order_two(name: str) -> None:
+    """Over two time scales: a start or a reading that is half a step off would leave order 1."""
+    case = get(name, span=2 * get(name).time_scale).rounded()
+    exact = case.sample(case.times)
+    coarse, fine = (
+        float(np.max(case.metric.distance(states(PyBulletStaggered, case, float(case.times[0]) / parts), exact)))
+        for parts in (4, 8)
+    )
+    assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.05)
