@@ -26,6 +26,7 @@ from gnomon.harness.adapters.pybullet import (
     Run,
     step_counts,
 )
+from gnomon.harness.adapters.pybullet_world import _turned
 from gnomon.harness.integrator import Floats, Refused
 from gnomon.harness.problem import initial_state, problem_of
 
@@ -286,10 +287,12 @@ def test_runs_repeat_to_the_bit(name: str, label: str) -> None:
     start = initial_state(case)
     with running(PyBullet, case, 1e-2) as run:
         first = run(start[None])
-        pair = run(np.array([start, start])).states
+        both = run(np.array([start, start]))
+        pair = both.states
         run.reset()
         again = run(start[None]).states
     assert first.steps == round(float(case.times[-1]) / 1e-2)
+    assert both.steps == 2 * first.steps
     for other in (pair[0], pair[1], again[0]):
         assert np.array_equal(first.states[0], other)
 
@@ -397,3 +400,12 @@ def test_staggered_rates_of_sliders_hinges_and_pairs_are_of_order_two(name: str)
         for parts in (4, 8)
     )
     assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.05)
+
+
+def test_an_arm_turns_with_its_attitude_whatever_its_part_along_the_axis() -> None:
+    axis, arm = (0.6, 0.0, 0.8), (0.3, -0.5, 0.7)
+    (x, y, z, w), lever = _turned(axis, arm, 2.3)
+    v = np.array([x, y, z])
+    assert w == pytest.approx(np.cos(1.15))
+    assert v == pytest.approx(np.sin(1.15) * np.array(axis))
+    assert lever == pytest.approx(np.array(arm) + 2 * np.cross(v, np.cross(v, arm) + w * np.array(arm)))
