@@ -265,7 +265,7 @@ SLOPES = "g = slopes(({placed}), w, k)"
 SLOPES_BY_TURNS = """if rounds == 0:
             g, near = slopes_first(({placed}), w, k)
         else:
-            g = slopes_again(({placed}), w, k, near)"""
+            g, near = slopes_again(({placed}), w, k, near)"""
 
 STAGES_OF_A_STEP = """
 @njit(INLINE OPTIONS)

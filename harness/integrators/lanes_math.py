@@ -149,15 +149,18 @@ def sin_and_cos(a):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")  # type: ignore[misc]
-def turned(a, b, sine, cosine):  # type: ignore[no-untyped-def]
-    """Sine and cosine of a from those of a nearby b: within half an ulp of 1 more than these, in half of the time."""
+def turned(a, near):  # type: ignore[no-untyped-def]
+    """Sine and cosine of a from (b, sine, cosine) of a nearby b, within half an ulp of 1 more than these, in half of the
+    time; and what those of the next angle are best found from."""
+    b, sine, cosine = near
     d = minus(a, b)
     if not all_within(size(d), lanes(MOST_TURN)):
-        return sin_and_cos(a)
+        sine, cosine = sin_and_cos(a)
+        return sine, cosine, (a, sine, cosine)
     z = d * d
     s = fma(z * d, fma(z, fma(z, lanes(-1 / 5040), lanes(1 / 120)), lanes(-1 / 6)), d)
     c = z * fma(z, fma(z, lanes(-1 / 720), lanes(1 / 24)), lanes(-0.5))
-    return sine + fma(cosine, s, sine * c), cosine + fma(-sine, s, cosine * c)
+    return sine + fma(cosine, s, sine * c), cosine + fma(-sine, s, cosine * c), near
 
 
 @njit(error_model="numpy")  # type: ignore[misc]

@@ -239,7 +239,8 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = ()) -> tuple
 
     Each of the first two returns a tuple of what the later ones need of it; y holds vectors, k numbers. For the n-th
     group of values `slopes_n(y, w, k)` returns these alone. Where an angle's sine and cosine are both wanted
-    `slopes_first(y, w, k)` returns them too, and from them `slopes_again(y, w, k, near)` finds those of a y nearby.
+    `slopes_first(y, w, k)` returns them too, and from them `slopes_again(y, w, k, near)` finds those of a y nearby; it
+    returns what the next one is best found from.
     """
     nodes = reached(values)
     local: dict[int, str] = {}
@@ -289,13 +290,14 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = ()) -> tuple
         results = "".join(f"lanes({name(x, ROUND)}), " for x in chosen)
         functions.append((f"slopes{f'_{n}' if n >= 0 else ''}(y, w, k)", body, results))
     if angles:
-        (_, body, results), known = functions[2], "".join(f"{angle}, {both}, " for angle, both in angles)
+        (_, body, results), known = functions[2], "".join(f"({angle}, {both}), " for angle, both in angles)
         again = "".join(body)
-        for n, (angle, _) in enumerate(angles):
-            again = again.replace(f"sin_and_cos({angle})", f"turned({angle}, *near[{3 * n}:{3 * n + 3}])")
+        for n, (angle, both) in enumerate(angles):
+            again = again.replace(f"{both} = sin_and_cos({angle})", f"{both}, near{n} = turned({angle}, near[{n}])")
+        nearest = "".join(f"near{n}, " for n in range(len(angles)))
         functions += [
             ("slopes_first(y, w, k)", body, f"({results}), ({known})"),
-            ("slopes_again(y, w, k, near)", [again], results),
+            ("slopes_again(y, w, k, near)", [again], f"({results}), ({nearest})"),
         ]
     return tuple(
         f"@njit(forceinline=True, OPTIONS)\ndef {head}:\n{''.join(body)}    return ({returned})\n"

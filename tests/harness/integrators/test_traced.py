@@ -87,9 +87,9 @@ def test_later_rounds_find_sine_and_cosine_from_those_of_the_first(name: str, pl
     generated = "".join(code(values)).replace(", OPTIONS", "")
     asked = []
 
-    def turned(angle: float, near: float, sine: float, cosine: float) -> tuple[float, float]:
-        asked.append((angle, near, sine, cosine))
-        return math.sin(angle), math.cos(angle)
+    def turned(angle: float, near: tuple[float, float, float]) -> tuple[float, float, str]:
+        asked.append((angle, *near))
+        return math.sin(angle), math.cos(angle), "for the next"
 
     space = stand_ins() | {"turned": turned}
     exec(generated, space)
@@ -101,7 +101,7 @@ def test_later_rounds_find_sine_and_cosine_from_those_of_the_first(name: str, pl
     found, near = space["slopes_first"](state, w, k)
     assert found == space["slopes"](state, w, k)
     moved = [x + 0.01 for x in state]
-    assert space["slopes_again"](moved, w, k, near) == space["slopes"](moved, w, k)
+    assert space["slopes_again"](moved, w, k, near) == (space["slopes"](moved, w, k), ("for the next",))
     assert asked == [(moved[place], state[place], math.sin(state[place]), math.cos(state[place]))]
 
 
