@@ -227,7 +227,7 @@ def test_every_dependency_has_its_licence_in_the_readme_and_its_reason_in_contri
     for name in sorted(wanted):
         assert re.search(rf"^\|.*\b{name}\b.*\|.*\|$", reasons, re.M), name
         try:
-            about = metadata(name)
+            about: Any = metadata(name)
         except PackageNotFoundError:
             assert name in ("heyoka", "pybullet")
             continue

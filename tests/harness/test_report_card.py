@@ -94,7 +94,7 @@ def test_only_default_scenes_in_their_own_coordinates_count() -> None:
     assert rows == expected
     said = findings(equal, pd.DataFrame(), rows, matrix, bent)
     assert said == findings(EQUAL, pd.DataFrame(), expected, MATRIX, trusted)
-    tighter = pd.concat([equal, EQUAL.assign(target=1e-9, ratio=50.0)])
+    tighter = pd.concat([_with_decoys(EQUAL, tied=True, ratio=1.0), EQUAL.assign(target=1e-9, ratio=50.0)])
     found = card(tighter, bent, _with_decoys(orders, order=1.0), matrix, None, None)
     assert found == card(EQUAL, trusted, orders, MATRIX, None, None)
 
