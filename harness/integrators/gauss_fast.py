@@ -72,20 +72,24 @@ class GaussFast(Integrator):
         def solve(initial: Floats) -> Solution:
             out = blank(problem, initial)
             stop = np.zeros(3, dtype=np.int64)
-            if len(initial) < ENSEMBLE:
-                taken = one_by_one(initial, out, stop, 0)
-                return Solution(out, taken, reason(stop))
-            return together(initial, out, stop)
+            if len(initial) >= ENSEMBLE:
+                return together(initial, out, stop)
+            taken = alone(initial, out, stop) if len(initial) == 1 else one_by_one(initial, out, stop, 0)
+            return Solution(out, taken, reason(stop))
+
+        def alone(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
+            taken = run(buffer, coefficients, initial, times, setting, out, stop)
+            if stop[0] == gauss_fast_text.STIFF:
+                instead = stiffly(problem, setting, initial)
+                if instead is not None:
+                    taken, out[:], stop[0] = taken + (instead.steps or 0), instead.states, 0
+            return taken
 
         def one_by_one(initial: Floats, out: Floats, stop: NDArray[np.int64], first: int) -> int:
             taken = 0
             for i in range(len(initial)):
                 one, end = slice(i, i + 1), np.zeros(3, dtype=np.int64)
-                taken += run(buffer, coefficients, initial[one], times, setting, out[one], end)
-                if end[0] == gauss_fast_text.STIFF:
-                    instead = stiffly(problem, setting, initial[one])
-                    if instead is not None:
-                        taken, out[one], end[0] = taken + (instead.steps or 0), instead.states, 0
+                taken += alone(initial[one], out[one], end)
                 if end[0] and not stop[0]:
                     stop[:] = end[0], first + i, end[2]
             return taken

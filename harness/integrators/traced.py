@@ -290,10 +290,10 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = ()) -> tuple
         results = "".join(f"lanes({name(x, ROUND)}), " for x in chosen)
         functions.append((f"slopes{f'_{n}' if n >= 0 else ''}(y, w, k)", body, results))
     if angles:
-        (_, body, results), known = functions[2], "".join(f"({angle}, {both}), " for angle, both in angles)
+        (_, body, results), known = functions[2], "".join(f"({angle}, {names}), " for angle, names in angles)
         again = "".join(body)
-        for n, (angle, both) in enumerate(angles):
-            again = again.replace(f"{both} = sin_and_cos({angle})", f"{both}, near{n} = turned({angle}, near[{n}])")
+        for n, (angle, names) in enumerate(angles):
+            again = again.replace(f"{names} = sin_and_cos({angle})", f"{names}, near{n} = turned({angle}, near[{n}])")
         nearest = "".join(f"near{n}, " for n in range(len(angles)))
         functions += [
             ("slopes_first(y, w, k)", body, f"({results}), ({known})"),
