@@ -28,6 +28,10 @@ LEAST_TOLERANCE = 1e-16
 ENSEMBLE, CHUNK = 16, 256
 """From so many trajectories on eight go through one vector, and so many of them are one task of a thread."""
 
+USUAL_WIDTH, MOST_WIDTH = 1.5, 2.0
+"""Of `bandwidth`, at a tolerance of 1e-6 and at most: the rounds of ten motions were counted. At loose tolerances 5 to 20 %
+fewer are taken than from the polynomial carried on, at 1e-9 up to 8 %; Kepler's orbit in Sundman time takes up to 5 % more."""
+
 REASONS = {
     gauss_fast_text.NOT_FINITE: "the equations gave a value that is not finite",
     gauss_fast_text.STEP_TOO_SMALL: "the step size fell below the spacing of times",
@@ -66,7 +70,7 @@ class GaussFast(Integrator):
         form = form.source if isinstance(form, FirstOrder) and form.source is not None else form
         arguments = (form, len(problem.parameters), problem.dimension, problem.counted)
         run = gauss_fast_kernel.compiled(*arguments)
-        coefficients = table(gauss_fast_kernel.layout(*arguments[:3]).second_order)
+        coefficients = table(gauss_fast_kernel.layout(*arguments[:3]).second_order, bandwidth(setting))
         buffer, times = problem.buffer, problem.times
 
         def solve(initial: Floats) -> Solution:
@@ -133,17 +137,19 @@ def stiffly(problem: Problem, tolerance: float, initial: Floats) -> Solution | N
 
 
 @cache
-def table(second_order: bool) -> Floats:
+def table(second_order: bool, width: float = 0.0) -> Floats:
     """The coefficients as the kernel takes them, rounded once from high precision; each row one line of the cache.
+
+    `width`: the bandwidth of the slopes for which first guesses are made, in radians a step.
 
     They take .06 s and are kept on disk, under all that they are made of.
     """
 
     def build() -> Floats:
         with working(DIGITS) as mp:
-            return rounded(rows(mp, second_order))
+            return rounded(rows(mp, second_order, width))
 
-    found = kept(f"Gauss SIMD, second order: {second_order}", (__name__, gauss.__name__), build)
+    found = kept(f"Gauss SIMD, second order: {second_order}, {width:g}", (__name__, gauss.__name__), build)
     whole = SCRATCH + SCRATCH_ROWS
     space = np.zeros(8 * whole + 8)
     aligned = space[-space.ctypes.data % 64 // 8 :][: 8 * whole].reshape(whole, 8)
@@ -151,12 +157,12 @@ def table(second_order: bool) -> Floats:
     return aligned
 
 
-def rows(mp: Any, second_order: bool) -> Table:
+def rows(mp: Any, second_order: bool, width: float) -> Table:
     """Rows of the kernel's table: eight numbers each."""
     c = nodes(mp, 8)
     s = range(8)
     once, b = [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
-    a, ahead = once, lagrange(mp, c, [1 + node for node in c])
+    a, ahead = once, foreseen(mp, c, width)
     if second_order:
         a = [[mp.fsum(a[j][m] * a[m][k] for m in s) for k in s] for j in s]
     a, once = ([summing(mp, row) for row in matrix] for matrix in (a, once))
@@ -183,6 +189,28 @@ def rows(mp: Any, second_order: bool) -> Table:
         *([mp.fsum(m[j][i] * c[i] ** k for i in s) for j in s] for m in (a, once) for k in s),
         lagrange(mp, c, [mp.mpf(1)])[0],
     ]
+
+
+def bandwidth(tolerance: float) -> float:
+    """Radians a step that the slopes are taken to change by where the error of a step is a tolerance."""
+    width: float = USUAL_WIDTH * (tolerance / 1e-6) ** 0.1
+    return round(min(MOST_WIDTH, width), 1)
+
+
+def foreseen(mp: Any, c: list[Any], width: float) -> list[list[Any]]:
+    """Weights of a function's values at `c` in its values at 1 + c.
+
+    Of random functions whose frequencies have a normal distribution of this width it is the best linear estimate
+    (Rasmussen, Williams, Gaussian Processes for Machine Learning, 2006, 2.2), which tends to the interpolating polynomial
+    as the width goes to zero. A polynomial carried on over a long step is worse than none.
+    """
+    if width == 0:
+        return lagrange(mp, c, [1 + node for node in c])
+    near, ahead = (
+        mp.matrix([[mp.exp(-((width * (there + x - y)) ** 2) / 2) for y in c] for x in c]) for there in (0, 1)
+    )
+    found: list[list[Any]] = (ahead * near**-1).tolist()
+    return found
 
 
 def summing(mp: Any, row: Sequence[Any]) -> list[Any]:

@@ -6,8 +6,9 @@ and expanded: a line with an `@` is repeated for each component of the derivativ
 
 What a step does:
 
-1. First guesses: the last step's stage polynomial carried on (its monomials, times the powers of the ratio of the
-   steps).
+1. First guesses: of the slopes of a step as long as the last one the best estimate for functions that are as smooth as
+   the tolerance says, of another the last stage polynomial carried on (its monomials, times the powers of the ratio of
+   the steps).
 2. Fixed point of f = f(y + h A f), or of a = a(q + h c v + h^2 A^2 a), until the change that the next round would
    bring is a fraction of the tolerance; changes are looked at from three rounds before the number that the last step
    took. Where they do not shrink the step is tried again shorter. Of many first-order equations the slopes are found in
@@ -57,7 +58,7 @@ MOST_STEPS, MOST_STIFF = 40_000_000, 1000
 
 # Rows of the table (rows, 8): columns of the stage matrix (squared for second-order equations), of the monomials of the
 # stage polynomial about its end and of the powers of the nodes; nodes; weights; those of positions; weights of the two
-# highest Legendre coefficients; columns of the polynomial one step ahead and of the stage matrix itself; the stage
+# highest Legendre coefficients; columns of the guesses one step ahead and of the stage matrix itself; the stage
 # matrices times the former; the nodes in few bits, and the rest; what rounding has taken from both rows of weights; the
 # stage matrices times the powers of the nodes; the value at the end of a step from those at the nodes.
 STAGES, MONOMIALS, POWERS, NODES, WEIGHTS, POSITIONS, SIXTH, SEVENTH, AHEAD, ONCE = 0, 8, 16, 24, 25, 26, 27, 28, 29, 37

@@ -17,9 +17,9 @@ from gnomon.cases.registry import get
 from gnomon.harness import compile as compiling
 from gnomon.harness.growth import Subject, energy_errors
 from gnomon.harness.integrator import Refused
-from gnomon.harness.integrators import gauss_fast_kernel
+from gnomon.harness.integrators import gauss_fast, gauss_fast_kernel
 from gnomon.harness.integrators.gauss import Gauss, integrals, nodes
-from gnomon.harness.integrators.gauss_fast import GaussFast, table
+from gnomon.harness.integrators.gauss_fast import GaussFast, foreseen, table
 from gnomon.harness.integrators.gauss_fast_kernel import layout
 from gnomon.harness.order import measure_order_exactly
 from gnomon.harness.problem import counting, initial_state, problem_of
@@ -171,6 +171,52 @@ def test_the_table_is_the_rounding_of_the_exact_method() -> None:
     assert np.array_equal(first[61], first[61].astype(np.float32))
     sums = [np.sum(one * matrix, axis=0) for matrix in (first[:8], first[37:45], second[37:45])]
     assert max(np.max(np.abs(found - exactly)) for found in sums) < 8 * np.finfo(np.longdouble).eps
+
+
+@pytest.mark.parametrize("width", [0.2, 1.0, 2.0])
+def test_first_guesses_are_the_best_of_their_bandwidth(width: float) -> None:
+    """No other weights err less on average over cosines of normally distributed frequencies: the mean square error, whose
+    closed form is that of the covariances, has its minimum there; it grows with any weight's change by that square."""
+    with mpmath.workdps(40):
+        c = nodes(mpmath.mp, 8)
+        weights = mpmath.matrix(foreseen(mpmath.mp, c, width))
+
+        def covariance(x: Any, y: Any) -> Any:
+            # The mean of cos(w x + phase) cos(w y + phase), by its integral over frequencies.
+            density = mpmath.npdf
+            return mpmath.quad(lambda w: mpmath.cos(width * w * (x - y)) * density(w), [-12, -4, 0, 4, 12]) / 2
+
+        for stage in (0, 3, 7):
+            target = 1 + c[stage]
+            slopes = [
+                mpmath.fsum(weights[stage, k] * covariance(c[j], c[k]) for k in range(8)) - covariance(c[j], target)
+                for j in range(8)
+            ]
+            assert max(map(abs, slopes)) < 1e-20, "as well as these integrals are known"
+
+
+def test_first_guesses_of_no_bandwidth_are_the_polynomials() -> None:
+    with mpmath.workdps(60):
+        c = nodes(mpmath.mp, 8)
+        found, limit = (mpmath.matrix(foreseen(mpmath.mp, c, width)) for width in (mpmath.mpf("1e-3"), 0.0))
+        assert mpmath.norm(found - limit) < 1e-4 * mpmath.norm(limit)
+
+
+@pytest.mark.parametrize(
+    ("name", "tolerance"), [("pendulum_simple", 1e-5), ("euler_top", 1e-6), ("lagrange_top_attitude", 1e-6)]
+)
+def test_first_guesses_of_the_tolerance_save_rounds(
+    name: str, tolerance: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = get(name, "speed").rounded()
+    problem = counting(problem_of(case, GaussFast.accepts))
+    rounds = []
+    for width in (gauss_fast.bandwidth(tolerance), 0.0):
+        monkeypatch.setattr(gauss_fast, "bandwidth", lambda _, width=width: width)
+        problem.buffer[-1] = 0
+        GaussFast().prepare(problem, tolerance)(initial_state(case)[None])
+        rounds.append(problem.buffer[-1])
+    assert rounds[0] < 0.96 * rounds[1]
 
 
 @pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit", "euler_top", "damped_oscillator"])
