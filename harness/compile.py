@@ -234,7 +234,11 @@ def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[
         elif used in FUNCTIONS and value is getattr(math, used):
             parts.append(f"from math import {used}")
         elif isinstance(value, int | float):
-            parts.append(f"{used} = {value!r}")
+            line = f"{used} = {value!r}"
+            other = next((part for part in parts if part.startswith(f"{used} = ")), line)
+            if other != line:
+                raise ValueError(f"{name} uses {line}, another function uses {other}; rename one of the two numbers")
+            parts.append(line)
         elif value is not None:
             raise ValueError(f"{name} uses {used} = {value!r}; equations may use numbers, plain functions and math")
     source = inspect.cleandoc("\n" + source_of(function))
