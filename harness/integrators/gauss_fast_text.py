@@ -20,7 +20,8 @@ What a step does:
 4. A compensated update, and the next step size.
 
 Numbers that were found by measuring on the pendulum, Kepler's orbit and the free rigid body: SHARE of the tolerance
-is left to the iteration, whose error has a sign that lasts and makes energy drift. ERRS a^2 is the error where a^2
+is left to the iteration, whose error has a sign that lasts and makes energy drift; it is taken to shrink by SURER in a
+round at best, by SURE at the finest tolerances, where changes are round-off soon. ERRS a^2 is the error where a^2
 counts coefficient 6 LESS than 7; a step that errs by more than SLACK tolerances is taken again. Steps are kept equal
 (guesses are better, and energy does not drift) until one could grow HOLD times, then grow LEAP times less than that; or
 until CALM of them in turn could have grown, by what all of them could (FIRST_CALM once: the first step is a guess). A
@@ -86,11 +87,11 @@ AHEAD, ONCE, CARRIED, ONCE_CARRIED = {AHEAD}, {ONCE}, {CARRIED}, {ONCE_CARRIED}
 NODES_HIGH, NODES_LOW, LOW = {NODES_HIGH}, {NODES_LOW}, {WEIGHTS_LOW - WEIGHTS}
 POWERED, ONCE_POWERED, ENDS = {POWERED}, {ONCE_POWERED}, {ENDS}
 ROUNDOFF, ONE = 2.0**-52, 0x3FF0000000000000
-SHARE, ASIDE, NOISE, FAST, SLOW, SURE = 1e-3, 1e-2, 1e2, 0.3, 0.7, 1e-6
+SHARE, ASIDE, NOISE, FAST, SLOW, SURE, SURER = 1e-3, 1e-2, 1e2, 0.3, 0.7, 1e-6, 1e-5
 ERRS, LESS, HOLD, LEAP, LEAST = 0.002, 0.1, 3.0, 1.3, 1e-6
 ENOUGH, FIRST_CALM, CALM, FIRST_LOOK, LOOK, EVEN = 0.9, 12, 100, 12, 32, 0.7
 SLOWLY, FAINT, COARSE, FINE, TRIES = 1e-3, 1e-12, 1e-6, 3e-16, 4
-EXACT, COARSER = 1e-11, 256.0
+EXACT, COARSER, SURE_BELOW = 1e-11, 256.0, 5e-14
 SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-300
 
 
@@ -331,6 +332,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
     keen = min(tolerance / FINE, 1.0)
     share = SHARE * max(tolerance, ROUNDOFF / 4) * keen**10
     noise = NOISE * ROUNDOFF / share
+    quickest = SURE if tolerance < SURE_BELOW else SURER
     taken = 0
     for n in range(initial.shape[0]):
         k = constants((PARAMETERS))
@@ -353,7 +355,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 reason = NOT_FINITE
                 break
             if t + h / 4 <= t:
-                reason = STEP_TOO_SMALL
+                reason = STIFF if stiff > 0 else STEP_TOO_SMALL
                 break
             # So few bits that products with the nodes' high parts and the square are exact.
             h = double(bits(h) & -(1 << 27))
@@ -390,7 +392,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 m = products(table, MONOMIALS, (<|old@, |>))
                 ahead = products(table, POWERS, (<|m[@] * ratios, |>))
                 p, v = sums((<|m[@] * ratios, |>), table, POWERED, ONCE_POWERED)
-            sure = SURE if t > 0.0 else 1.0
+            sure = quickest if t > 0.0 else 1.0
             rounds, found, f, square = stages(
                 t, step, y, low, ahead, p, v, k, table, (<|fine@, |>), cloud, sure, 0.0, usual
             )
