@@ -25,7 +25,8 @@ round at best, by SURE at the finest tolerances, where changes are round-off soo
 counts coefficient 6 LESS than 7; a step that errs by more than SLACK tolerances is taken again. Steps are kept equal
 (guesses are better, and energy does not drift) until one could grow HOLD times, then grow LEAP times less than that; or
 until CALM of them in turn could have grown, by what all of them could (FIRST_CALM once: the first step is a guess). A
-component counts for at least LEAST of the largest change in a step, and changes below NOISE roundings are round-off.
+component counts for at least LEAST of the largest change in a step, and changes below NOISE roundings are round-off. The
+square of TINY is not zero: nothing moves at an equilibrium.
 
 Motions with quick and slow parts (a pericentre) would have equal steps that are too short for most of the way, and with
 steps that follow the error alone energy drifts. Where the derivatives J of the acceleration are at hand its frequency,
@@ -92,7 +93,7 @@ ERRS, LESS, HOLD, LEAP, LEAST = 0.002, 0.1, 3.0, 1.3, 1e-6
 ENOUGH, FIRST_CALM, CALM, FIRST_LOOK, LOOK, EVEN = 0.9, 12, 100, 12, 32, 0.7
 SLOWLY, FAINT, COARSE, FINE, TRIES = 1e-3, 1e-12, 1e-6, 3e-16, 4
 EXACT, COARSER, SURE_BELOW = 1e-11, 256.0, 5e-14
-SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-300
+SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-140
 
 
 @intrinsic

@@ -374,7 +374,12 @@ def test_counts_of_an_ensemble_are_of_all_its_trajectories() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "variant"), [("central_force_logarithmic", "circle"), ("moment_of_momentum_pendulum", "braked")]
+    ("name", "variant"),
+    [
+        ("central_force_logarithmic", "circle"),
+        ("moment_of_momentum_pendulum", "braked"),
+        ("chaplygin_sleigh", "straight"),
+    ],
 )
 def test_equilibria_and_starts_from_rest(name: str, variant: str) -> None:
     """Slopes that are exactly 0 at the start, or round-off all along, are no reason to stop."""
