@@ -140,12 +140,19 @@ def weighted_exactly(f, coarse, table, weights):
 
 
 @njit(forceinline=True, OPTIONS)
+def summed(y, change):
+    # Their sum, and what rounding takes from it.
+    end = y + change
+    back = end - y
+    return end, (y - (end - back)) + (change - back)
+
+
+@njit(forceinline=True, OPTIONS)
 def added(y, low, h, rate):
     # y + low + h * rate, and what rounding takes from it.
     change = fused(h, rate, low)
-    end = y + change
-    back = end - y
-    return end, ((y - (end - back)) + (change - back)) + (fused(h, rate, -change) + low)
+    end, left = summed(y, change)
+    return end, left + (fused(h, rate, -change) + low)
 
 
 @njit(OPTIONS)
@@ -311,9 +318,7 @@ def moved(h, y, low, f, table):
     # The state after a step, and what rounding takes from the last sum.
     <|f@, |> = f
     change = ({moved})
-    end% = y[%] + change[%]
-    back% = end% - y[%]
-    left% = (y[%] - (end% - back%)) + (change[%] - back%)
+    end%, left% = summed(y[%], change[%])
     return (<|end%, |>), (<|left%, |>)
 
 
