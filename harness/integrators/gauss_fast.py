@@ -173,6 +173,7 @@ def rows(mp: Any, second_order: bool, width: float) -> Table:
     positions = [b[j] * (1 - c[j]) for j in s]
     vandermonde = mp.matrix([[x**k for k in s] for x in points])
     monomials = vandermonde**-1 * mp.matrix(lagrange(mp, c, [1 + x for x in points]))
+    legendre = [[(2 * n + 1) * b[j] * mp.legendre(n, 2 * c[j] - 1) for j in s] for n in s]
     return [
         *([a[j][k] for j in s] for k in s),
         *([monomials[j, k] for j in s] for k in s),
@@ -180,7 +181,6 @@ def rows(mp: Any, second_order: bool, width: float) -> Table:
         c,
         b,
         positions,
-        *([(2 * n + 1) * b[j] * mp.legendre(n, 2 * c[j] - 1) for j in s] for n in (6, 7)),
         *([ahead[j][k] for j in s] for k in s),
         *([once[j][k] for j in s] for k in s),
         *([mp.fsum(m[j][i] * ahead[i][k] for i in s) for j in s] for m in (a, once) for k in s),
@@ -189,6 +189,8 @@ def rows(mp: Any, second_order: bool, width: float) -> Table:
         *(halves(mp, row, mp.mpf(2) ** -52)[1] for row in (b, positions)),
         *([mp.fsum(m[j][i] * c[i] ** k for i in s) for j in s] for m in (a, once) for k in s),
         lagrange(mp, c, [mp.mpf(1)])[0],
+        *([legendre[n][j] for n in s] for j in s),
+        *legendre[4:],
     ]
 
 

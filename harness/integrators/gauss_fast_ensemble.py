@@ -116,6 +116,10 @@ NEARLY_SETTLED = """if change * max(rate * rate, sure) <= 1.0 and rate < SLOW an
                 break
             """
 
+SIDES = "sides = poles((<|y[%], |>), forcing(lanes(0.0), k), k)"
+CROSSED = """beyond = poles((<|end%, |>), forcing(lanes(t + h), k), k)
+            failed = failed or CHANGED"""
+
 TEXT = """
 @njit(forceinline=True, OPTIONS)
 def eight_stages(t, h, y, low, k, table, work, fine, noise, sure, source, matrix, new):
@@ -189,6 +193,7 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
         largest = max(largest, highest(size({rate})))
         fastest = max(fastest, highest(size@))
         at_start@ = lanes(g[@])
+        {sides}
         old, new = SLOPES, SLOPES_TOO
         wish = min({first}, end)
         t, sample, attempts, stiff, left, last, ratio = 0.0, 0, 0, 0, 0.0, 0.0, 0.0
@@ -244,15 +249,15 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
                 b@ = fma(lanes(table[POSITIONS, j]), f@, b@)
                 e@ = fma(lanes(table[WEIGHTS + LOW, j]), f@, e@)
                 i@ = fma(lanes(table[POSITIONS + LOW, j]), f@, i@)
-                c@ = fma(lanes(table[SIXTH, j]), f@, c@)
-                d@ = fma(lanes(table[SEVENTH, j]), f@, d@)
+                c@ = fma(lanes(table[HIGHEST + 2, j]), f@, c@)
+                d@ = fma(lanes(table[HIGHEST + 3, j]), f@, d@)
                 s@ = s@ + size(f@)
             size@ = s@ * lanes(0.125)
             c@ = larger(size(c@) - lanes(blur), lanes(0.0))
             d@ = larger(size(d@) - lanes(blur), lanes(0.0))
             error = lanes(0.0)
             error = error + (d@ * d@ + lanes(LESS) * c@ * c@) / ((size@ + lanes(TINY)) * scale@)
-            worst = highest(error) * ERRS * h / (tolerance * keen**4)
+            worst = highest(error) * ERRS * h / (min(tolerance, LOOSEST) * keen**4)
             wanted = root_15(max(worst, TINY)) / SAFETY
             if not worst <= SLACK:
                 wish, left, rejected = h * max(SHRINK_MOST, 1 / wanted), 0.0, True
@@ -262,6 +267,7 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
             end% = y[%] + change[%]
             back% = end% - y[%]
             low% = (y[%] - (end% - back%)) + (change[%] - back%)
+            {crossed}
             y, low = (<|end%, |>), (<|low%, |>)
             old, new = new, old
             last, taken, left = h, taken + some, left - 1.0
@@ -269,7 +275,7 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
             if left < 1.0:
                 finite = lanes(0.0)
                 finite = finite + size(y[%] - y[%])
-                failed = not highest(finite) == 0.0
+                failed = failed or not highest(finite) == 0.0
                 for i in range(some):
                     out[first + i, sample, %] = lane(y[%], i)
                 sample += 1
@@ -298,11 +304,14 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
 """
 
 
-def text(words: Mapping[str, str], entries: list[tuple[int, int]], count: int) -> tuple[str, int]:
+def text(words: Mapping[str, str], entries: list[tuple[int, int]], count: int, poles: int) -> tuple[str, int]:
     """The text, to be expanded for components, and the rows that `work` must have.
 
-    `entries`: slope and component of the state of each derivative that `slopes` returns after the slopes.
+    `entries`: slope and component of the state of each derivative that `slopes` returns after the slopes. `poles`: how
+    many there are.
     """
+    changed = " or ".join(f"highest(-(beyond[{i}] * sides[{i}])) > 0.0" for i in range(poles))
+    words = {**words, "sides": SIDES if poles else "", "crossed": CROSSED.replace("CHANGED", changed) if poles else ""}
     lines = [f"c{i} = lanes(0.0)" for i in range(count)]
     for n, (i, j) in enumerate(entries):
         shift = f"{'s' if j < count else 'w'}{j % count}"

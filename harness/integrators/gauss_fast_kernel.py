@@ -15,7 +15,7 @@ from gnomon.harness import compile as compiling
 from gnomon.harness.compile import OPTIONS
 from gnomon.harness.integrators import gauss_fast_ensemble as ensemble
 from gnomon.harness.integrators import gauss_fast_text as text
-from gnomon.harness.integrators.traced import DEAR, ROUND, Trace, Value, code, number, pairs, reached, traced
+from gnomon.harness.integrators.traced import DEAR, ROUND, Trace, Value, code, number, pairs, poles, reached, traced
 
 SIGNATURE = (
     '"int64(float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1])"'
@@ -122,7 +122,8 @@ def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> Call
     by_turns = any(x.level == ROUND for pair in pairs(reached(found.all_values)).values() for x in pair)
     slopes = text.SLOPES_BY_TURNS if by_turns else text.SLOPES
     rounds = {"round": text.ROUND, "slopes": slopes, "correct": correction(found), "sums_of_a_round": sums}
-    words = rounds | words | control
+    rounds["legendre"] = text.LEGENDRE_OF_ONE if count == 1 else text.LEGENDRE_OF_MANY
+    words = rounds | words | over_poles(len(poles(found.values))) | control
     body = stages + text.ADVANCE
     if found.groups:
         words |= round_by_groups(found)
@@ -140,7 +141,8 @@ def compiled_ensemble(
     found = layout(form, parameters, dimension, freezing=False)
     count = len(found.values)
     words = getattr(text, found.kind)
-    body, rows = ensemble.text(getattr(ensemble, found.kind), [(i, j) for i, j, _ in found.derivatives], count)
+    entries, many_poles = [(i, j) for i, j, _ in found.derivatives], len(poles(found.values))
+    body, rows = ensemble.text(getattr(ensemble, found.kind), entries, count, many_poles)
     at_start = "<|y[@], |>" + ("<|y[N + @], |>" if found.kind == "WITH_VELOCITY" else "")
     body = body.replace("{placed_at_start}", at_start)
     for word in ("placed", "rate", "first"):
@@ -160,7 +162,7 @@ def filled(body: str, found: Layout, count: int, parameters: int, dimension: int
     given = [*(f"p_[{i}], " for i in range(parameters)), *(f"initial[n, {i}], " for i in found.frozen)]
     body = body.replace("PARAMETERS", "".join(given))
     body = body.replace("COUNT", f"p_[{parameters}] += 8 *") if counted else re.sub(r"\n *COUNT.*", "", body)
-    equations = code(found.all_values, found.groups)
+    equations = code(found.all_values, found.groups, poles(found.values))
     parts = (f"# {lanes_digest()}", text.HEAD, *equations, body)
     return "\n".join(parts).replace("OPTIONS", OPTIONS)
 
@@ -203,6 +205,18 @@ def step_control(found: Layout) -> tuple[dict[str, str], dict[str, str]]:
         "none_seen": indented(text.NONE_SEEN.strip(), 8),
         "shorter": "stride = h * pace",
         "control": indented(text.BY_FREQUENCY.strip() + "\n" + textwrap.indent(equal, " " * 4), 12),
+    }
+
+
+def over_poles(count: int) -> dict[str, str]:
+    """Words of the stepping that keep a step from passing over one of so many poles."""
+    if not count:
+        return {"sides": "", "crossed": ""}
+    first = ", ".join(f"lane(beyond[{i}], 0)" for i in range(count)) + ","
+    changed = " or ".join(f"(lane(beyond[{i}], 0) < 0.0) != (sides[{i}] < 0.0)" for i in range(count))
+    return {
+        "sides": indented(text.SIDES.replace("FIRST", first), 8),
+        "crossed": indented(text.CROSSED.replace("FIRST", first).replace("CHANGED", changed), 12),
     }
 
 

@@ -16,17 +16,21 @@ What a step does:
    square of the rate.
 3. The error from the decay of the stage polynomial. Let a be the size of its two highest Legendre coefficients and F
    that of the derivative itself. Coefficient 8, the first that is missing, is about a; collocation at the Gauss nodes
-   squares it (the error of a linear equation is exactly of that form), so that a step errs by about h a^2 / F.
+   squares it (the error of a linear equation is exactly of that form), so that a step errs by about h a^2 / F. That
+   holds while coefficients go on falling. A sharp turn between two nodes leaves all of them equally large: a d^2 counts
+   too, where d is the part that the two highest have in the squares of the last four, above STAGNANT of the others.
 4. A compensated update, and the next step size.
 
 Numbers that were found by measuring on the pendulum, Kepler's orbit and the free rigid body: SHARE of the tolerance
 is left to the iteration, whose error has a sign that lasts and makes energy drift; it is taken to shrink by SURER in a
 round at best, by SURE at the finest tolerances, where changes are round-off soon. ERRS a^2 is the error where a^2
-counts coefficient 6 LESS than 7; a step that errs by more than SLACK tolerances is taken again. Steps are kept equal
-(guesses are better, and energy does not drift) until one could grow HOLD times, then grow LEAP times less than that; or
-until CALM of them in turn could have grown, by what all of them could (FIRST_CALM once: the first step is a guess). A
-component counts for at least LEAST of the largest change in a step, and changes below NOISE roundings are round-off. The
-square of TINY is not zero: nothing moves at an equilibrium.
+counts coefficient 6 LESS than 7, and ERRS STALE a d^2; a step that errs by more than SLACK tolerances is taken again.
+Tolerances above LOOSEST count as LOOSEST: in longer steps the polynomial says nothing, and rounds cost what length
+gains. Steps are kept equal (guesses are better, and energy does not drift) until one could grow HOLD times, then grow
+LEAP times less than that; or until CALM of them in turn could have grown, by what all of them could (FIRST_CALM once:
+the first step is a guess). A component counts for at least LEAST of the largest change in a step, and changes below
+NOISE roundings are round-off: a step in which no other change is seen is not short of convergence (FAST). The square of
+TINY is not zero: nothing moves at an equilibrium.
 
 Motions with quick and slow parts (a pericentre) would have equal steps that are too short for most of the way, and with
 steps that follow the error alone energy drifts. Where the derivatives J of the acceleration are at hand its frequency,
@@ -44,6 +48,10 @@ then the random walk of round-off (Brouwer's law). Of that the sums of a step ar
 binary64 (the pendulum, 23 steps a period), those of the slopes themselves one fifth: from tolerances of EXACT on what
 every sum and product loses is carried on too. That takes a twentieth to an eighth of the time of a step.
 
+What the equations divide by keeps its sign on a smooth motion: where that goes through 0 they have a pole. A wall that
+turns the motion round within 1e-8 of a step is seen by none of its stages, and the step, right as it looks, ends beyond
+the pole. So a step in which a sign changes is taken again shorter, down to VERGE of the span: sin(x) / x has none.
+
 A sample is a step of its own, taken aside from the start of the step that it lies in, with that step's stage polynomial
 as the first guess: it has the order of the end of a step, and steps are free of the samples. Nothing follows from it, so
 its iteration may leave 1 / ASIDE times as much.
@@ -59,12 +67,13 @@ MOST_STEPS, MOST_STIFF = 40_000_000, 1000
 """Attempts for one trajectory, some twenty seconds; and steps of a slow motion that convergence alone limits."""
 
 # Rows of the table (rows, 8): columns of the stage matrix (squared for second-order equations), of the monomials of the
-# stage polynomial about its end and of the powers of the nodes; nodes; weights; those of positions; weights of the two
-# highest Legendre coefficients; columns of the guesses one step ahead and of the stage matrix itself; the stage
-# matrices times the former; the nodes in few bits, and the rest; what rounding has taken from both rows of weights; the
-# stage matrices times the powers of the nodes; the value at the end of a step from those at the nodes.
-STAGES, MONOMIALS, POWERS, NODES, WEIGHTS, POSITIONS, SIXTH, SEVENTH, AHEAD, ONCE = 0, 8, 16, 24, 25, 26, 27, 28, 29, 37
-CARRIED, ONCE_CARRIED, NODES_HIGH, NODES_LOW, WEIGHTS_LOW, POWERED, ONCE_POWERED, ENDS = 45, 53, 61, 62, 63, 65, 73, 81
+# stage polynomial about its end and of the powers of the nodes; nodes; weights; those of positions; columns of the
+# guesses one step ahead and of the stage matrix itself; the stage matrices times the former; the nodes in few bits, and
+# the rest; what rounding has taken from both rows of weights; the stage matrices times the powers of the nodes; the
+# value at the end of a step from those at the nodes; columns of the Legendre coefficients, and weights of the last four.
+STAGES, MONOMIALS, POWERS, NODES, WEIGHTS, POSITIONS, AHEAD, ONCE, CARRIED = 0, 8, 16, 24, 25, 26, 27, 35, 43
+ONCE_CARRIED, NODES_HIGH, NODES_LOW, WEIGHTS_LOW, POWERED, ONCE_POWERED, ENDS = 51, 59, 60, 61, 63, 71, 79
+LEGENDRE, HIGHEST = 80, 88
 
 SCRATCH, SCRATCH_ROWS = 136, 120
 """Rows of the table that products write their vectors to. A processor that takes a load for one of a number just stored
@@ -75,7 +84,7 @@ process in ten took up to a fifth more time. The first of these rows agree with 
 HEAD = f"""
 import math
 import numpy as np
-from gnomon.harness.integrators.lanes import fma, highest, lane, lanes, larger, minus, over, products, put, row, size, total, with_lane
+from gnomon.harness.integrators.lanes import fma, highest, lane, lanes, larger, minus, over, products, put, row, size, total, totals, with_lane
 from gnomon.harness.integrators.lanes_math import sin_and_cos, turned
 from llvmlite import ir
 from numba import njit, types
@@ -83,7 +92,7 @@ from numba.extending import intrinsic
 NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, STIFF = {NOT_FINITE}, {STEP_TOO_SMALL}, {TOO_MANY_STEPS}, {STIFF}
 MOST_STEPS, MOST_STIFF, MOST_ROUNDS, MOST_CHANGE = {MOST_STEPS}, {MOST_STIFF}, 24, 1e100
 STAGES, MONOMIALS, POWERS, NODES = {STAGES}, {MONOMIALS}, {POWERS}, {NODES}
-WEIGHTS, POSITIONS, SIXTH, SEVENTH = {WEIGHTS}, {POSITIONS}, {SIXTH}, {SEVENTH}
+WEIGHTS, POSITIONS, LEGENDRE, HIGHEST = {WEIGHTS}, {POSITIONS}, {LEGENDRE}, {HIGHEST}
 AHEAD, ONCE, CARRIED, ONCE_CARRIED = {AHEAD}, {ONCE}, {CARRIED}, {ONCE_CARRIED}
 NODES_HIGH, NODES_LOW, LOW = {NODES_HIGH}, {NODES_LOW}, {WEIGHTS_LOW - WEIGHTS}
 POWERED, ONCE_POWERED, ENDS = {POWERED}, {ONCE_POWERED}, {ENDS}
@@ -94,6 +103,7 @@ ENOUGH, FIRST_CALM, CALM, FIRST_LOOK, LOOK, EVEN = 0.9, 12, 100, 12, 32, 0.7
 SLOWLY, FAINT, COARSE, FINE, TRIES = 1e-3, 1e-12, 1e-6, 3e-16, 4
 EXACT, COARSER, SURE_BELOW = 1e-11, 256.0, 5e-14
 SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-140
+STAGNANT, STALE, LOOSEST, VERGE = 0.03, 4.0, 5e-4, 1e-12
 
 
 @intrinsic
@@ -155,6 +165,14 @@ def added(y, low, h, rate):
     return end, left + (fused(h, rate, -change) + low)
 
 
+@njit(forceinline=True, OPTIONS)
+def legendre_of_one(f, table):
+    # The coefficients 4 to 7 in their lanes.
+    return totals(
+        f * row(table, HIGHEST), f * row(table, HIGHEST + 1), f * row(table, HIGHEST + 2), f * row(table, HIGHEST + 3)
+    )
+
+
 @njit(OPTIONS)
 def at(m, x):
     # The polynomial with the coefficients m.
@@ -205,6 +223,20 @@ WITH_VELOCITY = SECOND_ORDER | {
     "placed": "<|x@, |><|u@, |>",
     "shift": SECOND_ORDER["shift"] + "\n        r = products(table, ONCE, (<|d@, |>))\n        w@ = hh * r[@]",
 }
+
+SIDES = """beyond = poles((<|lanes(y[%]), |>), forcing(lanes(0.0), k), k)
+sides = (FIRST)"""
+
+CROSSED = """beyond = poles((<|lanes(there[%]), |>), forcing(lanes(after), k), k)
+if step > VERGE * end and (CHANGED):
+    h, usual, rejected = 0.3 * step, 0, True
+    {shorter}
+    continue
+sides = (FIRST)"""
+
+LEGENDRE_OF_MANY = "legendre = products(table, LEGENDRE, f)"
+LEGENDRE_OF_ONE = "legendre = (legendre_of_one(f0, table),)"
+"""Of one component the last four, by sums: eight columns are too many for the processor's registers beside all else."""
 
 EQUAL_STEPS = """
 if ENOUGH <= grow < HOLD:
@@ -355,6 +387,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
         h = min({first}, end)
         last, rejected, calm, room, patience, usual, rate = h, False, 0, GROW_MOST, FIRST_CALM, 0, 0.0
         {none_seen}
+        {sides}
         old@ = f@
         while sample < times.size:
             if not (h > 0.0 and h < np.inf):
@@ -399,23 +432,28 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 ahead = products(table, POWERS, (<|m[@] * ratios, |>))
                 p, v = sums((<|m[@] * ratios, |>), table, POWERED, ONCE_POWERED)
             sure = quickest if t > 0.0 else 1.0
-            rounds, found, f, square = stages(
+            rounds, seen_rate, f, square = stages(
                 t, step, y, low, ahead, p, v, k, table, (<|fine@, |>), cloud, sure, 0.0, usual
             )
             COUNT abs(rounds)
-            rate = found if found > 0.0 else rate
+            rate = seen_rate if seen_rate > 0.0 else min(rate, FAST)
             if rounds < 0:
                 h, usual = 0.3 * step, 0
                 {shorter}
                 rejected = True
                 continue
-            error = 0.0
             f@ = lanes(f[@])
             size@ = total(size(f@)) / 8
-            seventh@ = max(abs(total(f@ * row(table, SEVENTH))) - blur, 0.0)
-            sixth@ = max(abs(total(f@ * row(table, SIXTH))) - blur, 0.0)
-            error += (seventh@ * seventh@ + LESS * sixth@ * sixth@) / ((size@ + TINY) * scale@)
-            error *= ERRS * step / (tolerance * keen**4)
+            worst = lanes(0.0)
+            {legendre}
+            c@ = larger(size(legendre[@]) - lanes(blur), lanes(0.0))
+            worst = fma(c@ * c@, lanes(1.0 / ((size@ + TINY) * scale@)), worst)
+            high, lower = lane(worst, 7) + lane(worst, 6), lane(worst, 5) + lane(worst, 4)
+            error = lane(worst, 7) + LESS * lane(worst, 6)
+            if high > STAGNANT * lower:
+                decay = high / (high + lower)
+                error += STALE * math.sqrt(high / step) * decay * decay
+            error *= ERRS * step / (min(tolerance, LOOSEST) * keen**4)
             wanted = root_15(max(error, TINY)) / SAFETY
             if not error <= SLACK:
                 h = step * max(SHRINK_MOST, 1 / wanted) if error < np.inf else step * SHRINK_MOST
@@ -431,6 +469,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             if finite != 0.0:
                 reason = NOT_FINITE
                 break
+            {crossed}
             old@ = f@
             if times[sample] <= after:
                 m = products(table, MONOMIALS, f)

@@ -8,7 +8,7 @@ seldom as can be. Arithmetic is kept operation by operation; only + 0, * 1, * 0 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from gnomon.cases.arithmetic import FUNCTIONS, Unbranching, rebind
@@ -234,13 +234,56 @@ def reached(values: Sequence[Value]) -> list[Node]:
     return list(found.values())
 
 
-def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = ()) -> tuple[str, ...]:
+def poles(values: Sequence[Value]) -> tuple[Node, ...]:
+    """What values are divided by, of what is not known to keep its sign: where it goes through 0 they have poles."""
+    signs: dict[int, int | None] = {}
+    found: dict[int, Node] = {}
+    for node in reached(values):
+        signs[id(node)] = sign(node, signs)
+        match node.operation, node.arguments:
+            case "/", (_, below):
+                pass
+            case "**", (below, int() | float() as exponent) if exponent < 0:
+                pass
+            case _:
+                continue
+        if level(below) == ROUND and signs[id(below)] is None:
+            found[id(below)] = below
+    return tuple(found.values())
+
+
+def sign(value: Value, known: Mapping[int, int | None]) -> int | None:
+    """1 of what is never below 0, 0 of what has one sign, whichever, None of all else."""
+    if not isinstance(value, Node):
+        return 1 if value >= 0 else 0
+    if id(value) in known:
+        return known[id(value)]
+    parts = [sign(x, known) for x in value.arguments]
+    match value.operation, value.arguments:
+        case (("sqrt" | "exp" | "cosh" | "hypot"), _):
+            return 1
+        case "*", (a, b) if a is b:
+            return 1
+        case "**", (_, int() as exponent) if exponent % 2 == 0:
+            return 1
+        case "**", _ if parts[0] is not None:
+            return parts[0]
+        case (("*" | "/" | "over"), _) if None not in parts[:2]:
+            return 1 if parts[:2] == [1, 1] else 0
+        case "neg", _ if parts[0] is not None:
+            return 0
+        case "+", _ if parts == [1, 1]:
+            return 1
+    return 0 if value.level == RUN else None
+
+
+def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = (), below: Sequence[Value] = ()) -> tuple[str, ...]:
     """Functions for numba: `constants(p)`, `forcing(t, k)` and `slopes(y, w, k)`, which returns the values.
 
     Each of the first two returns a tuple of what the later ones need of it; y holds vectors, k numbers. For the n-th
-    group of values `slopes_n(y, w, k)` returns these alone. Where an angle's sine and cosine are both wanted
-    `slopes_first(y, w, k)` returns them too, and from them `slopes_again(y, w, k, near)` finds those of a y nearby; it
-    returns what the next one is best found from.
+    group of values `slopes_n(y, w, k)` returns these alone; `poles(y, w, k)` what is `below` them. Where an angle's sine
+    and cosine are both wanted `slopes_first(y, w, k)` returns them too, and from them `slopes_again(y, w, k, near)` finds
+    those of a y nearby; it returns what the next one is best found from.
     """
     nodes = reached(values)
     local: dict[int, str] = {}
@@ -283,12 +326,12 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = ()) -> tuple
         ("constants(p)", lines[RUN], "".join(f"{x}, " for x in handed[RUN]) + "0.0,"),
         ("forcing(t, k)", lines[STEP], "".join(f"{x}, " for x in handed[STEP]) + "0.0,"),
     ]
-    for n, group in enumerate((range(len(values)), *groups), -1):
-        chosen = [values[i] for i in group]
+    grouped = {f"slopes_{n}": [values[i] for i in group] for n, group in enumerate(groups)}
+    for head, chosen in ({"slopes": values} | grouped | ({"poles": below} if below else {})).items():
         needed = {id(x) for x in reached(chosen)}
         body = [line for line, makes in zip(lines[ROUND], made_by, strict=True) if makes & needed]
         results = "".join(f"lanes({name(x, ROUND)}), " for x in chosen)
-        functions.append((f"slopes{f'_{n}' if n >= 0 else ''}(y, w, k)", body, results))
+        functions.append((f"{head}(y, w, k)", body, results))
     if angles:
         (_, body, results), known = functions[2], "".join(f"({angle}, {names}), " for angle, names in angles)
         again = "".join(body)

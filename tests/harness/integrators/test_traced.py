@@ -12,7 +12,7 @@ from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.case import Case
 from gnomon.cases.forms import FirstOrder
 from gnomon.cases.registry import get
-from gnomon.harness.integrators.traced import Trace, code, number, traced
+from gnomon.harness.integrators.traced import Trace, code, number, poles, sign, traced
 
 CASES = (
     "pendulum_simple", "kepler_orbit", "forced_oscillator", "lagrange_top", "euler_top", "relativistic_charge",
@@ -175,3 +175,33 @@ def test_what_is_zero_or_met_twice_costs_nothing() -> None:
     assert x * 1 is x
     assert x - 0 is x
     assert number(trace.derivative(trace.parameters[0] * y, x, {}), 0)
+
+
+def test_poles_are_what_may_change_its_sign_below() -> None:
+    trace = Trace(2, 1)
+    (x, y), (p,), t = trace.state, trace.parameters, trace.t
+    sine, root = trace.function("sin")(x), trace.function("sqrt")(x * x + y * y)
+    assert poles([1 / (x * x * x), y / sine]) == (x * x * x, sine)
+    assert poles([x**-3, 1 / (x * trace.function("cos")(t))]) == (x, x * trace.function("cos")(t))
+    kept = (x * x + y**2, root * root * root, p * root, -(x * x), 1 + trace.function("cosh")(y), 2.0, p, (x * x) ** 3)
+    assert poles([y / z for z in kept]) == ()
+    assert poles([x**3 + y * sine, root**-3]) == ()
+    below = poles([1 / x, 1 / (y - p)])
+    generated = "".join(code([1 / x, 1 / (y - p)], (), below)).replace(", OPTIONS", "")
+    space = stand_ins()
+    exec(generated, space)
+    k = space["constants"]([0.25])
+    assert space["poles"]([2.0, 3.0], space["forcing"](0.0, k), k) == (2.0, 2.75)
+
+
+def test_signs_that_are_known() -> None:
+    trace = Trace(2, 1)
+    (x, y), (p,) = trace.state, trace.parameters
+    square = x * x
+    known = {
+        1: (square, 3, square + y * y, square / (y * y)),
+        0: (p, -1, -square, p * square, p + p),
+        None: (x, x + square, square - y),
+    }
+    for expected, values in known.items():
+        assert [sign(value, {}) for value in values] == [expected] * len(values)
