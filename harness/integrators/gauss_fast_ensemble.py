@@ -257,7 +257,7 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
             d@ = larger(size(d@) - lanes(blur), lanes(0.0))
             error = lanes(0.0)
             error = error + (d@ * d@ + lanes(LESS) * c@ * c@) / ((size@ + lanes(TINY)) * scale@)
-            worst = highest(error) * ERRS * h / (min(tolerance, LOOSEST) * keen**4)
+            worst = highest(error) * ERRS * h / (tolerance * keen**4)
             wanted = root_15(max(worst, TINY)) / SAFETY
             if not worst <= SLACK:
                 wish, left, rejected = h * max(SHRINK_MOST, 1 / wanted), 0.0, True

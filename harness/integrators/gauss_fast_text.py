@@ -24,13 +24,12 @@ What a step does:
 Numbers that were found by measuring on the pendulum, Kepler's orbit and the free rigid body: SHARE of the tolerance
 is left to the iteration, whose error has a sign that lasts and makes energy drift; it is taken to shrink by SURER in a
 round at best, by SURE at the finest tolerances, where changes are round-off soon. ERRS a^2 is the error where a^2
-counts coefficient 6 LESS than 7, and ERRS STALE a d^2; a step that errs by more than SLACK tolerances is taken again.
-Tolerances above LOOSEST count as LOOSEST: in longer steps the polynomial says nothing, and rounds cost what length
-gains. Steps are kept equal (guesses are better, and energy does not drift) until one could grow HOLD times, then grow
-LEAP times less than that; or until CALM of them in turn could have grown, by what all of them could (FIRST_CALM once:
-the first step is a guess). A component counts for at least LEAST of the largest change in a step, and changes below
-NOISE roundings are round-off: a step in which no other change is seen is not short of convergence (FAST). The square of
-TINY is not zero: nothing moves at an equilibrium.
+counts coefficient 6 LESS than 7, and ERRS STALE a d^2, of a what is above NOISE roundings; a step that errs by more than
+SLACK tolerances is taken again. Steps are kept equal (guesses are better, and energy does not drift) until one could
+grow HOLD times, then grow LEAP times less than that; or until CALM of them in turn could have grown, by what all of them
+could (FIRST_CALM once: the first step is a guess). A component counts for at least LEAST of the largest change in a step,
+and changes below NOISE roundings are round-off: a step in which no other change is seen is not short of convergence
+(FAST). The square of TINY is not zero: nothing moves at an equilibrium.
 
 Motions with quick and slow parts (a pericentre) would have equal steps that are too short for most of the way, and with
 steps that follow the error alone energy drifts. Where the derivatives J of the acceleration are at hand its frequency,
@@ -103,7 +102,7 @@ ENOUGH, FIRST_CALM, CALM, FIRST_LOOK, LOOK, EVEN = 0.9, 12, 100, 12, 32, 0.7
 SLOWLY, FAINT, COARSE, FINE, TRIES = 1e-3, 1e-12, 1e-6, 3e-16, 4
 EXACT, COARSER, SURE_BELOW = 1e-11, 256.0, 5e-14
 SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-140
-STAGNANT, STALE, LOOSEST, VERGE = 0.03, 4.0, 5e-4, 1e-12
+STAGNANT, STALE, VERGE = 0.03, 4.0, 1e-12
 
 
 @intrinsic
@@ -448,12 +447,14 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             {legendre}
             c@ = larger(size(legendre[@]) - lanes(blur), lanes(0.0))
             worst = fma(c@ * c@, lanes(1.0 / ((size@ + TINY) * scale@)), worst)
-            high, lower = lane(worst, 7) + lane(worst, 6), lane(worst, 5) + lane(worst, 4)
             error = lane(worst, 7) + LESS * lane(worst, 6)
-            if high > STAGNANT * lower:
-                decay = high / (high + lower)
-                error += STALE * math.sqrt(high / step) * decay * decay
-            error *= ERRS * step / (min(tolerance, LOOSEST) * keen**4)
+            if lane(worst, 7) + lane(worst, 6) > STAGNANT * (lane(worst, 5) + lane(worst, 4)):
+                worst = lanes(0.0)
+                worst = fma(c@ / lanes(scale@), c@ / lanes(scale@), worst)
+                high, lower = lane(worst, 7) + lane(worst, 6), lane(worst, 5) + lane(worst, 4)
+                decay = high / (high + lower + TINY * TINY)
+                error += STALE * max(math.sqrt(high) - NOISE * ROUNDOFF / step, 0.0) * decay * decay
+            error *= ERRS * step / (tolerance * keen**4)
             wanted = root_15(max(error, TINY)) / SAFETY
             if not error <= SLACK:
                 h = step * max(SHRINK_MOST, 1 / wanted) if error < np.inf else step * SHRINK_MOST

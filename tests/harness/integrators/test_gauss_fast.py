@@ -334,6 +334,14 @@ def test_a_sharp_turn_between_two_stages_is_seen() -> None:
     assert np.sum(errors > 1e3 * tolerances) < 8, "what lies between the last stage and the end is not seen"
 
 
+@pytest.mark.parametrize("tolerance", [1e-12, 1e-13])
+def test_round_off_of_slopes_that_cancel_is_no_sharp_turn(tolerance: float) -> None:
+    """A drop that falls at its last speed: weight and drag cancel but for round-off, whose coefficients fall nowhere."""
+    _, _, solution = solved("millikan_oil_drop", "stiff", tolerance)
+    assert solution.stopped is None
+    assert solution.steps < 4000
+
+
 @pytest.mark.parametrize("variant", ["near_cusp", "cusp_to_cusp"])
 @pytest.mark.parametrize("tolerance", [1e-12, 1e-14, 1e-16])
 def test_a_cusp_does_not_shorten_what_follows(variant: str, tolerance: float) -> None:
@@ -344,12 +352,12 @@ def test_a_cusp_does_not_shorten_what_follows(variant: str, tolerance: float) ->
     assert solution.steps < 4000
 
 
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
-def test_the_loosest_tolerances_do_not_step_past_convergence(tolerance: float) -> None:
-    error, _, solution = solved("kepler_orbit", None, tolerance, sundman=True)
-    finer = solved("kepler_orbit", None, 5e-4, sundman=True)[2]
-    assert error < 0.3
-    assert solution.steps < 1.5 * finer.steps
+@pytest.mark.parametrize("name", ["kepler_orbit", "pendulum_simple"])
+def test_the_loosest_tolerances_are_one(name: str) -> None:
+    sundman = name == "kepler_orbit"
+    (_, _, loose), (error, _, loosest) = (solved(name, None, x, sundman) for x in (0.5, gauss_fast.LOOSEST))
+    assert np.array_equal(loose.states, loosest.states)
+    assert error < 0.1
 
 
 def test_takes_a_formulation_with_a_clock() -> None:
