@@ -12,11 +12,12 @@ The method is that of `gauss_fast_text`: guesses, rounds, error, compensated sum
 - Where derivatives are known a round corrects its slopes with them twice. What is then left goes with the square of the
   error before the round, so after this round with the square of the rate, where the corrections have settled (`rest`):
   two rounds are the rule at fine tolerances.
+- Sharp turns between two stages are not looked for.
 
 PORTION of the tolerance is left to the iteration. Nothing is rounded the same way in every step, as there: the error of
 energy is a random walk at the finest tolerance.
 
-A vector that cannot go on is left over, for the method for single trajectories, which tells why.
+A vector that cannot go on, or passes over a pole, is left over, for the method for single trajectories, which tells why.
 
 A line with a `$` is repeated for the stages 1 to 7, which a sum over all stages adds to stage 0.
 """

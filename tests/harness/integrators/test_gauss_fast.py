@@ -310,6 +310,14 @@ def test_no_step_passes_over_a_wall(tolerance: float) -> None:
     assert solution.steps < 3000
 
 
+def test_no_ensemble_passes_over_a_wall() -> None:
+    """With a pole in its way a vector is left to the method for single trajectories."""
+    case = get("rubber_tube_thin", "squeezed_1e-4").rounded()
+    solve = GaussFast().prepare(problem_of(case, GaussFast.accepts), 1e-10)
+    starts = np.repeat(initial_state(case)[None], 16, axis=0)
+    assert np.array_equal(solve(starts).states, np.repeat(solve(starts[:1]).states, 16, axis=0))
+
+
 @pytest.mark.parametrize("together", [1, 16])
 def test_what_is_divided_by_may_change_its_sign_where_there_is_no_pole(together: int) -> None:
     """x'' = -sin(x) cos(x) / cos(x), a pendulum that turns round: its cosine passes through 0 and nothing happens."""
