@@ -53,6 +53,11 @@ class Layout:
         return (*self.values, *(value for _, _, value in self.derivatives))
 
     @property
+    def poles(self) -> tuple[Value, ...]:
+        """What the slopes are divided by, where it may change its sign."""
+        return poles(self.values)
+
+    @property
     def second_order(self) -> bool:
         return self.kind != "FIRST_ORDER"
 
@@ -123,7 +128,7 @@ def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> Call
     slopes = text.SLOPES_BY_TURNS if by_turns else text.SLOPES
     rounds = {"round": text.ROUND, "slopes": slopes, "correct": correction(found), "sums_of_a_round": sums}
     rounds["legendre"] = text.LEGENDRE_OF_ONE if count == 1 else text.LEGENDRE_OF_MANY
-    words = rounds | words | over_poles(len(poles(found.values))) | control
+    words = rounds | words | over_poles(len(found.poles)) | control
     body = stages + text.ADVANCE
     if found.groups:
         words |= round_by_groups(found)
@@ -141,8 +146,8 @@ def compiled_ensemble(
     found = layout(form, parameters, dimension, freezing=False)
     count = len(found.values)
     words = getattr(text, found.kind)
-    entries, many_poles = [(i, j) for i, j, _ in found.derivatives], len(poles(found.values))
-    body, rows = ensemble.text(getattr(ensemble, found.kind), entries, count, many_poles)
+    entries = [(i, j) for i, j, _ in found.derivatives]
+    body, rows = ensemble.text(getattr(ensemble, found.kind), entries, count, len(found.poles))
     at_start = "<|y[@], |>" + ("<|y[N + @], |>" if found.kind == "WITH_VELOCITY" else "")
     body = body.replace("{placed_at_start}", at_start)
     for word in ("placed", "rate", "first"):
@@ -162,7 +167,7 @@ def filled(body: str, found: Layout, count: int, parameters: int, dimension: int
     given = [*(f"p_[{i}], " for i in range(parameters)), *(f"initial[n, {i}], " for i in found.frozen)]
     body = body.replace("PARAMETERS", "".join(given))
     body = body.replace("COUNT", f"p_[{parameters}] += 8 *") if counted else re.sub(r"\n *COUNT.*", "", body)
-    equations = code(found.all_values, found.groups, poles(found.values))
+    equations = code(found.all_values, found.groups, found.poles)
     parts = (f"# {lanes_digest()}", text.HEAD, *equations, body)
     return "\n".join(parts).replace("OPTIONS", OPTIONS)
 

@@ -110,7 +110,9 @@ def emitting(arguments: int, emit: Callable[..., Any], kind: Any = LANES) -> Any
         return intrinsic(lambda typingctx, a: typed(a))
     if arguments == 2:
         return intrinsic(lambda typingctx, a, b: typed(a, b))
-    return intrinsic(lambda typingctx, a, b, c: typed(a, b, c))
+    if arguments == 3:
+        return intrinsic(lambda typingctx, a, b, c: typed(a, b, c))
+    return intrinsic(lambda typingctx, a, b, c, d: typed(a, b, c, d))
 
 
 fma = emitting(3, lambda builder, a, b, c: llvm(builder, "fma", a, b, c))
@@ -156,12 +158,7 @@ def _totals(builder: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
     return builder.fadd(halves, shuffled(builder, halves, [4, 5, 6, 7, 0, 1, 2, 3]))
 
 
-totals = intrinsic(
-    lambda typingctx, a, b, c, d: (
-        LANES(LANES, LANES, LANES, LANES),
-        lambda context, builder, signature, values: _totals(builder, *values),
-    )
-)
+totals = emitting(4, _totals)
 
 larger = emitting(2, lambda builder, a, b: builder.select(builder.fcmp_unordered(">", a, b), a, b))
 """Of each lane the larger; what is not a number in `a` stays."""
