@@ -318,6 +318,18 @@ def test_no_ensemble_passes_over_a_wall() -> None:
     assert np.array_equal(solve(starts).states, np.repeat(solve(starts[:1]).states, 16, axis=0))
 
 
+@pytest.mark.parametrize(("variant", "left"), [(None, 0), ("squeezed_1e-4", 1)])
+def test_only_a_vector_with_a_wall_in_its_way_is_left(variant: str | None, left: int) -> None:
+    case = get("rubber_tube_thin", variant).rounded()
+    problem = problem_of(case, GaussFast.accepts)
+    eight, shape = gauss_fast_kernel.compiled_ensemble(problem.form, len(problem.parameters), 2, False)  # type: ignore[arg-type]
+    starts, left_over = np.repeat(initial_state(case)[None], 8, axis=0), np.zeros(1, dtype=np.int64)
+    out = np.empty((8, len(problem.times), 2))
+    coefficients = table(True, gauss_fast.bandwidth(1e-10))
+    eight(problem.buffer, coefficients, starts, problem.times, 1e-10, out, left_over, np.empty(shape))
+    assert left_over[0] == left
+
+
 @pytest.mark.parametrize("together", [1, 16])
 def test_what_is_divided_by_may_change_its_sign_where_there_is_no_pole(together: int) -> None:
     """x'' = -sin(x) cos(x) / cos(x), a pendulum that turns round: its cosine passes through 0 and nothing happens."""
