@@ -250,29 +250,31 @@ else:
     h = step * grow
 """
 
-NONE_SEEN = """follows, stride, pace, frequency, spread, pause = False, 0.0, 0.0, 0.0, 1.0, 0
+NONE_SEEN = """follows, stride, pace, norm, spread, pause = False, 0.0, 0.0, 0.0, 1.0, 0
 look, seen, shortest, longest, lowest, highest_ = FIRST_LOOK, 0, np.inf, 0.0, np.inf, 0.0
 """
 
 BY_FREQUENCY = """
-before, frequency = frequency, np.sqrt(np.sqrt(square))
+before, norm = norm, square
 if 0.0 < before and grow < GROW_MOST:
-    # A step far too short says little of the one that fits.
+    # A step far too short says little of the one that fits. Eighth powers of strides: most steps then need no root.
     fits = step * grow
-    turn = fits * np.sqrt(before * frequency)
+    fourth = (fits * fits) * (fits * fits)
+    turn = (fourth * before) * (fourth * norm)
     shortest, longest, lowest, highest_ = min(shortest, fits), max(longest, fits), min(lowest, turn), max(highest_, turn)
     seen += 1
-if follows and (grow >= GROW_MOST or seen == look and highest_ > min(EVEN * spread, HOLD) * lowest):
+if follows and (grow >= GROW_MOST or seen == look and highest_ > min(EVEN * spread, HOLD) ** 8 * lowest):
     # The frequency does not say where steps must be short; it is tried again ever more rarely.
     follows, pause, seen = False, 2 * pause + 4, look
 elif seen == look and not follows and pause > 0:
     pause -= 1
-elif seen == look and not follows and longest > HOLD * shortest and highest_ * shortest < 2 * longest * lowest:
-    follows, spread, stride, pace = True, longest / shortest, 0.95 * lowest, frequency
+elif seen == look and not follows and longest > HOLD * shortest and highest_ < (2 * longest / shortest) ** 8 * lowest:
+    follows, spread, stride, pace = True, longest / shortest, 0.95 * lowest**0.125, math.sqrt(math.sqrt(norm))
     calm, room, more = 0, GROW_MOST, 1.0
 if seen == look:
     look, seen, shortest, longest, lowest, highest_ = LOOK, 0, np.inf, 0.0, np.inf, 0.0
 if follows:
+    frequency = math.sqrt(math.sqrt(norm))
     if grow < ENOUGH:
         stride, pace = stride * grow, frequency
     elif more > 1.0:
@@ -455,9 +457,9 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 decay = high / (high + lower + TINY * TINY)
                 error += STALE * max(math.sqrt(high) - NOISE * ROUNDOFF / step, 0.0) * decay * decay
             error *= ERRS * step / (tolerance * keen**4)
-            wanted = root_15(max(error, TINY)) / SAFETY
+            grow = SAFETY / root_15(max(error, TINY))
             if not error <= SLACK:
-                h = step * max(SHRINK_MOST, 1 / wanted) if error < np.inf else step * SHRINK_MOST
+                h = step * max(SHRINK_MOST, grow) if error < np.inf else step * SHRINK_MOST
                 {shorter}
                 rejected = True
                 continue
@@ -505,7 +507,6 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             t = after
             y, low = there, left
             last = step
-            grow = 1 / wanted
             if rate > FAST and rounds > 2:
                 grow = min(grow, max(0.5, FAST / rate))
             calm, room = (calm + 1, min(room, grow)) if grow >= ENOUGH and not rejected else (0, GROW_MOST)
