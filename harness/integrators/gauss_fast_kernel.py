@@ -176,11 +176,16 @@ def correction(found: Layout) -> str:
     """What a round does to its new slopes g: with derivatives, the changes that they foresee are made at once."""
     if not found.derivatives:
         return "g@ = lanes(g[@])"
-    lines = ["d@ = lanes(g[@]) - f@", "{shift}", *(["{lost}"] if found.second_order else []), "g@ = lanes(g[@])"]
     count = len(found.values)
+    lines = ["d@ = lanes(g[@]) - f@", "{shift}", "g@ = lanes(g[@])"]
+    early, late = ["if exactly:", "    {lost}"] if found.second_order else [], []
     for n, (i, j, _value) in enumerate(found.derivatives):
-        lines.append(f"g{i} = fma(lanes(g[{count + n}]), {'s' if j < count else 'w'}{j % count}, g{i})")
-    return "\n        ".join(lines)
+        place = found.second_order and j < count
+        moves = ("hh * hh", "q") if place else ("hh", "r" if found.second_order else "q")
+        # Little waits for the products: what is known before them is multiplied first.
+        early += [f"    g{i} = fma(lanes(g[{count + n}]), s{j}, g{i})"] if place else []
+        late.append(f"g{i} = fma(lanes(g[{count + n}]) * ({moves[0]}), {moves[1]}[{j % count}], g{i})")
+    return "\n        ".join(lines + early + late)
 
 
 NO_FREQUENCY = {"squares": "", "at_end": "0.0"}

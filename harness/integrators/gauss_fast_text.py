@@ -186,7 +186,7 @@ FIRST_ORDER = {
     "sums": "p = products(table, first, (<|f@, |>))\n    v = p",
     "place": "x@ = fma(hh, p[@], lanes(y[@]))",
     "placed": "<|x@, |>",
-    "shift": "q = products(table, STAGES, (<|d@, |>))\n        s@ = hh * q[@]",
+    "shift": "q = products(table, STAGES, (<|d@, |>))",
     "moved": "<|h * total(weighted(f@, table, WEIGHTS)) + low[@], |>",
     "moved_exactly": "high@, rest@ = weighted_exactly(f@, coarse[@], table, WEIGHTS)\n"
     "    end@, left@ = added(y[@], fused(h, rest@, low[@]), h, high@)",
@@ -199,10 +199,10 @@ FIRST_ORDER = {
 SECOND_ORDER = FIRST_ORDER | {
     "prepare": "m, n = hh * row(table, NODES_HIGH), hh * row(table, NODES_LOW)\n    "
     "b@ = fma(m, lanes(y[N + @]), fma(n, lanes(y[N + @]), lanes(y[@])))\n    "
+    "e@ = lanes(0.0)\n    if exactly:\n        "
     "e@ = fma(n, lanes(y[N + @]), fma(m, lanes(y[N + @]), lanes(y[@]) - b@)) + lanes(low[@])",
-    "lost": "s@ = s@ + (fma(hh * hh, p[@], b@ - x@) + e@)",
+    "lost": "s@ = fma(hh * hh, p[@], b@ - x@) + e@",
     "place": "x@ = fma(hh * hh, p[@], b@)",
-    "shift": "q = products(table, STAGES, (<|d@, |>))\n        s@ = hh * hh * q[@]",
     "moved": "<|h * y[N + @] + (h * (h * total(weighted(f@, table, POSITIONS)) + low[N + @]) + low[@]), |>"
     "<|h * total(weighted(f@, table, WEIGHTS)) + low[N + @], |>",
     "moved_exactly": "place@, lost@ = added(y[@], fused(h, low[N + @], low[@]), h, y[N + @])\n"
@@ -220,7 +220,7 @@ WITH_VELOCITY = SECOND_ORDER | {
     "sums": "p = products(table, first, (<|f@, |>))\n    v = products(table, once, (<|f@, |>))",
     "place": SECOND_ORDER["place"] + "\n        u@ = fma(hh, v[@], lanes(y[N + @]))",
     "placed": "<|x@, |><|u@, |>",
-    "shift": SECOND_ORDER["shift"] + "\n        r = products(table, ONCE, (<|d@, |>))\n        w@ = hh * r[@]",
+    "shift": SECOND_ORDER["shift"] + "\n        r = products(table, ONCE, (<|d@, |>))",
 }
 
 SIDES = """beyond = poles((<|lanes(y[%]), |>), forcing(lanes(0.0), k), k)
@@ -312,7 +312,7 @@ SLOPES_BY_TURNS = """if rounds == 0:
 
 STAGES_OF_A_STEP = """
 @njit(INLINE OPTIONS)
-def NAME(t, h, y, low, f, p, v, k, table, fine, noise, sure, expected, quiet):
+def NAME(t, h, y, low, f, p, v, k, table, fine, noise, sure, expected, quiet, exactly):
     <|f@, |> = f
     hh = lanes(h)
     w = forcing(fma(hh, row(table, NODES), lanes(t)), k)
@@ -371,6 +371,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
     keen = min(tolerance / FINE, 1.0)
     share = SHARE * max(tolerance, ROUNDOFF / 4) * keen**10
     noise = NOISE * ROUNDOFF / share
+    exactly = tolerance < EXACT
     quickest = SURE if tolerance < SURE_BELOW else SURER
     taken = 0
     for n in range(initial.shape[0]):
@@ -434,7 +435,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 p, v = sums((<|m[@] * ratios, |>), table, POWERED, ONCE_POWERED)
             sure = quickest if t > 0.0 else 1.0
             rounds, seen_rate, f, square = stages(
-                t, step, y, low, ahead, p, v, k, table, (<|fine@, |>), cloud, sure, 0.0, usual
+                t, step, y, low, ahead, p, v, k, table, (<|fine@, |>), cloud, sure, 0.0, usual, exactly
             )
             COUNT abs(rounds)
             rate = seen_rate if seen_rate > 0.0 else min(rate, FAST)
@@ -463,7 +464,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 {shorter}
                 rejected = True
                 continue
-            if tolerance < EXACT:
+            if exactly:
                 there, left = moved_exactly(step, y, low, f, (<|coarse@, |>), table)
             else:
                 there, left = moved(step, y, low, f, table)
@@ -488,7 +489,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                             p, v = sums(near, table, STAGES, ONCE)
                             again, _rate, settled, _square = aside(
                                 t, part, y, low, near, p, v, k, table, (<|ASIDE * fine@, |>), ASIDE * cloud, 1e-3,
-                                max(rate, 1e-3), 0
+                                max(rate, 1e-3), 0, exactly
                             )
                             COUNT abs(again)
                             if again > 0:
