@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -59,7 +59,11 @@ class Metric:
 
     @classmethod
     def of(cls, case: Case) -> Metric:
-        scales = case.scales()
+        return cls.scaled(case, case.scales(), accuracy.crowded(case) if case.hybrid is not None else frozenset())
+
+    @classmethod
+    def scaled(cls, case: Case, scales: Mapping[str, float], crowded: frozenset[float]) -> Metric:
+        """Of a case whose scales and crowded times are known: finding them takes up to seconds."""
         groups = []
         for name in dict.fromkeys(coordinate.group for coordinate in case.state):
             members = tuple(i for i, c in enumerate(case.state) if c.group == name)
@@ -68,7 +72,6 @@ class Metric:
         hybrid = case.hybrid
         jumps = [] if hybrid is None else [_jump(case, hybrid, t) for t in hybrid.transitions if t.onto]
         positions = tuple(dict.fromkeys(c.group for c in case.state if c.kind not in RATES))
-        crowded = accuracy.crowded(case) if hybrid is not None else frozenset()
         return cls(tuple(groups), tuple(jumps), positions, crowded)
 
     def by_group(self, states: Floats, exact: Floats) -> dict[str, Floats]:

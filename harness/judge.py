@@ -12,6 +12,7 @@ from gnomon.cases import Case
 from gnomon.cases.arithmetic import FUNCTIONS, rebind
 from gnomon.cases.forms import FirstOrder, Hybrid, first_order
 from gnomon.cases.formulation import Formulation
+from gnomon.cases.metric import Metric
 from gnomon.harness.integrator import Problem
 from gnomon.harness.truth import Truth
 from gnomon.harness.worker import Outcome
@@ -33,7 +34,9 @@ class Judge:
     """Judges the outcomes of one case in one formulation."""
 
     def __init__(self, case: Case, formulation: Formulation | None, truth: Truth) -> None:
-        self.case, self.formulation, self.truth, self.metric = case, formulation, truth, case.metric
+        self.case, self.formulation, self.truth = case, formulation, truth
+        scales = {coordinate.group: float(size) for coordinate, size in zip(case.state, truth.sizes, strict=True)}
+        self.metric = Metric.scaled(case, scales, frozenset(truth.times[truth.crowded].tolist()))
         self.parameters = tuple(float(value) for value in case.parameter_values())
 
     def problem(self, form: Any) -> Problem:

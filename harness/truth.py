@@ -31,7 +31,7 @@ _OWN = ("gnomon.harness.truth", "gnomon.harness.problem")
 class Truth:
     """Of one case in one formulation. Times, `exact` (64, dim), `floor` and `conditioning` (64,) belong to the case;
     `problem_times` (64,), `start` (dim_y,) and `time_scale` are what the integrator gets. `sizes` (dim,) is the scale
-    of each coordinate's group in the metric.
+    of each coordinate's group in the metric, `crowded` (64,) says at which times it looks at positions only.
     """
 
     times: Floats
@@ -41,6 +41,7 @@ class Truth:
     problem_times: Floats
     start: Floats
     sizes: Floats
+    crowded: NDArray[np.bool_]
     time_scale: float
 
 
@@ -149,6 +150,7 @@ def _compute(spec: CaseSpec) -> Truth:
         problem.times,
         start,
         sizes,
+        np.isin(times, list(case.metric.crowded)),
         problem.time_scale,
     )
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gnomon.cases import accuracy
 from gnomon.harness.judge import Judge, _to_time
 from gnomon.harness.truth import CaseSpec, truth
 from gnomon.harness.worker import Outcome
@@ -34,6 +35,18 @@ def test_a_trial_is_told_by_its_largest_floor_and_conditioning(judge: Judge) -> 
     found = judge.summary()
     assert found["conditioning"] == max(judge.truth.conditioning) > min(judge.truth.conditioning)
     assert found["floor"] == max(judge.truth.floor) > min(judge.truth.floor)
+
+
+def test_a_judge_takes_its_metric_from_the_truth(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run makes hundreds of judges before it begins; scales and crowded times took it minutes to find again."""
+    limit = cases.get("bouncing_ball", "zeno").rounded().quantities()["t_inf"]
+    whole = cases.get("bouncing_ball", e="0.999", span=float(limit) * (1 - 2.0**-30)).rounded()
+    metric, known = whole.metric, truth(CaseSpec.of(whole))
+    assert metric.crowded
+    for name in ("grid_scales", "crowded"):
+        monkeypatch.setattr(accuracy, name, pytest.fail)
+    found = Judge(whole.rounded(), None, known).metric
+    assert (found.groups, found.positions, found.crowded) == (metric.groups, metric.positions, metric.crowded)
 
 
 @pytest.mark.parametrize(
