@@ -32,6 +32,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 OPTIONS = 'error_model="numpy", fastmath={"contract"}'
+WATCHERS: list[Callable[[bool], None]] = []
+"""Each is called with True before something is compiled in this process and with False after."""
 SIGNATURE = "void(float64, float64[::1], float64[::1], float64[::1])"
 ARRAY_SIGNATURE = "float64[::1](float64, float64[::1], float64[::1])"
 IMPORTS = ["import numpy as np", "from numba import carray, njit"]

@@ -19,6 +19,8 @@ PREPARE_SECONDS = 60.0
 """The deadline of one preparation: compiling with cold caches on a busy machine takes several seconds."""
 GRACE_SECONDS = 0.15
 """What a stage may take beyond the trial's limit before it is killed: start of the call, message, scheduling."""
+AGAIN_SECONDS = 0.5
+"""Trials with a limit below this may pass it once: a machine that stands still for a fifth of a second is none of theirs."""
 
 
 class Job(Protocol):
@@ -47,6 +49,11 @@ class _Slot:
     order: Order
     deadline: float
     stage: str = "prepare"
+    seconds: float = 0.0
+    interrupted: tuple[str, float] | None = None
+    """The stage in which something is being compiled, and its seconds."""
+    again: bool = False
+    """Whether the order is tried a second time."""
 
 
 class Pool:
@@ -85,8 +92,10 @@ class Pool:
     def _start(self, job: Job) -> None:
         """Start a worker on the next order of a job, if there is one."""
         order = job.next()
-        if order is None:
-            return
+        if order is not None:
+            self._launch(job, order)
+
+    def _launch(self, job: Job, order: Order, again: bool = False) -> None:
         self._started += 1
         path = Path(self._folder.name) / str(self._started)
         path.touch()
@@ -96,7 +105,7 @@ class Pool:
         with main_hidden(not job.task.spec.in_main):
             process.start()
         theirs.close()
-        slot = _Slot(job, process, ours, order, 0.0)
+        slot = _Slot(job, process, ours, order, 0.0, again=again)
         self._slots.append(slot)
         self._send(slot, order)
 
@@ -107,7 +116,7 @@ class Pool:
             slot.connection.send(order)
 
     def _stage(self, slot: _Slot, stage: str, seconds: float) -> None:
-        slot.stage, slot.deadline = stage, time.monotonic() + seconds
+        slot.stage, slot.seconds, slot.deadline = stage, seconds, time.monotonic() + seconds
 
     def _listen(self) -> None:
         """Wait for messages until the nearest deadline; drain what came before judging deadlines."""
@@ -118,7 +127,11 @@ class Pool:
         now = time.monotonic()
         for slot in list(self._slots):
             if now > slot.deadline and not slot.connection.poll():
-                self._fail(slot, "timeout", self._overdue(slot))
+                if slot.stage == "prepare" or slot.again or slot.job.limit_seconds >= AGAIN_SECONDS:
+                    self._fail(slot, "timeout", self._overdue(slot))
+                else:
+                    self._end(slot)
+                    self._launch(slot.job, slot.order, again=True)
 
     def _overdue(self, slot: _Slot) -> str:
         if slot.stage == "prepare":
@@ -148,6 +161,15 @@ class Pool:
             # the timed calls together take the block, or one call that may be as slow as the limit
             self._stage(slot, "time", limit + 4 * order.block_seconds + GRACE_SECONDS)
             return True
+        if stage == "compiling":
+            slot.interrupted = (slot.stage, slot.seconds)
+            self._stage(slot, "prepare", self.prepare_seconds)
+            return True
+        if stage == "compiled":
+            if slot.interrupted is not None:
+                self._stage(slot, *slot.interrupted)
+                slot.interrupted = None
+            return True
         if stage == "failed" and payload[0] in ("crashed", "not_installed"):
             self._fail(slot, payload[0], payload[1])
             return False
@@ -159,6 +181,7 @@ class Pool:
         if following is None:
             self._end(slot)
             return False
+        slot.again = False
         self._send(slot, following)
         return True
 

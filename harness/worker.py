@@ -2,7 +2,8 @@
 
 For each order the parent gets messages (stage, payload): `prepared` and `counted` around the counting run, `prepared`
 and `ran` around the warm-up, then one of `done` (an Outcome) or `failed` (status, reason). The parent sets a deadline
-for each stage and kills what passes it.
+for each stage and kills what passes it. Around what a call compiles, where a method turns to another one only once it
+runs, stand `compiling` and `compiled`: that is none of the trial's time, and the call is made again.
 """
 
 from __future__ import annotations
@@ -12,13 +13,14 @@ import os
 import resource
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from time import perf_counter_ns
 from typing import Any
 
 import numpy as np
+from gnomon.harness import compile as compiling
 from gnomon.harness import registry
 from gnomon.harness.integrator import Problem, Refused, Solution, Solve
 from gnomon.harness.moved import moved_states, probe_state
@@ -106,6 +108,9 @@ def serve(connection: Connection, task: Task) -> None:
 class _Series:
     """The state of a series: its problem and its supply of moved initial states."""
 
+    compilations, calling = 0, False
+    """How many there have been in this process, and whether a call is under way."""
+
     def __init__(self, task: Task, connection: Connection) -> None:
         self.task = task
         self.connection = connection
@@ -114,6 +119,7 @@ class _Series:
         self.form = accepted_form(self.case, self.integrator.accepts, self.formulation)
         self.parameters = np.array([float(value) for value in self.case.parameter_values()])
         self.moved: Iterator[Floats] = moved_states(self.case, self.formulation, task.sizes)
+        compiling.WATCHERS.append(self._compiling)
 
     def problem(self, counted: bool) -> Problem:
         """A new one for every preparation: what an integrator does to its arrays reaches nobody else."""
@@ -136,7 +142,7 @@ class _Series:
         try:
             seconds = counted_seconds
             if others is None or (counted_seconds < order.slow_seconds and order.repeats > 1):
-                warm = _Call(solve, next(self.moved), self.task)
+                warm = self._call(solve, next(self.moved))
                 seconds, others = warm.seconds, warm.states
             self.connection.send(("ran", seconds))
             calls, scored, others = self._timed(solve, order, seconds, others)
@@ -169,6 +175,24 @@ class _Series:
         gc.freeze()
         self.connection.send(("prepared", seconds))
 
+    def _compiling(self, begins: bool) -> None:
+        self.compilations += begins
+        if self.calling:
+            self.connection.send(("compiling" if begins else "compiled", None))
+
+    def _call(self, solve: Solve, start: Floats, after: Callable[[], None] = lambda: None) -> _Call:
+        """A call in which nothing was compiled, if one of the first three is such; `after` is called after each."""
+        for _ in range(3):
+            seen, self.calling = self.compilations, True
+            try:
+                call = _Call(solve, start, self.task)
+            finally:
+                self.calling = False
+            after()
+            if self.compilations == seen:
+                break
+        return call
+
     def _count(self, setting: float) -> tuple[int | None, float, Floats | None]:
         """Right-hand sides, seconds and states of an untimed run through counting equations, from a moved state."""
         if not self.integrator.counts_rhs:
@@ -176,9 +200,9 @@ class _Series:
         problem = self.problem(counted=True)
         solve = self.integrator.prepare(problem, setting)
         self._prepared(0.0)
-        before = problem.buffer[-1]
-        call = _Call(solve, next(self.moved), self.task)
-        counted = int(problem.buffer[-1] - before)
+        state, counts = next(self.moved), [problem.buffer[-1]]
+        call = self._call(solve, state, lambda: counts.append(problem.buffer[-1]))
+        counted = int(counts[-1] - counts[-2])
         close = getattr(solve, "close", None)
         if close is not None:
             close()
@@ -201,7 +225,7 @@ class _Series:
             if not slow:
                 calls.append(_Call(solve, next(self.moved), self.task))
                 others = calls[0].states
-            scored = _Call(solve, self.task.start, self.task)
+            scored = self._call(solve, self.task.start)
             calls.append(scored)
             spent = sum(call.seconds for call in calls)
             fewest = 1 if slow and scored.seconds > estimate / 2 else FEWEST_CALLS

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import os
 import signal
+import tempfile
+import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.forms import FirstOrder
 from gnomon.cases.pendulum import PendulumSimple
+from gnomon.harness import compile as compiling
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Steps
+
+STOOD = Path(tempfile.gettempdir()) / f"gnomon-stood-still-{os.getuid()}"
+"""Beside every process: there once an integrator has stood still."""
 
 
 def runge_kutta(problem: Problem, step: float) -> Callable[[Any], Solution]:
@@ -71,6 +78,45 @@ class Hangs(Sound):
         def solve(initial_states: Any) -> Solution:
             while round(problem.interval / setting) >= 8:
                 signal.sigtimedwait([], 0.01)
+            return sound(initial_states)
+
+        return solve
+
+
+class StandsStill(Sound):
+    """Passes the limit by far at its third setting, but never again: the machine's fault, not its own."""
+
+    name = "stands still"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        sound = runge_kutta(problem, setting)
+
+        def solve(initial_states: Any) -> Solution:
+            if round(problem.interval / setting) == 8 and not STOOD.exists():
+                STOOD.touch()
+                time.sleep(60)
+            return sound(initial_states)
+
+        return solve
+
+
+class Compiles(Sound):
+    """Finds at its third setting, in each process, that it needs something that takes longer than the limit to compile."""
+
+    name = "compiles"
+    compiled: ClassVar = False
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        sound = runge_kutta(problem, setting)
+
+        def solve(initial_states: Any) -> Solution:
+            if round(problem.interval / setting) == 8 and not Compiles.compiled:
+                Compiles.compiled = True
+                for watcher in compiling.WATCHERS:
+                    watcher(True)
+                time.sleep(1.0)
+                for watcher in compiling.WATCHERS:
+                    watcher(False)
             return sound(initial_states)
 
         return solve

@@ -69,6 +69,21 @@ def test_a_hang_is_a_timeout_and_ends_its_series(frame: Any) -> None:
     assert rows["reason"][first + 1 :].str.contains("timeout").all()
 
 
+@pytest.mark.parametrize("kind", [planted.StandsStill, planted.Compiles])
+def test_what_is_no_time_of_a_trial_is_none_of_its_limit(tmp_path: Path, kind: Any) -> None:
+    """One pause of the machine, and code that a method finds wanting only once it runs: all settings after are lost else."""
+    planted.STOOD.unlink(missing_ok=True)
+    suite = replace(SUITE, limit_seconds=0.2, variant_limit_seconds=0.2)
+    found = store.load(run(tmp_path, suite, plan.choose([CASE], True), [kind()], prepare_seconds=5.0))
+    rows = of(found, kind)
+    assert planted.STOOD.exists() == (kind is planted.StandsStill)
+    assert set(rows["status"][:4]) == {"ok"}
+    assert set(rows["status"]) <= {"ok", "skipped"}
+    assert rows["seconds_median"].max() < 0.2
+    done = rows[rows["status"] == "ok"]
+    np.testing.assert_array_equal(done["rhs_calls"], 4 * done["steps"])
+
+
 def test_a_hang_while_preparing_is_a_timeout(frame: Any) -> None:
     rows = of(frame, planted.HangsInPrepare)
     assert list(rows["status"]) == ["timeout"] + ["skipped"] * 7
