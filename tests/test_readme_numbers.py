@@ -80,17 +80,17 @@ def test_the_digits_of_the_readme_are_those_of_the_certificates() -> None:
 
 @published
 def test_the_numbers_of_the_readme_are_those_of_the_report(page: dict[str, Any]) -> None:
-    """Integrators there are, and those that ran on hard variants of cases outside the foundation."""
+    """Integrators there are, and those that ran on hard variants of cases outside the foundation: on most, not on single ones."""
     hard, all_of_them = map(int, _said(r"with (\d+) of the (\d+) integrators"))
     cells = page["map"]
     assert len(cells["series"]) == all_of_them
-    ran = {
-        name
+    rows = [
+        verdicts
         for case, label, verdicts, _ in cells["rows"]
         if case not in plan.FOUNDATION and not label.startswith("default")
-        for k, name in enumerate(cells["series"])
-        if verdicts[3 * k : 3 * k + 3].strip()
-    }
+    ]
+    seen = [sum(bool(row[3 * k : 3 * k + 3].strip()) for row in rows) for k in range(all_of_them)]
+    ran = [name for name, count in zip(cells["series"], seen, strict=True) if count > len(rows) / 2]
     assert len(ran) == hard
     assert f"{all_of_them} integrators from" in (REPORTS / "summary.md").read_text()
 
