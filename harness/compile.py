@@ -17,7 +17,8 @@ import os
 import sys
 import textwrap
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -74,6 +75,18 @@ def address(source: str, name: str, signature: str = C_SIGNATURE) -> int:
     from gnomon.harness import machine_code
 
     return machine_code.address(source, name, signature)
+
+
+@contextmanager
+def announced() -> Iterator[None]:
+    """Around what is compiled: the watchers hear of both ends, however it ends."""
+    for watcher in WATCHERS:
+        watcher(True)
+    try:
+        yield
+    finally:
+        for watcher in WATCHERS:
+            watcher(False)
 
 
 def cache_folder() -> Path:

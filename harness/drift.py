@@ -105,9 +105,9 @@ def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any]) -> pd.DataFram
             states = sampled.get(trial.measurement)
             if states is None or states.shape != judge.truth.exact.shape:
                 continue
-            sizes = {"error": case.metric.distance(states, judge.truth.exact)} | judge.drift(states)
+            sizes = {"error": judge.metric.distance(states, judge.truth.exact)} | judge.drift(states)
             key = [getattr(trial, column) for column in SERIES]
             rows += [
-                (*key, trial.setting, quantity, law(case.times, s), float(np.max(s))) for quantity, s in sizes.items()
+                (*key, trial.setting, quantity, law(known.times, s), float(np.max(s))) for quantity, s in sizes.items()
             ]
     return pd.DataFrame(rows, columns=[*SERIES, "setting", "quantity", "law", "size"])

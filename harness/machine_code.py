@@ -20,7 +20,7 @@ from typing import Any
 
 import llvmlite
 import numba
-from gnomon.harness.compile import WATCHERS, cache_folder, load_module, module_name
+from gnomon.harness.compile import announced, cache_folder, load_module, module_name
 from gnomon.reference import diskcache
 from llvmlite import binding
 from numba import _dispatcher, _dynfunc
@@ -87,15 +87,12 @@ def compiled(source: str, name: str, signature: str) -> Compiled:
     with global_compiler_lock:
         with suppress(OSError, ValueError):
             return unpacked(path.read_bytes())
-        for watcher in WATCHERS:
-            watcher(True)
-        dispatcher = getattr(load_module(source), name)
-        if signature:
-            dispatcher.compile(signature)
-        (result,) = dispatcher.overloads.values()
-        diskcache.replace(path, packed(result))
-        for watcher in WATCHERS:
-            watcher(False)
+        with announced():
+            dispatcher = getattr(load_module(source), name)
+            if signature:
+                dispatcher.compile(signature)
+            (result,) = dispatcher.overloads.values()
+            diskcache.replace(path, packed(result))
         begin = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
         return Compiled(begin, result.entry_point, result.signature.args)
 

@@ -63,7 +63,7 @@ def swept(
         solve = integrator.prepare(problem, tolerance)
         solution = solve(start.copy())
         if solution.stopped is None:
-            distances = case.metric.distance(judge.decoded(solution.states[0]), judge.truth.exact, judge.truth.times)
+            distances = judge.metric.distance(judge.decoded(solution.states[0]), judge.truth.exact, judge.truth.times)
             side.errors.append(float(np.max(distances)))
             side.solves.append(solve)
     return side, start

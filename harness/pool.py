@@ -127,16 +127,18 @@ class Pool:
         now = time.monotonic()
         for slot in list(self._slots):
             if now > slot.deadline and not slot.connection.poll():
-                if slot.stage == "prepare" or slot.again or slot.job.limit_seconds >= AGAIN_SECONDS:
-                    self._fail(slot, "timeout", self._overdue(slot))
-                else:
-                    self._end(slot)
-                    self._launch(slot.job, slot.order, again=True)
+                self._late(slot)
 
-    def _overdue(self, slot: _Slot) -> str:
+    def _late(self, slot: _Slot) -> None:
+        """Try the order of a worker that passed its deadline once more where that may be the machine's fault, or fail it."""
+        limit = slot.job.limit_seconds
         if slot.stage == "prepare":
-            return f"not prepared within {self.prepare_seconds:g} s"
-        return f"no answer within {slot.job.limit_seconds:g} s"
+            self._fail(slot, "timeout", f"not prepared within {self.prepare_seconds:g} s")
+        elif slot.again or limit >= AGAIN_SECONDS:
+            self._fail(slot, "timeout", f"no answer within {limit:g} s")
+        else:
+            self._end(slot)
+            self._launch(slot.job, slot.order, again=True)
 
     def _drain(self, slot: _Slot) -> None:
         try:
@@ -162,13 +164,12 @@ class Pool:
             self._stage(slot, "time", limit + 4 * order.block_seconds + GRACE_SECONDS)
             return True
         if stage == "compiling":
-            slot.interrupted = (slot.stage, slot.seconds)
+            if slot.stage != "prepare":  # where one compilation asks for another, the first says what was interrupted
+                slot.interrupted = (slot.stage, slot.seconds)
             self._stage(slot, "prepare", self.prepare_seconds)
             return True
-        if stage == "compiled":
-            if slot.interrupted is not None:
-                self._stage(slot, *slot.interrupted)
-                slot.interrupted = None
+        if stage == "compiled" and slot.interrupted is not None:
+            self._stage(slot, *slot.interrupted)
             return True
         if stage == "failed" and payload[0] in ("crashed", "not_installed"):
             self._fail(slot, payload[0], payload[1])

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from time import perf_counter_ns
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from gnomon.harness import compile as compiling
@@ -30,6 +30,7 @@ from gnomon.harness.truth import CaseSpec
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+T = TypeVar("T")
 
 MEMORY_BYTES = 16 * 2**30
 """The address space of a worker: far above any sound trial, compiled code and reservations of libraries included."""
@@ -142,7 +143,7 @@ class _Series:
         try:
             seconds = counted_seconds
             if others is None or (counted_seconds < order.slow_seconds and order.repeats > 1):
-                warm = self._call(solve, next(self.moved))
+                warm = self._compiled(lambda: _Call(solve, next(self.moved), self.task))
                 seconds, others = warm.seconds, warm.states
             self.connection.send(("ran", seconds))
             calls, scored, others = self._timed(solve, order, seconds, others)
@@ -180,18 +181,17 @@ class _Series:
         if self.calling:
             self.connection.send(("compiling" if begins else "compiled", None))
 
-    def _call(self, solve: Solve, start: Floats, after: Callable[[], None] = lambda: None) -> _Call:
-        """A call in which nothing was compiled, if one of the first three is such; `after` is called after each."""
+    def _compiled(self, call: Callable[[], T]) -> T:
+        """What a call gives in which nothing is compiled any more; of one that always compiles what the third gives."""
         for _ in range(3):
             seen, self.calling = self.compilations, True
             try:
-                call = _Call(solve, start, self.task)
+                found = call()
             finally:
                 self.calling = False
-            after()
             if self.compilations == seen:
                 break
-        return call
+        return found
 
     def _count(self, setting: float) -> tuple[int | None, float, Floats | None]:
         """Right-hand sides, seconds and states of an untimed run through counting equations, from a moved state."""
@@ -200,9 +200,13 @@ class _Series:
         problem = self.problem(counted=True)
         solve = self.integrator.prepare(problem, setting)
         self._prepared(0.0)
-        state, counts = next(self.moved), [problem.buffer[-1]]
-        call = self._call(solve, state, lambda: counts.append(problem.buffer[-1]))
-        counted = int(counts[-1] - counts[-2])
+
+        def counting() -> tuple[_Call, int]:
+            before = problem.buffer[-1]
+            call = _Call(solve, next(self.moved), self.task)
+            return call, int(problem.buffer[-1] - before)
+
+        call, counted = self._compiled(counting)
         close = getattr(solve, "close", None)
         if close is not None:
             close()
@@ -225,7 +229,7 @@ class _Series:
             if not slow:
                 calls.append(_Call(solve, next(self.moved), self.task))
                 others = calls[0].states
-            scored = self._call(solve, self.task.start)
+            scored = self._compiled(lambda: _Call(solve, self.task.start, self.task))
             calls.append(scored)
             spent = sum(call.seconds for call in calls)
             fewest = 1 if slow and scored.seconds > estimate / 2 else FEWEST_CALLS

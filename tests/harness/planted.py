@@ -112,11 +112,8 @@ class Compiles(Sound):
         def solve(initial_states: Any) -> Solution:
             if round(problem.interval / setting) == 8 and not Compiles.compiled:
                 Compiles.compiled = True
-                for watcher in compiling.WATCHERS:
-                    watcher(True)
-                time.sleep(1.0)
-                for watcher in compiling.WATCHERS:
-                    watcher(False)
+                with compiling.announced():
+                    time.sleep(1.0)
             return sound(initial_states)
 
         return solve

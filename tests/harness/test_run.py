@@ -77,6 +77,7 @@ def test_what_is_no_time_of_a_trial_is_none_of_its_limit(tmp_path: Path, kind: A
     found = store.load(run(tmp_path, suite, plan.choose([CASE], True), [kind()], prepare_seconds=5.0))
     rows = of(found, kind)
     assert planted.STOOD.exists() == (kind is planted.StandsStill)
+    planted.STOOD.unlink(missing_ok=True)
     assert set(rows["status"][:4]) == {"ok"}
     assert set(rows["status"]) <= {"ok", "skipped"}
     assert rows["seconds_median"].max() < 0.2
