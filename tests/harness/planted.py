@@ -119,6 +119,22 @@ class Compiles(Sound):
         return solve
 
 
+class CompilesAndHangs(Hangs):
+    """Compiles something in the call that never comes back."""
+
+    name = "compiles and hangs"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        hanging = super().prepare(problem, setting)
+
+        def solve(initial_states: Any) -> Solution:
+            with compiling.announced():
+                pass
+            return hanging(initial_states)
+
+        return solve
+
+
 class HangsInPrepare(Sound):
     name = "hangs in prepare"
 

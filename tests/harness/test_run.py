@@ -85,6 +85,16 @@ def test_what_is_no_time_of_a_trial_is_none_of_its_limit(tmp_path: Path, kind: A
     np.testing.assert_array_equal(done["rhs_calls"], 4 * done["steps"])
 
 
+@pytest.mark.parametrize("kind", [planted.Hangs, planted.CompilesAndHangs])
+def test_a_hang_is_a_timeout_under_a_short_limit_too(tmp_path: Path, kind: Any) -> None:
+    """It is tried twice, not for ever, and a compilation before it takes nothing from its limit and adds nothing."""
+    suite = replace(SUITE, limit_seconds=0.2, variant_limit_seconds=0.2)
+    rows = of(store.load(run(tmp_path, suite, plan.choose([CASE], True), [kind()])), kind)
+    first = list(rows["status"]).index("timeout")
+    assert set(rows["status"][:first]) == {"ok"}
+    assert rows["reason"][first] == "no answer within 0.2 s"
+
+
 def test_a_hang_while_preparing_is_a_timeout(frame: Any) -> None:
     rows = of(frame, planted.HangsInPrepare)
     assert list(rows["status"]) == ["timeout"] + ["skipped"] * 7

@@ -119,3 +119,19 @@ def test_only_what_took_no_step_has_not_moved(
 ) -> None:
     call = SimpleNamespace(solution=SimpleNamespace(steps=steps), states=np.tile(START + moved, (64, 1)))
     assert worker._unmoved(call, START, rhs_calls) is unmoved  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("compiling", "made"), [(0, 1), (1, 2), (2, 3), (9, 3)])
+def test_a_call_in_which_something_is_compiled_is_made_again(compiling: int, made: int) -> None:
+    """At most twice: a method that always compiles is as slow as that."""
+    series = object.__new__(_Series)
+    calls = itertools.count(1)
+
+    def call() -> int:
+        number = next(calls)
+        assert series.calling
+        series.compilations += number <= compiling
+        return number
+
+    assert series._compiled(call) == made
+    assert not series.calling
