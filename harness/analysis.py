@@ -33,6 +33,8 @@ STATUSES = (
     "refused",
     "timeout",
     "crashed",
+    "out_of_memory",
+    "interrupted",
     "skipped",
     "unsupported",
     "not_installed",

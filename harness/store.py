@@ -12,106 +12,27 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from gnomon.harness import schema
+from gnomon.harness.schema import APPLICATION_ID, OLDEST_VERSION, SCHEMA_VERSION
 from gnomon.reference import diskcache
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-SCHEMA_VERSION = 1
-APPLICATION_ID = 0x676E6F6D  # "gnom": tells our files from any other SQLite file
-
-TRIAL_COLUMNS = {
-    "trial_key": "TEXT PRIMARY KEY",
-    "series": "TEXT NOT NULL",
-    "section": "TEXT",
-    "title": "TEXT",
-    '"case"': "TEXT NOT NULL",
-    "variant": "TEXT NOT NULL",
-    "stresses": "TEXT",
-    "formulation": "TEXT NOT NULL",
-    "form": "TEXT",
-    "library": "TEXT NOT NULL",
-    "integrator": "TEXT NOT NULL",
-    "policy": "TEXT NOT NULL",
-    "integrator_id": "TEXT NOT NULL",
-    "order_declared": "INTEGER",
-    "sampling": "TEXT",
-    "conserves": "TEXT",
-    "setting_kind": "TEXT NOT NULL",
-    "setting": "REAL",
-    "dimension": "INTEGER",
-    "span": "REAL",
-    "time_scale": "REAL",
-    "numbers": "TEXT",
-    "floor": "REAL",
-    "conditioning": "REAL",
-    "machine": "TEXT NOT NULL",
-}
-"""What a trial is. `numbers` is the JSON of every exact number by name, as fractions; `floor` and `conditioning` are
-the maxima over the samples."""
-
-MEASUREMENT_COLUMNS = {
-    "measurement": "INTEGER PRIMARY KEY",
-    "trial_key": "TEXT NOT NULL REFERENCES trials",
-    "run": "INTEGER NOT NULL REFERENCES runs",
-    "launch": "INTEGER NOT NULL",
-    "recorded": "TEXT NOT NULL",
-    "status": "TEXT NOT NULL",
-    "reason": "TEXT",
-    "error_max": "REAL",
-    "error_end": "REAL",
-    "error_rms": "REAL",
-    "error_phase": "REAL",
-    "error_shape": "REAL",
-    "error_over_tolerance": "REAL",
-    "turns": "INTEGER",
-    "invariant_drift": "TEXT",
-    "events_missing": "INTEGER",
-    "events_extra": "INTEGER",
-    "events_time_error": "REAL",
-    "rhs_calls": "INTEGER",
-    "steps": "INTEGER",
-    "repeats": "INTEGER",
-    "seconds_median": "REAL",
-    "seconds_low": "REAL",
-    "seconds_high": "REAL",
-    "prepare_seconds": "REAL",
-    "reset_seconds": "REAL",
-    "limit_seconds": "REAL",
-    "output": "TEXT",
-}
-"""What became of one launch of a trial. `invariant_drift` is JSON by name of the invariant; `output` is what the
-worker's libraries printed. `seconds_low` and `seconds_high` are the 10 and 90 % quantiles of the timed calls."""
-
-_SCHEMA = f"""
-CREATE TABLE runs (run INTEGER PRIMARY KEY, started TEXT NOT NULL, ended TEXT, suite TEXT NOT NULL, command TEXT);
-CREATE TABLE environment (run INTEGER NOT NULL REFERENCES runs, name TEXT NOT NULL, value TEXT,
-    PRIMARY KEY (run, name));
-CREATE TABLE trials ({", ".join(f"{name} {kind}" for name, kind in TRIAL_COLUMNS.items())});
-CREATE TABLE planned (run INTEGER NOT NULL REFERENCES runs, series TEXT NOT NULL,
-    trial_key TEXT NOT NULL REFERENCES trials, PRIMARY KEY (run, trial_key));
-CREATE TABLE measurements ({", ".join(f"{name} {kind}" for name, kind in MEASUREMENT_COLUMNS.items())});
-CREATE INDEX measured ON measurements (trial_key, launch);
-CREATE TABLE settings_changed (measurement INTEGER NOT NULL REFERENCES measurements, name TEXT NOT NULL, value TEXT,
-    PRIMARY KEY (measurement, name));
-CREATE TABLE sampled_states (measurement INTEGER PRIMARY KEY REFERENCES measurements, dimension INTEGER NOT NULL,
-    states BLOB NOT NULL);
-PRAGMA application_id = {APPLICATION_ID};
-PRAGMA user_version = {SCHEMA_VERSION};
-"""
-
 _CURRENT = """
-SELECT t.*, m.*, r.suite,
-    (SELECT json_group_object(name, value) FROM settings_changed s WHERE s.measurement = m.measurement)
+SELECT {trials}, {measurements}, runs.suite,
+    (SELECT json_group_object(name, value) FROM settings_changed s WHERE s.measurement = measurements.measurement)
         AS settings_changed
-FROM measurements m JOIN trials t USING (trial_key) JOIN runs r USING (run)
-WHERE {condition} ORDER BY t.rowid, m.launch, m.measurement
+FROM measurements JOIN trials USING (trial_key) JOIN runs USING (run)
+WHERE {condition} ORDER BY trials.rowid, measurements.launch, measurements.measurement
 """
 _NOT_SUPERSEDED = """
-m.trial_key IN (SELECT trial_key FROM planned
-                WHERE (series, run) IN (SELECT series, max(run) FROM planned GROUP BY series))
-AND m.measurement IN (SELECT max(measurement) FROM measurements GROUP BY trial_key, launch)
+measurements.trial_key IN (SELECT trial_key FROM planned
+                           WHERE (series, run) IN (SELECT series, max(run) FROM planned GROUP BY series))
+AND measurements.measurement IN (SELECT max(measurement) FROM measurements GROUP BY trial_key, launch)
 """
+_LOADED = ("runs", "trials", "planned", "measurements", "settings_changed")
+"""The tables whose rows `load` reads."""
 
 
 class Known(NamedTuple):
@@ -130,41 +51,47 @@ class Store:
     """An open results file. Every write is one transaction, so kill -9 loses at most the trial under way."""
 
     def __init__(self, path: Path) -> None:
-        """Open or create; raises ValueError for a file that is not ours, of a newer schema, or that cannot be written."""
+        """Open or create; a file of an older schema is migrated. Raises ValueError for a file that is not ours, of a
+        newer schema, damaged, or that cannot be written."""
         self.path = path
         path.parent.mkdir(parents=True, exist_ok=True)
         fresh = not path.exists() or path.stat().st_size == 0
         if not fresh:
             _check(path)
         try:
-            self._connection = sqlite3.connect(path, timeout=30)
+            self._connection = schema.with_checksums(sqlite3.connect(path, timeout=30))
+            if fresh:  # before the journal mode is written: where there is no space for all, the file stays empty
+                schema.create(self._connection)
             self._connection.execute("PRAGMA journal_mode = WAL")
             self._connection.execute("PRAGMA synchronous = NORMAL")
-            if fresh:
-                self._connection.executescript(f"BEGIN; {_SCHEMA} COMMIT;")
+            if not fresh:
+                schema.migrate(self._connection)
+                with _damage_named(path):
+                    schema.verify(self._connection, _LOADED)
         except sqlite3.OperationalError as error:
             raise ValueError(f"{path}: cannot be written ({error}); give another --out") from None
 
     def begin_run(self, suite: str, command: str, environment: Mapping[str, Any]) -> int:
         """A new row of `runs` with its environment; returns its number."""
         with self._connection as db:
-            cursor = db.execute("INSERT INTO runs (started, suite, command) VALUES (?, ?, ?)", (_now(), suite, command))
-            run = int(cursor.lastrowid or 0)
-            rows = [(run, name, None if value is None else str(value)) for name, value in environment.items()]
-            db.executemany("INSERT INTO environment VALUES (?, ?, ?)", rows)
+            run = _insert(db, "runs", {"started": _now(), "suite": suite, "command": command})
+            for name, value in environment.items():
+                text = None if value is None else str(value)
+                _insert(db, "environment", {"run": run, "name": name, "value": text})
         return run
 
     def end_run(self, run: int) -> None:
         with self._connection as db:
             db.execute("UPDATE runs SET ended = ? WHERE run = ?", (_now(), run))
+            schema.seal(db, "runs", run)
 
     def plan(self, run: int, trials: Iterable[Mapping[str, Any]]) -> None:
         """Record the trials of a run, rows with the TRIAL_COLUMNS; trials that are known stay as they are."""
         with self._connection as db:
             for trial in trials:
                 _insert(db, "trials", trial, "OR IGNORE")
-                row = (run, trial["series"], trial["trial_key"])
-                db.execute("INSERT OR IGNORE INTO planned VALUES (?, ?, ?)", row)
+                row = {"run": run, "series": trial["series"], "trial_key": trial["trial_key"]}
+                _insert(db, "planned", row, "OR IGNORE")
 
     def history(self) -> dict[tuple[str, int], Known]:
         """What is known of every trial and launch, by (trial_key, launch): the last measurement counts."""
@@ -184,11 +111,12 @@ class Store:
         with self._connection as db:
             row = {"run": run, "recorded": _now(), **measurement}
             number = _insert(db, "measurements", row)
-            changed = [(number, name, str(value)) for name, value in (settings or {}).items()]
-            db.executemany("INSERT INTO settings_changed VALUES (?, ?, ?)", changed)
+            for name, value in (settings or {}).items():
+                _insert(db, "settings_changed", {"measurement": number, "name": name, "value": str(value)})
             if states is not None:
                 blob = zlib.compress(np.ascontiguousarray(states, dtype="<f8").tobytes(), 1)
-                db.execute("INSERT INTO sampled_states VALUES (?, ?, ?)", (number, states.shape[1], blob))
+                row = {"measurement": number, "dimension": states.shape[1], "states": blob}
+                _insert(db, "sampled_states", row)
 
     def add_all(self, run: int, measurements: Iterable[Mapping[str, Any]]) -> None:
         """Append several measurements without settings or states, in one transaction."""
@@ -215,13 +143,16 @@ def load(path: str | Path, superseded: bool = False) -> Any:
     """A pandas DataFrame with one row a measurement, the columns of a trial beside those of its measurement.
 
     What a later run in the same file replaced (edited source, other settings) is left out unless `superseded`.
-    `path` is a results file or a folder that holds `results.sqlite`. Raises ValueError where it is neither.
+    `path` is a results file or a folder that holds `results.sqlite`. Columns that a file of an older schema lacks are
+    null. Raises ValueError where it is neither, and for a file with a row that does not match its checksum.
     """
     import pandas
 
     condition = "1" if superseded else _NOT_SUPERSEDED
     with _reading(path) as db:
-        cursor = db.execute(_CURRENT.format(condition=condition))
+        schema.verify(db, _LOADED)
+        columns = {table: schema.selected(table, schema.version(db)) for table in ("trials", "measurements")}
+        cursor = db.execute(_CURRENT.format(condition=condition, **columns))
         frame = pandas.DataFrame(cursor.fetchall(), columns=[column[0] for column in cursor.description])
     frame = frame.loc[:, ~frame.columns.duplicated()]  # trial_key comes from both tables
     frame["work"] = frame["rhs_calls"].fillna(frame["steps"])
@@ -232,11 +163,11 @@ def states(path: str | Path, measurements: Sequence[int] | None = None) -> dict[
     """Sampled states (64, dim) by measurement number, in the coordinates of the case; all where None are named."""
     query = "SELECT measurement, dimension, states FROM sampled_states"
     with _reading(path) as db:
-        if measurements is None:
-            rows = db.execute(query).fetchall()
-        else:
-            each = (db.execute(f"{query} WHERE measurement = ?", (int(number),)) for number in measurements)
-            rows = [row for found in each for row in found]
+        chosen = ["1"] if measurements is None else [f"measurement = {int(number)}" for number in measurements]
+        rows = []
+        for condition in chosen:
+            schema.verify(db, ["sampled_states"], condition)
+            rows += db.execute(f"{query} WHERE {condition}").fetchall()
         return {
             number: np.frombuffer(zlib.decompress(blob), dtype="<f8").reshape(-1, dimension)
             for number, dimension, blob in rows
@@ -246,8 +177,10 @@ def states(path: str | Path, measurements: Sequence[int] | None = None) -> dict[
 def runs(path: str | Path) -> list[dict[str, Any]]:
     """Every run in the file, oldest first: run, started, ended, suite, command and `environment`, a dict."""
     with _reading(path) as db:
+        schema.verify(db, ["runs", "environment"])
         db.row_factory = sqlite3.Row
-        found = [dict(row) for row in db.execute("SELECT * FROM runs ORDER BY run")]
+        columns = schema.selected("runs", schema.version(db))
+        found = [dict(row) for row in db.execute(f"SELECT {columns} FROM runs ORDER BY run")]
         for run in found:
             rows = db.execute("SELECT name, value FROM environment WHERE run = ?", (run["run"],))
             run["environment"] = {name: value for name, value in rows}
@@ -281,13 +214,25 @@ def results_file(path: str | Path) -> Path:
 @contextmanager
 def _reading(path: str | Path) -> Iterator[sqlite3.Connection]:
     found = results_file(path)
-    connection = sqlite3.connect(f"file:{found.resolve()}?mode=ro", uri=True, timeout=30)
+    connection = schema.with_checksums(sqlite3.connect(f"{found.resolve().as_uri()}?mode=ro", uri=True, timeout=30))
     try:
-        yield connection
+        with _damage_named(found):
+            yield connection
     except sqlite3.DatabaseError as error:
         raise ValueError(f"{found}: damaged ({error}); run it again into another file") from None
     finally:
         connection.close()
+
+
+@contextmanager
+def _damage_named(path: Path) -> Iterator[None]:
+    """Say of a row that does not match its checksum in which file it is, and the way out."""
+    try:
+        yield
+    except schema.Damaged as error:
+        raise ValueError(
+            f"{path}: damaged ({error}); restore it from a copy, or run it again into another file"
+        ) from None
 
 
 def _check(path: Path) -> None:
@@ -295,10 +240,10 @@ def _check(path: Path) -> None:
     if path.stat().st_size == 0:
         raise ValueError(f"{path}: an empty file; give a results.sqlite that `gnomon run` wrote")
     try:
-        connection = sqlite3.connect(f"file:{path.resolve()}?mode=ro", uri=True)
+        connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)
         try:
             (application,) = connection.execute("PRAGMA application_id").fetchone()
-            (version,) = connection.execute("PRAGMA user_version").fetchone()
+            version = schema.version(connection)
         finally:
             connection.close()
     except sqlite3.DatabaseError as error:
@@ -307,18 +252,22 @@ def _check(path: Path) -> None:
         raise ValueError(
             f"{path}: an SQLite file, but not one of gnomon's; give a results.sqlite that `gnomon run` wrote"
         )
-    if version != SCHEMA_VERSION:
+    if not OLDEST_VERSION <= version <= SCHEMA_VERSION:
         raise ValueError(
-            f"{path}: written with schema {version}, this gnomon reads schema {SCHEMA_VERSION};"
+            f"{path}: written with schema {version}, this gnomon reads schemas {OLDEST_VERSION} to {SCHEMA_VERSION};"
             f" {'upgrade gnomon' if version > SCHEMA_VERSION else 'run it again'}"
         )
 
 
 def _insert(db: sqlite3.Connection, table: str, row: Mapping[str, Any], conflict: str = "") -> int:
+    """Insert a row and its checksum; returns its rowid."""
     names = ", ".join(f'"{name}"' for name in row)
     marks = ", ".join("?" * len(row))
     cursor = db.execute(f"INSERT {conflict} INTO {table} ({names}) VALUES ({marks})", [_plain(v) for v in row.values()])
-    return int(cursor.lastrowid or 0)
+    number = int(cursor.lastrowid or 0)
+    if cursor.rowcount:  # not a row that was there already
+        schema.seal(db, table, number)
+    return number
 
 
 def _plain(value: Any) -> Any:

@@ -18,6 +18,8 @@ MEANINGS = {
     "refused": "the integrator declined, or gave back the initial state without taking a step",
     "timeout": "passed the time limit of a trial and was stopped",
     "crashed": "the process died, raised, or returned the wrong shape",
+    "out_of_memory": "needed more memory than a worker may take",
+    "interrupted": "the worker was ended from outside, or the machine had no memory or disk left; the next run repeats it",
     "skipped": "not started: predicted to pass the time limit, or the setting before already had",
     "unsupported": "the integrator does not take a form that the scene offers, or lacks something it needs",
     "not_installed": "the library is not installed on this machine",
