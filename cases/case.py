@@ -16,6 +16,7 @@ from gnomon.cases.formulation import Formulation
 from gnomon.cases.metric import Metric
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, given, nearest
 from gnomon.cases.scene import SceneForm
+from gnomon.cases.turning import Turning
 from gnomon.reference.motion import Motion
 from gnomon.reference.precision import Number
 from mpmath import mpf
@@ -108,6 +109,8 @@ class Case:
     invariants: ClassVar[Mapping[str, Invariant]] = {}
     natural_sizes: ClassVar[Mapping[str, float]] = {}
     """The size by which a group that stays zero is divided; 1 SI unit where none is stated."""
+    turning: ClassVar[Turning | None] = None
+    """The rotational symmetry of the case, where it has one: its errors are then the median over turned starts."""
     autonomous: ClassVar[bool] = True
     certified_digits: ClassVar[int] = 45
     """Digits that its certificate must show: 45 for a closed form, 30 for an integration."""

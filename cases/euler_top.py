@@ -13,6 +13,7 @@ from gnomon.cases.euler_top_scene import SCENE
 from gnomon.cases.forms import Form, RigidBody, Values
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.scene import SceneForm
+from gnomon.cases.turning import Turning
 from gnomon.reference.euler_top import EulerTop
 from gnomon.reference.precision import Number, publish, working
 
@@ -88,6 +89,7 @@ class EulerTopCase(Case):
         Parameter("I3", "kg m^2", 4, "principal moment of inertia"),
     )
     default_state = spinning(1, "0.6", "0.3")
+    turning = Turning(tuple((f"R1{j}", f"R2{j}", f"R3{j}") for j in (1, 2, 3)))
     domain = Domain(
         {name: positive(0.8, 1.5) for name in ("I1", "I2", "I3")}
         | {name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")}

@@ -14,6 +14,7 @@ from gnomon.cases.foucault_scene import SCENE
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.point_scene import free_point
 from gnomon.cases.scene import SceneForm
+from gnomon.cases.turning import Turning
 from gnomon.reference.foucault import Foucault
 
 TURN = 2 * math.pi
@@ -102,6 +103,7 @@ class FoucaultLinear(Case):
         Parameter("lat", "rad", "0.8526", "latitude"),
     )
     default_state = (3, 0, 0, 0)
+    turning = Turning((("x", "y"), ("vx", "vy")))
     default_span = 3600
     domain = Domain(
         {

@@ -16,6 +16,7 @@ from gnomon.cases.kepler_scene import SCENE
 from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.projectile import ProjectileParabola
 from gnomon.cases.scene import SceneForm
+from gnomon.cases.turning import Turning
 from gnomon.reference.kepler import Kepler
 from gnomon.reference.precision import Number
 
@@ -123,6 +124,7 @@ class KeplerOrbit(Case):
     )
     parameter_list = (Parameter("mu", "m^3/s^2", 1, "gravitational parameter of the centre"),)
     default_state = ("0.4", 0, 0, 2)
+    turning = Turning((("x", "y"), ("vx", "vy")))
     domain = Domain(
         {
             "mu": positive(0.5, 2.0),

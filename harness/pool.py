@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
 import tempfile
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, Protocol
 
+from gnomon.harness.messages import Garbled, Inbox, Message
 from gnomon.harness.processes import context, main_hidden
 from gnomon.harness.worker import Order, Outcome, Task, serve, take_output
 
@@ -21,6 +23,10 @@ GRACE_SECONDS = 0.15
 """What a stage may take beyond the trial's limit before it is killed: start of the call, message, scheduling."""
 AGAIN_SECONDS = 0.5
 """Trials with a limit below this may pass it once: a machine that stands still for a fifth of a second is none of theirs."""
+
+
+FAILURES = ("refused", "crashed", "not_installed", "out_of_memory", "interrupted")
+"""What a worker may say of a trial without an outcome; after all but the first the series goes on in a new worker."""
 
 
 class Job(Protocol):
@@ -54,6 +60,7 @@ class _Slot:
     """The stage in which something is being compiled, and its seconds."""
     again: bool = False
     """Whether the order is tried a second time."""
+    inbox: Inbox = field(default_factory=Inbox)
 
 
 class Pool:
@@ -66,6 +73,7 @@ class Pool:
         self._folder = tempfile.TemporaryDirectory(prefix="gnomon-")
         self._slots: list[_Slot] = []
         self._started = 0
+        self._ordered = 0
         self._dying: list[Any] = []
 
     def run(self, jobs: Iterable[Job]) -> None:
@@ -110,10 +118,11 @@ class Pool:
         self._send(slot, order)
 
     def _send(self, slot: _Slot, order: Order) -> None:
-        slot.order = order
+        self._ordered += 1
+        slot.order = replace(order, number=self._ordered)
         self._stage(slot, "prepare", self.prepare_seconds)
         with contextlib.suppress(OSError):  # it died between two orders: the end of its pipe says so to _listen
-            slot.connection.send(order)
+            slot.connection.send(slot.order)
 
     def _stage(self, slot: _Slot, stage: str, seconds: float) -> None:
         slot.stage, slot.seconds, slot.deadline = stage, seconds, time.monotonic() + seconds
@@ -143,20 +152,27 @@ class Pool:
     def _drain(self, slot: _Slot) -> None:
         try:
             while slot.connection.poll():
-                stage, payload = slot.connection.recv()
-                if not self._handle(slot, stage, payload):
-                    return
+                piece = os.read(slot.connection.fileno(), 2**20)
+                if not piece:
+                    raise EOFError
+                for message in slot.inbox.take(piece):
+                    # another number: an answer to an order before, by a process that the integrator left behind
+                    if message.order == slot.order.number and not self._handle(slot, message):
+                        return
         except (EOFError, OSError):
             slot.process.join()
             self._fail(slot, "crashed", _death(slot.process.exitcode))
+        except Garbled as error:
+            self._fail(slot, "crashed", f"its process sent {error}")
 
-    def _handle(self, slot: _Slot, stage: str, payload: Any) -> bool:
+    def _handle(self, slot: _Slot, message: Message) -> bool:
         """Act on one message; False where the slot is no longer in use."""
+        stage = message.stage
         limit, order = slot.job.limit_seconds, slot.order
-        if stage == "prepared":
+        if stage in ("prepared", "turning"):
             self._stage(slot, "run", limit + GRACE_SECONDS)
             return True
-        if stage == "counted":
+        if stage in ("counted", "null"):
             self._stage(slot, "prepare", self.prepare_seconds)
             return True
         if stage == "ran":
@@ -171,13 +187,18 @@ class Pool:
         if stage == "compiled" and slot.interrupted is not None:
             self._stage(slot, *slot.interrupted)
             return True
-        if stage == "failed" and payload[0] in ("crashed", "not_installed"):
-            self._fail(slot, payload[0], payload[1])
-            return False
         if stage == "failed":
-            slot.job.failed(payload[0], payload[1], take_output(slot.job.task.output))
+            status, reason = str(message.content.get("status")), str(message.content.get("reason"))
+            if status not in FAILURES:
+                raise Garbled(f"the status {status!r}")
+            if status != "refused":
+                self._fail(slot, status, reason)
+                return False
+            slot.job.failed(status, reason, take_output(slot.job.task.output))
+        elif stage == "done":
+            slot.job.done(Outcome.of(message, slot.job.task))
         else:
-            slot.job.done(payload)
+            raise Garbled(f"the stage {stage!r}")
         following = slot.job.next()
         if following is None:
             self._end(slot)

@@ -139,9 +139,7 @@ class _Run:
             trials = one.trials(judge.problem(one.form))
             rows += [one.describe(trial, **judge.summary()) for trial in trials]
             if self.history:
-                limit_seconds = self.suite.of(one.case).limit(one.case)
-                for trial in trials:
-                    self._reopen(trial, limit_seconds)
+                self._reopen(one, trials, len(judge.truth.turned) > 0)
             if one.left_out is None:
                 self.work.append((one, trials, judge))
             elif (trials[0].key, 1) not in self.history:
@@ -169,12 +167,16 @@ class _Run:
         often = series.case.variant is None and (self.siblings or series.integrator.everywhere)
         return self.suite.of(series.case).launches if often else 1
 
-    def _reopen(self, trial: Trial, limit_seconds: float) -> None:
-        """Forget of a trial what this run must measure anew."""
-        for launch in range(1, self.suite.launches + 1):
-            known = self.history.get((trial.key, launch))
-            if known is not None and not known.settles(limit_seconds):
-                del self.history[trial.key, launch]
+    def _reopen(self, series: Series, trials: Sequence[Trial], symmetric: bool) -> None:
+        """Forget of these trials what this run must measure anew."""
+        suite = self.suite.of(series.case)
+        limit_seconds = suite.limit(series.case)
+        for trial in trials:
+            for launch in range(1, self.suite.launches + 1):
+                known = self.history.get((trial.key, launch))
+                turned = symmetric and suite.turned and launch == 1
+                if known is not None and not known.settles(limit_seconds, turned):
+                    del self.history[trial.key, launch]
 
     def _judge(self, spec: CaseSpec, series: Series) -> Judge:
         if spec not in self.judges:

@@ -41,9 +41,14 @@ class Known(NamedTuple):
     status: str
     seconds: float | None
     limit_seconds: float | None
+    turned: bool = False
+    """Whether its errors are those of turned starts."""
 
-    def settles(self, limit_seconds: float) -> bool:
-        """Whether the trial need not run again: a higher limit reopens what a lower one cut short."""
+    def settles(self, limit_seconds: float, turned: bool = False) -> bool:
+        """Whether the trial need not run again: a higher limit reopens what a lower one cut short, and a run that wants
+        `turned` starts what has an error of one start."""
+        if turned and not self.turned and self.status in ("ok", "inaccurate", "diverged"):
+            return False
         return self.status not in ("timeout", "skipped") or (self.limit_seconds or 0.0) >= limit_seconds
 
 
@@ -96,9 +101,10 @@ class Store:
     def history(self) -> dict[tuple[str, int], Known]:
         """What is known of every trial and launch, by (trial_key, launch): the last measurement counts."""
         rows = self._connection.execute(
-            "SELECT trial_key, launch, status, seconds_median, limit_seconds FROM measurements ORDER BY measurement"
+            "SELECT trial_key, launch, status, seconds_median, limit_seconds, turned_starts IS NOT NULL"
+            " FROM measurements ORDER BY measurement"
         )
-        return {(key, launch): Known(*rest) for key, launch, *rest in rows}
+        return {(key, launch): Known(*rest[:-1], bool(rest[-1])) for key, launch, *rest in rows}
 
     def add(
         self,
@@ -276,6 +282,8 @@ def _plain(value: Any) -> Any:
         value = value.item()
     if isinstance(value, float) and np.isnan(value):
         return None
+    if isinstance(value, str):
+        return value.encode(errors="replace").decode()  # half a surrogate pair, from a message of an integrator
     return json.dumps(value) if isinstance(value, dict | list | tuple) else value
 
 

@@ -51,7 +51,14 @@ class Sweep:
         truth = judge.truth
         spec = CaseSpec.of(series.case, series.formulation)
         self.task = Task(
-            reference(series.integrator), spec, truth.problem_times, truth.start, truth.sizes, truth.time_scale, ""
+            reference(series.integrator),
+            spec,
+            truth.problem_times,
+            truth.start,
+            truth.sizes,
+            truth.time_scale,
+            truth.turned_starts,
+            "",
         )
         self._history = history
         self._finished = finished
@@ -133,7 +140,8 @@ class Sweep:
         """Default variants are timed; on the others times are orders of magnitude, and a few calls tell them."""
         suite, count = self.suite, self.launch == 1 and self.series.integrator.counts_rhs
         if self.series.case.variant is None:
-            return Order(setting, count, suite.block_seconds, suite.repeats, suite.slow_seconds)
+            turned = suite.turned and self.launch == 1 and len(self.task.turned) > 0
+            return Order(setting, count, suite.block_seconds, suite.repeats, suite.slow_seconds, turned, null=True)
         return Order(setting, count, 0.0, FEWEST_CALLS, min(suite.slow_seconds, REPEATED_SECONDS))
 
     def _add(self, trial: Trial, measurement: Mapping[str, Any], settings: Any = None, states: Any = None) -> None:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.formulation import Formulation
+from gnomon.cases.turning import turned_cases
 from gnomon.harness import source
 from gnomon.harness.problem import initial_state, problem_of
 from gnomon.harness.processes import context, main_hidden, quiet_child
@@ -32,6 +33,9 @@ class Truth:
     """Of one case in one formulation. Times, `exact` (64, dim), `floor` and `conditioning` (64,) belong to the case;
     `problem_times` (64,), `start` (dim_y,) and `time_scale` are what the integrator gets. `sizes` (dim,) is the scale
     of each coordinate's group in the metric, `crowded` (64,) says at which times it looks at positions only.
+
+    Of a case on default settings with a rotational symmetry, `turned` (n, dim) are its turned starts, `turned_starts`
+    (n, dim_y) what the integrator gets of them, and `turned_exact` (n, 64, dim) their exact motions; else n is 0.
     """
 
     times: Floats
@@ -43,6 +47,9 @@ class Truth:
     sizes: Floats
     crowded: NDArray[np.bool_]
     time_scale: float
+    turned: Floats
+    turned_starts: Floats
+    turned_exact: Floats
 
 
 @dataclass(frozen=True)
@@ -142,6 +149,8 @@ def _compute(spec: CaseSpec) -> Truth:
     if formulation is not None:
         conditioning = np.hypot(conditioning, _encoding_effect(case, formulation, start))
     problem = problem_of(case, (object,), formulation)
+    turned = turned_cases(case) if case.variant is None else []
+    dimension = len(case.state)
     return Truth(
         times,
         case.sample(times),
@@ -152,6 +161,9 @@ def _compute(spec: CaseSpec) -> Truth:
         sizes,
         np.isin(times, list(case.metric.crowded)),
         problem.time_scale,
+        np.array([[float(x) for x in one.initial_state] for one in turned]).reshape(-1, dimension),
+        np.array([initial_state(one, formulation) for one in turned]).reshape(-1, len(start)),
+        np.array([one.sample(times) for one in turned]).reshape(-1, len(times), dimension),
     )
 
 

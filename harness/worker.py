@@ -1,29 +1,34 @@
 """The child process of one series: prepares and times one trial after another, as the parent orders.
 
-For each order the parent gets messages (stage, payload): `prepared` and `counted` around the counting run, `prepared`
-and `ran` around the warm-up, then one of `done` (an Outcome) or `failed` (status, reason). The parent sets a deadline
-for each stage and kills what passes it. Around what a call compiles, where a method turns to another one only once it
-runs, stand `compiling` and `compiled`: that is none of the trial's time, and the call is made again.
+For each order the parent gets messages (see `messages`): `prepared` and `counted` around the counting run, `prepared`
+and `ran` around the warm-up, `turning` before each turned start, `null` before the null call, then one of `done` (an
+Outcome) or `failed` (status, reason). The parent sets a deadline for each stage and kills what passes it. Around what a
+call compiles, where a method turns to another one only once it runs, stand `compiling` and `compiled`: that is none of
+the trial's time, and the call is made again.
 """
 
 from __future__ import annotations
 
+import errno
 import gc
 import os
 import resource
 import signal
 import sys
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field
 from multiprocessing.connection import Connection
 from time import perf_counter_ns
 from typing import Any, TypeVar
 
 import numpy as np
+from gnomon.harness import answers, messages, registry
 from gnomon.harness import compile as compiling
-from gnomon.harness import registry
-from gnomon.harness.integrator import Problem, Refused, Solution, Solve
+from gnomon.harness.answers import TEXT, Unusable
+from gnomon.harness.integrator import Problem, Refused, Solve
+from gnomon.harness.messages import Garbled, Message
 from gnomon.harness.moved import moved_states, probe_state
+from gnomon.harness.null_call import null_seconds
 from gnomon.harness.problem import accepted_form
 from gnomon.harness.processes import die_with_parent
 from gnomon.harness.truth import CaseSpec
@@ -41,7 +46,10 @@ _OUTPUT_BYTES = 4000
 
 @dataclass(frozen=True)
 class Task:
-    """What a worker needs to know of a series. The integrator is named by (module, id); output goes to a file."""
+    """What a worker needs to know of a series. The integrator is named by (module, id); output goes to a file.
+
+    `turned` (n, dim_y) are the turned starts of a case with a rotational symmetry.
+    """
 
     integrator: tuple[str, str]
     spec: CaseSpec
@@ -49,23 +57,34 @@ class Task:
     start: Floats
     sizes: Floats
     time_scale: float
+    turned: Floats
     output: str
 
 
 @dataclass(frozen=True)
 class Order:
-    """One trial: its setting, whether to count right-hand sides, how long and how often to time it, once where it is slow."""
+    """One trial: its setting, whether to count right-hand sides, how long and how often to time it, once where it is slow.
+
+    `turned`: whether to solve from the turned starts too; `null`: whether to time the null call of the series.
+    """
 
     setting: float
     count: bool
     block_seconds: float
     repeats: int
     slow_seconds: float
+    turned: bool = False
+    null: bool = False
+    number: int = 0
+    """What the answer to this order repeats, so that no other is taken for it."""
 
 
 @dataclass
 class Outcome:
-    """What a trial measured. `states` (64, dim_y) is the answer to the unmoved initial state."""
+    """What a trial measured. `states` (64, dim_y) is the answer to the unmoved initial state.
+
+    `turned` (n, 64, dim_y) are the answers to the turned starts, None where those were not asked for.
+    """
 
     states: Floats
     stopped: str | None
@@ -77,10 +96,53 @@ class Outcome:
     reset_seconds: float | None
     settings: dict[str, str] = field(default_factory=dict)
     output: str = ""
+    null_seconds: float | None = None
+    turned: Floats | None = None
+
+    def message(self, order: int) -> Message:
+        """The outcome as the answer to an order."""
+        content = asdict(self)
+        arrays = {name: content.pop(name) for name in ("states", "turned")}
+        return Message(order, "done", content, {name: array for name, array in arrays.items() if array is not None})
+
+    @classmethod
+    def of(cls, message: Message, task: Task) -> Outcome:
+        """The outcome that a message holds; raises Garbled where it holds none that this task can have."""
+        content, wanted = message.content, (len(task.times), len(task.start))
+        states, turned = message.arrays.get("states"), message.arrays.get("turned")
+        if states is None or states.shape != wanted or (turned is not None and turned.shape[1:] != wanted):
+            raise Garbled("an answer without the states of its trial")
+        seconds = content.get("seconds")
+        if not isinstance(seconds, list) or not seconds:
+            raise Garbled("an answer without times")
+        times = tuple(messages.number({"seconds": each}, "seconds") for each in seconds)
+        try:
+            counts = {n: None if content[n] is None else answers.count(content[n], n) for n in ("steps", "rhs_calls")}
+            maybe = {name: _optional(content[name], float) for name in ("reset_seconds", "null_seconds")}
+            events = None if content["events"] is None else tuple((float(t), str(n)) for t, n in content["events"])
+            return cls(
+                states,
+                _optional(content["stopped"], str),
+                events,
+                counts["steps"],
+                counts["rhs_calls"],
+                times,
+                messages.number(content, "prepare_seconds"),
+                maybe["reset_seconds"],
+                {str(name): str(value) for name, value in dict(content["settings"]).items()},
+                str(content["output"]),
+                maybe["null_seconds"],
+                turned,
+            )
+        except (KeyError, TypeError, ValueError, Unusable) as error:
+            raise Garbled(f"an answer that cannot be read ({type(error).__name__})") from None
 
 
-class _Failure(Exception):  # noqa: N818 (it names an outcome, like Refused)
-    """A trial that has no outcome: (status, reason)."""
+def _optional(value: Any, kind: type[T]) -> T | None:
+    """The value where it is None or of this type; TypeError for another."""
+    if value is not None and (not isinstance(value, kind) or isinstance(value, bool)):
+        raise TypeError(f"{value!r} is no {kind.__name__}")
+    return value
 
 
 def serve(connection: Connection, task: Task) -> None:
@@ -90,20 +152,44 @@ def serve(connection: Connection, task: Task) -> None:
     os.setpgid(0, 0)  # a terminal's Ctrl-C would reach libraries that put in a handler of their own, as REBOUND does
     _redirect(task.output)
     _limit_resources()
+    say = _Speaker(connection)
     try:
-        series = _Series(task, connection)
+        series = _Series(task, say)
     except BaseException as error:
-        connection.recv()
-        connection.send(("failed", _named(error)))
+        say.order = connection.recv().number
+        say.failed(error)
         return
     gc.freeze()  # the collection before each timing then has only the trial's own objects to walk
     while True:
         order = connection.recv()
+        say.order = order.number
         try:
-            message: tuple[str, Any] = ("done", series.run(order))
+            outcome = series.run(order)
         except BaseException as error:  # even SystemExit: nothing that an integrator does may end the series unseen
-            message = ("failed", _named(error))
-        connection.send(message)
+            say.failed(error)
+        else:
+            say.send(outcome.message(order.number))
+
+
+class _Speaker:
+    """Answers the order under way. A process that an integrator forked off this one says nothing: it is ended."""
+
+    def __init__(self, connection: Connection) -> None:
+        self.order = 0
+        self._connection = connection
+        self._process = os.getpid()
+
+    def __call__(self, stage: str, **content: Any) -> None:
+        self.send(Message(self.order, stage, content, {}))
+
+    def failed(self, error: BaseException) -> None:
+        status, reason = _named(error)
+        self("failed", status=status, reason=reason)
+
+    def send(self, message: Message) -> None:
+        if os.getpid() != self._process:
+            os._exit(1)
+        messages.send(self._connection.fileno(), message)
 
 
 class _Series:
@@ -111,10 +197,13 @@ class _Series:
 
     compilations, calling = 0, False
     """How many there have been in this process, and whether a call is under way."""
+    null: float | None = None
+    """The seconds of the null call, once they are measured."""
+    null_measured = False
 
-    def __init__(self, task: Task, connection: Connection) -> None:
+    def __init__(self, task: Task, say: _Speaker) -> None:
         self.task = task
-        self.connection = connection
+        self.say = say
         self.integrator = registry.dereference(*task.integrator)
         self.case, self.formulation = task.spec.build()
         self.form = accepted_form(self.case, self.integrator.accepts, self.formulation)
@@ -139,47 +228,62 @@ class _Series:
         began = perf_counter_ns()
         solve = self.integrator.prepare(problem, order.setting)
         prepare_seconds = (perf_counter_ns() - began) * 1e-9
-        self._prepared(prepare_seconds)
+        self._prepared()
         try:
             seconds = counted_seconds
             if others is None or (counted_seconds < order.slow_seconds and order.repeats > 1):
                 warm = self._compiled(lambda: _Call(solve, next(self.moved), self.task))
                 seconds, others = warm.seconds, warm.states
-            self.connection.send(("ran", seconds))
+            self.say("ran")
             calls, scored, others = self._timed(solve, order, seconds, others)
             if others is not None and np.array_equal(scored.states, others) and np.all(np.isfinite(others)):
                 self._suspect(solve, scored.states)
             if _unmoved(scored, self.task.start, rhs_calls):
                 raise Refused(scored.solution.stopped or "returned the initial state without a step taken")
-            settings = {str(k): str(v) for k, v in dict(getattr(solve, "settings", {})).items()}
+            turned = self._turned(solve) if order.turned else None
+            settings = _settings(solve)
         finally:
             close = getattr(solve, "close", None)
             if close is not None:
                 close()
+        if order.null and not self.null_measured:
+            self.say("null")
+            self.null_measured = True
+            self.null = null_seconds(self.integrator, lambda: self.problem(False), order.setting, self.moved)
         resets = [call.reset_seconds for call in calls if call.reset_seconds is not None]
         return Outcome(
             scored.states,
             scored.solution.stopped,
-            None if scored.solution.events is None else tuple((float(t), str(n)) for t, n in scored.solution.events),
-            None if scored.solution.steps is None else int(scored.solution.steps),
+            scored.solution.events,
+            scored.solution.steps,
             rhs_calls,
             tuple(call.seconds for call in calls),
             prepare_seconds,
             float(np.median(resets)) if resets else None,
             settings,
             _read_output(self.task.output),
+            self.null,
+            turned,
         )
 
-    def _prepared(self, seconds: float) -> None:
+    def _turned(self, solve: Solve) -> Floats:
+        """The answers (n, 64, dim_y) to the turned starts, each by a call like the one that is timed."""
+        found = []
+        for start in self.task.turned:
+            self.say("turning")
+            found.append(_Call(solve, start, self.task).states)
+        return np.array(found)
+
+    def _prepared(self) -> None:
         """End a preparation. What a compiler leaves behind takes .1 s and more to walk, which is none of the trial's time."""
         gc.collect()
         gc.freeze()
-        self.connection.send(("prepared", seconds))
+        self.say("prepared")
 
     def _compiling(self, begins: bool) -> None:
         self.compilations += begins
         if self.calling:
-            self.connection.send(("compiling" if begins else "compiled", None))
+            self.say("compiling" if begins else "compiled")
 
     def _compiled(self, call: Callable[[], T]) -> T:
         """What a call gives in which nothing is compiled any more; of one that always compiles what the third gives."""
@@ -199,18 +303,18 @@ class _Series:
             return None, 0.0, None
         problem = self.problem(counted=True)
         solve = self.integrator.prepare(problem, setting)
-        self._prepared(0.0)
+        self._prepared()
 
         def counting() -> tuple[_Call, int]:
             before = problem.buffer[-1]
             call = _Call(solve, next(self.moved), self.task)
-            return call, int(problem.buffer[-1] - before)
+            return call, answers.count(problem.buffer[-1] - before, "right-hand sides")
 
         call, counted = self._compiled(counting)
         close = getattr(solve, "close", None)
         if close is not None:
             close()
-        self.connection.send(("counted", call.seconds))
+        self.say("counted")
         return counted, call.seconds, call.states
 
     def _timed(
@@ -263,14 +367,8 @@ class _Call:
         self.seconds = (perf_counter_ns() - began) * 1e-9
         if not keep:
             return
-        if not isinstance(solution, Solution):
-            raise _Failure("crashed", f"solve returned {type(solution).__name__}, not a Solution")
-        states = np.array(solution.states, dtype=np.float64)
-        wanted = (1, len(task.times), len(start))
-        if states.shape != wanted:
-            raise _Failure("crashed", f"returned states of shape {states.shape}, not {wanted}")
-        self.states = states[0]
-        self.solution = solution
+        self.solution = answers.checked(solution, (1, len(task.times), len(start)))
+        self.states = self.solution.states[0]
 
 
 def _unmoved(call: _Call, start: Floats, rhs_calls: int | None) -> bool:
@@ -278,16 +376,28 @@ def _unmoved(call: _Call, start: Floats, rhs_calls: int | None) -> bool:
     return not rhs_calls and not call.solution.steps and bool(np.all(call.states == start))
 
 
+def _settings(solve: Solve) -> dict[str, str]:
+    """The engine settings that a solve says it changed."""
+    given = getattr(solve, "settings", {})
+    if not isinstance(given, Mapping):
+        raise Unusable(f"has settings = {answers.short(given)}: they are a mapping of names to values")
+    return {str(name): str(value) for name, value in given.items()}
+
+
 def _named(error: BaseException) -> tuple[str, str]:
     """(status, reason) of an exception."""
-    if isinstance(error, _Failure):
-        return error.args[0], error.args[1]
+    if isinstance(error, Unusable):
+        return "crashed", str(error)
     if isinstance(error, Refused):
         return "refused", str(error) or "declined without a reason"
     if isinstance(error, ModuleNotFoundError):
         return "not_installed", str(error)
+    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return "interrupted", f"the disk is full ({error.filename or error.strerror})"
     text = str(error).strip().replace("\n", " ")
-    return "crashed", f"{type(error).__name__}: {text[:300]}" if text else type(error).__name__
+    if isinstance(error, MemoryError):
+        return "out_of_memory", f"needed more than {MEMORY_BYTES / 2**30:.3g} GiB ({text[:TEXT]})"
+    return "crashed", f"{type(error).__name__}: {text[:TEXT]}" if text else type(error).__name__
 
 
 def _limit_resources() -> None:

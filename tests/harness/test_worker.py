@@ -81,7 +81,7 @@ def test_a_quick_trial_is_warmed_up_with_plain_equations(
     series = object.__new__(_Series)
     series.task, series.moved = SimpleNamespace(start=START), iter([START])  # type: ignore[assignment]
     series.integrator = SimpleNamespace(prepare=lambda problem, setting: None)  # type: ignore[assignment]
-    series.connection = SimpleNamespace(send=lambda message: None)  # type: ignore[assignment]
+    series.say = lambda stage, **content: None  # type: ignore[assignment]
     monkeypatch.setattr(series, "problem", lambda counted: None)
     monkeypatch.setattr(series, "_count", lambda setting: (7, counted, START))
     monkeypatch.setattr(series, "_timed", noted)
@@ -104,7 +104,7 @@ def test_right_hand_sides_of_the_preparation_are_not_counted(monkeypatch: pytest
     series = object.__new__(_Series)
     series.task, series.moved = SimpleNamespace(start=START), iter([START])  # type: ignore[assignment]
     series.integrator = SimpleNamespace(prepare=prepare, counts_rhs=True)  # type: ignore[assignment]
-    series.connection = SimpleNamespace(send=lambda message: None)  # type: ignore[assignment]
+    series.say = lambda stage, **content: None  # type: ignore[assignment]
     monkeypatch.setattr(series, "problem", lambda counted: problem)
     monkeypatch.setattr(worker, "_Call", call)
     assert series._count(0.1)[:2] == (7, 0.5)

@@ -1,0 +1,96 @@
+"""What a worker tells its parent: JSON and arrays of float64, never pickles, each with the order that it answers.
+
+An integrator's code runs in the worker and can write to the pipe, so the parent takes nothing from it but data.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+from collections.abc import Iterator, Mapping
+from math import prod
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+_HEADER = struct.Struct("<4sQQ")
+"""The mark, the bytes of JSON, the bytes of arrays."""
+_MARK = b"gnom"
+MOST_BYTES = 2**28
+"""A message above this is none of ours: the states of the largest trial take a thousandth of it."""
+
+
+class Garbled(Exception):  # noqa: N818 (it names what arrived)
+    """Something arrived that no worker of ours sends."""
+
+
+class Message(NamedTuple):
+    """An answer to order number `order`: how far the trial is, and what there is to say of it."""
+
+    order: int
+    stage: str
+    content: dict[str, Any]
+    arrays: dict[str, Floats]
+
+
+def encode(message: Message) -> bytes:
+    shapes = {name: list(array.shape) for name, array in message.arrays.items()}
+    text = json.dumps([message.order, message.stage, message.content, shapes]).encode()
+    raw = b"".join(np.ascontiguousarray(array, dtype="<f8").tobytes() for array in message.arrays.values())
+    return _HEADER.pack(_MARK, len(text), len(raw)) + text + raw
+
+
+def send(descriptor: int, message: Message) -> None:
+    """Write a whole message to a pipe."""
+    rest = memoryview(encode(message))
+    while rest:
+        rest = rest[os.write(descriptor, rest) :]
+
+
+class Inbox:
+    """Puts messages together from the pieces in which they arrive, so that half a message blocks nobody."""
+
+    def __init__(self) -> None:
+        self._content = bytearray()
+
+    def take(self, piece: bytes) -> Iterator[Message]:
+        """The messages that are whole now. Raises Garbled for what is no message."""
+        self._content += piece
+        while len(self._content) >= _HEADER.size:
+            mark, text, raw = _HEADER.unpack_from(self._content)
+            if mark != _MARK or text + raw > MOST_BYTES:
+                raise Garbled("something that is no message of a worker")
+            end = _HEADER.size + text + raw
+            if len(self._content) < end:
+                return
+            content = bytes(self._content[_HEADER.size : end])
+            del self._content[:end]
+            yield _decoded(content[:text], content[text:])
+
+
+def _decoded(text: bytes, raw: bytes) -> Message:
+    try:
+        order, stage, content, shapes = json.loads(text)
+        if not (isinstance(order, int) and isinstance(stage, str) and isinstance(content, dict)):
+            raise TypeError("not a message")
+        arrays: dict[str, Floats] = {}
+        values, taken = np.frombuffer(raw, dtype="<f8"), 0
+        for name, shape in dict(shapes).items():
+            size = prod(shape)
+            arrays[str(name)] = values[taken : taken + size].reshape(shape)
+            taken += size
+    except (ValueError, TypeError, RecursionError) as error:
+        raise Garbled(f"a message that cannot be read ({type(error).__name__})") from None
+    return Message(order, stage, content, arrays)
+
+
+def number(content: Mapping[str, Any], name: str) -> float:
+    """A number of a message; raises Garbled for anything else."""
+    value = content.get(name)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise Garbled(f"a message whose {name} is no number")
+    return float(value)
