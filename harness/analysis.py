@@ -26,6 +26,15 @@ the declared one. An error that passes through zero between two steps bends the 
 CLAIM = 1.2
 """Ratios of times below this are not claimed as a difference: launches of one program differ by 10 to 13 %."""
 
+LEAST_SHARE = 0.1
+"""A time without its null call is at least this share of the time: of less the difference of two times says nothing."""
+
+ERRORS = (
+    *("error_max", "error_end", "error_rms", "error_phase", "error_shape", "error_over_tolerance", "turns"),
+    *("invariant_drift", "error_low", "error_high"),
+)
+"""What later launches of a trial lack, where its first launch has the median over turned starts."""
+
 STATUSES = (
     "ok",
     "inaccurate",
@@ -43,7 +52,12 @@ NEVER_RAN = ("unsupported", "not_installed")
 
 
 def tidy(rows: pd.DataFrame) -> pd.DataFrame:
-    """The store's rows with empty strings for missing names, and numbers where numbers are meant."""
+    """The store's rows with empty strings for missing names, and numbers where numbers are meant.
+
+    `seconds_net` is `seconds_median` without the null call (`null_seconds`), and at least a tenth of it: every time that
+    is compared is this one. Where the null call was not measured they are the same. The errors of launches without
+    turned starts are set aside where another launch of the trial has them: those are of one orientation alone.
+    """
     frame = rows.copy()
     for column in ("variant", "formulation", "policy", "reason", "sampling", "setting_kind", "settings_changed"):
         frame[column] = frame[column].astype(object).where(frame[column].notna(), "").astype(str)
@@ -53,9 +67,20 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
         *("setting", "error_max", "error_end", "error_rms", "floor", "conditioning", "order_declared"),
         *("error_phase", "error_shape", "turns", "events_missing", "events_extra", "events_time_error"),
         *("rhs_calls", "steps", "seconds_median", "seconds_low", "seconds_high", "prepare_seconds"),
+        *("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned"),
     ):
         frame[column] = pd.to_numeric(frame[column], errors="coerce").astype(float)
+    frame["seconds_net"] = net(frame["seconds_median"], frame["null_seconds"])
+    turned = frame.groupby("trial_key")["turned_starts"].transform("max") > 0
+    aside = turned & frame["turned_starts"].isna()
+    if aside.any():
+        frame.loc[aside, [column for column in ERRORS if column in frame]] = math.nan
     return frame
+
+
+def net(seconds: pd.Series, null: pd.Series) -> pd.Series:
+    """Times without their null call, where that is known; at least `LEAST_SHARE` of each."""
+    return np.maximum(seconds - null.fillna(0.0), LEAST_SHARE * seconds)
 
 
 def nothing_ran(frame: pd.DataFrame) -> str | None:
@@ -69,14 +94,16 @@ def nothing_ran(frame: pd.DataFrame) -> str | None:
 
 
 def settings(frame: pd.DataFrame) -> pd.DataFrame:
-    """One row a setting of a series, loosest first: launches reduced to the median of their median times, `seconds`.
+    """One row a setting of a series, loosest first: launches reduced to the median of their times without the null call,
+    `seconds`, beside the median of their null calls, `overhead`.
 
     `seconds_low` and `seconds_high`, quantiles over the calls of one launch, are left as the first launch has them.
     """
     grouped = frame.sort_values("launch").groupby([*SERIES, "setting"], dropna=False, sort=False)
     reduced = grouped.first().assign(
         error_max=grouped["error_max"].max(),
-        seconds=grouped["seconds_median"].median(),
+        seconds=grouped["seconds_net"].median(),
+        overhead=grouped["null_seconds"].median(),
     )
     return reduced.reset_index().sort_values([*SERIES, "setting"], ascending=[True] * len(SERIES) + [False])
 
@@ -131,7 +158,8 @@ def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> 
 def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.DataFrame:
     """Time at equal error: one row a series and target, with the ratio to the fastest of the same case and formulation.
 
-    `seconds` is the median over launches, `low` and `high` their range; `at_loosest` says that the sweep begins below
+    `seconds` is the median over launches of the time without the null call, `low` and `high` their range, `overhead` the
+    median of the null calls, nan where none was measured; `at_loosest` says that the sweep begins below
     the target, so that the time is an upper bound; `tied` marks the fastest and all that are within 1.2 times of it.
 
     A setting that diverged has answered, and wrongly: its error counts as infinite. One that gave no answer has no say.
@@ -139,17 +167,19 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     rows = []
     usable = frame[frame["status"].isin(["ok", "inaccurate", "diverged"]) & (frame["seconds_median"] > 0)]
     usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != "diverged", math.inf))
-    columns = ("launch", "setting", "error_max", "seconds_median")
+    columns = ("launch", "setting", "error_max", "seconds_net", "null_seconds")
     for key, series in _series(usable.sort_values("setting", ascending=False), *columns):
         launches: dict[int, dict[float, float]] = {}
         errors: dict[int, dict[float, float]] = {}
         for row in series:
-            launches.setdefault(row["launch"], {})[row["setting"]] = row["seconds_median"]
+            launches.setdefault(row["launch"], {})[row["setting"]] = row["seconds_net"]
             errors.setdefault(row["launch"], {})[row["setting"]] = row["error_max"]
         # Slow settings are launched once: the errors are those of the fullest launch, a launch without times near the
         # target has no say.
         sweep = errors[max(sorted(errors), key=lambda launch: len(errors[launch]))]
         held = credited(list(sweep.values()))
+        nulls = [row["null_seconds"] for row in series if math.isfinite(row["null_seconds"])]
+        overhead = float(np.median(nulls)) if nulls else math.nan
         timed = [[seconds.get(setting, math.nan) for setting in sweep] for seconds in launches.values()]
         for target in targets:
             found = [crossing(held, seconds, target) for seconds in timed]
@@ -157,8 +187,8 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
             if len(times):
                 bound = any(loosest for _, loosest in found)
                 middle = float(np.median(times))
-                rows.append((*key, target, middle, times.min(), times.max(), len(times), bound))
-    named = [*SERIES, "target", "seconds", "low", "high", "launches", "at_loosest"]
+                rows.append((*key, target, middle, times.min(), times.max(), len(times), bound, overhead))
+    named = [*SERIES, "target", "seconds", "low", "high", "launches", "at_loosest", "overhead"]
     table = pd.DataFrame(rows, columns=named)
     fastest = table.groupby(["case", "variant", "formulation", "target"])["seconds"].transform("min")
     return table.assign(ratio=table["seconds"] / fastest, tied=table["seconds"] < CLAIM * fastest)
@@ -168,18 +198,22 @@ def trust(reduced: pd.DataFrame) -> pd.DataFrame:
     """How far each series can be trusted: best error beside the attainable one, and achieved error over tolerance.
 
     The attainable error is the conditioning (or the floor where that is larger). Achieved error over tolerance counts
-    the settings above the attainable error: below it a tolerance asks for the impossible.
+    the settings above the attainable error: below it a tolerance asks for the impossible. `error_low` and `error_high`
+    are the range of the best error over `turned_starts` orientations, where it is their median; else nan.
     """
     rows = []
-    columns = ("status", "setting", "setting_kind", "sampling", "error_max", "conditioning", "floor")
+    spread = ("turned_starts", "error_low", "error_high")
+    columns = ("status", "setting", "setting_kind", "sampling", "error_max", "conditioning", "floor", *spread)
     for key, series in _series(reduced[~reduced["status"].isin(NEVER_RAN)], *columns):
         good = [row for row in series if row["status"] == "ok"]
         record: dict[str, Any] = dict(zip(SERIES, key, strict=True))
         record |= {"settings": len(series), "ok": len(good), "sampling": series[0]["sampling"]}
-        record |= dict.fromkeys(("best", "at", "attainable", "over_tolerance", "worst_over_tolerance"), math.nan)
+        record |= dict.fromkeys(
+            ("best", "at", "attainable", "over_tolerance", "worst_over_tolerance", *spread), math.nan
+        )
         if good:
             best = min(good, key=lambda row: row["error_max"])
-            record |= {"best": best["error_max"], "at": best["setting"]}
+            record |= {"best": best["error_max"], "at": best["setting"]} | {name: best[name] for name in spread}
             record["attainable"] = float(np.nanmax([best["conditioning"], best["floor"], 0.0]))
         asked = [r for r in good if r["setting_kind"] == "tolerance" and r["setting"] > record["attainable"]]
         if asked:
@@ -193,13 +227,14 @@ def status_matrix(reduced: pd.DataFrame) -> pd.DataFrame:
     """One row a series: its statuses over the sweep, the first failure with its reason, and the best error.
 
     `verdict` is "ok" (every setting that ran), "partly" (some), or the most frequent status where no setting is ok. A
-    sweep that we ended before the time limit (`skipped`) was not broken by the integrator, and does not count as such.
+    sweep that we ended before the time limit (`skipped`), or that the machine ended (`interrupted`), was not broken by
+    the integrator, and does not count as such.
     """
     rows = []
     for key, series in _series(reduced, "status", "reason", "error_max"):
         counts = dict(Counter(row["status"] for row in series).most_common())
         good = [row["error_max"] for row in series if row["status"] == "ok"]
-        broken = [row for row in series if row["status"] not in ("ok", "skipped")]
+        broken = [row for row in series if row["status"] not in ("ok", "skipped", "interrupted")]
         shown = (broken or [row for row in series if row["status"] != "ok"])[:1]
         verdict = "ok" if good and not broken else "partly" if good else next(iter(counts))
         record: dict[str, Any] = dict(zip(SERIES, key, strict=True))

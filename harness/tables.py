@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -58,6 +58,19 @@ def short_text(value: float) -> str:
     return f"{value:.2g}" if 0.01 <= value < 100 else f"{value:.0f}" if 100 <= value < 1000 else error_text(value)
 
 
+def overhead_text(seconds: float) -> str:
+    """The time of a null call, which the time beside it is without; nothing where none was measured."""
+    return f" + {time_text(seconds)} a call" if math.isfinite(seconds) else ""
+
+
+def spread_text(row: Mapping[str, Any]) -> str:
+    """The range of the error over turned starts, where the error is their median; else nothing."""
+    if not row.get("turned_starts", 0) > 0:
+        return ""
+    worst = error_text(row["error_high"]) if math.isfinite(row["error_high"]) else "not finite"
+    return f"{error_text(row['error_low'])} to {worst} over {row['turned_starts']:.0f} orientations"
+
+
 def digits(error: float) -> int:
     """The decimal digits that an error leaves right; 17 where it is zero."""
     return 17 if error == 0 else max(math.floor(-math.log10(error)), 0)
@@ -101,7 +114,10 @@ class Row:
 
 
 def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]:
-    """Per case and formulation, the fastest integrator at each target, with all that tie with it."""
+    """Per case and formulation, the fastest integrator at each target, with all that tie with it.
+
+    Times are without the null call, which is named beside them.
+    """
     own = equal[equal["variant"] == ""].sort_values("seconds")
     found = {key: part.to_dict("records") for key, part in own.groupby(["case", "formulation", "target"], sort=False)}
     rows = []
@@ -115,7 +131,8 @@ def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]
             tied = [row["integrator_id"] for row in at if row["tied"]]
             others = ", ".join(tied[1:4]) + (" …" if len(tied) > 4 else "")
             bound = "≤ " if at[0]["at_loosest"] else ""
-            note = bound + time_text(at[0]["seconds"]) + (f" · on a par: {others}" if others else "")
+            time = bound + time_text(at[0]["seconds"]) + overhead_text(at[0]["overhead"])
+            note = time + (f" · on a par: {others}" if others else "")
             cells.append(Cell(str(at[0]["integrator_id"]), note))
         rows.append(Row(case, cells, note=formulation))
     return rows
@@ -168,7 +185,10 @@ def libraries(equal: pd.DataFrame) -> list[Row]:
 
 
 def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, list[Row]]:
-    """By case, time at equal error of every integrator that ran its default scene, fastest at 1e-6 first."""
+    """By case, time at equal error of every integrator that ran its default scene, fastest at 1e-6 first.
+
+    Times are without the null call, which is named with the range over launches.
+    """
     reached = _by_key(equal[equal["variant"] == ""], *SCENE_AND_NAME, "target")
     ran = reduced[(reduced["variant"] == "") & ~reduced["status"].isin(NEVER_RAN)]
     found: dict[str, list[tuple[Any, Row]]] = {}
@@ -183,7 +203,8 @@ def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, li
             spread = f"{time_text(at['low'])} – {time_text(at['high'])}" if at["launches"] > 1 else "one launch"
             text = ("≤ " if at["at_loosest"] else "") + time_text(at["seconds"])
             ratio = "fastest" if at["ratio"] == 1 else "on a par" if at["tied"] else f"{ratio_text(at['ratio'])} ×"
-            cells.append(Cell(text, ratio, "best" if at["tied"] else "", f" · {spread}"))
+            aside = f" ·{overhead_text(at['overhead'])} · {spread}" if math.isfinite(at["overhead"]) else f" · {spread}"
+            cells.append(Cell(text, ratio, "best" if at["tied"] else "", aside))
         row = Row(str(name), cells, group=str(formulation))
         found.setdefault(case, []).append(((formulation, place[1], place[0], place[2]), row))
     return {case: [row for _, row in sorted(rows, key=lambda pair: pair[0])] for case, rows in found.items()}
@@ -210,6 +231,8 @@ def stability_rows(
         if math.isfinite(trial["best"]):
             above = trial["best"] / max(trial["attainable"], 1e-300)
             best.note = f"{short_text(above)} × attainable" if above >= 1 else "at the attainable"
+            spread = spread_text(trial)
+            best.aside = f" · {spread}" if spread else ""
         knob = _order(measured.get(key))
         if math.isfinite(trial["over_tolerance"]):
             knob = Cell(

@@ -19,13 +19,15 @@ def _rows(name: str, errors: list[float], seconds: list[float], **columns: Any) 
     for launch, factor in enumerate((1.0, 1.1)):
         rows = pd.DataFrame({"error_max": errors, "seconds_median": np.array(seconds) * factor})
         rows["setting"] = 0.5 ** np.arange(len(errors))
-        launches.append(rows.assign(launch=launch))
+        keys = [f"{name} {columns} {setting}" for setting in rows["setting"]]
+        launches.append(rows.assign(launch=launch, trial_key=keys))
     fixed = {"case": "c", "variant": "default", "formulation": "standard", "library": "l", "integrator": name}
     fixed |= {"integrator_id": f"l:{name}", "policy": "", "status": "ok", "reason": "", "sampling": "grid"}
     fixed |= {"setting_kind": "step", "settings_changed": "{}", "order_declared": 2, "floor": 1e-17}
     fixed |= {"conditioning": 1e-15, "rhs_calls": 1, "steps": 1, "turns": 0, "error_end": 0.0, "error_rms": 0.0}
     fixed |= dict.fromkeys(("error_phase", "error_shape", "events_missing", "events_extra", "events_time_error"))
     fixed |= {"seconds_low": 1.0, "seconds_high": 1.0, "prepare_seconds": 0.0}
+    fixed |= dict.fromkeys(("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned"))
     return analysis.tidy(pd.concat(launches).assign(**(fixed | columns)))
 
 
@@ -221,3 +223,36 @@ def test_slow_settings_of_one_launch_leave_the_medians_of_the_others() -> None:
     table = analysis.equal_error(short, targets=[1e-2, 1e-6]).set_index("target")
     assert (table.loc[1e-2, "launches"], table.loc[1e-2, "seconds"]) == (2, pytest.approx(1.05))
     assert (table.loc[1e-6, "launches"], table.loc[1e-6, "seconds"]) == (1, 4.0)
+
+
+def test_times_are_compared_without_their_null_call() -> None:
+    """A call that costs as much as it integrates is not twice as slow an integrator."""
+    errors = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10]
+    lean = _rows("lean", errors, [2e-5, 3e-5, 5e-5, 9e-5, 17e-5])
+    wordy = _rows("wordy", errors, [12e-5, 13e-5, 15e-5, 19e-5, 27e-5], null_seconds=1e-4)
+    equal = analysis.equal_error(pd.concat([lean[lean["launch"] == 0], wordy[wordy["launch"] == 0]]), (1e-6,))
+    one, other = equal.to_dict("records")
+    assert one["seconds"] == pytest.approx(other["seconds"], rel=1e-12)
+    assert (other["overhead"], other["tied"]) == (pytest.approx(1e-4), True)
+    assert math.isnan(one["overhead"])
+    reduced = analysis.settings(wordy[wordy["launch"] == 0])
+    np.testing.assert_allclose(reduced["seconds"], [2e-5, 3e-5, 5e-5, 9e-5, 17e-5], rtol=1e-9)
+    assert set(reduced["overhead"]) == {1e-4}
+
+
+def test_what_is_left_of_a_time_is_never_nothing() -> None:
+    """The difference of two measured times can be zero or below: no method takes no time."""
+    found = analysis.net(pd.Series([1.0, 1.0, 1.0]), pd.Series([0.95, 2.0, math.nan]))
+    assert list(found) == [0.1, 0.1, 1.0]
+
+
+def test_where_a_launch_has_the_median_over_turned_starts_the_error_of_one_start_does_not_count() -> None:
+    rows = _rows("x", [1e-3, 1e-5], [1.0, 2.0], launch=1, turned_starts=9, error_low=1e-6, error_high=1e-2)
+    first = rows.iloc[:2].assign(launch=1)
+    later = rows.iloc[:2].assign(launch=2, turned_starts=None, error_low=None, error_high=None, error_max=[1e-1, 1e-7])
+    frame = analysis.tidy(pd.concat([first, later]))
+    reduced = analysis.settings(frame)
+    assert list(reduced["error_max"]) == [1e-3, 1e-5]
+    best = analysis.trust(reduced).iloc[0]
+    assert (best["best"], best["error_low"], best["error_high"], best["turned_starts"]) == (1e-5, 1e-6, 1e-2, 9)
+    assert list(analysis.settings(analysis.tidy(later))["error_max"]) == [1e-1, 1e-7], "there is no better one"

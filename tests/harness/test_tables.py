@@ -53,7 +53,7 @@ def _equal(*rows: tuple[str, str, float, float, float, bool]) -> pd.DataFrame:
     table = pd.DataFrame(rows, columns=columns).assign(variant="", formulation="", launches=5)
     library = table["integrator_id"].str.partition(":")[0]
     low, high = table["seconds"] * 0.9, table["seconds"] * 1.1
-    return table.assign(library=library, tied=table["ratio"] < 1.2, low=low, high=high)
+    return table.assign(library=library, tied=table["ratio"] < 1.2, low=low, high=high, overhead=math.nan)
 
 
 EQUAL = _equal(
@@ -103,6 +103,15 @@ def test_times_of_a_case_say_whether_they_are_bounds_and_from_how_many_launches(
     assert cells["y:three"].aside == " · 2.70 ms – 3.30 ms"
 
 
+def test_a_time_without_its_null_call_has_that_beside_it() -> None:
+    named = EQUAL.assign(overhead=342e-6)
+    first, *_ = tables.fastest(named, [("a", "")])
+    assert first.cells[SIX].note == "1.00 ms + 342 µs a call · on a par: x:two"
+    ran = named[["case", "integrator_id"]].drop_duplicates().assign(variant="", formulation="", status="ok")
+    rows = {row.head: row for row in tables.equal_error_rows(named, ran)["a"]}
+    assert rows["x:one"].cells[SIX].aside == " · + 342 µs a call · 900 µs – 1.10 ms"
+
+
 def _stability(**changed: Any) -> list[tables.Cell]:
     key = {"case": "a", "variant": "", "formulation": "", "library": "x", "integrator_id": "x:one"}
     series = {"verdict": "partly", "ok": 3, "settings": 4, "counts": {"ok": 3}, "failure": "diverged", "reason": "why"}
@@ -133,6 +142,13 @@ def test_a_row_of_the_stability_table() -> None:
 
 def test_an_error_below_the_attainable_is_at_it() -> None:
     assert _stability(trial={"best": 0.9e-14})[1].note == "at the attainable"
+
+
+def test_an_error_that_is_a_median_over_orientations_has_its_range_beside_it() -> None:
+    spread = {"turned_starts": 9.0, "error_low": 2e-15, "error_high": 5e-14}
+    assert _stability(trial=spread)[1].aside == " · 2.0e-15 to 5.0e-14 over 9 orientations"
+    assert _stability(trial=spread | {"error_high": math.nan})[1].aside.startswith(" · 2.0e-15 to not finite")
+    assert _stability()[1].aside == ""
 
 
 def test_where_points_lie_on_no_line_that_is_said_and_no_order_printed() -> None:
