@@ -313,6 +313,11 @@ def _summarize(path: Path) -> None:
     frame = load(path)
     counts = ", ".join(f"{count} {status}" for status, count in frame["status"].value_counts().items())
     out.print(f"{len(frame)} measurements: {counts}", highlight=False)
+    interrupted = frame[frame["status"] == "interrupted"]
+    if len(interrupted):
+        reasons = ", ".join(interrupted["reason"].unique()[:3])
+        text = f"{len(interrupted)} trials were interrupted ({reasons}); the same command runs them again"
+        problems.print(escape(text), highlight=False)
     out.print(f"results: {path}", highlight=False)
     why = nothing_ran(frame)
     if why is not None:

@@ -10,6 +10,7 @@ is taken off again.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from time import perf_counter_ns
@@ -49,11 +50,14 @@ def null_seconds(
         return None
     finally:
         for solve in solves:
-            close = getattr(solve, "close", None)
-            if close is not None:
-                close()
+            with contextlib.suppress(Exception):
+                getattr(solve, "close", _nothing)()
     once, *twice = np.median(np.array(rows), axis=0).tolist()
     return max(2 * once - twice[0], 0.0) if twice else float(once)
+
+
+def _nothing() -> None:
+    pass
 
 
 def _seconds(solve: Any, start: Floats) -> float:

@@ -14,6 +14,7 @@ from gnomon.cases import Case
 from gnomon.cases.formulation import Formulation
 from gnomon.cases.numbers import nearest
 from gnomon.harness import environment, registry, source
+from gnomon.harness.answers import short
 from gnomon.harness.integrator import Integrator, Problem, Steps, Tolerance
 from gnomon.harness.problem import accepted_form
 from numpy.typing import NDArray
@@ -291,7 +292,12 @@ def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None)
         return "unsupported", f"takes {accepted}; the case offers {', '.join(offered)}"
     if absent is not None:
         return "not_installed", absent
-    lacking = integrator.unsupported(form)
+    try:
+        lacking = integrator.unsupported(form)
+    except Exception as error:  # whatever a user's own method raises, it ends nobody else's trials
+        return "crashed", f"its unsupported() raises {type(error).__name__}: {error}"
+    if lacking is not None and not isinstance(lacking, str):
+        return "crashed", f"its unsupported() returns {short(lacking)}: it is a text, or None"
     return None if lacking is None else ("unsupported", lacking)
 
 

@@ -29,6 +29,14 @@ FAILURES = ("refused", "crashed", "not_installed", "out_of_memory", "interrupted
 """What a worker may say of a trial without an outcome; after all but the first the series goes on in a new worker."""
 
 
+LOST = 255
+"""The exit code of a worker whose server of processes is gone, by which nobody can learn how it ended itself."""
+OUTSIDE = tuple(-number for number in (signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT, signal.SIGQUIT))
+"""Exit codes of processes that were ended from outside: by a user, a scheduler, a machine without memory."""
+ENDING_SECONDS = 5.0
+"""What a guard has to end its worker and what that left behind, before it is killed itself."""
+
+
 class Job(Protocol):
     """One launch of one series, as the pool sees it."""
 
@@ -94,7 +102,10 @@ class Pool:
             for slot in list(self._slots):
                 self._end(slot)
             for process in self._dying:
-                process.join()
+                process.join(ENDING_SECONDS)
+                if process.is_alive():
+                    process.kill()
+                    process.join()
             self._folder.cleanup()
 
     def _start(self, job: Job) -> None:
@@ -161,9 +172,20 @@ class Pool:
                         return
         except (EOFError, OSError):
             slot.process.join()
-            self._fail(slot, "crashed", _death(slot.process.exitcode))
+            self._died(slot)
         except Garbled as error:
             self._fail(slot, "crashed", f"its process sent {error}")
+
+    def _died(self, slot: _Slot) -> None:
+        """Its process ended by itself, by a signal from outside, or because the server of all workers was lost."""
+        code = slot.process.exitcode
+        if code == LOST and not slot.again:
+            self._end(slot)
+            self._launch(slot.job, slot.order, again=True)
+        elif code == LOST:
+            self._fail(slot, "interrupted", "the server of the worker processes was lost, twice")
+        else:
+            self._fail(slot, "interrupted" if code in OUTSIDE else "crashed", _death(code))
 
     def _handle(self, slot: _Slot, message: Message) -> bool:
         """Act on one message; False where the slot is no longer in use."""
@@ -214,10 +236,10 @@ class Pool:
         self._start(slot.job)
 
     def _end(self, slot: _Slot) -> None:
-        """Kill a worker, without waiting for its end: that takes the kernel tens of milliseconds."""
+        """End a worker through its guard, without waiting for it: that takes the kernel tens of milliseconds."""
         self._slots.remove(slot)
         if slot.process.is_alive():
-            slot.process.kill()
+            slot.process.terminate()
         slot.connection.close()
         self._dying = [process for process in (*self._dying, slot.process) if process.is_alive()]
 

@@ -1,4 +1,4 @@
-"""How child processes are started, and how they end when their parent does."""
+"""How child processes are started, and how they and what they leave behind end."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import signal
 import sys
 import threading
 import types
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from multiprocessing import forkserver
-from typing import Any
+from pathlib import Path
+from typing import Any, NoReturn
 
 
 def context(method: str = "forkserver") -> Any:
@@ -56,8 +57,7 @@ def main_hidden(hidden: bool) -> Iterator[None]:
 def die_with_parent() -> None:
     """Ask the kernel to kill this process when its parent ends, however it ends."""
     if sys.platform == "linux":
-        PR_SET_PDEATHSIG = 1
-        ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        _control(_SET_DEATH_SIGNAL, signal.SIGKILL)
         return
     parent = os.getppid()
 
@@ -68,6 +68,87 @@ def die_with_parent() -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
+
+
+_SET_DEATH_SIGNAL, _SET_CHILD_SUBREAPER = 1, 36
+"""Of prctl(2)."""
+
+
+def _control(option: int, value: int) -> None:
+    ctypes.CDLL(None, use_errno=True).prctl(option, value)
+
+
+def adopt_orphans() -> None:
+    """Processes that a child of this one leaves behind become children of this one, even from sessions of their own."""
+    if sys.platform == "linux":
+        _control(_SET_CHILD_SUBREAPER, 1)
+
+
+def guarded(work: Callable[[], None]) -> NoReturn:
+    """Run `work` in a child of this process, and end as that ends, once all that it left behind is ended too.
+
+    The guard stands between the child and the server that all workers are forked from: an integrator that kills the
+    process above it ends its own trial alone. SIGTERM ends the child and all of its own.
+    """
+    die_with_parent()
+    adopt_orphans()
+    guard = os.getpid()
+    stop = {signal.SIGTERM}
+    signal.pthread_sigmask(signal.SIG_BLOCK, stop)  # until there is a child to end
+    child = os.fork()
+    if child == 0:
+        die_with_parent()
+        if os.getppid() != guard:  # it ended before this process could ask to be told
+            os._exit(1)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, stop)
+        work()
+        os._exit(0)
+    os.closerange(3, 2**16)  # the pipe to the parent above all: its end tells that the child is gone
+
+    def end(*_: object) -> None:
+        _kill(child)
+        end_children()
+        os._exit(1)
+
+    signal.signal(signal.SIGTERM, end)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, stop)
+    _, status = os.waitpid(child, 0)
+    if sys.platform != "linux":
+        with contextlib.suppress(OSError):
+            os.killpg(child, signal.SIGKILL)  # what stayed in its process group
+    end_children()
+    if os.WIFSIGNALED(status):
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        os.kill(guard, os.WTERMSIG(status))
+    os._exit(os.waitstatus_to_exitcode(status) & 0xFF)
+
+
+def end_children() -> None:
+    """Kill the children of this process, with `adopt_orphans` all of theirs too, and wait for their end."""
+    while True:
+        try:
+            ended, _ = os.waitpid(-1, os.WNOHANG)
+        except ChildProcessError:
+            return
+        if ended == 0:
+            for child in _children():
+                _kill(child)
+            with contextlib.suppress(ChildProcessError):
+                os.waitpid(-1, 0)
+
+
+def _kill(process: int) -> None:
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.kill(process, signal.SIGKILL)
+
+
+def _children() -> list[int]:
+    """The children of this process, of any of its threads; none where the system does not tell."""
+    found: list[int] = []
+    for path in Path("/proc/self/task").glob("*/children"):
+        with contextlib.suppress(OSError):
+            found += map(int, path.read_text().split())
+    return found
 
 
 def quiet_child() -> None:

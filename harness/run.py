@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from gnomon.cases import Case
-from gnomon.harness import environment, plan, registry, store
+from gnomon.harness import declaration, environment, plan, registry, store
 from gnomon.harness.compile import cache_folder
 from gnomon.harness.integrator import Integrator
 from gnomon.harness.judge import Judge
@@ -42,9 +42,12 @@ def run(
     the cases for which the suite does not take them they stay away altogether.
 
     What is in the file already is not repeated. An interruption at any moment leaves a file from which the same call
-    goes on. A case whose exact motion cannot be computed raises ValueError once all others are done.
+    goes on. A case whose exact motion cannot be computed raises ValueError once all others are done, an integrator whose
+    declaration is wrong before anything runs.
     """
     progress = progress or Progress(quiet=True)
+    for integrator in integrators:
+        declaration.validate(integrator)
     _check_cache()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
     series = plan.pairs(chosen, integrators, siblings=siblings)
@@ -126,6 +129,7 @@ class _Run:
         self.judges: dict[CaseSpec, Judge] = {}
         self.work: list[tuple[Series, tuple[Trial, ...], Judge]] = []
         self.history = results.history()
+        self.interruptions = results.interruptions()
 
     def plan(self, series: Sequence[Series]) -> None:
         """Record the trials of all series, and at once those of pairs that are left out."""
@@ -160,7 +164,9 @@ class _Run:
         self.progress.begin("series", len(pending))
         for launch, one, trials, judge in pending:
             suite = self.suite.of(one.case)
-            yield Sweep(one, trials, judge, suite, launch, self.history, self._record, self.progress.advance)
+            yield Sweep(
+                one, trials, judge, suite, launch, self.history, self._record, self.progress.advance, self.interruptions
+            )
 
     def _launches(self, series: Series) -> int:
         """Hard variants and siblings of a method are launched once."""

@@ -49,6 +49,8 @@ class Known(NamedTuple):
         `turned` starts what has an error of one start."""
         if turned and not self.turned and self.status in ("ok", "inaccurate", "diverged"):
             return False
+        if self.status == "interrupted":
+            return False
         return self.status not in ("timeout", "skipped") or (self.limit_seconds or 0.0) >= limit_seconds
 
 
@@ -105,6 +107,13 @@ class Store:
             " FROM measurements ORDER BY measurement"
         )
         return {(key, launch): Known(*rest[:-1], bool(rest[-1])) for key, launch, *rest in rows}
+
+    def interruptions(self) -> dict[tuple[str, int], int]:
+        """How often each trial and launch was ended from outside, by (trial_key, launch)."""
+        rows = self._connection.execute(
+            "SELECT trial_key, launch, count(*) FROM measurements WHERE status = 'interrupted' GROUP BY trial_key, launch"
+        )
+        return {(key, launch): count for key, launch, count in rows}
 
     def add(
         self,

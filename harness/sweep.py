@@ -20,6 +20,8 @@ RELAUNCHED_SECONDS = 0.01
 REPEATED_SECONDS = 0.001
 """Hard variants above this are timed in one call. Below, a single call is the first of code that was just loaded: 5 to
 10 % too slow in the middle, half too slow in one of ten below 30 microseconds."""
+MOST_INTERRUPTIONS = 2
+"""A trial that was interrupted runs again at the next call, so often at most; then it is `crashed`."""
 MOST_GROWTH = 16.0
 """A prediction takes ratios of times up to this: below a tenth of a millisecond they are noise."""
 
@@ -33,7 +35,8 @@ class Record(Protocol):
 
 
 class Sweep:
-    """One launch of a series. `history` is what earlier runs know by (trial_key, launch)."""
+    """One launch of a series. `history` is what earlier runs know by (trial_key, launch), `interruptions` how often each
+    was interrupted."""
 
     def __init__(
         self,
@@ -45,6 +48,7 @@ class Sweep:
         history: Mapping[tuple[str, int], Known],
         record: Record,
         finished: Callable[[], None],
+        interruptions: Mapping[tuple[str, int], int] | None = None,
     ) -> None:
         self.series, self.judge, self.suite, self.launch, self.record = series, judge, suite, launch, record
         self.limit_seconds = suite.limit(series.case)
@@ -62,6 +66,7 @@ class Sweep:
         )
         self._history = history
         self._finished = finished
+        self._interruptions = interruptions or {}
         self._waiting = list(trials)
         self._current: Trial | None = None
         self._timed: list[tuple[float, float]] = []
@@ -102,9 +107,13 @@ class Sweep:
         self._add(trial, measurement, outcome.settings, states if self.launch == 1 else None)
 
     def failed(self, status: str, reason: str, output: str) -> None:
-        """Record a trial that has no outcome."""
+        """Record a trial that has no outcome. What is ended from outside again and again ends itself."""
+        trial = self._taken()
+        before = self._interruptions.get((trial.key, self.launch), 0)
+        if status == "interrupted" and before >= MOST_INTERRUPTIONS:
+            status, reason = "crashed", f"{reason}, as {before} times before"
         self._note(status, None)
-        self._add(self._taken(), {"status": status, "reason": reason, "output": output or None})
+        self._add(trial, {"status": status, "reason": reason, "output": output or None})
 
     def _taken(self) -> Trial:
         assert self._current is not None

@@ -30,7 +30,7 @@ from gnomon.harness.messages import Garbled, Message
 from gnomon.harness.moved import moved_states, probe_state
 from gnomon.harness.null_call import null_seconds
 from gnomon.harness.problem import accepted_form
-from gnomon.harness.processes import die_with_parent
+from gnomon.harness.processes import adopt_orphans, end_children, guarded
 from gnomon.harness.truth import CaseSpec
 from numpy.typing import NDArray
 
@@ -146,11 +146,16 @@ def _optional(value: Any, kind: type[T]) -> T | None:
 
 
 def serve(connection: Connection, task: Task) -> None:
-    """The main function of the child: one Order after another, until the parent ends it."""
-    die_with_parent()
+    """The main function of the child: a guard, and below it the process that does the work."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.setpgid(0, 0)  # a terminal's Ctrl-C would reach libraries that put in a handler of their own, as REBOUND does
     _redirect(task.output)
+    guarded(lambda: _work(connection, task))
+
+
+def _work(connection: Connection, task: Task) -> None:
+    """One Order after another, until the parent ends it; what an order leaves behind ends with it."""
+    os.setpgid(0, 0)  # a terminal's Ctrl-C would reach libraries that put in a handler of their own, as REBOUND does
+    adopt_orphans()
     _limit_resources()
     say = _Speaker(connection)
     try:
@@ -163,10 +168,15 @@ def serve(connection: Connection, task: Task) -> None:
     while True:
         order = connection.recv()
         say.order = order.number
+        failed: BaseException | None = None
         try:
             outcome = series.run(order)
         except BaseException as error:  # even SystemExit: nothing that an integrator does may end the series unseen
-            say.failed(error)
+            failed = error
+        say.stop_forks()
+        end_children()
+        if failed is not None:
+            say.failed(failed)
         else:
             say.send(outcome.message(order.number))
 
@@ -186,9 +196,13 @@ class _Speaker:
         status, reason = _named(error)
         self("failed", status=status, reason=reason)
 
-    def send(self, message: Message) -> None:
+    def stop_forks(self) -> None:
+        """End this process if it is a copy of the worker."""
         if os.getpid() != self._process:
             os._exit(1)
+
+    def send(self, message: Message) -> None:
+        self.stop_forks()
         messages.send(self._connection.fileno(), message)
 
 
