@@ -99,7 +99,7 @@ def electric_push(t: Any, state: Values, parameters: Values) -> Values:
     return 0, 0, 0, q_m * ex, q_m * ey, q_m * ez
 
 
-SCENE = free_point(lorentz_equations, SPACE)
+SCENE = free_point(lorentz_equations, SPACE, fields=uniform_fields)
 PLACES = tuple(Coordinate(name, "m", "length") for name in "xyz")
 FIELD_PARAMETERS = tuple(
     Parameter(name, unit, 0, f"{field} field along {name[1]}")

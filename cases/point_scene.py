@@ -12,11 +12,17 @@ UP = (0, 2)
 SPACE = (0, 1, 2)
 
 
-def free_point(equations: Equations, axes: tuple[int, ...], *more: str, token: str = "velocity_force") -> SceneForm:
+def free_point(
+    equations: Equations,
+    axes: tuple[int, ...],
+    *more: str,
+    token: str = "velocity_force",
+    fields: Equations | None = None,
+) -> SceneForm:
     """A free point of mass 1 with state (position..., velocity...), pushed by what the equations say of velocity.
 
     `axes` are the engine's axes of the state's coordinates; `token` says what the force depends on, `more` what else
-    the engine must know.
+    the engine must know. `fields` are those of a charge in space, as in `forms.Charged`.
     """
     half = len(axes)
 
@@ -33,8 +39,14 @@ def free_point(equations: Equations, axes: tuple[int, ...], *more: str, token: s
         def push(t: float, position: Vector, velocity: Vector) -> Vector:
             return placed(equations(t, (*picked(position), *picked(velocity)), parameters)[half:])
 
+        def pair(t: float, position: Vector) -> tuple[Vector, Vector]:
+            assert fields is not None
+            ax, ay, az, wx, wy, wz = fields(t, position, parameters)
+            return (ax, ay, az), (wx, wy, wz)
+
         body = Body("point", 1.0, (0.0, 0.0, 0.0), placed(state[:half]), velocity=placed(state[half:]))
-        return Scene((0.0, 0.0, 0.0), (body,), forces=(Force("point", token, push),))
+        force = Force("point", token, push, fields=None if fields is None else pair)
+        return Scene((0.0, 0.0, 0.0), (body,), forces=(force,))
 
     def observe(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
         position, _, velocity, _ = readings.bodies["point"]

@@ -99,13 +99,14 @@ class Force:
     """A force on the centre of mass of `body`: `law(t, position, velocity)` -> force (N), in space, and its token.
 
     With a `partner` (token `mutual_force`) place and velocity are those of the body as seen from the partner, on which
-    the opposite force acts.
+    the opposite force acts. `fields(t, position)` -> (a, w), of a charge: `law` is mass (a + velocity x w).
     """
 
     body: str
     token: str
     law: Callable[[float, Vector, Vector], Vector]
     partner: str = ""
+    fields: Callable[[float, Vector], tuple[Vector, Vector]] | None = None
 
 
 @dataclass(frozen=True)

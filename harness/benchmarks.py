@@ -2,8 +2,9 @@
 
 `make bench` launches tests/benchmarks/test_pairs.py in fresh processes, each of which leaves a pytest-benchmark file,
 and then `python -m gnomon.harness.benchmarks LAUNCH... --to reports/benchmarks.json`. A benchmark's `extra_info` holds
-`rows`: dictionaries of what was compared (`group`, `scene`, `level`), the asked value (or null) and either `ours` and
-`peer` in seconds (null where a side does not reach the level) or `value` in `unit`.
+`rows`: dictionaries of what was compared (`group`, `problem`, `level`) and, of a pair, the seconds of both (`first` and
+`second`, null where one has no result at the level) and of their null calls (`first_null`, `second_null`); of a single
+time its `value` in `unit`.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import Any
 
 from gnomon.harness import environment, publish
 
-NAMED = ("group", "scene", "level", "ours_name", "peer_name", "unit", "asked")
+NAMED = ("group", "problem", "level", "first_name", "second_name", "unit")
 """What a row says of itself, the same in every launch."""
 
 
@@ -33,16 +34,16 @@ def gathered(launches: Sequence[Path]) -> dict[str, Any]:
 
 
 def reduced(members: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Medians over launches; a level counts as reached only where every launch reached it."""
+    """Medians over launches; there is a time at a level only where there is one in every launch."""
     result: dict[str, Any] = {"launches": len(members)}
     if "value" in members[0]:
         return result | spread([row["value"] for row in members])
-    for side in ("ours", "peer"):
+    for side in ("first", "second", "first_null", "second_null"):
         times = [row[side] for row in members]
         result[side] = None if None in times else median(times)
-    if result["ours"] is None or result["peer"] is None:
+    if result["first"] is None or result["second"] is None:
         return result | dict.fromkeys(("median", "low", "high"))
-    return result | spread([row["peer"] / row["ours"] for row in members])
+    return result | spread([row["second"] / row["first"] for row in members])
 
 
 def spread(values: Sequence[float]) -> dict[str, float]:

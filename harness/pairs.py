@@ -2,8 +2,9 @@
 
 Each is swept over its one knob, the tolerance, and judged as in a run. Its time at an error is interpolated between
 neighbouring settings by the rule of the report's tables (`analysis.time_at`): no lucky sign change of an error counts.
-Of tighter settings those near the other errors asked for count too, where they take less time.
-The two take turns, so that a slow spell of the machine falls on both.
+Of tighter settings those near the other errors count too, where they take less time.
+The two take turns, so that a slow spell of the machine falls on both, and so do their null calls: the same calls over a
+span of next to nothing, a step or none from sample to sample. What these take is the overhead of a call.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import gc
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter_ns
 from typing import Any
 
@@ -19,7 +20,7 @@ import numpy as np
 from gnomon.cases.case import Case
 from gnomon.cases.formulation import Formulation
 from gnomon.harness.analysis import time_at
-from gnomon.harness.integrator import Integrator, Solve
+from gnomon.harness.integrator import Integrator, Problem, Solve
 from gnomon.harness.judge import Judge
 from gnomon.harness.problem import accepted_form
 from gnomon.harness.truth import CaseSpec, truth
@@ -27,13 +28,17 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+NEXT_TO_NOTHING = 2.0**-40
+"""The span of a null call over that of the call: 1e-9 of a time scale or less, whole in the binary digits of all times."""
+
 
 @dataclass(frozen=True)
 class Side:
-    """One integrator of a pair: the errors of its settings, loosest first, and what solves at each."""
+    """One integrator of a pair: the errors of its settings, loosest first, what solves at each, and its null call."""
 
     errors: list[float]
     solves: list[Solve]
+    null: Solve
 
     def near(self, targets: Sequence[float]) -> list[int]:
         """The settings that the times at these errors are interpolated between."""
@@ -58,7 +63,7 @@ def swept(
     judge = Judge(case, formulation, truth(CaseSpec.of(case, formulation)))
     problem = judge.problem(accepted_form(case, integrator.accepts, formulation))
     start = judge.truth.start[None]
-    side = Side([], [])
+    side = Side([], [], null_call(integrator, problem, tolerances[0]))
     for tolerance in tolerances:
         solve = integrator.prepare(problem, tolerance)
         solution = solve(start.copy())
@@ -69,18 +74,23 @@ def swept(
     return side, start
 
 
+def null_call(integrator: Integrator, problem: Problem, tolerance: float) -> Solve:
+    """What solves the same problem over next to nothing."""
+    return integrator.prepare(replace(problem, times=problem.times * NEXT_TO_NOTHING), tolerance)
+
+
 def at_equal_error(
     pair: tuple[Side, Side], start: Floats, targets: Sequence[float], repeats: int
-) -> list[tuple[float | None, float | None]]:
-    """Seconds of both at each target, None where a side does not reach it."""
+) -> tuple[list[tuple[float | None, float | None]], tuple[float, float]]:
+    """Seconds of both at each target, None where a side does not reach it; and seconds of their null calls."""
     chosen = [side.near(targets) for side in pair]
-    solves = [[side.solves[k] for k in near] for side, near in zip(pair, chosen, strict=True)]
-    known = [
-        dict(zip(near, times, strict=True))
-        for near, times in zip(chosen, interleaved(solves, start, repeats), strict=True)
-    ]
-    ours, peer = ([side.time(times, target) for target in targets] for side, times in zip(pair, known, strict=True))
-    return list(zip(ours, peer, strict=True))
+    solves = [[*(side.solves[k] for k in near), side.null] for side, near in zip(pair, chosen, strict=True)]
+    times = interleaved(solves, start, repeats)
+    first, second = (
+        [side.time(dict(zip(near, own[:-1], strict=True)), target) for target in targets]
+        for side, near, own in zip(pair, chosen, times, strict=True)
+    )
+    return list(zip(first, second, strict=True)), (times[0][-1], times[1][-1])
 
 
 def interleaved(sides: Sequence[Sequence[Solve]], start: Floats, repeats: int) -> list[list[float]]:

@@ -34,6 +34,7 @@ MODULES = (
     "gnomon.harness.integrators.hybrid",
     "gnomon.harness.adapters.scipy_ivp",
     "gnomon.harness.adapters.scipy_ode",
+    "gnomon.harness.adapters.scipy_odeint",
     "gnomon.harness.adapters.scipy_events",
     "gnomon.harness.adapters.rebound_nbody",
     "gnomon.harness.adapters.rebound_ode",
@@ -163,18 +164,30 @@ def _declared(module: str) -> Iterator[Integrator]:
     for item in vars(loaded).values():
         if isinstance(item, type) and issubclass(item, Integrator) and not getattr(item, "__abstractmethods__", None):
             try:
-                yield item()
+                made = item()
             except TypeError:
                 continue  # a family's base, which takes arguments; its members are in INTEGRATORS
+            if not _undeclared(made):  # else a base that several integrators share
+                yield made
 
 
 def _instance(item: object, origin: str) -> Integrator:
     made = item() if isinstance(item, type) and issubclass(item, Integrator) else item
     if not isinstance(made, Integrator):
         raise ValueError(f"{origin}: {item!r} is no gnomon.harness.integrator.Integrator")
+    if undeclared := _undeclared(made):
+        raise ValueError(
+            f"{origin}: {type(made).__name__} does not declare {', '.join(undeclared)}; "
+            "a base class that several integrators share is no integrator: name a subclass that declares them"
+        )
     if not type(made).__module__.startswith("gnomon."):  # ours are held to it by a test
         declaration.validate(made, origin if ":" in origin else "")
     return made
+
+
+def _undeclared(integrator: Integrator) -> list[str]:
+    """What every integrator declares and this one does not."""
+    return [attribute for attribute in ("name", "accepts", "sweep") if not hasattr(integrator, attribute)]
 
 
 @cache

@@ -18,7 +18,9 @@ from gnomon.harness.integrator import Floats, Integrator, Problem, Refused, Solu
 
 
 class PyBullet(Integrator):
-    """PyBullet with every setting chosen so that it models the scene and nothing else. Order 1. Coumans, pybullet.org.
+    """PyBullet with every setting chosen so that it models the scene and nothing else. Order 1, for charges 2.
+
+    Coumans, pybullet.org.
 
     Bodies are reduced-coordinate multibodies (Featherstone), except where something bounces: a multibody gains energy
     at impacts, so those scenes are in maximal coordinates.
@@ -114,17 +116,23 @@ class Run:
         self.parameters = tuple(map(float, problem.parameters))
         self.nothing_moved = self.form.build((0.0,) * problem.dimension, self.parameters)
         maximal = bool(self.form.needs & policy.maximal)
-        self.world = World(pybullet, self.form, dt, policy.configured, maximal)
+        # A staggered start takes a step first, to learn the accelerations: in a world of its own, as steps leave traces.
+        self.worlds = [
+            World(pybullet, self.form, dt, policy.configured, maximal) for _ in range(2 if self.staggered else 1)
+        ]
+        self.world = self.worlds[0]
         self.settings: Mapping[str, Any] = self.world.settings
         self.reset()
 
     def reset(self) -> None:
-        """Back to a world in which no step was taken: contacts keep memories that no function clears."""
-        self.world.build(self.nothing_moved)
+        """Back to worlds in which no step was taken: contacts keep memories that no function clears."""
+        for world in self.worlds:
+            world.build(self.nothing_moved)
         self.fresh = True
 
     def close(self) -> None:
-        self.world.close()
+        for world in self.worlds:
+            world.close()
 
     def __call__(self, initial_states: Floats) -> Solution:
         states = np.full((len(initial_states), len(self.counts), initial_states.shape[1]), np.nan)
@@ -136,19 +144,18 @@ class Run:
                 stopped = f"{type(error).__name__}: {error}"
         return Solution(states, steps=len(states) * self.counts[-1], stopped=stopped)
 
-    def _start(self, scene: Scene) -> None:
+    def _follow(self, scene: Scene, rows: Floats) -> None:
         if not self.fresh:
             self.reset()
         self.fresh = False
-        self.world.place(scene)
-
-    def _follow(self, scene: Scene, rows: Floats) -> None:
-        world = self.world
-        self._start(scene)
         if self.staggered:
-            start = world.read()
-            world.advance(1)
-            self._start(backed_up(scene, start, world.read()))
+            trial = self.worlds[1]
+            trial.place(scene)
+            start = trial.read()
+            trial.advance(1)
+            scene = backed_up(scene, start, trial.read())
+        world = self.world
+        world.place(scene)
         for row, count in zip(rows, self.counts, strict=True):
             world.advance(count - world.steps)
             readings = world.read()

@@ -39,6 +39,10 @@ FRICTION = {"contactSlop": 0.0, "solverResidualThreshold": 0.0, "numSolverIterat
 class World:
     """One world of the engine: `build` creates what a scene holds, `place` sets its start, then `advance` and `read`.
 
+    A charge is pushed as Boris does it (Buneman 1967; Boris 1970): the engine adds the force times the step to the
+    velocity, so the force mass (Boris' new velocity - velocity) / step gives that velocity. Between steps the engine
+    holds it half a step before the position; `place` and `read` turn it there and back. Order 2.
+
     `configured`: what the engine adds to the scene is switched off; otherwise it keeps its defaults. `maximal`: six
     coordinates a body and constraints, instead of joint coordinates. `settings`: all that was set to other than the
     engine's default, apart from the step and what the scene declares.
@@ -67,6 +71,9 @@ class World:
         self.bodies: dict[str, int] = {}
         self.hinged: dict[str, tuple[int, Hinge, Vector]] = {}
         self.jointed: dict[str, int] = {}
+        self.fields = {force.body: force.fields for force in scene.forces if force.fields and self.configured}
+        if self.fields:
+            self.settings["charges"] = "pushed by Boris' method, velocities half a step before positions"
         self._call("resetSimulation")
         self._call(
             "setPhysicsEngineParameter",
@@ -79,6 +86,7 @@ class World:
         if "coulomb_isotropic" in self.needs:
             self._extra("setPhysicsEngineParameter", FRICTION)
         self._call("setGravity", *scene.gravity)
+        self.masses = {body.name: body.mass for body in scene.bodies}
         joints = {joint.body: joint for joint in scene.joints}
         for body in scene.bodies:
             joint = joints.get(body.name)
@@ -178,7 +186,11 @@ class World:
         """Set the start of every body and joint."""
         settling = self.maximal and not scene.contacts
         poses = [(self.bodies[b.name], b.position, b.quaternion) for b in scene.bodies if b.name in self.bodies]
-        twists = [(self.bodies[b.name], b.velocity, b.angular_velocity) for b in scene.bodies if b.name in self.bodies]
+        twists = [
+            (self.bodies[b.name], self._pushed(b.name, 0.0, b.position, b.velocity, -0.5), b.angular_velocity)
+            for b in scene.bodies
+            if b.name in self.bodies
+        ]
         for hinge in scene.hinges:
             if hinge.name in self.hinged:
                 number, _, arm = self.hinged[hinge.name]
@@ -233,6 +245,16 @@ class World:
             return push_around
         number, frame = self.bodies[force.body], self.api.WORLD_FRAME
         apply, static = self._bound("applyExternalForce"), force.token == "position_force"
+        if force.body in self.fields:
+            per_step = self.masses[force.body] / self.dt
+
+            def push_charge(t: float) -> None:
+                position, velocity = self._pose(number)[0], self._twist(number)[0]
+                after = self._pushed(force.body, t, position, velocity, 1.0)
+                impulse = _along(after, velocity, -1.0)
+                apply(number, -1, _along(ORIGIN, impulse, per_step), position, frame)
+
+            return push_charge
 
         def push_body(t: float) -> None:
             position = self._pose(number)[0]
@@ -260,8 +282,24 @@ class World:
             attitude, spin = self._pose(number)[1], self._twist(number)[1]
             angle = 2 * atan2(_dot(attitude[:3], hinge.axis), attitude[3])
             joints[name] = angle, _dot(spin, hinge.axis)
-        bodies = {name: (*self._pose(number), *self._twist(number)) for name, number in self.bodies.items()}
+        bodies = {}
+        for name, number in self.bodies.items():
+            (position, attitude), (velocity, spin) = self._pose(number), self._twist(number)
+            velocity = self._pushed(name, self.steps * self.dt, position, velocity, 0.5)
+            bodies[name] = position, attitude, velocity, spin
         return Readings(joints, bodies)
+
+    def _pushed(self, name: str, t: float, position: Vector, velocity: Vector, steps: float) -> Vector:
+        """The velocity of a charge after so many steps in the fields of this time and place; of others as it is."""
+        if name not in self.fields:
+            return velocity
+        electric, magnetic = self.fields[name](t, position)
+        half = steps * self.dt / 2
+        turn = _along(ORIGIN, magnetic, half)
+        v = _along(velocity, electric, half)
+        twice = _along(ORIGIN, turn, 2 / (1 + _dot(turn, turn)))
+        v = _along(v, _cross(_along(v, _cross(v, turn), 1.0), twice), 1.0)
+        return _along(v, electric, half)
 
     def _bound(self, name: str, *arguments: Any) -> Callable[..., Any]:
         return partial(getattr(self.api, name), *arguments, physicsClientId=self.client)

@@ -7,8 +7,8 @@ from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.forms import Hybrid, Mode, Transition
-from gnomon.harness.adapters.scipy_ivp import ABSOLUTE, SMALLEST
+from gnomon.cases.forms import FirstOrder, Hybrid, Mode, Transition
+from gnomon.harness.adapters.scipy_ivp import ABSOLUTE, SMALLEST, jacobian_of, recorded
 from gnomon.harness.compile import function_kernel
 from gnomon.harness.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Tolerance
 
@@ -31,6 +31,7 @@ class SolveIvpEvents(Integrator):
     policy = "events"
     sweep = Tolerance(1e-3, 1e-13)
     method: ClassVar[str]
+    takes_jacobian: ClassVar[bool] = False
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         if setting < SMALLEST:
@@ -38,7 +39,7 @@ class SolveIvpEvents(Integrator):
         form = problem.form
         assert isinstance(form, Hybrid)
         options: dict[str, Any] = {"method": self.method, "rtol": setting, "atol": ABSOLUTE * setting}
-        sides = {mode.name: Side(problem, form, mode) for mode in form.modes}
+        sides = {mode.name: Side(problem, form, mode, self.takes_jacobian) for mode in form.modes}
 
         def solve(initial_states: Floats) -> Solution:
             states = np.full((len(initial_states), len(problem.times), problem.dimension), np.nan)
@@ -49,7 +50,8 @@ class SolveIvpEvents(Integrator):
                 problem.buffer[-1] += side.counted()
             return Solution(states, stopped=next((why for why, _ in runs if why), None), events=tuple(runs[0][1]))
 
-        solve.settings = {"rtol": setting, "atol": ABSOLUTE * setting}  # type: ignore[attr-defined]
+        given = {f"jac in {name}": recorded(side.options)["jac"] for name, side in sides.items() if side.options}
+        solve.settings = recorded(options) | given  # type: ignore[attr-defined]
         return solve
 
     def versions(self) -> Mapping[str, Any]:
@@ -57,14 +59,17 @@ class SolveIvpEvents(Integrator):
 
 
 class Side:
-    """One mode as SciPy calls it: its right-hand side and the guards of its transitions."""
+    """One mode as SciPy calls it: its right-hand side, its Jacobian where it is taken, the guards of its transitions."""
 
-    def __init__(self, problem: Problem, form: Hybrid, mode: Mode) -> None:
+    def __init__(self, problem: Problem, form: Hybrid, mode: Mode, takes_jacobian: bool) -> None:
         dimension, numbers = problem.dimension, len(problem.parameters)
         self.buffer = np.array([*problem.parameters, *mode.constants, 0.0])
         self.array = function_kernel(
             mode.equations, dimension, numbers + len(mode.constants), dimension, problem.counted
         ).array
+        self.options: dict[str, Any] = (
+            {"jac": jacobian_of(FirstOrder(mode.equations), dimension, self.buffer)} if takes_jacobian else {}
+        )
         self.transitions = tuple(transition for transition in form.transitions if transition.mode == mode.name)
         parameters = problem.buffer
         self.guards = [
@@ -121,7 +126,9 @@ def trajectory(
         side = sides[mode]
         for transition, guard in zip(side.transitions, side.guards, strict=True):
             set_latch(guard, side, t, y, transition is fired, bool(events), PROBE * problem.time_scale)
-        found = solve_ivp(side.equations, (t, times[-1]), y, t_eval=times[sample:], events=side.guards, **options)
+        found = solve_ivp(
+            side.equations, (t, times[-1]), y, t_eval=times[sample:], events=side.guards, **options, **side.options
+        )
         reached = len(found.t)
         if reached:  # else found.y is an empty list
             out[sample : sample + reached] = found.y.T
@@ -179,12 +186,14 @@ class Radau(SolveIvpEvents):
 
     name = method = "Radau"
     order = 5
+    takes_jacobian = True
 
 
 class LSODA(SolveIvpEvents):
     """ODEPACK's Adams and BDF methods, switched automatically. Petzold, SIAM J. Sci. Stat. Comput. 4 (1983) 136."""
 
     name = method = "LSODA"
+    takes_jacobian = True
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (RK45, DOP853, Radau, LSODA)

@@ -1,4 +1,4 @@
-"""SciPy's `solve_ivp` for smooth problems: RK45, DOP853, Radau and LSODA.
+"""SciPy's `solve_ivp` for smooth problems: RK45, DOP853, Radau, BDF and LSODA.
 
 How it is driven, and why:
 
@@ -7,7 +7,9 @@ How it is driven, and why:
   Radau). `dense_output=True` would build an interpolant for every step, sampled or not.
 - The knob is `rtol`; `atol` = 1e-3 `rtol`, the ratio of SciPy's defaults (1e-3 and 1e-6), in SI units.
 - The right-hand side is compiled. SciPy calls it from Python, which costs 3 to 5 us a call: that is the library's own
-  cost. Radau and LSODA get the case's Jacobian where it states one, compiled too.
+  cost; it takes no C function here (`LowLevelCallable` is for its quadratures).
+- Radau, BDF and LSODA get the compiled Jacobian, as the manual recommends; it is differentiated from the equations as
+  for the in-house Radau IIA. Where these cannot be written down (atan2), SciPy takes finite differences: `jac` = None.
 
 Traps:
 
@@ -18,8 +20,8 @@ Traps:
   time limit of the trial ends it.
 - Radau does not look whether a Jacobian is finite: off the domain of the equations (a step past a pericentre at a loose
   tolerance) LAPACK's wrapper raises `array must not contain infs or NaNs`, and the trial counts as crashed.
-- Radau without a Jacobian evaluates at columns of a matrix, which are not contiguous, and does not count these
-  right-hand sides in its `nfev`; they are counted here.
+- Without a Jacobian Radau and BDF evaluate at columns of a matrix, which are not contiguous, and do not count these
+  right-hand sides in their `nfev`; they are counted here.
 """
 
 from __future__ import annotations
@@ -32,13 +34,25 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.forms import FirstOrder
-from gnomon.harness.compile import function_kernel, right_hand_side
+from gnomon.harness.compile import ARRAY_SIGNATURE, OPTIONS, compiled, right_hand_side
 from gnomon.harness.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.integrators.graph import jacobian_text, module_text
 
 ABSOLUTE = 1e-3
 """atol over rtol."""
 SMALLEST = 100 * float(np.finfo(float).eps)
 """The smallest rtol that SciPy takes as it is."""
+
+JACOBIAN = """\
+{kernel}
+import numpy as np
+
+@njit({options})
+def array(t, y, p):
+    out = np.empty({size})
+    kernel(t, y, p, out)
+    return out
+"""
 
 
 class SolveIvp(Integrator):
@@ -61,14 +75,10 @@ class SolveIvp(Integrator):
         buffer, times = problem.buffer, problem.times
         options: dict[str, Any] = {"method": self.method, "rtol": setting, "atol": ABSOLUTE * setting}
         if self.takes_jacobian:
-            jacobian = jacobian_of(problem)
-            if jacobian is not None:
-                options["jac"] = jacobian
-            elif self.method == "Radau":
-                compiled = function
-
-                def function(t: float, y: Floats) -> Floats:
-                    return compiled(t, np.ascontiguousarray(y))
+            assert isinstance(problem.form, FirstOrder)
+            options["jac"] = jacobian_of(problem.form, problem.dimension, buffer)
+            if options["jac"] is None:
+                at_any, function = function, lambda t, y: at_any(t, np.ascontiguousarray(y))
 
         def solve_one(start: Floats) -> tuple[Floats, str | None]:
             if not np.isfinite(finite(0.0, start, buffer)).all():
@@ -89,9 +99,7 @@ class SolveIvp(Integrator):
                 stopped = stopped or why
             return Solution(states, stopped=stopped)
 
-        solve.settings = {key: value for key, value in options.items() if key in ("rtol", "atol")} | {  # type: ignore[attr-defined]
-            "jac": "compiled" if "jac" in options else None
-        }
+        solve.settings = recorded(options)  # type: ignore[attr-defined]
         return solve
 
     def versions(self) -> Mapping[str, Any]:
@@ -113,14 +121,24 @@ def right_hand_side_of(problem: Problem) -> Callable[[float, Floats], Floats]:
     return function
 
 
-def jacobian_of(problem: Problem) -> Callable[[float, Floats], Floats] | None:
-    """The compiled Jacobian (dim, dim) of a first-order form, where the case states one."""
-    form, dimension = problem.form, problem.dimension
-    if not isinstance(form, FirstOrder) or form.jacobian is None:
+def jacobian_of(form: FirstOrder, dimension: int, buffer: Floats) -> Callable[[float, Floats], Floats] | None:
+    """The compiled Jacobian (dim, dim) of equations whose parameters are all of `buffer` but its last element.
+
+    None where the equations cannot be written down as a graph.
+    """
+    try:
+        text = jacobian_text(form, dimension, len(buffer) - 1)
+    except ValueError:
         return None
-    array = function_kernel(form.jacobian, dimension, len(problem.parameters), dimension * dimension).array
-    buffer = problem.buffer
+    array = compiled(
+        JACOBIAN.format(kernel=module_text(text), options=OPTIONS, size=dimension**2), "array", ARRAY_SIGNATURE
+    )
     return lambda t, y: array(t, np.ascontiguousarray(y), buffer).reshape(dimension, dimension)  # type: ignore[no-any-return]
+
+
+def recorded(options: Mapping[str, Any]) -> dict[str, Any]:
+    """What SciPy was given, in words where it is a function."""
+    return {name: "compiled" if callable(value) else value for name, value in options.items() if name != "method"}
 
 
 def reason(message: str, said: list[warnings.WarningMessage]) -> str:
@@ -150,6 +168,14 @@ class Radau(SolveIvp):
     takes_jacobian = True
 
 
+class BDF(SolveIvp):
+    """Backward differentiation of orders 1 to 5, for stiff problems. Shampine, Reichelt, SIAM J. Sci. Comput. 18 (1997) 1."""
+
+    name = method = "BDF"
+    takes_jacobian = True
+    everywhere = False  # slower than VODE's, of the same family
+
+
 class LSODA(SolveIvp):
     """ODEPACK's Adams and BDF methods, switched automatically. Petzold, SIAM J. Sci. Stat. Comput. 4 (1983) 136."""
 
@@ -157,4 +183,4 @@ class LSODA(SolveIvp):
     takes_jacobian = True
 
 
-INTEGRATORS: tuple[type[Integrator], ...] = (RK45, DOP853, Radau, LSODA)
+INTEGRATORS: tuple[type[Integrator], ...] = (RK45, DOP853, Radau, BDF, LSODA)

@@ -1,11 +1,13 @@
-"""SciPy's `ode('dop853')`: the compiled DOP853 of Hairer and Wanner, stepped from sample to sample.
+"""SciPy's `ode`: the compiled DOP853 of Hairer and Wanner, and VODE with Adams' methods or backward differentiation.
 
-How it is driven, and why:
+How they are driven, and why:
 
-- It has no interpolant to offer, so it stops at each sample, and begins there with a new first step: at loose tolerance
-  the samples, not the tolerance, set the step.
+- DOP853 has no interpolant to offer, so it stops at each sample, and begins there with a new first step: at loose
+  tolerance the samples, not the tolerance, set the step. VODE steps past a sample and interpolates.
 - The knob is `rtol`; `atol` = 1e-6 `rtol`, the ratio of its defaults (1e-6 and 1e-12), in SI units.
 - `nsteps` is the limit of steps between two samples; its default of 500 ends long intervals early, so it is raised.
+- Backward differentiation gets the compiled Jacobian (see `scipy_ivp`). Adams' methods iterate without one: that is
+  what VODE does by itself where none is given, and with one it would factor matrices for nothing.
 
 Traps: where it gives up it warns, returns the state that it got to, and goes on if asked again; only `successful()`
 tells. Here the remaining samples are NaN and the reason is kept. `atol` = 0 refuses every start with a component at 0.
@@ -16,35 +18,44 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from importlib.metadata import version
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.forms import FirstOrder
-from gnomon.harness.adapters.scipy_ivp import right_hand_side_of
+from gnomon.harness.adapters.scipy_ivp import jacobian_of, recorded, right_hand_side_of
 from gnomon.harness.integrator import Floats, Integrator, Problem, Solution, Solve, Tolerance
 
 ABSOLUTE = 1e-6
 """atol over rtol."""
 STEPS = 10_000_000
 """Steps allowed between two samples: more than any time limit of a trial admits."""
-ACCEPTED = 18
-"""Where the solver's work array has the number of accepted steps of the last call (IWORK(19) in its manual)."""
 
 
-class Dop853(Integrator):
-    """Dormand and Prince's 8(5,3) pair, compiled. Hairer, Norsett, Wanner, Solving ODEs I (1993), II.10."""
+class Ode(Integrator):
+    """A method of `scipy.integrate.ode`; `engine` is its name there."""
 
-    name, library, order = "ode dop853", "scipy", 8
+    library = "scipy"
     accepts = (FirstOrder,)
-    sampling = "stops at samples"
     sweep = Tolerance(1e-3, 1e-13)
+    engine: ClassVar[str]
+    method: ClassVar[dict[str, str]] = {}
+    takes_jacobian: ClassVar[bool] = False
+    accepted: ClassVar[int]
+    """Where the solver's work array has the number of accepted steps (IWORK in its manual, counted from 1)."""
+    accumulates: ClassVar[bool]
+    """Whether that number is of all calls since the start, or of the last one."""
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         from scipy.integrate import ode
 
-        options = {"rtol": setting, "atol": ABSOLUTE * setting, "nsteps": STEPS}
-        solver = ode(right_hand_side_of(problem))
-        solver.set_integrator("dop853", **options)
+        options: dict[str, Any] = {"rtol": setting, "atol": ABSOLUTE * setting, "nsteps": STEPS, **self.method}
+        jacobian = None
+        if self.takes_jacobian:
+            assert isinstance(problem.form, FirstOrder)
+            jacobian = jacobian_of(problem.form, problem.dimension, problem.buffer)
+            options["with_jacobian"] = True  # which takes finite differences where there is none
+        solver = ode(right_hand_side_of(problem), jacobian)
+        solver.set_integrator(self.engine, **options)
         times = problem.times.tolist()
 
         def solve_one(start: Floats, samples: Floats) -> tuple[int, str | None]:
@@ -52,9 +63,10 @@ class Dop853(Integrator):
             solver.set_initial_value(start, 0.0)
             for k, time in enumerate(times):
                 state = solver.integrate(time)
-                steps += int(solver._integrator.iwork[ACCEPTED])
+                taken = int(solver._integrator.iwork[self.accepted - 1])
+                steps = taken if self.accumulates else steps + taken
                 if not solver.successful():
-                    code = solver.get_return_code()
+                    code = getattr(solver._integrator, "istate", 1)
                     return steps, f"{solver._integrator.messages.get(code, f'code {code}')} at t = {solver.t:g}"
                 samples[k] = state
             return steps, None
@@ -69,11 +81,36 @@ class Dop853(Integrator):
                     steps, stopped = steps + taken, stopped or why
             return Solution(states, steps, stopped)
 
-        solve.settings = options  # type: ignore[attr-defined]
+        solve.settings = recorded(options) | ({"jac": recorded({"": jacobian})[""]} if self.takes_jacobian else {})  # type: ignore[attr-defined]
         return solve
 
     def versions(self) -> Mapping[str, Any]:
         return {"scipy": version("scipy")}
 
 
-INTEGRATORS: tuple[type[Integrator], ...] = (Dop853,)
+class Dop853(Ode):
+    """Dormand and Prince's 8(5,3) pair, compiled. Hairer, Norsett, Wanner, Solving ODEs I (1993), II.10."""
+
+    name, order = "ode dop853", 8
+    sampling = "stops at samples"
+    engine, accepted, accumulates = "dop853", 19, False
+
+
+class Adams(Ode):
+    """VODE's Adams methods of orders 1 to 12. Brown, Byrne, Hindmarsh, SIAM J. Sci. Stat. Comput. 10 (1989) 1038."""
+
+    name = "ode vode Adams"
+    sampling = "dense output"
+    engine, accepted, accumulates = "vode", 11, True
+    method: ClassVar = {"method": "adams"}
+
+
+class Bdf(Adams):
+    """VODE's backward differentiation of orders 1 to 5, for stiff problems. Brown, Byrne, Hindmarsh (1989)."""
+
+    name = "ode vode BDF"
+    method: ClassVar = {"method": "bdf"}
+    takes_jacobian = True
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (Dop853, Adams, Bdf)

@@ -280,7 +280,11 @@ def counting_text(form: FirstOrder, dimension: int, parameters: int) -> str:
 
 def compiled(text: str) -> int:
     """The address of the C function void(double t, double *y, double *p, double *out) of such a text."""
+    return address(module_text(text), "kernel")
+
+
+def module_text(text: str) -> str:
+    """Such a text as a module in which numba compiles it."""
     used = [name for name in UNARY if f" {name}(" in text]
     lines = [f"from math import {', '.join(used)}"] if used else []
-    lines += ["from numba import njit", "ONE = 1.0"]
-    return address("\n".join([*lines, f"@njit({OPTIONS})", text]), "kernel")
+    return "\n".join([*lines, "from numba import njit", "ONE = 1.0", f"@njit({OPTIONS})", text])

@@ -9,15 +9,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gnomon.cases.registry import get
 from gnomon.harness import benchmarks, report_benchmarks
+from gnomon.harness.adapters import rebound_ode, scipy_odeint
 from gnomon.harness.integrator import Solution
-from gnomon.harness.pairs import Side, at_equal_error, interleaved
+from gnomon.harness.integrators.dop853 import Dop853
+from gnomon.harness.integrators.gauss_fast import GaussFast
+from gnomon.harness.pairs import Side, at_equal_error, interleaved, null_call
+from gnomon.harness.problem import initial_state, problem_of
 
 ERRORS = [1e-2, 1e-4, 1e-6, 1e-8]
 
 
 def test_a_side_times_only_the_settings_near_its_targets() -> None:
-    side = Side(ERRORS, [])
+    side = Side(ERRORS, [], Solution)
     assert side.near([1e-5]) == [1, 2]
     assert side.near([1e-4, 1e-7]) == [0, 1, 2, 3]
     assert side.near([1e-1]) == [0]
@@ -39,15 +44,28 @@ def test_two_sides_at_equal_error() -> None:
 
         return solve
 
-    fast = Side(ERRORS, [burning(k) for k in (1, 2, 4, 8)])
-    slow = Side(ERRORS[:3], [burning(k) for k in (10, 20, 40)])
-    (reached, missed) = at_equal_error((fast, slow), np.zeros((1, 2)), (1e-4, 1e-8), repeats=1)
+    fast = Side(ERRORS, [burning(k) for k in (1, 2, 4, 8)], burning(0))
+    slow = Side(ERRORS[:3], [burning(k) for k in (10, 20, 40)], burning(5))
+    (reached, missed), nulls = at_equal_error((fast, slow), np.zeros((1, 2)), (1e-4, 1e-8), repeats=1)
+    assert nulls[1] >= 5e-3 > nulls[0]
     assert reached[0] is not None
     assert reached[1] is not None
     assert reached[0] >= 2e-3
     assert reached[1] >= 20e-3
     assert missed[0] is not None
     assert missed[1] is None
+
+
+@pytest.mark.parametrize("integrator", [GaussFast(), Dop853(), scipy_odeint.Odeint(), rebound_ode.OdeMode()])
+def test_a_null_call_makes_the_calls_and_next_to_no_steps(integrator: Any) -> None:
+    """As many states as the call, all still at the start; a step from sample to sample at most."""
+    case = get("pendulum_simple", "speed").rounded()
+    problem, start = problem_of(case, integrator.accepts), initial_state(case)[None]
+    null = null_call(integrator, problem, 1e-6)(start)
+    whole = integrator.prepare(problem, 1e-6)(start)
+    assert null.states.shape == whole.states.shape
+    assert np.abs(null.states - start).max() < 1e-7, "1e-9 of a time scale, at speeds of size 1"
+    assert null.steps <= 65 < whole.steps
 
 
 def test_sides_take_turns() -> None:
@@ -61,18 +79,20 @@ def test_sides_take_turns() -> None:
 
 
 def row(**values: Any) -> dict[str, Any]:
-    named = {"group": "against x", "scene": "s", "level": "1e-06", "ours_name": "o", "peer_name": "x", "unit": "s"}
-    return named | {"asked": 2.0} | values
+    named = {"group": "against x", "problem": "s", "level": "1e-06", "unit": "s", "first_name": "o", "second_name": "x"}
+    return named | values
 
 
 @pytest.fixture
 def published(tmp_path: Path) -> Path:
-    """Three launches: one ratio with its range, one that a launch did not reach, one single time."""
+    """Three launches: a ratio with its range, the same with much overhead, one not so accurate, one single time."""
     for launch, ratio in enumerate((3.0, 2.0, 5.0)):
+        nulls = {"first_null": 5e-5, "second_null": 5e-5}
         rows = [
-            row(ours=1e-3, peer=ratio * 1e-3),
-            row(level="1e-12", ours=1e-3, peer=None if launch else 1.0),
-            row(group="first call", peer_name=None, asked=0.01, value=0.001 * ratio),
+            row(first=1e-3, second=ratio * 1e-3, **nulls),
+            row(level="1e-04", first=1e-3, second=ratio * 1e-3, **nulls | {"first_null": 1.5e-4}),
+            row(level="1e-12", first=1e-3, second=None if launch else 1.0, **nulls),
+            row(group="first call", second_name=None, value=0.001 * ratio),
         ]
         found = {"benchmarks": [{"extra_info": {"rows": rows}}, {"extra_info": {}}]}
         (tmp_path / f"{launch}.json").write_text(json.dumps(found))
@@ -84,19 +104,28 @@ def published(tmp_path: Path) -> Path:
 def test_launches_are_gathered(published: Path) -> None:
     found = json.loads((published / "benchmarks.json").read_text())
     assert found["launches"] == 3
-    reached, missed, single = found["rows"]
+    reached, _, missed, single = found["rows"]
     assert (reached["median"], reached["low"], reached["high"]) == (3.0, 2.0, 5.0)
-    assert missed["peer"] is None
+    assert reached["first_null"] == 5e-5
+    assert missed["second"] is None
     assert missed["median"] is None
     assert single["median"] == 0.003
 
 
-def test_the_report_says_what_was_reached(published: Path) -> None:
+def test_the_report_claims_what_was_measured(published: Path) -> None:
     found = report_benchmarks.benchmarks(published / "nowhere", published)
     assert found is not None
-    reached, missed = found["pairs"]
-    assert (reached["ratio"], reached["range"], reached["verdict"]) == ("3.00", "2.00 – 5.00", "reached")
-    assert missed["verdict"] == "not reached by x"
-    assert found["singles"][0]["verdict"] == "reached"
+    reached, short, missed = found["pairs"]
+    assert (reached["ratio"], reached["range"], reached["note"]) == ("3.00", "2.00 – 5.00", "")
+    assert short["note"] == "15 % of the time of o is overhead of its call; no difference is claimed"
+    assert missed["note"] == "not so accurate: x"
+    assert found["singles"][0]["median"] == "3.00 ms"
     assert report_benchmarks.benchmarks(published / "nowhere") is None
     assert report_benchmarks.growth(published) is None
+
+
+def test_a_file_of_an_earlier_revision_is_refused_with_the_way_out(tmp_path: Path) -> None:
+    old = {"launches": 5, "environment": {}, "rows": [{"ours_name": "o", "peer_name": "x"}]}
+    (tmp_path / "benchmarks.json").write_text(json.dumps(old))
+    with pytest.raises(ValueError, match="make bench"):
+        report_benchmarks.benchmarks(tmp_path)

@@ -205,31 +205,22 @@ def test_all_that_an_integrator_may_claim_has_its_word() -> None:
 
 
 @pytest.mark.parametrize(
-    ("ours", "ratio", "asked", "verdict"),
+    ("first", "ratio", "null", "note"),
     [
-        (1e-3, 3.0, 3, "reached"),
-        (1e-3, 2.99, 3, "not reached"),
-        (1e-3, 2.0, None, ""),
-        (1e-3, 1.19, 1.1, "no difference is claimed"),
-        (1e-3, 0.84, None, "no difference is claimed"),
-        (None, None, 3, "not reached by one"),
+        (1e-3, 3.0, 1e-5, ""),
+        (1e-3, 1.19, 1e-5, "no difference is claimed"),
+        (1e-3, 0.84, 1e-5, "no difference is claimed"),
+        (1e-3, 3.0, 2e-4, "20 % of the time of one is overhead of its call; no difference is claimed"),
+        (None, None, 1e-5, "not so accurate: one"),
     ],
 )
-def test_verdicts_of_pairs(
-    tmp_path: Path, ours: float | None, ratio: float | None, asked: float | None, verdict: str
-) -> None:
-    row = {
-        "group": "against two",
-        "scene": "a",
-        "level": "1e-06",
-        "ours_name": "one",
-        "peer_name": "two",
-        "asked": asked,
-    }
-    row |= {"ours": ours, "peer": 2e-3, "median": ratio, "low": ratio, "high": ratio}
+def test_notes_of_pairs(tmp_path: Path, first: float | None, ratio: float | None, null: float, note: str) -> None:
+    row = {"group": "against two", "problem": "a", "level": "1e-06", "first_name": "one", "second_name": "two"}
+    row |= {"first": first, "second": 2e-3, "first_null": null, "second_null": 1e-5}  # type: ignore[dict-item]
+    row |= {"median": ratio, "low": ratio, "high": ratio}  # type: ignore[dict-item]
     (tmp_path / "benchmarks.json").write_text(json.dumps({"launches": 5, "environment": {}, "rows": [row]}))
     found = report_benchmarks.benchmarks(tmp_path)
     assert found is not None
     (pair,) = found["pairs"]
-    assert (pair["level"], pair["verdict"]) == ("1e-6", verdict)
+    assert (pair["level"], pair["note"]) == ("1e-6", note)
     assert pair["ratio"] == ("–" if ratio is None else f"{ratio:.2f}")
