@@ -16,7 +16,7 @@ DIMENSION = 0
 """Of each problem, when it is compiled: loops over so few components cost more than what is done in them."""
 
 MOST_STEPS = 1_000_000
-NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 1, 2, 3
+NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, NOT_SOLVED = 1, 2, 3, 4
 MOST_ITERATIONS = 10
 SAFETY, SHRINK_MOST, GROW_MOST = 0.9, 0.2, 8.0
 FORESEEN_MOST = 10**0.5
@@ -49,12 +49,17 @@ def integrate(
 
     `stop` gets the reason and the sample where a trajectory ended early. `fixed` > 0: all steps are that long, and
     `tolerance` is for the iteration alone.
+
+    What an accepted step's stages leave of their equations is below `tolerance` (1 + |y|) times `enough` of `newton`.
+    Samples within a step are values of its polynomial where that is as good as the step (`smooth`), else each is a step
+    of its own from the same start: the polynomial through the stages of a long step is no solution of stiff equations.
     """
     n = DIMENSION or initial.shape[1]
     y, low, x, slope, start, error = (
         np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
     )  # fmt: skip
     z, w, before_z, slopes = np.empty((3, n)), np.empty((3, n)), np.empty((3, n)), np.empty((3, n))
+    z_aside = np.empty((3, n))
     partial, real, both = np.empty(n * n), np.empty((n, n)), np.empty((n, n), dtype=np.complex128)
     weight, right, pair = np.empty(n), np.empty(n), np.empty(n, dtype=np.complex128)
     pivots, pivots_both = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
@@ -94,7 +99,7 @@ def integrate(
                 )  # fmt: skip
             if iterations == 0:
                 if fixed > 0.0 or not finite(start):
-                    reason = NOT_FINITE
+                    reason = NOT_SOLVED if finite(start) else NOT_FINITE
                     break
                 h = min(h, step) / 2
                 rejected = True
@@ -119,11 +124,31 @@ def integrate(
             if not finite(slope) or not finite(x):
                 reason = NOT_FINITE
                 break
+            good = times[sample] >= end or smooth(step, y, table, tolerance, start, z, norm)
+            unsolved = 0.0
             while sample < times.size and times[sample] <= end:
-                part = (times[sample] - t) / step
-                for i in range(n):
-                    out[m, sample, i] = y[i] + (low[i] + between(part, table, z, i))
+                length = times[sample] - t
+                if good or times[sample] == end:
+                    for i in range(n):
+                        out[m, sample, i] = y[i] + (low[i] + between(length / step, table, z, i))
+                else:
+                    if not step_aside(
+                        f, t, length, step, y, p, table, tolerance, error, slopes, weight, partial, real, pivots, both,
+                        pivots_both, right, pair, w, z, z_aside,
+                    ):  # fmt: skip
+                        unsolved = length
+                        break
+                    for i in range(n):
+                        out[m, sample, i] = y[i] + (low[i] + z_aside[2, i])
                 sample += 1
+            if unsolved > 0.0:
+                # The step itself, done again, is to end there, or before where that does not converge either.
+                if fixed > 0.0:
+                    reason = NOT_SOLVED
+                    break
+                h = unsolved
+                rejected = True
+                continue
             for i in range(n):
                 change = z[2, i] + low[i]
                 low[i] = change - (x[i] - y[i])
@@ -173,6 +198,39 @@ def basis(k: int, x: Any, table: Any) -> Any:
 def between(x: Any, table: Any, z: Any, i: int) -> Any:
     """The change of component i at the fraction x of the step, by the collocation polynomial."""
     return basis(0, x, table) * z[0, i] + basis(1, x, table) * z[1, i] + basis(2, x, table) * z[2, i]
+
+
+def smooth(h: Any, y: Any, table: Any, tolerance: Any, start: Any, z: Any, norm: Any) -> bool:
+    """Whether the polynomial is as good within the step as at its end.
+
+    Its error follows the fourth derivative, as does what the estimate is before it is filtered. The filter is 1 where no
+    component is stiff, up to h |df/dy| of about gamma; where it takes more than half, it is for the end of the step alone.
+    """
+    n = DIMENSION or y.size
+    square = 0.0
+    for i in range(n):
+        weighted = table[ERROR, 0] * z[0, i] + table[ERROR, 1] * z[1, i] + table[ERROR, 2] * z[2, i]
+        weight = tolerance * (1.0 + max(abs(y[i]), abs(y[i] + z[2, i])))
+        square += ((h * start[i] + weighted) / (table[EIGENVALUES, 0] * weight)) ** 2
+    return bool(sqrt(square / n) <= 2.0 * norm)
+
+
+def step_aside(
+    f: Any, t: Any, length: Any, h: Any, y: Any, p: Any, table: Any, tolerance: Any, x: Any, slopes: Any, weight: Any,
+    partial: Any, real: Any, pivots: Any, both: Any, pivots_both: Any, right: Any, pair: Any, w: Any, z: Any,
+    z_aside: Any,
+) -> bool:  # fmt: skip
+    """The stages of a shorter step from the same start, from values of the polynomial of the step over h."""
+    n = DIMENSION or y.size
+    if not factored(partial, length, table, real, pivots, both, pivots_both):
+        return False
+    for j in range(3):
+        for i in range(n):
+            z_aside[j, i] = between(table[C, j] * length / h, table, z, i)
+    iterations = newton(
+        f, t, length, y, p, table, tolerance, x, slopes, weight, real, pivots, both, pivots_both, right, pair, w, z_aside
+    )
+    return iterations > 0
 
 
 def guess(last: Any, h: Any, table: Any, before_z: Any, z: Any) -> None:
