@@ -25,7 +25,7 @@ def gauss_step(
     stages = (table.shape[0] - 3) // 2
     weights = 2 * stages
     start_stages(f, t, y, p, table, x, slope, store, stages, y.size)
-    before = 0.0
+    before, least, stalled = 0.0, 0.0, 0
     for iteration in range(MOST_ITERATIONS):
         change = 0.0
         for j in range(stages):
@@ -38,12 +38,16 @@ def gauss_step(
                 if not moved <= LARGEST:
                     return False
                 if moved > 0.0:
-                    change = max(change, h * moved / (abs(y[i]) + h * abs(slope[i])))
+                    change = max(change, h * moved / (abs(y[i]) + h * abs(slope[i]) + LEAST_SIZE))
                 store[j + 1, i] = slope[i]
-        if settled(iteration, change, before, table[weights, 0]):
+        stalled = stalled + 1 if change >= least else 0
+        if settled(iteration, change, least, stalled, table[weights, 0]):
             for i in range(y.size):
                 increment[i] = h * full_sum(table, weights, store, i, stages)
             return True
+        if iteration > 1 and change > before and change > FAR:
+            return False
+        least = change if iteration == 0 else min(least, change)
         before = change
     return False
 
@@ -57,7 +61,7 @@ def gauss_nystrom_step(
     stages = (table.shape[0] - 5) // 2
     weights = 2 * stages
     start_stages(f, t, y, p, table, x, slope, store, stages, half)
-    before = 0.0
+    before, least, stalled = 0.0, 0.0, 0
     for iteration in range(MOST_ITERATIONS):
         change = 0.0
         for j in range(stages):
@@ -71,14 +75,18 @@ def gauss_nystrom_step(
                 if not moved <= LARGEST:
                     return False
                 if moved > 0.0:
-                    change = max(change, h * moved / (abs(y[half + i]) + h * abs(slope[i])))
+                    change = max(change, h * moved / (abs(y[half + i]) + h * abs(slope[i]) + LEAST_SIZE))
                 store[j + 1, i] = slope[i]
-        if settled(iteration, change, before, table[weights, 0]):
+        stalled = stalled + 1 if change >= least else 0
+        if settled(iteration, change, least, stalled, table[weights, 0]):
             for i in range(half):
                 weighted = full_sum(table, weights + 2, store, i, stages)
                 increment[i] = h * (h * weighted) + h * y[half + i]
                 increment[half + i] = h * full_sum(table, weights, store, i, stages)
             return True
+        if iteration > 1 and change > before and change > FAR:
+            return False
+        least = change if iteration == 0 else min(least, change)
         before = change
     return False
 
@@ -145,7 +153,7 @@ def newton_step(
     length = h * h if second else h
     for k in range(size):
         z[k] = 0.0
-    before = 0.0
+    before, least, stalled = 0.0, 0.0, 0
     for iteration in range(MOST_ITERATIONS):
         renewed = flat[0] == 0.0
         for m in range(stages):
@@ -186,9 +194,10 @@ def newton_step(
                     return False
                 z[k] += right[k]
                 if moved > 0.0:
-                    change = max(change, moved / (abs(y[i]) + abs(z[k])))
-        stuck = iteration > 0 and renewed and before <= change < COARSE
-        if settled(iteration, change, before, table[stages, 0]) or stuck:
+                    change = max(change, moved / (abs(y[i]) + abs(z[k]) + LEAST_SIZE))
+        stuck = iteration > 0 and renewed and before <= change < NOISE * table[stages, 0]
+        stalled = stalled + 1 if change >= least else 0
+        if settled(iteration, change, least, stalled, table[stages, 0]) or stuck:
             for i in range(width):
                 total, weighted = 0.0, 0.0
                 for j in range(stages):
@@ -205,6 +214,7 @@ def newton_step(
             return False
         if iteration > 0 and change > SLOW * before:
             flat[0] = 0.0
+        least = change if iteration == 0 else min(least, change)
         before = change
     return False
 
@@ -215,15 +225,22 @@ def newton_numbers(stages: int, width: int) -> int:
     return 1 + (4 + size) * size
 
 
-def settled(iteration: int, change: Any, before: Any, roundoff: Any) -> bool:
-    """Whether the stages are as good as the arithmetic: `change` is the last iteration's, relative to the state."""
+def settled(iteration: int, change: Any, least: Any, stalled: int, roundoff: Any) -> bool:
+    """Whether the stages are as good as the arithmetic.
+
+    `change` is the last round's, relative to the state: the residual of the stages before it. `least` is the smallest of
+    the changes before, and for `stalled` rounds none was smaller. The residual of what is accepted is at most `roundoff`,
+    or what the next round would change is far below it; or it is below CLOSE units of round-off and shrinks no more; or
+    it is below NOISE units and has not shrunk for PATIENCE rounds: round-off of the equations themselves, where large
+    terms cancel. One round that shrinks little is not enough for that: changes of an oscillation rise and fall.
+    """
     if change <= roundoff:
         return True
-    if iteration == 0:
+    if iteration == 0 or not change < NOISE * roundoff:
         return False
-    if change >= before:
-        return bool(change < NOISE * roundoff)
-    return bool(change * change / before < FAR_BELOW * roundoff)
+    if stalled > 0:
+        return bool(change < CLOSE * roundoff or stalled >= PATIENCE)
+    return bool(change * change / least < FAR_BELOW * roundoff)
 
 
 FAR_BELOW = 2.5e-4
@@ -232,11 +249,16 @@ FAR_BELOW = 2.5e-4
 LARGEST = 1e300
 """A slope, or a change of a stage, beyond this or not a number ends the iteration."""
 
-NOISE = 1e6
-"""Where changes stop shrinking below this many units of round-off, it is round-off that stops them (cancellation)."""
+CLOSE, NOISE, PATIENCE = 16.0, 1e6, 20
+"""See `settled`. An iteration that loses a fifth a round, the slowest that ends in time, may rest for half of PATIENCE."""
+
+LEAST_SIZE = 2.0**-970
+"""Added to the size of a component: changes below 2^-1022, the smallest normal number, settle, whatever they change. A
+component that is 0 has a size, too, and what decays comes to rest."""
+
+FAR = 0.1
+"""A third change, or a later one, that is larger than the one before and than this part of the state's size ends the
+fixed-point iteration: it does not contract, and what it may come upon is another solution than the one near the start."""
 
 SLOW = 0.1
 """Where an iteration leaves more than this of the change before, new factors are made."""
-
-COARSE = 1e-6
-"""Newton's changes below this shrink to their squares: where they do not, it is round-off that stops them."""

@@ -19,6 +19,7 @@ from gnomon.harness.integrators.radau_steps import (
     INLINED,
     MOST_STEPS,
     NOT_FINITE,
+    NOT_SOLVED,
     SIGNATURE,
     STEP_TOO_SMALL,
     TOO_MANY_STEPS,
@@ -35,6 +36,7 @@ LEAST_TOLERANCE = 1e-14
 REASONS = {
     NOT_FINITE: "the equations gave a value that is not finite",
     STEP_TOO_SMALL: "the step size fell below the spacing of times",
+    NOT_SOLVED: "the stages of a step did not converge",
     TOO_MANY_STEPS: f"more than {MOST_STEPS} steps (too small a tolerance for so long a span)",
 }
 
@@ -44,8 +46,8 @@ class Radau5(Integrator):
 
     Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.8 (RADAU5): simplified Newton iteration on the
     transformed system, the exact Jacobian (differentiated from the equations), Gustafsson's predictive step control, the
-    embedded estimate of order 3 with the tolerance 0.1 tol^(2/3), samples from the collocation polynomial. Sums are
-    compensated. Evaluations of the Jacobian are not counted as right-hand sides.
+    embedded estimate of order 3 with the tolerance 0.1 tol^(2/3). Samples are values of the collocation polynomial, and
+    where stiffness makes that worse than the steps, steps of their own. Sums are compensated. Evaluations of the Jacobian are not counted as right-hand sides.
     """
 
     name, order = "Radau IIA 5", 5

@@ -16,8 +16,11 @@ DIMENSION = 0
 """Of each problem, when it is compiled: loops over so few components cost more than what is done in them."""
 
 MOST_STEPS = 1_000_000
-NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 1, 2, 3
+NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, NOT_SOLVED = 1, 2, 3, 4
 MOST_ITERATIONS = 10
+ROUNDOFF = 2e-15
+"""Relative to 1 + |y|: changes of stages that do not shrink below it are round-off."""
+
 SAFETY, SHRINK_MOST, GROW_MOST = 0.9, 0.2, 8.0
 FORESEEN_MOST = 10**0.5
 """The factor that an error of 1e-2 of the tolerance asks for: errors below that say nothing of how the next will change."""
@@ -49,12 +52,16 @@ def integrate(
 
     `stop` gets the reason and the sample where a trajectory ended early. `fixed` > 0: all steps are that long, and
     `tolerance` is for the iteration alone.
+
+    Samples within a step are values of its polynomial where that is as good as the step (`smooth`), else each is a step
+    of its own from the same start: the polynomial through the stages of a long step is no solution of stiff equations.
     """
     n = DIMENSION or initial.shape[1]
     y, low, x, slope, start, error = (
         np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
     )  # fmt: skip
     z, w, before_z, slopes = np.empty((3, n)), np.empty((3, n)), np.empty((3, n)), np.empty((3, n))
+    z_aside = np.empty((3, n))
     partial, real, both = np.empty(n * n), np.empty((n, n)), np.empty((n, n), dtype=np.complex128)
     weight, right, pair = np.empty(n), np.empty(n), np.empty(n, dtype=np.complex128)
     pivots, pivots_both = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
@@ -65,65 +72,85 @@ def integrate(
             low[i] = 0.0
         t, h, sample, attempts, reason = 0.0, 1e-6 * time_scale, 0, 0, 0
         last, reach, steps = 0.0, 1.0, 0
-        rejected = False
+        rejected, aside = False, False
+        end, step, length, norm, scale, wanted = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         call(f, t, y, p, start)
         while sample < times.size:
             attempts += 1
             if attempts > MOST_STEPS:
                 reason = TOO_MANY_STEPS
                 break
-            if fixed > 0.0:
-                h = fixed
-            if not h > 0.0:
-                reason = NOT_FINITE
-                break
-            # The step is h rounded so that t + step is exact; the last one ends at the last sample.
-            step = times[-1] - t if t + h >= times[-1] else (t + h) - t
-            if t + h / 4 <= t:
-                reason = STEP_TOO_SMALL
-                break
-            call(derivative, t, y, p, partial)
-            for i in range(n):
-                weight[i] = 1.0 / (tolerance * (1.0 + abs(y[i])))
+            if aside:
+                length = times[sample] - t
+            else:
+                if fixed > 0.0:
+                    h = fixed
+                if not h > 0.0:
+                    reason = NOT_FINITE
+                    break
+                # The step is h rounded so that t + step is exact; the last one ends at the last sample.
+                step = times[-1] - t if t + h >= times[-1] else (t + h) - t
+                length = step
+                if t + h / 4 <= t:
+                    reason = STEP_TOO_SMALL
+                    break
+                call(derivative, t, y, p, partial)
+                for i in range(n):
+                    weight[i] = 1.0 / (tolerance * (1.0 + abs(y[i])))
+            stages, scratch = (z_aside, error) if aside else (z, x)
             iterations = 0
-            if factored(partial, step, table, real, pivots, both, pivots_both):
-                guess(last, step, table, before_z, z)
+            if factored(partial, length, table, real, pivots, both, pivots_both):
+                if aside:
+                    for j in range(3):
+                        for i in range(n):
+                            stages[j, i] = between(table[C, j] * length / step, table, z, i)
+                else:
+                    guess(last, step, table, before_z, stages)
                 iterations = newton(
-                    f, t, step, y, p, table, tolerance, x, slopes, weight, real, pivots, both, pivots_both, right, pair,
-                    w, z,
+                    f, t, length, y, p, table, tolerance, scratch, slopes, weight, real, pivots, both, pivots_both,
+                    right, pair, w, stages,
                 )  # fmt: skip
             if iterations == 0:
                 if fixed > 0.0 or not finite(start):
+                    reason = NOT_SOLVED if finite(start) else NOT_FINITE
+                    break
+                h = length if aside else min(h, step) / 2
+                rejected, aside = True, False
+                continue
+            if aside:
+                for i in range(n):
+                    out[m, sample, i] = y[i] + (low[i] + z_aside[2, i])
+                sample += 1
+            else:
+                norm = estimate(
+                    f, t, step, y, p, table, tolerance, x, slope, start, real, pivots, z, error, rejected, steps
+                )
+                safety = SAFETY * (2 * MOST_ITERATIONS + 1) / (2 * MOST_ITERATIONS + iterations)
+                scale = 1.0 / sqrt(sqrt(norm)) if norm > 0.0 else np.inf
+                wanted = min(scale, FORESEEN_MOST)
+                if steps > 0 and not rejected:
+                    scale *= min(1.0, step / reach * scale)
+                scale = min(GROW_MOST, max(SHRINK_MOST, safety * scale))
+                if not norm < 1.0 and fixed == 0.0:
+                    h = min(h, step) * (scale if norm < np.inf else 0.1)
+                    rejected = True
+                    continue
+                for i in range(n):
+                    x[i] = y[i] + (z[2, i] + low[i])
+                end = times[-1] if t + h >= times[-1] else t + step
+                call(f, end, x, p, slope)
+                if not finite(slope) or not finite(x):
                     reason = NOT_FINITE
                     break
-                h = min(h, step) / 2
-                rejected = True
-                continue
-            norm = estimate(
-                f, t, step, y, p, table, tolerance, x, slope, start, real, pivots, z, error, rejected, steps
-            )
-            safety = SAFETY * (2 * MOST_ITERATIONS + 1) / (2 * MOST_ITERATIONS + iterations)
-            scale = 1.0 / sqrt(sqrt(norm)) if norm > 0.0 else np.inf
-            wanted = min(scale, FORESEEN_MOST)
-            if steps > 0 and not rejected:
-                scale *= min(1.0, step / reach * scale)
-            scale = min(GROW_MOST, max(SHRINK_MOST, safety * scale))
-            if not norm < 1.0 and fixed == 0.0:
-                h = min(h, step) * (scale if norm < np.inf else 0.1)
-                rejected = True
-                continue
-            for i in range(n):
-                x[i] = y[i] + (z[2, i] + low[i])
-            end = times[-1] if t + h >= times[-1] else t + step
-            call(f, end, x, p, slope)
-            if not finite(slope) or not finite(x):
-                reason = NOT_FINITE
-                break
-            while sample < times.size and times[sample] <= end:
+                aside = times[sample] < end and not smooth(step, y, table, tolerance, start, z, norm)
+            while sample < times.size and times[sample] <= end and not (aside and times[sample] < end):
                 part = (times[sample] - t) / step
                 for i in range(n):
                     out[m, sample, i] = y[i] + (low[i] + between(part, table, z, i))
                 sample += 1
+            aside = aside and sample < times.size and times[sample] < end
+            if aside:
+                continue
             for i in range(n):
                 change = z[2, i] + low[i]
                 low[i] = change - (x[i] - y[i])
@@ -175,6 +202,21 @@ def between(x: Any, table: Any, z: Any, i: int) -> Any:
     return basis(0, x, table) * z[0, i] + basis(1, x, table) * z[1, i] + basis(2, x, table) * z[2, i]
 
 
+def smooth(h: Any, y: Any, table: Any, tolerance: Any, start: Any, z: Any, norm: Any) -> bool:
+    """Whether the polynomial is as good within the step as at its end.
+
+    Its error follows the fourth derivative, as does what the estimate is before it is filtered. The filter is 1 where no
+    component is stiff, up to h |df/dy| of about gamma; where it takes more than half, it is for the end of the step alone.
+    """
+    n = DIMENSION or y.size
+    square = 0.0
+    for i in range(n):
+        weighted = table[ERROR, 0] * z[0, i] + table[ERROR, 1] * z[1, i] + table[ERROR, 2] * z[2, i]
+        weight = tolerance * (1.0 + max(abs(y[i]), abs(y[i] + z[2, i])))
+        square += ((h * start[i] + weighted) / (table[EIGENVALUES, 0] * weight)) ** 2
+    return bool(sqrt(square / n) <= 2.0 * norm)
+
+
 def guess(last: Any, h: Any, table: Any, before_z: Any, z: Any) -> None:
     """First values of the stages: the last step's polynomial carried on; none at the very first step."""
     n = DIMENSION or z.shape[1]
@@ -193,13 +235,17 @@ def newton(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, tolerance: Any, x: Any, slopes: Any, weight: Any,
     real: Any, pivots: Any, both: Any, pivots_both: Any, right: Any, pair: Any, w: Any, z: Any,
 ) -> int:  # fmt: skip
-    """Simplified Newton iteration for the stages z, from their first values; how many it took, 0 where it failed."""
+    """Simplified Newton iteration for the stages z, from their first values; how many it took, 0 where it failed.
+
+    What it leaves, by the rate at which changes shrink, is below `enough` of the tolerance: 3 %, or round-off.
+    """
     n = DIMENSION or y.size
     gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
     for j in range(3):
         for i in range(n):
             w[j, i] = table[BACK + j, 0] * z[0, i] + table[BACK + j, 1] * z[1, i] + table[BACK + j, 2] * z[2, i]
-    enough = max(2e-15 / tolerance, min(0.03, sqrt(tolerance)))
+    rest = ROUNDOFF / tolerance
+    enough = max(rest, min(0.03, sqrt(tolerance)))
     before, rate = 0.0, 0.0
     iteration = 0
     # Not a range, which the compiler would write out: ten iterations take ten times as long to compile.
@@ -237,8 +283,11 @@ def newton(
             left = MOST_ITERATIONS - iteration
             if norm > enough and (rate >= 1.0 or rate**left / (1.0 - rate) * norm > enough):
                 return 0
-        # After the first iteration its rate is not known yet: only a change that is negligible ends it.
-        if norm <= 1e-3 * enough or (iteration > 1 and (rate >= 1.0 or rate / (1.0 - rate) * norm <= enough)):
+        # After the first iteration its rate is not known yet: only a change that is negligible ends it. Changes that do
+        # not shrink say nothing of what is left, unless they are round-off.
+        if norm <= 1e-3 * enough or (iteration > 1 and rate < 1.0 and rate / (1.0 - rate) * norm <= enough):
+            return iteration
+        if iteration > 1 and rate >= 1.0 and norm <= rest:
             return iteration
         before = norm
     return 0

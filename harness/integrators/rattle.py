@@ -9,7 +9,7 @@ from gnomon.cases.forms import Constrained, Form, Values
 from gnomon.harness import compile as compiling
 from gnomon.harness.integrator import Integrator, Problem
 from gnomon.harness.integrators.fixed_step import FixedStep, Table
-from gnomon.harness.integrators.gauss_steps import MOST_ITERATIONS, settled
+from gnomon.harness.integrators.gauss_steps import LEAST_SIZE, MOST_ITERATIONS, settled
 from gnomon.harness.integrators.splitting import KahanLi6, Suzuki4
 from gnomon.harness.integrators.stepping import call
 
@@ -61,7 +61,7 @@ def onto_constraint(
 ) -> bool:
     """Moves the place along the gradient of the start until the constraint has its value; the velocity follows."""
     n = x.size
-    before = 0.0
+    least, stalled = 0.0, 0
     for iteration in range(MOST_ITERATIONS):
         for i in range(n):
             x[i] = y[i] + increment[i]
@@ -70,7 +70,7 @@ def onto_constraint(
         for i in range(n):
             product += slope[n + 1 + i] * store[1, i]
         share = (slope[n] - store[0, 1]) / product
-        moved, size = 0.0, 0.0
+        moved, size = 0.0, LEAST_SIZE
         for i in range(n):
             correction = share * store[1, i]
             if not abs(correction) < 1e300:
@@ -80,9 +80,10 @@ def onto_constraint(
             moved = max(moved, abs(correction))
             size = max(size, abs(x[i]))
         change = moved / size
-        if settled(iteration, change, before, roundoff):
+        stalled = stalled + 1 if change >= least else 0
+        if settled(iteration, change, least, stalled, roundoff):
             return True
-        before = change
+        least = change if iteration == 0 else min(least, change)
     return False
 
 
