@@ -24,7 +24,7 @@ from gnomon.harness import compile as compiling
 from gnomon.harness import registry
 from gnomon.harness.integrator import Problem, Refused, Solution, Solve
 from gnomon.harness.moved import moved_states, probe_state
-from gnomon.harness.problem import accepted_form
+from gnomon.harness.problem import accepted_form, groups_of
 from gnomon.harness.processes import die_with_parent
 from gnomon.harness.truth import CaseSpec
 from numpy.typing import NDArray
@@ -131,6 +131,7 @@ class _Series:
             self.task.times.copy(),
             self.task.time_scale,
             counted,
+            groups_of(self.case, self.formulation),
         )
 
     def run(self, order: Order) -> Outcome:

@@ -310,8 +310,8 @@ def test_the_estimates_of_dop853_are_combined_as_its_authors_do(dimension: int, 
     """|h| e5^2 / sqrt((e5^2 + 0.01 e3^2) n), in norms over n scaled components (dop853.f): e3 ten times e5 halves it."""
 
     def estimate(third: float, size: int) -> float:
-        table, ones = np.zeros((ERROR_3 + 1, 3)), np.ones(size)
+        table = np.zeros((ERROR_3 + 1, 3))
         table[ERROR_5, 1:], table[ERROR_3, 1:] = (1e-9, 2e-9), (third * 1e-9, third * 2e-9)
-        return step_error(0.5, ones, ones, table, 2, np.ones((2, size)), 1e-9)
+        return step_error(0.5, table, 2, np.ones((2, size)), np.ones(size))
 
     assert estimate(ratio, dimension) == pytest.approx(estimate(0.0, 1) / np.sqrt(1 + 0.01 * ratio**2))
