@@ -80,7 +80,9 @@ class Problem:
     def grouping(self) -> NDArray[np.int64]:
         """`groups` as an array, one number a component. Raises ValueError where that is not their number."""
         if self.groups and len(self.groups) != self.dimension:
-            raise ValueError(f"{len(self.groups)} numbers of groups for {self.dimension} components; state one for each")
+            raise ValueError(
+                f"{len(self.groups)} numbers of groups for {self.dimension} components; state one for each"
+            )
         return np.array(self.groups or range(self.dimension), dtype=np.int64)
 
     @cached_property

@@ -256,9 +256,7 @@ STAGES = 0
 """Of each method: its stages up to the end of the step, whose slope is k[STAGES] and begins the next."""
 
 
-def first_step(
-    f: Any, y: Any, p: Any, k: Any, x: Any, slope: Any, tolerance: float, most: float, groups: Any
-) -> float:
+def first_step(f: Any, y: Any, p: Any, k: Any, x: Any, slope: Any, tolerance: float, most: float, groups: Any) -> float:
     """Of each family; stands here for the name alone, as do the four below."""
     raise NotImplementedError
 
