@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.order import slopes
+from gnomon.harness.order import line, slopes, why_no_line
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -291,21 +291,30 @@ def policies(reduced: pd.DataFrame) -> pd.DataFrame:
 
 
 def orders(reduced: pd.DataFrame) -> pd.DataFrame:
-    """Measured order beside the declared one of every fixed-step series, nan where its points are on no line.
+    """Measured order beside the declared one of every fixed-step series, nan where no four of its points are on a line.
 
-    `lowest` and `highest` are the slopes from one point to the next, nan where fewer than 4 settings lie in the range.
+    Of the largest error over the samples, else of their root mean square, else of that at the end: where one passes
+    through zero between two steps, another need not. `lowest` and `highest` are the slopes of the largest error from one
+    of its finest points to the next, nan where fewer than 4 settings lie in the range. `why` says what an order lacks.
     """
     rows = []
     fixed = reduced[(reduced["setting_kind"] == "step") & (reduced["status"] == "ok")]
     for key, series in fixed.groupby(SERIES, dropna=False):
-        errors = series["error_max"].to_numpy(float)
-        floor = float(np.nanmax([series["conditioning"].max(), series["floor"].max(), 0.0]))
-        floor = max(floor, _plateau(series["setting"].to_numpy(float), errors, float(series["order_declared"].iloc[0])))
-        found = slopes(series["setting"].tolist(), errors.tolist(), floor)
-        order, lowest, highest = found or (math.nan,) * 3
-        straight = max(order - lowest, highest - order) <= ON_A_LINE
-        rows.append((*key, order if straight else math.nan, lowest, highest, series["order_declared"].iloc[0]))
-    return pd.DataFrame(rows, columns=[*SERIES, "order", "lowest", "highest", "declared"])
+        steps, declared = series["setting"].to_numpy(float), float(series["order_declared"].iloc[0])
+        attainable = float(np.nanmax([series["conditioning"].max(), series["floor"].max(), 0.0]))
+        order, bent, why = math.nan, (math.nan, math.nan), ""
+        for name in ("error_max", "error_rms", "error_end"):
+            errors = series[name].to_numpy(float)
+            floor = max(attainable, _plateau(steps, errors, declared))
+            found = line(steps.tolist(), errors.tolist(), floor, ON_A_LINE)
+            if name == "error_max":
+                bent = (slopes(steps.tolist(), errors.tolist(), floor) or (0.0, *bent))[1:]
+                why = why_no_line(errors.tolist(), floor)
+            if found is not None:
+                order, why = found, ""
+                break
+        rows.append((*key, order, *bent, declared, why))
+    return pd.DataFrame(rows, columns=[*SERIES, "order", "lowest", "highest", "declared", "why"])
 
 
 def _plateau(steps: Floats, errors: Floats, order: float) -> float:

@@ -21,7 +21,7 @@ from gnomon.cases.registry import get
 from gnomon.harness import registry
 from gnomon.harness.integrator import Problem
 from gnomon.harness.judge import NUMPY
-from gnomon.harness.problem import accepted_form, initial_state
+from gnomon.harness.problem import accepted_form, groups_of, initial_state
 from gnomon.harness.publish import publish
 from numpy.typing import NDArray
 
@@ -151,7 +151,8 @@ def energy_errors(subject: Subject) -> tuple[Floats, Floats]:
     interval = twenty_bits(STRETCH * period * subject.periods / SAMPLES)
     parameters = np.array([float(x) for x in case.parameter_values()])
     whole = np.arange(1, SAMPLES + 1, dtype=np.float64)
-    problem = Problem(form, len(case.state), parameters, whole[:count] * interval, float(case.time_scale))
+    times, groups = whole[:count] * interval, groups_of(case)
+    problem = Problem(form, len(case.state), parameters, times, float(case.time_scale), groups=groups)
     setting = subject.setting
     if setting > 1:
         setting = interval / round(setting * subject.periods / SAMPLES)

@@ -58,6 +58,9 @@ class Problem:
     time_scale: float
     counted: bool = False
     """True in the untimed run that counts right-hand sides: `gnomon.harness.compile` then hands out counting twins."""
+    groups: tuple[int, ...] = ()
+    """The number, from 0, of the group of each component: those of a group have one unit and are measured by one size,
+    as in the case's metric. Empty: each component by its own."""
 
     @property
     def uniform(self) -> bool:
@@ -72,6 +75,15 @@ class Problem:
         mean = float(self.times[-1]) / len(self.times)
         unit = math.ldexp(1.0, math.frexp(mean)[1] - 20)
         return math.floor(mean / unit) * unit
+
+    @cached_property
+    def grouping(self) -> NDArray[np.int64]:
+        """`groups` as an array, one number a component. Raises ValueError where that is not their number."""
+        if self.groups and len(self.groups) != self.dimension:
+            raise ValueError(
+                f"{len(self.groups)} numbers of groups for {self.dimension} components; state one for each"
+            )
+        return np.array(self.groups or range(self.dimension), dtype=np.int64)
 
     @cached_property
     def buffer(self) -> Floats:

@@ -20,6 +20,7 @@ from gnomon.cases.forms import FirstOrder, Hybrid, first_order
 from gnomon.cases.formulation import Formulation
 from gnomon.cases.metric import Metric
 from gnomon.harness.integrator import Problem
+from gnomon.harness.problem import groups_of
 from gnomon.harness.truth import Truth
 from gnomon.harness.worker import Outcome
 from numpy.typing import NDArray
@@ -48,7 +49,8 @@ class Judge:
     def problem(self, form: Any) -> Problem:
         """What an integrator that takes `form` is given, the counter off."""
         truth = self.truth
-        return Problem(form, len(truth.start), np.array(self.parameters), truth.problem_times, truth.time_scale)
+        parameters, groups = np.array(self.parameters), groups_of(self.case, self.formulation)
+        return Problem(form, len(truth.start), parameters, truth.problem_times, truth.time_scale, groups=groups)
 
     def summary(self) -> dict[str, Any]:
         """What the row of a trial says of its truth: the largest floor and conditioning over the samples."""

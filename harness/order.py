@@ -33,6 +33,10 @@ ABOVE_FLOOR = 100.0
 FEWEST, MOST = 4, 6
 """Points that a slope is fitted to: the finest in the range, where the leading term rules most."""
 
+LARGEST_ON_A_LINE, ABOVE_FLOOR_ON_A_LINE = 5e-2, 20.0
+"""For `line`, whose points must agree: an error of 5e-2 that falls as those below it is asymptotic already, and round-off
+moves one 20 times above it by 5 %, the slope over three halvings by 0.03."""
+
 STRAIGHT = 0.02
 """A coarser point is taken in beyond the fewest while it moves the slope by less than this."""
 
@@ -58,6 +62,36 @@ def slopes(
         return None
     pieces = [_slope(pair) for pair in itertools.pairwise(points)]
     return _slope(points), min(pieces), max(pieces)
+
+
+def line(steps: Sequence[float], errors: Sequence[float], floor: float, within: float) -> float | None:
+    """The slope over the finest four successive steps whose slopes from one to the next agree within `within` with it.
+
+    Of errors below 5e-2 and above 20 times `floor`. None without four such steps.
+    """
+    points = [
+        (math.log(step), math.log(error)) if ABOVE_FLOOR_ON_A_LINE * floor < error < LARGEST_ON_A_LINE else None
+        for step, error in sorted(zip(steps, errors, strict=True))
+    ]
+    for first in range(len(points) - FEWEST + 1):
+        taken = [point for point in points[first : first + FEWEST] if point is not None]
+        if len(taken) == FEWEST:
+            slope = _slope(taken)
+            if all(abs(_slope(pair) - slope) <= within for pair in itertools.pairwise(taken)):
+                return slope
+    return None
+
+
+def why_no_line(errors: Sequence[float], floor: float) -> str:
+    """In words what `line` lacks, apart from points that agree."""
+    least = ABOVE_FLOOR_ON_A_LINE * floor
+    if all(error <= least for error in errors):
+        return "round-off at every step size"
+    count = sum(least < error < LARGEST_ON_A_LINE for error in errors)
+    if count >= FEWEST:
+        return ""
+    ends = "between an error of 0.05 and round-off" if min(errors) <= least else "with an error below 0.05"
+    return f"{count} {'setting' if count == 1 else 'settings'} {ends}, {FEWEST} are needed"
 
 
 def _fitted_points(

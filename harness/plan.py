@@ -180,6 +180,7 @@ class Series:
             self.variant,
             json.dumps(numbers),
             problem.times.tobytes().hex(),
+            json.dumps(problem.groups),
             self.formulation_name,
             coding,
             source.of_value(self.form),

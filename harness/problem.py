@@ -45,7 +45,14 @@ def problem_of(
     if formulation is not None and formulation.independent is not None:
         times = np.array([nearest_double(formulation.independent(Fraction(t), DIGITS)) for t in case.times.tolist()])
         scale *= float(times[-1] / case.times[-1])
-    return Problem(form, len(initial_state(case, formulation)), parameters, times, scale, counted)
+    dimension, groups = len(initial_state(case, formulation)), groups_of(case, formulation)
+    return Problem(form, dimension, parameters, times, scale, counted, groups)
+
+
+def groups_of(case: Case, formulation: Formulation | None = None) -> tuple[int, ...]:
+    """`Problem.groups`: the groups of the case's coordinates in order of appearance; none stated in a formulation."""
+    names = list(dict.fromkeys(coordinate.group for coordinate in case.state))
+    return () if formulation is not None else tuple(names.index(coordinate.group) for coordinate in case.state)
 
 
 def initial_state(case: Case, formulation: Formulation | None = None) -> Floats:

@@ -264,8 +264,8 @@ def _order(found: dict[str, Any] | None) -> Cell:
     declared = f"declared {found['declared']:.0f}" if math.isfinite(found["declared"]) else ""
     if math.isfinite(found["order"]):
         return Cell(f"order {found['order']:.2f}", declared)
-    if not math.isfinite(found["lowest"]):
-        return Cell("–", declared, "none")
+    if found["why"] or not math.isfinite(found["lowest"]):
+        return Cell("–", "; ".join(word for word in (found["why"], declared) if word), "none")
     bent = f"slopes from {found['lowest']:.1f} to {found['highest']:.1f}"
     return Cell("no line", "; ".join(word for word in (bent, declared) if word), "none")
 

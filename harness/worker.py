@@ -29,7 +29,7 @@ from gnomon.harness.integrator import Problem, Refused, Solve
 from gnomon.harness.messages import Garbled, Message
 from gnomon.harness.moved import moved_states, probe_state
 from gnomon.harness.null_call import null_seconds
-from gnomon.harness.problem import accepted_form
+from gnomon.harness.problem import accepted_form, groups_of
 from gnomon.harness.processes import adopt_orphans, end_children, guarded
 from gnomon.harness.truth import CaseSpec
 from numpy.typing import NDArray
@@ -234,6 +234,7 @@ class _Series:
             self.task.times.copy(),
             self.task.time_scale,
             counted,
+            groups_of(self.case, self.formulation),
         )
 
     def run(self, order: Order) -> Outcome:

@@ -3,13 +3,14 @@
 A family (`embedded`, `nystrom`) writes the pieces of a step as plain functions, and each method is the loop compiled
 around them once, with the method's own counts of stages as constants:
 
-    first_step(f, y, p, k, x, slope, tolerance, most) -> h, nan where the equations are not finite; k[0] is set
-    attempt(f, t, h, y, low, p, table, tolerance, x, slope, k, change, end) -> the estimated error over the tolerance
+    first_step(f, y, p, k, x, slope, tolerance, most, groups) -> h, nan where the equations are not finite; k[0] is set
+    attempt(f, t, h, y, low, p, table, inverse, x, slope, k, change, end) -> the estimated error, relative
     arrive(f, t, end, p, x, slope, k) -> whether the slope at the end of the step, k[STAGES], is finite
     open_step(f, t, h, y, p, table, x, slope, k)                                once in a step that holds samples
     between(f, t, h, ahead, y, low, end, p, table, x, slope, k, spare, out)     once a sample: the state at t + ahead
 
 `low` is what the sums so far have lost to round-off; `change` is by how much the state changes, `low` included.
+`groups` and `inverse`: see `sizes`, which says what errors are compared with.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from gnomon.cases.forms import SecondOrder
 from gnomon.harness import compile as compiling
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
 from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded
+from gnomon.harness.integrators.sizes import enlarge, invert, start
 from gnomon.harness.integrators.stepping import blank, compiled_whole
 from numpy.typing import NDArray
 
@@ -62,15 +64,18 @@ slope make a state, the rows of `k`."""
 
 
 class Adaptive(Integrator):
-    """A one-step method that holds its estimated error to the tolerance, relative and absolute; sums are compensated.
+    """A one-step method that holds its estimated error to the tolerance; sums are compensated.
 
-    It is absolute below 1, in SI units: of a motion of a millimetre the same tolerance leaves an error a thousand times as
-    large, relative to its size. The norm of the error is the root mean square over the components. A subclass gives its
-    table of coefficients, the constants that it is compiled with, and the functions of its family.
+    The error of each component is relative to the largest size so far of its group (`Problem.groups`, see `sizes`), so
+    that results do not depend on units. With `absolute` it is relative to 1 + |y| in SI units, as in most libraries: of
+    a motion of a millimetre the same tolerance then leaves an error a thousand times as large, relative to its size. The
+    norm of the error is the root mean square over the components. A subclass gives its table of coefficients, the
+    constants that it is compiled with, and the functions of its family.
     """
 
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-14)
+    absolute: ClassVar[bool] = False
     most_steps: ClassVar[int] = MOST_STEPS
     loop: ClassVar[Callable[..., int]]
     pieces: ClassVar[tuple[Callable[..., Any], ...]]
@@ -89,16 +94,16 @@ class Adaptive(Integrator):
         check_tolerance(setting)
         second = isinstance(problem.form, SecondOrder)
         kernel = compiling.acceleration(problem) if second else compiling.right_hand_side(problem)
-        run = compiled_whole(
-            type(self).loop, SIGNATURE, (*self.constants(), ("MOST_STEPS", self.most_steps)), self.pieces
-        )
+        limits = ("MOST_STEPS", self.most_steps), ("ABSOLUTE", int(self.absolute))
+        run = compiled_whole(type(self).loop, SIGNATURE, (*self.constants(), *limits), self.pieces)
         table = _table(type(self))
         address, buffer, times = kernel.address, problem.buffer, problem.times
+        groups, scale = problem.grouping, problem.time_scale
 
         def solve(initial: Floats) -> Solution:
             out = blank(problem, initial)
             stop = np.zeros(2, dtype=np.int64)
-            steps = run(address, buffer, table, initial, times, setting, out, stop)
+            steps = run(address, buffer, table, initial, times, setting, groups, scale, out, stop)
             return Solution(out, int(steps), reason(stop, self.most_steps))
 
         return solve
@@ -137,7 +142,8 @@ def reason(stop: NDArray[np.int64], most_steps: int) -> str | None:
 
 
 SIGNATURE = (
-    "int64(intp, float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1])"
+    "int64(intp, float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, int64[::1], float64, "
+    "float64[:, :, ::1], int64[::1])"
 )
 
 
@@ -148,6 +154,8 @@ def integrate(
     initial: Floats,
     times: Floats,
     tolerance: float,
+    groups: NDArray[np.int64],
+    time_scale: float,
     out: Floats,
     stop: NDArray[np.int64],
 ) -> int:
@@ -160,12 +168,13 @@ def integrate(
     y, low, end = np.empty(dimension), np.empty(dimension), np.empty(dimension)
     change, spare = np.empty(dimension), np.empty(dimension)
     x, slope, k = np.empty(width), np.empty(width), np.empty((LAST, width))
+    sizes, inverse = np.empty(dimension), np.empty(dimension)
     taken = 0
     for n in range(initial.shape[0]):
         y[:] = initial[n]
         low[:] = 0.0
         t, sample, attempts = 0.0, 0, 0
-        h = first_step(f, y, p, k, x, slope, tolerance, times[-1])
+        h = first_step(f, y, p, k, x, slope, tolerance, min(times[-1], time_scale), groups)
         before, last = 1e-4, 0.0
         rejected = False
         reason = 0
@@ -182,7 +191,11 @@ def integrate(
             if attempts > MOST_STEPS:
                 reason = TOO_MANY_STEPS
                 break
-            error = attempt(f, t, step, y, low, p, table, tolerance, x, slope, k, change, end)
+            if t == 0.0:
+                for i in range(dimension):
+                    change[i] = step * (k[0, i - dimension + width] if i >= dimension - width else y[width + i])
+                start(y, change, groups, sizes, inverse)
+            error = attempt(f, t, step, y, low, p, table, inverse, x, slope, k, change, end) / tolerance
             if not error < np.inf:
                 h = min(h, step) / 10
                 rejected = True
@@ -199,6 +212,8 @@ def integrate(
                 while sample < times.size and times[sample] <= t + step:
                     between(f, t, step, times[sample] - t, y, low, end, p, table, x, slope, k, spare, out[n, sample])
                     sample += 1
+            if enlarge(end, groups, sizes) or t == 0.0:
+                invert(groups, sizes, inverse)
             taken += 1
             t += step
             for i in range(dimension):
@@ -241,13 +256,13 @@ STAGES = 0
 """Of each method: its stages up to the end of the step, whose slope is k[STAGES] and begins the next."""
 
 
-def first_step(f: Any, y: Any, p: Any, k: Any, x: Any, slope: Any, tolerance: float, most: float) -> float:
+def first_step(f: Any, y: Any, p: Any, k: Any, x: Any, slope: Any, tolerance: float, most: float, groups: Any) -> float:
     """Of each family; stands here for the name alone, as do the four below."""
     raise NotImplementedError
 
 
 def attempt(
-    f: Any, t: float, h: float, y: Any, low: Any, p: Any, table: Any, tolerance: float, x: Any, slope: Any, k: Any,
+    f: Any, t: float, h: float, y: Any, low: Any, p: Any, table: Any, inverse: Any, x: Any, slope: Any, k: Any,
     change: Any, end: Any,
 ) -> float:  # fmt: skip
     raise NotImplementedError

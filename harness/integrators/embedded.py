@@ -9,10 +9,12 @@ import numpy as np
 from gnomon.cases.forms import FirstOrder
 from gnomon.harness.integrators.adaptive import STAGES, Adaptive
 from gnomon.harness.integrators.fixed_step import Table
+from gnomon.harness.integrators.sizes import one_over, trial_step, turning_time
 from gnomon.harness.integrators.stepping import call
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 Row = dict[int, str]
 
 ORDER = ENDS = LAST = ERRORS = DENSE = DENSE_ROWS = 0
@@ -74,46 +76,31 @@ def number(mp: Any, text: str) -> Any:
 
 
 def first_step(
-    f: Any, y: Floats, p: Floats, k: Floats, x: Floats, slope: Floats, tolerance: float, most: float
+    f: Any, y: Floats, p: Floats, k: Floats, x: Floats, slope: Floats, tolerance: float, most: float, groups: Integers
 ) -> float:
-    """A first step from the sizes of y, y' and y'' (Hairer, Norsett, Wanner II.4); nan where they are not finite."""
+    """A first step from the sizes of y, y' and y''; nan where y' is not finite."""
     call(f, 0.0, y, p, slope)
-    size, speed = 0.0, 0.0
     for i in range(y.size):
         k[0, i] = slope[i]
-        scale = tolerance * (1.0 + abs(y[i]))
-        size += (y[i] / scale) ** 2
-        speed += (k[0, i] / scale) ** 2
-    if speed != speed or speed == np.inf:
-        return np.nan
-    h = trial_step(size, speed, most)
+        if not abs(slope[i]) < np.inf:
+            return np.nan
+    h = trial_step(y, slope, groups, most)
     for i in range(y.size):
         x[i] = y[i] + h * k[0, i]
     call(f, h, x, p, slope)
-    bend = 0.0
-    for i in range(y.size):
-        bend += ((slope[i] - k[0, i]) / (tolerance * (1.0 + abs(y[i])))) ** 2
-    return step_for(h, max(sqrt(bend) / h, sqrt(speed)) / sqrt(float(y.size)), most)
+    return step_for(h, turning_time(y, k[0], slope, h, groups, most), tolerance)
 
 
-def trial_step(size: float, speed: float, most: float) -> float:
-    """A step that changes the state by a hundredth, from the squared norms of y and y'."""
-    return min(1e-6 if size <= 1e-10 or speed <= 1e-10 else 0.01 * sqrt(size / speed), most)
-
-
-def step_for(h: float, largest: float, most: float) -> float:
-    """The first step from the larger of the norms of y' and, over the trial step h, y''."""
-    if not largest < np.inf:
-        return h
-    step = max(1e-6, h * 1e-3) if largest <= 1e-15 else (0.01 / largest) ** (1 / ORDER)
-    return min(100 * h, step, most)
+def step_for(h: float, time: float, tolerance: float) -> float:
+    """The first step, of an error of a hundredth of the tolerance where it is (step / time)^ORDER; h without a time."""
+    return time * (0.01 * tolerance) ** (1 / ORDER) if time > 0.0 else h
 
 
 def attempt(
-    f: Any, t: float, h: float, y: Floats, low: Floats, p: Floats, table: Floats, tolerance: float, x: Floats,
+    f: Any, t: float, h: float, y: Floats, low: Floats, p: Floats, table: Floats, inverse: Floats, x: Floats,
     slope: Floats, k: Floats, change: Floats, end: Floats,
 ) -> float:  # fmt: skip
-    """The stages of a step, the state at its end, and the estimated error over the tolerance."""
+    """The stages of a step, the state at its end, and the estimated error, relative."""
     for j in range(1, STAGES):
         stage(f, t, h, y, p, table, j, x, slope, k)
     for i in range(y.size):
@@ -124,7 +111,7 @@ def attempt(
         end[i] = y[i] + change[i]
     if ENDS == 1:
         end_slope(f, t + h, end, p, slope, k)
-    return error_norm(h, y, end, table, k, tolerance)
+    return error_norm(h, y, end, table, k, inverse)
 
 
 def stage(
@@ -147,11 +134,11 @@ def end_slope(f: Any, t: float, end: Floats, p: Floats, slope: Floats, k: Floats
         k[STAGES, i] = slope[i]
 
 
-def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, tolerance: float) -> float:
-    """The estimated error of a step over the tolerance, damped by the second where there is one (II.10.17)."""
+def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, inverse: Floats) -> float:
+    """The estimated error of a step, relative, damped by the second where there is one (II.10.17)."""
     first, second = 0.0, 0.0
     for i in range(y.size):
-        weight = 1.0 / (tolerance * (1.0 + max(abs(y[i]), abs(end[i]))))
+        weight = one_over(i, y, end, inverse)
         a, b = 0.0, 0.0
         for m in range(STAGES + ENDS):
             a += table[ERRORS, m + 1] * k[m, i]

@@ -62,20 +62,19 @@ def guard_after(
     return float(x[0])
 
 
-def step_error(h: float, y: Floats, end: Floats, table: Floats, stages: int, k: Floats, tolerance: float) -> float:
-    """The estimated error of a step over the tolerance (Hairer, Norsett, Wanner II.10.17)."""
+def step_error(h: float, table: Floats, stages: int, k: Floats, inverse: Floats) -> float:
+    """The estimated error of a step, relative as `sizes` has it (Hairer, Norsett, Wanner II.10.17)."""
     fifth, third = 0.0, 0.0
-    for i in range(y.size):
-        scale = tolerance * (1.0 + max(abs(y[i]), abs(end[i])))
+    for i in range(inverse.size):
         a, b = 0.0, 0.0
         for n in range(stages):
             a += table[ERROR_5, n + 1] * k[n, i]
             b += table[ERROR_3, n + 1] * k[n, i]
-        fifth += (a / scale) ** 2
-        third += (b / scale) ** 2
+        fifth += (a * inverse[i]) ** 2
+        third += (b * inverse[i]) ** 2
     if fifth == 0.0 and third == 0.0:
         return 0.0
-    return float(h * fifth / sqrt((fifth + 0.01 * third) * y.size))
+    return float(h * fifth / sqrt((fifth + 0.01 * third) * inverse.size))
 
 
 def locate(

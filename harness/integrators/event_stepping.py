@@ -15,6 +15,7 @@ import numpy as np
 from gnomon.cases.forms import Hybrid
 from gnomon.harness.compile import IMPORTS, OPTIONS, address, check_values, gather_into, unpacked
 from gnomon.harness.integrators.event_location import dip, guard_after, locate, one_step, part, step_error
+from gnomon.harness.integrators.sizes import enlarge, invert, start
 from gnomon.harness.integrators.stepping import compiled_whole
 from numpy.typing import NDArray
 
@@ -55,6 +56,8 @@ def run(
     target: Integers,
     limit: Integers,
     settle: float,
+    groups: Integers,
+    sizes: Floats,
 ) -> int:
     """Integrate one trajectory from where `y`, `clock`, `where` and `since` say; returns one of the codes above.
 
@@ -62,10 +65,11 @@ def run(
     `clock`: the time within the sampling interval as a sum of two doubles, and the step that the control suggests.
     `since`: time since each transition last fired. `source`, `target`, `limit`: the modes from, to and past each
     transition, -1 where Python is to be asked or where there is none. `tolerance` 0: fixed steps, as near to h as
-    divides the sampling interval; else steps are controlled, and end at the samples.
+    divides the sampling interval; else steps are controlled, and end at the samples. `groups` and `sizes`: see there.
     """
     x, end, k = np.empty(y.size), np.empty(y.size), np.empty((stages, y.size))
-    there, slope = np.empty(y.size), np.empty(y.size)
+    there, slope, inverse = np.empty(y.size), np.empty(y.size), np.empty(y.size)
+    invert(groups, sizes, inverse)
     transitions = source.size
     guards, resets, limits = modes, modes + transitions, modes + 2 * transitions
     before = np.zeros(transitions)
@@ -108,7 +112,11 @@ def run(
                 before[g] = value
         one_step(parts, mode, t, length, y, p, table, stages, x, k, end)
         if tolerance > 0.0:
-            error = step_error(length, y, end, table, stages, k, tolerance)
+            if where[STEPS] == 0:
+                for i in range(y.size):
+                    slope[i] = length * k[0, i]
+                start(y, slope, groups, sizes, inverse)
+            error = step_error(length, table, stages, k, inverse) / tolerance
             if not error <= 1.0:
                 clock[2] = length * (max(0.2, 0.9 * error ** (-1 / 8)) if error < np.inf else 0.1)
                 if not clock[2] > 0.0:
@@ -143,6 +151,8 @@ def run(
             one_step(parts, mode, t, first, y, p, table, stages, x, k, end)
         for i in range(y.size):
             y[i] = end[i]
+        if enlarge(y, groups, sizes) or where[STEPS] == 0:
+            invert(groups, sizes, inverse)
         since += first
         where[STEPS] += 1
         where[FRESH] = 0
@@ -184,7 +194,7 @@ def run(
 SIGNATURE = (
     "int64(intp, int64, float64[::1], float64[::1], int64[::1], float64[::1], float64[::1], int64[::1], "
     "float64[:, ::1], float64[::1], float64[::1], float64, float64, float64[:, ::1], int64, int64[::1], int64[::1], "
-    "int64[::1], float64)"
+    "int64[::1], float64, int64[::1], float64[::1])"
 )
 
 

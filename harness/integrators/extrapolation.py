@@ -17,6 +17,7 @@ from gnomon.harness.integrators.adaptive import (
 )
 from gnomon.harness.integrators.embedded import first_step
 from gnomon.harness.integrators.fixed_step import Table
+from gnomon.harness.integrators.sizes import enlarge, invert, one_over, start
 from gnomon.harness.integrators.stepping import call
 from numpy.typing import NDArray
 
@@ -62,6 +63,8 @@ def integrate(
     initial: Floats,
     times: Floats,
     tolerance: float,
+    groups: NDArray[np.int64],
+    time_scale: float,
     out: Floats,
     stop: NDArray[np.int64],
 ) -> int:
@@ -69,14 +72,15 @@ def integrate(
     dimension = initial.shape[1]
     y, low, x, slope = np.empty(dimension), np.empty(dimension), np.empty(dimension), np.empty(dimension)
     before, now = np.empty(dimension), np.empty(dimension)
-    start, columns = np.empty((1, dimension)), np.empty((COLUMNS, dimension))
+    first, columns = np.empty((1, dimension)), np.empty((COLUMNS, dimension))
     lengths, work = np.zeros(COLUMNS), np.zeros(COLUMNS)
+    sizes, inverse = np.empty(dimension), np.empty(dimension)
     taken = 0
     for n in range(initial.shape[0]):
         y[:] = initial[n]
         low[:] = 0.0
         t, sample, attempts = 0.0, 0, 0
-        h = first_step(f, y, p, start, x, slope, tolerance, times[-1])
+        h = first_step(f, y, p, first, x, slope, tolerance, min(times[-1], time_scale), groups)
         # Zero-based: the column at which the table should be good enough.
         target = max(1, min(COLUMNS - 2, int(0.5 - 0.6 * np.log10(tolerance))))
         rejected, known = False, True
@@ -85,7 +89,7 @@ def integrate(
             if not known:
                 call(f, t, y, p, slope)
                 for i in range(dimension):
-                    start[0, i] = slope[i]
+                    first[0, i] = slope[i]
                     if not abs(slope[i]) < np.inf:
                         reason = NOT_FINITE
                 known = True
@@ -101,13 +105,17 @@ def integrate(
                 break
             cut = t + 1.01 * h >= times[sample]
             step = times[sample] - t if cut else (t + h) - t
+            if t == 0.0:
+                for i in range(dimension):
+                    now[i] = step * first[0, i]
+                start(y, now, groups, sizes, inverse)
             good, last, previous = -1, 0, np.inf
             for j in range(target + 2):
-                midpoint(f, t, step, y, p, 2 * (j + 1), x, slope, start, before, now)
+                midpoint(f, t, step, y, p, 2 * (j + 1), x, slope, first, before, now)
                 extrapolate(j, table, now, columns)
                 if j == 0:
                     continue
-                error = column_error(j, y, columns, tolerance)
+                error = column_error(j, y, columns, inverse, x) / tolerance
                 last = j
                 if not error < previous:
                     lengths[j] = step / 4
@@ -134,6 +142,8 @@ def integrate(
                 end = y[i] + change
                 low[i] = change - (end - y[i])
                 y[i] = end
+            if enlarge(y, groups, sizes) or t == 0.0:
+                invert(groups, sizes, inverse)
             taken += 1
             known = False
             if cut:
@@ -198,12 +208,12 @@ def extrapolate(j: int, table: Any, now: Any, columns: Any) -> None:
         columns[j, i] = value
 
 
-def column_error(j: int, y: Floats, columns: Floats, tolerance: float) -> float:
-    """The difference of the last two columns over the tolerance, root mean square."""
+def column_error(j: int, y: Floats, columns: Floats, inverse: Floats, end: Floats) -> float:
+    """The difference of the last two columns, relative, root mean square; the state at the end goes to `end`."""
     total = 0.0
     for i in range(y.size):
-        scale = tolerance * (1.0 + max(abs(y[i]), abs(y[i] + columns[j, i])))
-        total += ((columns[j, i] - columns[j - 1, i]) / scale) ** 2
+        end[i] = y[i] + columns[j, i]
+        total += ((columns[j, i] - columns[j - 1, i]) * one_over(i, y, end, inverse)) ** 2
     return sqrt(total / y.size)
 
 

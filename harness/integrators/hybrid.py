@@ -76,10 +76,11 @@ class EventRungeKutta(Integrator):
         table = tabulated(self.table)
         h, tolerance = (setting, 0.0) if fixed else (0.1 * problem.time_scale, setting)
         modes, transitions, names = Modes(form), form.transitions, event_names(form)
-        parameters = tuple(problem.parameters.tolist())
+        parameters, groups = tuple(problem.parameters.tolist()), problem.grouping
 
         def trajectory(start: Floats, out: Floats) -> tuple[int, str | None, list[tuple[float, str]]]:
             y, since = start.copy(), np.full(len(transitions), np.inf)
+            sizes = np.zeros(problem.dimension)
             clock = np.array([0.0, 0.0, h])
             where = np.zeros(FIELDS, dtype=np.int64)
             where[MODE], where[FRESH] = modes.of(form.start(0.0, tuple(y.tolist()), parameters)), 2
@@ -87,7 +88,7 @@ class EventRungeKutta(Integrator):
             while True:
                 code = run(
                     parts, len(form.modes), y, clock, where, since, found, kinds, out, buffer, times, h, tolerance, table, self.stages,
-                    modes.source, modes.target, modes.limit, form.settle,
+                    modes.source, modes.target, modes.limit, form.settle, groups, sizes,
                 )  # fmt: skip
                 if code == ASK:
                     transition = transitions[where[FIRED]]

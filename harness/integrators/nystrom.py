@@ -10,12 +10,14 @@ from gnomon.cases.forms import SecondOrder
 from gnomon.harness.integrator import Integrator, Tolerance
 from gnomon.harness.integrators import nystrom_table as published
 from gnomon.harness.integrators.adaptive import STAGES, Adaptive
-from gnomon.harness.integrators.embedded import Row, full, number, step_for, trial_step
+from gnomon.harness.integrators.embedded import Row, full, number, step_for
 from gnomon.harness.integrators.fixed_step import Table
+from gnomon.harness.integrators.sizes import one_over, trial_step, turning_time
 from gnomon.harness.integrators.stepping import call
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 ENDS = 0
 """Of each method, when it is compiled: 1 where the slope at the end of the step has a weight in it."""
@@ -66,37 +68,33 @@ class Nystrom(Adaptive):
 
 
 def first_step(
-    f: Any, y: Floats, p: Floats, k: Floats, x: Floats, slope: Floats, tolerance: float, most: float
+    f: Any, y: Floats, p: Floats, k: Floats, x: Floats, slope: Floats, tolerance: float, most: float, groups: Integers
 ) -> float:
-    """A first step from the sizes of (q, q') and its derivatives (Hairer, Norsett, Wanner II.4); nan if not finite."""
+    """A first step from the sizes of (q, q') and its two derivatives; nan where the acceleration is not finite."""
     half = x.size
+    rates, later = np.empty(y.size), np.empty(y.size)
     for i in range(half):
         x[i] = y[i]
     call(f, 0.0, x, p, slope)
-    size, speed = 0.0, 0.0
     for i in range(half):
         k[0, i] = slope[i]
-        scale, scale_v = tolerance * (1.0 + abs(y[i])), tolerance * (1.0 + abs(y[half + i]))
-        size += (y[i] / scale) ** 2 + (y[half + i] / scale_v) ** 2
-        speed += (y[half + i] / scale) ** 2 + (k[0, i] / scale_v) ** 2
-    if speed != speed or speed == np.inf:
-        return np.nan
-    h = trial_step(size, speed, most)
+        rates[i], rates[half + i] = y[half + i], slope[i]
+        if not abs(slope[i]) < np.inf:
+            return np.nan
+    h = trial_step(y, rates, groups, most)
     for i in range(half):
         x[i] = y[i] + h * y[half + i]
     call(f, h, x, p, slope)
-    bend = 0.0
     for i in range(half):
-        bend += (h * k[0, i] / (tolerance * (1.0 + abs(y[i])))) ** 2
-        bend += ((slope[i] - k[0, i]) / (tolerance * (1.0 + abs(y[half + i])))) ** 2
-    return step_for(h, max(sqrt(bend) / h, sqrt(speed)) / sqrt(float(y.size)), most)
+        later[i], later[half + i] = y[half + i] + h * k[0, i], slope[i]
+    return step_for(h, turning_time(y, rates, later, h, groups, most), tolerance)
 
 
 def attempt(
-    f: Any, t: float, h: float, y: Floats, low: Floats, p: Floats, table: Floats, tolerance: float, x: Floats,
+    f: Any, t: float, h: float, y: Floats, low: Floats, p: Floats, table: Floats, inverse: Floats, x: Floats,
     slope: Floats, k: Floats, change: Floats, end: Floats,
 ) -> float:  # fmt: skip
-    """The stages of a step, the state at its end, and the estimated error over the tolerance."""
+    """The stages of a step, the state at its end, and the estimated error, relative."""
     step_into(f, t, h, y, low, p, table, x, slope, k, change, end)
     half = x.size
     total = 0.0
@@ -105,8 +103,8 @@ def attempt(
         for m in range(STAGES + ENDS):
             a += table[STAGES + 2, m + 1] * k[m, i]
             b += table[STAGES + 3, m + 1] * k[m, i]
-        total += (h * h * a / (tolerance * (1.0 + max(abs(y[i]), abs(end[i]))))) ** 2
-        total += (h * b / (tolerance * (1.0 + max(abs(y[half + i]), abs(end[half + i]))))) ** 2
+        total += (h * h * a * one_over(i, y, end, inverse)) ** 2
+        total += (h * b * one_over(half + i, y, end, inverse)) ** 2
     return sqrt(total / y.size)
 
 

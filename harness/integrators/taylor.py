@@ -128,8 +128,7 @@ def integrate(
                     reason = NOT_FINITE
             if steps >= MOST_STEPS:
                 reason = TOO_MANY_STEPS
-            # Both radii of convergence in logarithms: the logarithm of zero is minus infinity, its radius infinite.
-            h = min(times[-1] - t, safety * exp(-max(log(lower) / (order - 1), log(upper) / order)))
+            h = min(times[-1] - t, safety * min(radius(lower, order - 1), radius(upper, order)))
             # The step is h rounded so that t + step is exact; the last one ends at the last sample.
             step = times[-1] - t if t + h >= times[-1] else (t + h) - t
             if step <= 0.0:
@@ -164,9 +163,18 @@ def start_sizes(w: Floats, order: int, time_scale: float, y: Floats, sizes: Floa
     for i in range(y.size):
         if y[i] != 0.0:
             upper = max(upper, abs(w[STRIDE * i + order] / y[i]))
-    reach = min(time_scale, exp(-log(upper) / order))
+    reach = min(time_scale, radius(upper, order))
     for i in range(y.size):
         sizes[i] = reach * abs(w[STRIDE * i + 1])
+
+
+def radius(coefficient: float, power: int) -> float:
+    """coefficient ** (-1 / power), infinite for 0: by its binary exponent first, so that it scales exactly with a unit
+    of time that is a power of two."""
+    if not 0.0 < coefficient < np.inf:
+        return float(np.inf if coefficient == 0.0 else np.nan)
+    whole = np.floor(np.log2(coefficient) / power)
+    return float(exp(-log(coefficient * 2.0 ** (-whole * power)) / power) * 2.0**-whole)
 
 
 def polynomial(w: Floats, first: int, order: int, h: float) -> float:

@@ -129,11 +129,11 @@ def test_order_is_measured_above_the_plateau_of_round_off() -> None:
 
 
 @pytest.mark.parametrize("limit", ["conditioning", "floor"])
-def test_an_order_takes_no_point_below_a_hundred_times_what_is_attainable(limit: str) -> None:
-    """Of eight errors the last three, of another slope, lie below 1e-6."""
-    errors = [1e-3 * 0.25**k for k in range(5)] + [0.9e-6, 0.4e-6, 0.17e-6]
+def test_an_order_takes_no_point_below_twenty_times_what_is_attainable(limit: str) -> None:
+    """Of nine errors the last four, on a line of another slope, lie below 2e-7."""
+    errors = [1e-3 * 0.25**k for k in range(5)] + [1.9e-7 * 2 ** (-1.2 * k) for k in range(4)]
     known = {"conditioning": 1e-16, "floor": 1e-16} | {limit: 1e-8}
-    rows = analysis.settings(_rows("verlet", errors, [1.0] * 8, **known))
+    rows = analysis.settings(_rows("verlet", errors, [1.0] * 9, **known))
     assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0, abs=1e-9)]
 
 
@@ -162,6 +162,39 @@ def test_three_settings_show_no_order() -> None:
     rows = analysis.settings(_rows("verlet", [1e-3, 2.5e-4, 6.25e-5], [1.0] * 3))
     (found,) = analysis.orders(rows).to_dict("records")
     assert all(math.isnan(found[name]) for name in ("order", "lowest", "highest"))
+
+
+def test_an_order_is_that_of_the_finest_settings_that_agree() -> None:
+    """Of order 1 at coarse steps, of order 2 below, and bent just above round-off."""
+    errors = [4e-2, 2e-2, 1e-2, 5e-3, *(5e-3 * 0.25**k for k in range(1, 5)), 1.5e-5, 1e-5]
+    rows = analysis.settings(_rows("verlet", errors, [1.0] * len(errors), conditioning=1e-16))
+    assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0)]
+
+
+@pytest.mark.parametrize("name", ["error_rms", "error_end"])
+def test_an_error_that_passes_through_zero_leaves_the_order_to_another(name: str) -> None:
+    """(1 - 3 h) h^2 on both sides of h = 1/3, and h^2 without a factor."""
+    steps = 0.5 ** np.arange(6)
+    crossing = (1e-2 * steps**2 * np.abs(1 - 3 * steps)).tolist()
+    assert math.isnan(analysis.orders(analysis.settings(_rows("verlet", crossing, [1.0] * 6)))["order"][0])
+    plain = np.tile(1e-2 * steps**2, 2)
+    rows = _rows("verlet", crossing, [1.0] * 6, **{name: plain})
+    assert analysis.orders(analysis.settings(rows))["order"].tolist() == [pytest.approx(2.0)]
+
+
+@pytest.mark.parametrize(
+    ("errors", "why"),
+    [
+        ([1.5e-14, 3e-16, 1e-15, 0.0], "round-off at every step size"),
+        ([4e-1, 2e-1, 1e-1, 4e-2], "1 setting with an error below 0.05, 4 are needed"),
+        ([1e-2, 1e-6, 1e-10, 1e-14, 1e-15], "3 settings between an error of 0.05 and round-off, 4 are needed"),
+        ([1e-2, 1e-3, 1e-6, 2e-7, 1e-9], ""),
+        ([1e-2, 2.5e-3, 6.25e-4, 1.5625e-4], ""),
+    ],
+)
+def test_an_order_that_is_not_measured_has_its_reason(errors: list[float], why: str) -> None:
+    (found,) = analysis.orders(analysis.settings(_rows("verlet", errors, [1.0] * len(errors)))).to_dict("records")
+    assert found["why"] == why
 
 
 @pytest.mark.parametrize("answer", [0.5, math.nan])

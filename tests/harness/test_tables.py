@@ -117,7 +117,7 @@ def _stability(**changed: Any) -> list[tables.Cell]:
     series = {"verdict": "partly", "ok": 3, "settings": 4, "counts": {"ok": 3}, "failure": "diverged", "reason": "why"}
     nothing = {"over_tolerance": math.nan, "worst_over_tolerance": math.nan}
     trial = nothing | {"best": 3e-14, "attainable": 1e-14} | changed.get("trial", {})
-    order = {"order": 3.98, "lowest": 3.95, "highest": 4.01, "declared": 4.0} | changed.get("order", {})
+    order = {"order": 3.98, "lowest": 3.95, "highest": 4.01, "declared": 4.0, "why": ""} | changed.get("order", {})
     part = {"error_phase": 2e-6, "error_shape": 3e-7, "events_missing": math.nan, "events_extra": math.nan}
     part |= {"events_time_error": math.nan, "turns": 0} | changed.get("part", {})
     laws = [

@@ -1,0 +1,94 @@
+"""What the error of a step is compared with: the size of each group of components.
+
+The size of a group is the largest absolute value that one of its components has had at the ends of steps so far; in the
+first step it is at least what the rates at the start make of it. A group that has no size yet is left out. All of this
+is the same in any units: with lengths or times scaled by a power of two the steps are the same, scaled.
+
+`groups` (dim,) numbers the group of each component, `sizes` (dim,) holds the size of each group, `inverse` (dim,) one
+over the size of each component's group.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+ABSOLUTE = 0
+"""Of each method, when it is compiled: 1 where the error of a component is compared with 1 + |y| in SI units."""
+
+LEAST = 2.0**-1022
+"""The smallest normal number: no size counts as less, so that one over it is finite."""
+
+TRIAL = 1e-6
+"""Of the span: the longest trial step."""
+
+
+def enlarge(values: Floats, groups: Integers, sizes: Floats) -> bool:
+    """Raise the sizes of groups to the absolute values of their components; whether one was raised."""
+    raised = False
+    for i in range(values.size):
+        if abs(values[i]) > sizes[groups[i]]:
+            sizes[groups[i]] = abs(values[i])
+            raised = True
+    return raised
+
+
+def invert(groups: Integers, sizes: Floats, inverse: Floats) -> None:
+    """One over the size of each component's group, 0 for a group without a size."""
+    for i in range(inverse.size):
+        size = sizes[groups[i]]
+        inverse[i] = 1.0 / max(size, LEAST) if size > 0.0 else 0.0
+
+
+def start(y: Floats, changes: Floats, groups: Integers, sizes: Floats, inverse: Floats) -> None:
+    """Sizes from the initial state `y`; the inverses take in the `changes` of a first step at the rates of the start."""
+    sizes[:] = 0.0
+    enlarge(changes, groups, sizes)
+    enlarge(y, groups, sizes)
+    invert(groups, sizes, inverse)
+    sizes[:] = 0.0
+    enlarge(y, groups, sizes)
+
+
+def one_over(i: int, y: Floats, end: Floats, inverse: Floats) -> float:
+    """One over what the error of component i is compared with, times the tolerance."""
+    if ABSOLUTE == 1:
+        return 1.0 / (1.0 + max(abs(y[i]), abs(end[i])))
+    return float(inverse[i])
+
+
+def trial_step(y: Floats, rates: Floats, groups: Integers, most: float) -> float:
+    """A step over which rates differ measurably: a millionth of the span, and a hundredth of what changes the group
+    that changes least by its size."""
+    size, rate = np.zeros(y.size), np.zeros(y.size)
+    enlarge(y, groups, size)
+    enlarge(rates, groups, rate)
+    slowest = 0.0
+    for g in range(y.size):
+        if size[g] > 0.0:
+            slowest = max(slowest, size[g] / rate[g] if rate[g] > 0.0 else np.inf)
+    return min(TRIAL * most, 0.01 * slowest) if slowest > 0.0 else TRIAL * most
+
+
+def turning_time(y: Floats, rates: Floats, later: Floats, h: float, groups: Integers, most: float) -> float:
+    """The time in which the motion leaves its tangent: the least T of any group with |y''| T^2 = |y| + |y'| T.
+
+    From the state, its `rates` and those `later`, after a step of h along the tangent; at most `most`.
+    """
+    size, rate, bend = np.zeros(y.size), np.zeros(y.size), np.zeros(y.size)
+    enlarge(y, groups, size)
+    enlarge(rates, groups, rate)
+    enlarge((later - rates) / h, groups, bend)
+    least = most
+    for g in range(y.size):
+        s, d, b = size[g], rate[g], bend[g]
+        if b > 0.0 and (s > 0.0 or d > 0.0):
+            # d/b and s/b are a time and its square: no product of two sizes overflows.
+            half = d / b / 2
+            least = min(least, half + sqrt(half * half + s / b))
+    return least
