@@ -24,7 +24,14 @@ def by_sign(source: Any, p: Any, s: Any, mode: str) -> None:
     setattr(s, name, signs[mode] * speed if mode in signs else flint.arb(0))
 
 
-@model("block_incline_friction", prepare=by_sign)
+def on_the_incline(source: Any, p: Any, s: Any, mode: str) -> None:
+    """It sticks on an incline that is less steep than the angle of friction."""
+    by_sign(source, p, s, mode)
+    if mode == "stick":
+        p.alpha = source.random() * p.mu_s / (1 + p.mu_s)
+
+
+@model("block_incline_friction", prepare=on_the_incline)
 def block_on_an_incline(w: World, p: Any, s: Any) -> None:
     """The plane carries the component of the weight across it."""
     up, across = Vec((cos(p.alpha), sin(p.alpha))), Vec((-sin(p.alpha), cos(p.alpha)))
@@ -36,7 +43,13 @@ def block_on_an_incline(w: World, p: Any, s: Any) -> None:
         w.keep(s)
 
 
-@model("coulomb_friction_oscillator", prepare=by_sign)
+def on_the_plane(source: Any, p: Any, s: Any, mode: str) -> None:
+    by_sign(source, p, s, mode)
+    if mode == "stick":
+        s.x = source.uniform(-1, 1) * p.mu_s * p.m * p.g / p.k
+
+
+@model("coulomb_friction_oscillator", prepare=on_the_plane)
 def block_on_a_spring(w: World, p: Any, x: Any) -> None:
     w.mass(p.m, (x,))
     w.energy(p.k * x * x / 2)
@@ -85,15 +98,14 @@ def firing_pin(w: World, p: Any, x: Any) -> None:
 
 
 def warming(source: Any, p: Any, s: Any, mode: str) -> Any:
-    """At a transition, the final lift is what makes it happen then."""
-    s.v = abs(s.v) if mode in ("slide", "float", "at lifts_off") else flint.arb(0)
-    t = p.T * source.uniform(0.2, 2)
-    share = 1 - exp(-t / p.T)
+    """The can stands on an incline that would hold it; the final lift is what makes it slide or float by then."""
+    s.v = flint.arb(0) if mode in ("stick", "at sets_off") else abs(s.v)
+    p.alpha = (0.1 + source.random()) / 2 * p.mu_s / (1 + p.mu_s)
+    t, share = p.T * source.uniform(0.2, 2), source.random()
     across, along = p.m * p.g * cos(p.alpha), p.m * p.g * sin(p.alpha)
-    if mode == "at sets_off":
-        p.P = (across - along / p.mu_s) / share
-    if mode == "at lifts_off":
-        p.P = across / share
+    slides, floats = across - along / p.mu_s, across
+    lifts = {"stick": share * slides, "at sets_off": slides, "slide": slides + share * (floats - slides)}
+    p.P = lifts.get(mode, floats if mode == "at lifts_off" else (1 + share) * floats) / (1 - exp(-t / p.T))
     return t
 
 

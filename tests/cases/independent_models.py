@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
 import flint
+from gnomon.cases import case_class
 from independent_mechanics import SMALL, Scene, System, coefficient, rate
 
 
@@ -96,3 +98,23 @@ def model(*names: str, **how: Any) -> Callable[[Scene], Scene]:
 def at_rest(p: Any, s: SimpleNamespace) -> SimpleNamespace:
     """The state in which everything is zero: about which small motions are."""
     return SimpleNamespace(**{name: flint.arb(0) for name in vars(s)})
+
+
+def drawn(name: str, mode: str, seed: int) -> tuple[SimpleNamespace, Any, SimpleNamespace]:
+    """Random parameters, time and state of a case, as the mode or the transition wants them.
+
+    A coordinate that the domain pins (a start at rest) is drawn all the same.
+    """
+    kind, source = case_class(name), random.Random(f"{name} {mode} {seed}")
+    parameters = [parameter.name for parameter in kind.parameter_list]
+    found = kind.domain.draw([*parameters, *(c.name for c in kind.state)], source.random)
+    p = SimpleNamespace(**{label: flint.arb(found[label]) for label in parameters})
+    values = {}
+    for coordinate in kind.state:
+        allowed = kind.domain.ranges.get(coordinate.name)
+        pinned = allowed is not None and allowed.typical[0] == allowed.typical[1]
+        values[coordinate.name] = flint.arb(source.uniform(-1, 1) if pinned else found[coordinate.name])
+    s = SimpleNamespace(**values)
+    prepare = MODELS[name].prepare
+    t = prepare(source, p, s, mode) if prepare else None
+    return p, flint.arb(source.uniform(0, 3) if t is None else t), s

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import flint
@@ -73,7 +74,7 @@ def equal_chain(w: World, p: Any, x1: Any, x2: Any, x3: Any) -> None:
     places = [0, x1, x2, x3, 0]
     for x in (x1, x2, x3):
         w.mass(1, (x,))
-    for left, right in zip(places, places[1:], strict=False):
+    for left, right in pairwise(places):
         w.energy(p.k * (right - left) * (right - left) / 2)
 
 
