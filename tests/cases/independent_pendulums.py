@@ -235,14 +235,21 @@ def chain_over_a_quarter(w: World, p: Any, s: Any) -> None:
 
 def before_the_impact(source: Any, p: Any, s: Any, mode: str) -> None:
     if mode != "swing":
-        s.theta = s.omega = flint.arb(0)
+        s.theta = flint.arb(0)
+    if mode == "flight":
+        s.omega = flint.arb(0)
     if mode != "flight":
         s.x = flint.arb(0)
     if mode == "swing":
         s.u = flint.arb(0)
 
 
-@model("ballistic_pendulum", prepare=before_the_impact)
+def bullet_from_the_block(p: Any, s: SimpleNamespace) -> Any:
+    """The bullet's velocity is one in space until it is inside, where it is none."""
+    return [s.x, s.theta], [s.u - p.L * s.omega if s.u != 0 else s.u, s.omega]
+
+
+@model("ballistic_pendulum", prepare=before_the_impact, there=bullet_from_the_block)
 def bullet_and_block(w: World, p: Any, x: Any, theta: Any) -> None:
     """x: from the block, which hangs at rest until the bullet is in it, to the bullet. Its weight counts from then."""
     block = hanging(p.L, theta)
