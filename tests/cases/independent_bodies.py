@@ -258,6 +258,8 @@ def sliding(source: Any, p: Any, s: Any, mode: str) -> None:
     along, across = abs(flint.arb(source.uniform(0.5, 1))), flint.arb(source.uniform(-0.4, 0.4))
     slips = {"east": (along, across), "west": (-along, across), "north": (across, along), "south": (across, -along)}
     sx, sy = slips.get(mode.split("_")[-1], (flint.arb(0), flint.arb(0)))
+    if mode == "roll":
+        p.R = flint.arb(1) / 32  # so that a binary64 state has no slip at all
     if mode.startswith("at rolls"):
         sx, sy = (flint.arb(0), sy) if mode[9:] in ("east", "west") else (sx, flint.arb(0))
     s.wx, s.wy = (sy - s.vy) / p.R, (s.vx - sx) / p.R

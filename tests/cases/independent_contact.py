@@ -140,6 +140,7 @@ def wheels(source: Any, p: Any, s: Any, mode: str) -> None:
         side = 1 if mode == "ahead" else -1
         s.w2 = (p.r1 * s.w1 - side * source.uniform(0.1, 3)) / p.r2
     else:
+        p.r2 = 2 * p.r1  # so that a binary64 state has no slip at all
         s.w2 = p.r1 * s.w1 / p.r2
 
 
@@ -193,7 +194,10 @@ def on_the_slope(source: Any, p: Any, s: Any, mode: str) -> None:
         side = 1 if mode == "ahead" else -1
         s.w = (s.v - side * source.uniform(0.1, 2)) / p.R
     else:
+        p.R = flint.arb(1) / 8  # so that a binary64 state has no slip at all
         s.w = s.v / p.R
+    if mode == "roll":
+        p.alpha = source.random() * p.mu / (1 + p.mu)
 
 
 @model(

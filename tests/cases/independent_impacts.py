@@ -54,6 +54,7 @@ def ball_on_a_table(w: World, p: Any, z: Any) -> None:
 
 def on_the_spring(source: Any, p: Any, s: Any, mode: str) -> None:
     s.y = {"flight": abs(s.y), "spring": -abs(s.y)}.get(mode, flint.arb(0))
+    s.v = {"at touch": -abs(s.v), "at lift": abs(s.v)}.get(mode, s.v)
 
 
 @model("work_energy_spring_block", prepare=on_the_spring)

@@ -25,9 +25,6 @@ ONLY_LATER = {
     ("oblique_impact", "after"),
     *(("sliding_ladder", mode) for mode in ("floor", "flat")),
     ("rigid_link_plane_motion", "flat"),
-    # binary64 numbers without any slip are few
-    *(("billiard_ball", "roll"), ("billiard_ball_attitude", "roll"), ("rolling_bodies", "roll")),
-    ("belt_driven_machine", "grip"),
 }
 """Modes in which no motion starts."""
 HOLDS = {
@@ -109,7 +106,7 @@ def test_dry_friction_holds_what_it_can(name: str) -> None:
     assert hybrid is not None
     found = set()
     for transition in hybrid.transitions:
-        for seed in range(12):
+        for seed in range(40):
             p, t, s = drawn(name, f"at {transition.name}", seed)
             (force,) = model.multipliers(p, t, s, held)
             state, values = (tuple(map(float, vars(x).values())) for x in (s, p))
