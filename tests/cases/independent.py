@@ -9,19 +9,21 @@ from typing import Any
 
 import flint
 import independent_bodies
+import independent_chains
 import independent_contact
 import independent_earth
 import independent_impacts
 import independent_oscillators
 import independent_particles
 import independent_pendulums
+import independent_rolling
 from gnomon.cases.arithmetic import rebind
 from gnomon.reference.taylor import flint_arithmetic
 from independent_mechanics import DIGITS
 
 SCENES = (
-    *(independent_bodies, independent_contact, independent_earth, independent_impacts),
-    *(independent_oscillators, independent_particles, independent_pendulums),
+    *(independent_bodies, independent_chains, independent_contact, independent_earth, independent_impacts),
+    *(independent_oscillators, independent_particles, independent_pendulums, independent_rolling),
 )
 """Importing them fills the register of models."""
 STATES = 3
@@ -37,8 +39,10 @@ def many_digits() -> Iterator[None]:
     """Balls of many digits and series of second order."""
     before, cap = flint.ctx.dps, flint.ctx.cap
     flint.ctx.dps, flint.ctx.cap = DIGITS, 3
-    yield
-    flint.ctx.dps, flint.ctx.cap = before, cap
+    try:
+        yield
+    finally:
+        flint.ctx.dps, flint.ctx.cap = before, cap
 
 
 def evaluated(function: Any, t: Any, s: Any, p: SimpleNamespace, constants: tuple[float, ...] = ()) -> list[Any]:

@@ -68,7 +68,7 @@ def block_on_an_upright_spring(w: World, p: Any, y: Any) -> None:
 def touching(source: Any, p: Any, s: Any, mode: str) -> None:
     """Balls in a row: those of the impact stand at one place."""
     if mode.startswith("at impact"):
-        left, right = mode[-2:]
+        left, right = mode[-2], mode[-1]
         setattr(s, f"x{right}", getattr(s, f"x{left}"))
 
 

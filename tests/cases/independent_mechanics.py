@@ -4,8 +4,8 @@ A scene states where the mass points of a system are (a function of its coordina
 that act on them, potential energies and constraints, and nothing else. Everything is evaluated on series of second
 order in time along a path q(t) = q + v t + a t^2/2: with a = 0, and with a = 1 in one coordinate after another. What
 the second coefficient of a place gains is its displacement with that coordinate, so that sum (m r'' - F) . dr = 0 for
-all displacements that the constraints allow is a linear system for the true a. No velocity, inertia or equation of
-motion is written down anywhere.
+all displacements that the constraints allow is a linear system for the true a. No acceleration, mass matrix, inertial
+force or equation of motion is written down anywhere.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from typing import Any
 import flint
 
 DIGITS = 220
+"""A limit works with numbers of up to 1e70 and divides by `SMALL`; some 80 digits are left."""
 SMALL = flint.fmpq(1, 10**35)
 """The small parameter of a limit; its first power is the error, so limits are right to about 35 digits."""
 Scene = Callable[..., None]
@@ -81,7 +82,7 @@ def velocity(place: Sequence[Any]) -> Vec:
 def turned(place: Sequence[Any], axis: Sequence[Any], angle: Any) -> Vec:
     """The place turned about a unit axis through the origin (Rodrigues' formula)."""
     c, s = cos(angle), sin(angle)
-    return Vec(place) * c + cross(axis, place) * s + Vec(axis) * (dot(axis, place) * (1 - c))
+    return Vec(Vec(place) * c + cross(axis, place) * s + Vec(axis) * (dot(axis, place) * (1 - c)))
 
 
 def polar(r: Any, angle: Any) -> Vec:
@@ -162,7 +163,7 @@ class World:
 
 @dataclass(frozen=True)
 class System:
-    """A scene at a state: its displacements, mass matrix, forces, and what its places do with a = 0."""
+    """A scene at a time and a state."""
 
     scene: Scene
     p: SimpleNamespace
@@ -200,35 +201,25 @@ class System:
         shifts = [_shifts(base.masses, world.masses) for world in moved]
         loads = []
         for world, shift in zip(moved, shifts, strict=True):
-            load = -2 * (coefficient(world.potential, 2) - coefficient(base.potential, 2)) - _work(base, shift, now)
-            for (place, vector), (other, _) in zip(base.forces, world.forces, strict=True):
-                load += dot(_shift(place, other), [coefficient(x, 0) for x in vector])
-            loads.append(load)
+            uphill = 2 * (coefficient(world.potential, 2) - coefficient(base.potential, 2))
+            loads.append(_load(base.forces, world.forces) - uphill - _work(base, shift, now))
         return _constrained(base, shifts, loads, *_constraints(base, moved))
 
-    def jump(self, q: Sequence[Any], v: Sequence[Any]) -> tuple[list[Any], list[Any]]:
-        """Velocities after the impulses of a transition, and the impulses of its constraints."""
+    def jump(self, q: Sequence[Any], v: Sequence[Any]) -> list[Any]:
+        """Velocities after the impulses of a transition."""
         base, moved = self.paths(q, v)
         shifts = [_shifts(base.masses, world.masses) for world in moved]
-        loads = []
-        for world in moved:
-            load = flint.arb(0)
-            for (place, vector), (other, _) in zip(base.impulses, world.impulses, strict=True):
-                load += dot(_shift(place, other), [coefficient(x, 0) for x in vector])
-            loads.append(load)
+        loads = [_load(base.impulses, world.impulses) for world in moved]
         rows, _ = _constraints(base, moved)
-        rows += [
-            [2 * (coefficient(w.kicks[k][0], 2) - coefficient(x, 2)) for w in moved]
-            for k, (x, _) in enumerate(base.kicks)
-        ]
+        rows += [_row([w.kicks[k][0] for w in moved], gap) for k, (gap, _) in enumerate(base.kicks)]
         changes = [-coefficient(x, 1) for x in base.kept] + [-coefficient(x, 0) for x in base.slips]
-        change, impulses = _constrained(base, shifts, loads, rows, changes + [change for _, change in base.kicks])
-        return [a + b for a, b in zip(v, change, strict=True)], impulses
+        change, _ = _constrained(base, shifts, loads, rows, changes + [change for _, change in base.kicks])
+        return [a + b for a, b in zip(v, change, strict=True)]
 
 
 def _constraints(base: World, moved: list[World]) -> tuple[list[list[Any]], list[Any]]:
     """Rows of A and what A a is equal to."""
-    rows = [[2 * (coefficient(w.kept[k], 2) - coefficient(x, 2)) for w in moved] for k, x in enumerate(base.kept)]
+    rows = [_row([w.kept[k] for w in moved], x) for k, x in enumerate(base.kept)]
     rows += [[coefficient(w.slips[k], 1) - coefficient(x, 1) for w in moved] for k, x in enumerate(base.slips)]
     return rows, [-2 * coefficient(x, 2) for x in base.kept] + [-coefficient(x, 1) for x in base.slips]
 
@@ -242,8 +233,19 @@ def _constrained(base: World, shifts: Any, loads: Any, rows: Any, held: Any) -> 
     return found[:n], found[n:]
 
 
+def _row(moved: Sequence[Any], value: Any) -> list[Any]:
+    """The slope of a value with each coordinate."""
+    return [2 * (coefficient(x, 2) - coefficient(value, 2)) for x in moved]
+
+
+def _load(forces: Any, moved: Any) -> Any:
+    """The work of forces on a displacement of their places."""
+    pairs = zip(forces, moved, strict=True)
+    return sum((dot(_shift(a, b), [coefficient(x, 0) for x in f]) for (a, f), (b, _) in pairs), flint.arb(0))
+
+
 def _shift(place: Sequence[Any], moved: Sequence[Any]) -> Vec:
-    return Vec(2 * (coefficient(b, 2) - coefficient(a, 2)) for a, b in zip(place, moved, strict=True))
+    return Vec(_row([b], a)[0] for a, b in zip(place, moved, strict=True))
 
 
 def _shifts(masses: Any, moved: Any) -> list[Vec]:

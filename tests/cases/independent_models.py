@@ -70,7 +70,7 @@ class Model:
     def after(self, p: Any, t: Any, s: Any, transition: str) -> list[Any]:
         """The state after the impulses of a transition."""
         system, q, v = self.system(p, t, s, f"at {transition}")
-        new, _ = system.jump(q, v)
+        new = system.jump(q, v)
         path = [flint.arb_series([x, y, 0], 3) for x, y in zip(q, new, strict=True)]
         state = self.back(p, s, path) if self.back else [*path, *map(rate, path)]
         return [coefficient(x, 0) for x in state]

@@ -6,7 +6,7 @@ a case states there only where its points are and which forces pull at them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import flint
@@ -27,7 +27,7 @@ ONLY_LATER = {
     ("rigid_link_plane_motion", "flat"),
 }
 """Modes in which no motion starts."""
-HOLDS = {
+HOLDS: dict[str, tuple[str, Callable[[Any, Any], Any]]] = {
     "block_incline_friction": ("stick", lambda p, force: abs(force) <= p.mu_s * p.g * p.alpha.cos()),
     "coulomb_friction_oscillator": ("stick", lambda p, force: abs(force) <= p.mu_s * p.m * p.g),
     "rolling_bodies": ("roll", lambda p, force: abs(force) <= p.mu * p.g * p.alpha.cos()),
