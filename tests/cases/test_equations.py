@@ -14,6 +14,7 @@ import pytest
 from gnomon.cases import get, names
 from gnomon.cases.forms import first_order
 from independent import ROUNDED, STATES, TOLERANCE, evaluated, many_digits, same
+from independent_mechanics import SMALL
 from independent_models import MODELS, drawn
 
 HYBRID = [name for name in names() if get(name).hybrid]
@@ -35,6 +36,12 @@ HOLDS: dict[str, tuple[str, Callable[[Any, Any], Any]]] = {
     "torpedo_firing_pin": ("stopped", lambda p, force: -force <= p.mu * p.m * p.a),
 }
 """The mode in which dry friction holds, and whether it can exert a force."""
+
+FROM_REST = (
+    *("block_incline_friction", "coulomb_friction_oscillator"),
+    *("pendulum_quadratic_damping", "vertical_quadratic_drag"),
+)
+"""Whose modes are the sign of a velocity."""
 
 
 @pytest.fixture(autouse=True)
@@ -117,3 +124,17 @@ def test_dry_friction_holds_what_it_can(name: str) -> None:
                 assert (mode == held) == bool(can(p, force)), (transition.name, mode, force)
                 found.add(mode == held)
     assert found == {True, False}
+
+
+@pytest.mark.parametrize("name", FROM_REST)
+def test_a_motion_from_rest_sets_off_the_way_of_its_mode(name: str) -> None:
+    """Started at rest, it is in the mode whose forces, at the least velocity that way, drive it on."""
+    hybrid, model = get(name).hybrid, MODELS[name]
+    assert hybrid is not None
+    for seed in range(40):
+        p, t, s = drawn(name, f"at {hybrid.transitions[0].name}", seed)
+        state, values = (tuple(map(float, vars(x).values())) for x in (s, p))
+        mode = hybrid.mode(hybrid.start(float(t), state, values))
+        for side in mode.constants:
+            s.v = side * flint.arb(SMALL)
+            assert model.rates(p, t, s, mode.name)[1] * side > 0, (mode.name, side)
