@@ -1,0 +1,120 @@
+"""Which scene is whose: the register of second derivations, and the rates of a state that follow from a scene."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
+
+import flint
+from gnomon.cases import case_class
+from independent_mechanics import SMALL, Scene, System, coefficient, rate
+
+
+@dataclass(frozen=True)
+class Model:
+    """A scene, and how the state of a case is read from its coordinates. By default the state is (q..., q'...).
+
+    `there(p, s)` -> (q, q') and `back(p, s, q)` -> the state, from series of the coordinates; `momenta(p)` -> the
+    momenta that give the velocities of some coordinates. `prepare(random, p, s, mode)` makes a random state one of a
+    mode, or one that stands before a transition (`at` and its name); it returns the time at which it does, or None.
+    `about(p, s)`: the equations are linear about that state; `limit(p, s, small)`: as `small` goes to nothing.
+    `guards[transition](p, s, multipliers)`: what the guard is, where that is a force. `own(p, t, s)`: the rates, where
+    the case is no mechanical system but a law that is stated otherwise.
+    """
+
+    scene: Scene
+    there: Callable[..., Any] | None = None
+    back: Callable[..., Any] | None = None
+    momenta: Callable[..., dict[int, Any]] | None = None
+    prepare: Any = None
+    about: Callable[..., Any] | None = None
+    limit: Callable[..., Any] | None = None
+    guards: Any = None
+    own: Callable[..., list[Any]] | None = None
+
+    def system(self, p: Any, t: Any, s: Any, mode: str) -> tuple[System, list[Any], list[Any]]:
+        found = System(self.scene, p, t, s, mode)
+        values = list(vars(s).values())
+        half = len(values) // 2
+        q, v = self.there(p, s) if self.there else (values[:half], values[half:])
+        if self.momenta:
+            v = found.velocities(q, v, self.momenta(p))
+        return found, [flint.arb(x) for x in q], [flint.arb(x) for x in v]
+
+    def rates(self, p: Any, t: Any, s: Any, mode: str = "") -> list[Any]:
+        """The derivative of the state."""
+        if self.own:
+            return self.own(p, t, s)
+        if self.limit:
+            p, s = self.limit(p, s, SMALL)
+            return replace(self, limit=None).rates(p, t, s, mode)
+        if self.about:
+            return self._linear(p, t, s, mode)
+        system, q, v = self.system(p, t, s, mode)
+        a, _ = system.accelerations(q, v)
+        path = [flint.arb_series([x, y, z / 2], 3) for x, y, z in zip(q, v, a, strict=True)]
+        state = self.back(p, s, path) if self.back else [*path, *map(rate, path)]
+        return [coefficient(x, 1) for x in state]
+
+    def _linear(self, p: Any, t: Any, s: Any, mode: str) -> list[Any]:
+        assert self.about is not None
+        full = replace(self, about=None)
+        rest = self.about(p, s)
+        near = {name: getattr(rest, name) + SMALL * (x - getattr(rest, name)) for name, x in vars(s).items()}
+        zero, one = full.rates(p, t, rest, mode), full.rates(p, t, SimpleNamespace(**near), mode)
+        return [a + (b - a) / SMALL for a, b in zip(zero, one, strict=True)]
+
+    def after(self, p: Any, t: Any, s: Any, transition: str) -> list[Any]:
+        """The state after the impulses of a transition."""
+        system, q, v = self.system(p, t, s, f"at {transition}")
+        new = system.jump(q, v)
+        path = [flint.arb_series([x, y, 0], 3) for x, y in zip(q, new, strict=True)]
+        state = self.back(p, s, path) if self.back else [*path, *map(rate, path)]
+        return [coefficient(x, 0) for x in state]
+
+    def multipliers(self, p: Any, t: Any, s: Any, mode: str) -> list[Any]:
+        system, q, v = self.system(p, t, s, mode)
+        return system.accelerations(q, v)[1]
+
+
+MODELS: dict[str, Model] = {}
+
+
+def model(*names: str, **how: Any) -> Callable[[Scene], Scene]:
+    """The scene of the cases of these names."""
+
+    def keep(scene: Scene) -> Scene:
+        for name in names:
+            assert name not in MODELS, name
+            MODELS[name] = Model(scene, **how)
+        return scene
+
+    return keep
+
+
+def at_rest(p: Any, s: SimpleNamespace) -> SimpleNamespace:
+    """The state in which everything is zero: about which small motions are."""
+    return SimpleNamespace(**{name: flint.arb(0) for name in vars(s)})
+
+
+def drawn(name: str, mode: str, seed: int) -> tuple[SimpleNamespace, Any, SimpleNamespace]:
+    """Random parameters, time and state of a case, as the mode or the transition wants them.
+
+    A coordinate that the domain pins (a start at rest) is drawn all the same.
+    """
+    kind, source = case_class(name), random.Random(f"{name} {mode} {seed}")
+    parameters = [parameter.name for parameter in kind.parameter_list]
+    found = kind.domain.draw([*parameters, *(c.name for c in kind.state)], source.random)
+    p = SimpleNamespace(**{label: flint.arb(found[label]) for label in parameters})
+    values = {}
+    for coordinate in kind.state:
+        allowed = kind.domain.ranges.get(coordinate.name)
+        pinned = allowed is not None and allowed.typical[0] == allowed.typical[1]
+        values[coordinate.name] = flint.arb(source.uniform(-1, 1) if pinned else found[coordinate.name])
+    s = SimpleNamespace(**values)
+    prepare = MODELS[name].prepare
+    t = prepare(source, p, s, mode) if prepare else None
+    return p, flint.arb(source.uniform(0, 3) if t is None else t), s

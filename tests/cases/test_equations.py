@@ -1,0 +1,140 @@
+"""The equations of motion of every case against a second derivation that shares no formula with them.
+
+The second derivation is d'Alembert's principle on mass points in an inertial Cartesian frame (independent_mechanics):
+a case states there only where its points are and which forces pull at them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import flint
+import pytest
+from gnomon.cases import get, names
+from gnomon.cases.forms import first_order
+from independent import ROUNDED, STATES, TOLERANCE, evaluated, many_digits, same
+from independent_mechanics import SMALL
+from independent_models import MODELS, drawn
+
+HYBRID = [name for name in names() if get(name).hybrid]
+ONLY_LATER = {
+    ("ink_jet_printer", "paper"),
+    ("torpedo_firing_pin", "stopped"),
+    ("sliding_can", "float"),
+    *(("chain_quarter_circle", mode) for mode in ("hanging", "tail_on_circle", "falling")),
+    ("oblique_impact", "after"),
+    *(("sliding_ladder", mode) for mode in ("floor", "flat")),
+    ("rigid_link_plane_motion", "flat"),
+}
+"""Modes in which no motion starts."""
+HOLDS: dict[str, tuple[str, Callable[[Any, Any], Any]]] = {
+    "block_incline_friction": ("stick", lambda p, force: abs(force) <= p.mu_s * p.g * p.alpha.cos()),
+    "coulomb_friction_oscillator": ("stick", lambda p, force: abs(force) <= p.mu_s * p.m * p.g),
+    "rolling_bodies": ("roll", lambda p, force: abs(force) <= p.mu * p.g * p.alpha.cos()),
+    # a catch keeps the pin from going back, so that only the force against its way counts
+    "torpedo_firing_pin": ("stopped", lambda p, force: -force <= p.mu * p.m * p.a),
+}
+"""The mode in which dry friction holds, and whether it can exert a force."""
+
+FROM_REST = (
+    *("block_incline_friction", "coulomb_friction_oscillator"),
+    *("pendulum_quadratic_damping", "vertical_quadratic_drag"),
+)
+"""Whose modes are the sign of a velocity."""
+
+
+@pytest.fixture(autouse=True)
+def _precision() -> Iterator[None]:
+    with many_digits():
+        yield
+
+
+def test_every_moving_case_has_a_second_derivation() -> None:
+    assert set(MODELS) == set(names())
+
+
+@pytest.mark.parametrize("name", names())
+def test_equations_follow_from_the_scene(name: str) -> None:
+    case = get(name)
+    regimes: list[tuple[str, Any, tuple[float, ...]]] = [
+        (mode.name, mode.equations, mode.constants) for mode in (case.hybrid.modes if case.hybrid else ())
+    ]
+    forms = [found for found in map(first_order, case.all_forms()) if found is not None]
+    regimes += [("", form.equations, ()) for form in forms]
+    assert regimes
+    for mode, equations, constants in regimes:
+        for seed in range(STATES):
+            p, t, s = drawn(name, mode, seed)
+            same(evaluated(equations, t, s, p, constants), MODELS[name].rates(p, t, s, mode), (mode, vars(p), vars(s)))
+
+
+@pytest.mark.parametrize("name", HYBRID)
+def test_a_mode_is_where_its_guards_say(name: str) -> None:
+    """Inside a mode, none of its guards has been crossed; and the motion starts in the mode of its start."""
+    hybrid = get(name).hybrid
+    assert hybrid is not None
+    for mode in hybrid.modes:
+        for seed in range(4 * STATES):
+            p, t, s = drawn(name, mode.name, seed)
+            for transition in hybrid.transitions:
+                if transition.mode == mode.name:
+                    (guard,) = evaluated(transition.guard, t, s, p)
+                    assert guard * transition.direction < 0, (transition.name, guard)
+            if (name, mode.name) not in ONLY_LATER:
+                state, values = (tuple(map(float, vars(x).values())) for x in (s, p))
+                assert hybrid.start(float(t), state, values) == mode.name
+
+
+@pytest.mark.parametrize("name", HYBRID)
+def test_transitions_follow_from_impulses(name: str) -> None:
+    """The guard is zero where the scene says, and the reset is what impulses do there."""
+    hybrid, model = get(name).hybrid, MODELS[name]
+    assert hybrid is not None
+    for transition in hybrid.transitions:
+        for seed in range(STATES):
+            p, t, s = drawn(name, f"at {transition.name}", seed)
+            (guard,) = evaluated(transition.guard, t, s, p)
+            expected = flint.arb(0)
+            if model.guards and transition.name in model.guards:
+                expected = model.guards[transition.name](p, s, model.multipliers(p, t, s, transition.mode))
+            assert abs(guard - expected) <= TOLERANCE * abs(expected) + ROUNDED, (transition.name, guard, expected)
+            same(evaluated(transition.reset, t, s, p), model.after(p, t, s, transition.name), transition.name)
+    for _, _, reset in hybrid.limits:
+        p, t, s = drawn(name, "at limit", 0)
+        same(evaluated(reset, t, s, p), model.after(p, t, s, "limit"), "limit")
+
+
+@pytest.mark.parametrize("name", HOLDS)
+def test_dry_friction_holds_what_it_can(name: str) -> None:
+    """At rest, or without slip, friction holds where the force that this takes is within its limit."""
+    hybrid, model = get(name).hybrid, MODELS[name]
+    held, can = HOLDS[name]
+    assert hybrid is not None
+    found = set()
+    for transition in hybrid.transitions:
+        for seed in range(40):
+            p, t, s = drawn(name, f"at {transition.name}", seed)
+            (force,) = model.multipliers(p, t, s, held)
+            state, values = (tuple(map(float, vars(x).values())) for x in (s, p))
+            modes = [] if isinstance(transition.target, str) else [transition.lands(float(t), state, values)]
+            if getattr(s, "v", 1) == 0:
+                modes.append(hybrid.start(float(t), state, values))
+            for mode in modes:
+                assert (mode == held) == bool(can(p, force)), (transition.name, mode, force)
+                found.add(mode == held)
+    assert found == {True, False}
+
+
+@pytest.mark.parametrize("name", FROM_REST)
+def test_a_motion_from_rest_sets_off_the_way_of_its_mode(name: str) -> None:
+    """Started at rest, it is in the mode whose forces, at the least velocity that way, drive it on."""
+    hybrid, model = get(name).hybrid, MODELS[name]
+    assert hybrid is not None
+    for seed in range(40):
+        p, t, s = drawn(name, f"at {hybrid.transitions[0].name}", seed)
+        state, values = (tuple(map(float, vars(x).values())) for x in (s, p))
+        mode = hybrid.mode(hybrid.start(float(t), state, values))
+        for side in mode.constants:
+            s.v = side * flint.arb(SMALL)
+            assert model.rates(p, t, s, mode.name)[1] * side > 0, (mode.name, side)

@@ -1,0 +1,172 @@
+"""Every structured form of a case states the motion that follows from its scene in space (independent_mechanics)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import flint
+import pytest
+from gnomon.cases import get, names
+from gnomon.cases.arithmetic import rebind
+from gnomon.cases.forms import (
+    Charged,
+    Constrained,
+    FirstOrder,
+    Form,
+    Friction,
+    Impact,
+    NBody,
+    SemiLinear,
+    Separable,
+)
+from gnomon.reference.taylor import flint_arithmetic
+from independent import STATES, evaluated, many_digits, same
+from independent_mechanics import Vec, coefficient, cross, dot, length, sqrt
+from independent_models import MODELS, drawn
+
+KINDS = (Separable, SemiLinear, Charged, Constrained, NBody, Impact, Friction)
+FORMS = [(name, form) for name in names() for form in get(name).forms if isinstance(form, KINDS)]
+
+
+@pytest.fixture(autouse=True)
+def _precision() -> Iterator[None]:
+    with many_digits():
+        yield
+
+
+def gradient(function: Any, t: Any, q: list[Any], p: SimpleNamespace) -> list[Any]:
+    """Of a function of place, by series along each coordinate."""
+    found = []
+    for i in range(len(q)):
+        moved = [flint.arb_series([x, int(i == j)], 3) for j, x in enumerate(q)]
+        found.append(coefficient(evaluated(function, t, moved, p)[0], 1))
+    return found
+
+
+def separable(form: Separable, name: str, p: Any, t: Any, s: Any, rates: list[Any]) -> None:
+    """The acceleration is downhill."""
+    q = first_half(s)
+    same([-x for x in gradient(form.potential, t, q, p)], rates[len(q) :])
+
+
+def first_half(s: SimpleNamespace) -> list[Any]:
+    values = list(vars(s).values())
+    return values[: len(values) // 2]
+
+
+def parameter_function(function: Any, p: SimpleNamespace) -> list[Any]:
+    return list(rebind(function, flint_arithmetic())(tuple(vars(p).values())))
+
+
+def semilinear(form: SemiLinear, name: str, p: Any, t: Any, s: Any, rates: list[Any]) -> None:
+    state = list(vars(s).values())
+    rows = parameter_function(form.linear, p)
+    n = len(state)
+    moved = [dot(rows[i * n : (i + 1) * n], state) for i in range(n)]
+    same([a + b for a, b in zip(moved, evaluated(form.rest, t, s, p), strict=True)], rates)
+
+
+def charged(form: Charged, name: str, p: Any, t: Any, s: Any, rates: list[Any]) -> None:
+    values = list(vars(s).values())
+    place, u = values[:3], Vec(values[3:])
+    if form.light:
+        (c,) = parameter_function(form.light, p)
+        u = u / sqrt(1 + dot(u, u) / (c * c))
+    fields = evaluated(form.fields, t, place, p)
+    same(Vec(fields[:3]) + cross(u, fields[3:]), rates[3:])
+
+
+def constrained(form: Constrained, name: str, p: Any, t: Any, s: Any, rates: list[Any]) -> None:
+    """What the force leaves of the acceleration is along the gradient of the constraint."""
+    q = first_half(s)
+    normal = evaluated(form.gradient, t, q, p)
+    same(normal, gradient(form.constraint, t, q, p))
+    force = Vec(evaluated(form.force, t, q, p))
+    pull = Vec(rates[len(q) :]) - force
+    same(Vec(normal) * (dot(pull, normal) / dot(normal, normal)), pull)
+
+
+def gravitating(form: NBody, name: str, p: Any, t: Any, s: Any, rates: list[Any]) -> None:
+    """Newton's law of gravitation between the bodies; the state is linear in their places and velocities."""
+    masses, bodies = parameter_function(form.masses, p), form.bodies(tuple(vars(s).values()))
+    path = form.bodies(tuple(flint.arb_series([x, v], 3) for x, v in zip(vars(s).values(), rates, strict=True)))
+    same([coefficient(x, 1) for body in path for x in body[:3]], [x for body in bodies for x in body[3:]])
+    moved = []
+    for i, body in enumerate(bodies):
+        pull = Vec((0, 0, 0))
+        for j, other in enumerate(bodies):
+            if i != j:
+                apart = Vec(other[:3]) - body[:3]
+                pull = pull + apart * (masses[j] / length(apart) ** 3)
+        moved.append((*body[3:], *pull))
+    same(form.state(bodies), vars(s).values())
+    same(form.state(tuple(moved)), rates)
+
+
+def impact(form: Impact, name: str, p: Any, t: Any, s: Any, rates: list[Any]) -> None:
+    """Free motion, and a gap that opens at the restitution times the rate at which it closed."""
+    same(evaluated(form.free, t, s, p), rates)
+    p, t, s = drawn(name, "at bounce", 0)
+    q = first_half(s)
+    assert evaluated(form.gap, t, q, p)[0] == 0
+    normal = evaluated(form.normal, t, q, p)
+    same(normal, gradient(form.gap, t, q, p))
+    same([dot(normal, normal)], [flint.arb(1)])
+    before, after = list(vars(s).values())[len(q) :], MODELS[name].after(p, t, s, "bounce")[len(q) :]
+    (restitution,) = parameter_function(form.restitution, p)
+    same([dot(normal, after)], [-restitution * dot(normal, before)])
+
+
+def rubbing(form: Friction, name: str, p: Any, t: Any, s: Any, rates: list[Any]) -> None:
+    """Without friction for side 0; its bounds go with the coefficients of friction."""
+    free = MODELS[name].rates(SimpleNamespace(**(vars(p) | {"mu_k": flint.arb(0)})), t, s, form.modes[0].name)
+    same(evaluated(form.sliding, t, s, p, (0.0,)), free)
+    for side in (1.0, -1.0):
+        mode = next(mode.name for mode in form.modes if mode.constants == (side,))
+        p, t, s = drawn(name, mode, 0)
+        free = MODELS[name].rates(SimpleNamespace(**(vars(p) | {"mu_k": flint.arb(0)})), t, s, mode)
+        braked = MODELS[name].rates(p, t, s, mode)
+        same(evaluated(form.sliding, t, s, p, (side,)), braked)
+        kinetic = (free[1] - braked[1]) * side
+        same(evaluated(form.bounds, t, s, p), [kinetic, kinetic * p.mu_s / p.mu_k])
+
+
+def linearised(form: FirstOrder, p: Any, t: Any, s: Any) -> None:
+    """The Jacobian, row by row, by series along each component of the state."""
+    state = list(vars(s).values())
+    columns = []
+    for i in range(len(state)):
+        moved = [flint.arb_series([x, int(i == j)], 3) for j, x in enumerate(state)]
+        columns.append([coefficient(x, 1) for x in evaluated(form.equations, t, moved, p)])
+    same(evaluated(form.jacobian, t, s, p), [column[row] for row in range(len(state)) for column in columns])
+
+
+STATED: dict[type[Any], Callable[..., None]] = {
+    Separable: separable,
+    SemiLinear: semilinear,
+    Charged: charged,
+    Constrained: constrained,
+    NBody: gravitating,
+    Impact: impact,
+    Friction: rubbing,
+}
+
+
+JACOBIANS = [(name, f) for name in names() for f in get(name).all_forms() if isinstance(f, FirstOrder) and f.jacobian]
+
+
+@pytest.mark.parametrize(("name", "form"), JACOBIANS, ids=lambda x: x if isinstance(x, str) else "jacobian")
+def test_jacobians_are_slopes_of_the_equations(name: str, form: FirstOrder) -> None:
+    for seed in range(STATES):
+        p, t, s = drawn(name, "", seed)
+        linearised(form, p, t, s)
+
+
+@pytest.mark.parametrize(("name", "form"), FORMS, ids=lambda x: x if isinstance(x, str) else type(x).__name__)
+def test_the_form_states_the_motion_of_the_scene(name: str, form: Form) -> None:
+    mode = form.modes[0].name if isinstance(form, (Impact, Friction)) else ""
+    for seed in range(STATES):
+        p, t, s = drawn(name, mode, seed)
+        STATED[type(form)](form, name, p, t, s, MODELS[name].rates(p, t, s, mode))
