@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import bisect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -14,7 +15,18 @@ from gnomon.cases import accuracy, sampling
 from gnomon.cases.forms import FirstOrder, Form, Hybrid, SecondOrder, first_order
 from gnomon.cases.formulation import Formulation
 from gnomon.cases.metric import Metric
-from gnomon.cases.numbers import Coordinate, Domain, Parameter, given, nearest
+from gnomon.cases.numbers import (
+    DURATION,
+    Coordinate,
+    Domain,
+    OutOfReachError,
+    Parameter,
+    Range,
+    check_size,
+    given,
+    nearest,
+    show,
+)
 from gnomon.cases.scene import SceneForm
 from gnomon.cases.turning import Turning
 from gnomon.reference.motion import Motion
@@ -136,15 +148,19 @@ class Case:
                 f"{self.name}: the initial state has {len(start)} numbers, not {len(names)} ({', '.join(names)})"
             )
         self.variant = variant
-        self.parameters = {name: given(value, f"{self.name}: {name}") for name, value in values.items()}
-        self.initial_state = tuple(
-            given(value, f"{self.name}: {name}(0)") for name, value in zip(names, start, strict=True)
-        )
-        self.domain.check(self.name, self.numbers)
-        wanted = span if span is not None else setting.span
-        self.span = given(wanted if wanted is not None else self.natural_span(), f"{self.name}: span")
+        self.parameters = {name: self._given(name, value) for name, value in values.items()}
+        self.initial_state = tuple(map(self._given, names, start))
+        with self._within_reach():
+            self.domain.check(self.name, self.numbers)
+            wanted = span if span is not None else setting.span
+            self.span = given(wanted if wanted is not None else self.natural_span(), f"{self.name}: span", DURATION)
+        check_size(f"{self.name}: span", self.span, DURATION)
         if self.span <= 0:
-            raise ValueError(f"{self.name}: span = {self.span} is not positive; give a duration in seconds")
+            raise ValueError(f"{self.name}: span = {show(self.span)} is not positive; give a duration in seconds")
+
+    @classmethod
+    def _given(cls, name: str, value: Number) -> Fraction:
+        return given(value, f"{cls.name}: {name}", cls.domain.ranges.get(name, Range()))
 
     @classmethod
     def _variant(cls, name: str | None) -> Variant:
@@ -194,7 +210,8 @@ class Case:
     def events(self, digits: int = 15) -> tuple[Event, ...]:
         """The events of a hybrid motion within the span, in order; each case lists them once a precision."""
         if digits not in self._events:
-            self._events[digits] = self._listed(digits)
+            with self._within_reach():
+                self._events[digits] = self._listed(digits)
         return self._events[digits]
 
     @cached_property
@@ -249,6 +266,16 @@ class Case:
         names = [coordinate.name for coordinate in self.state]
         return self.parameters | dict(zip(names, self.initial_state, strict=True))
 
+    @contextmanager
+    def _within_reach(self) -> Iterator[None]:
+        """Around what computes the exact motion: where that gives up, the error names the case and the numbers."""
+        try:
+            yield
+        except (ArithmeticError, ValueError) as error:
+            if isinstance(error, ValueError) and str(error).startswith(f"{self.name}: "):
+                raise
+            raise OutOfReachError(f"{self.name}: {self.domain.unusual(self.numbers)}: {error}") from error
+
     @property
     def id(self) -> str:
         return f"{self.name}/{self.variant}" if self.variant else self.name
@@ -259,6 +286,8 @@ class Case:
         start = [float(value) for value in self.initial_state]
         copy = type(self)(initial_state=start, span=float(self.span), **parameters)
         copy.variant = self.variant
+        with copy._within_reach():
+            _ = copy.time_scale
         return copy
 
     def with_numbers(self, initial_state: Sequence[Number], parameters: Mapping[str, Number]) -> Case:
@@ -279,7 +308,8 @@ class Case:
 
     def exact(self, t: Number, digits: int = 15) -> tuple[Any, ...]:
         """The exact state at time t to `digits` significant digits; at an event, the state after it."""
-        return self._motion.state(t, digits)
+        with self._within_reach():
+            return self._motion.state(t, digits)
 
     def all_forms(self) -> tuple[Form, ...]:
         """`forms`, with the first-order form that they imply."""
@@ -295,11 +325,13 @@ class Case:
     @cached_property
     def times(self) -> Floats:
         """The 64 sample times (s): equally spaced, exact in binary, clear of events."""
-        return sampling.sample_times(self)
+        with self._within_reach():
+            return sampling.sample_times(self)
 
     def sample(self, times: Floats) -> Floats:
         """Exact states at `times`, shape (len(times), len(state)), each value within 0.51 ulp; fast for many times."""
-        return sampling.sample(self, np.asarray(times, dtype=np.float64))
+        with self._within_reach():
+            return sampling.sample(self, np.asarray(times, dtype=np.float64))
 
     @cached_property
     def metric(self) -> Metric:

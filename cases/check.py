@@ -8,7 +8,7 @@ from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
-from gnomon.cases.numbers import Domain, Parameter, given, nearest
+from gnomon.cases.numbers import Domain, Parameter, Range, given, nearest
 from gnomon.reference.balls import ball, refined
 from gnomon.reference.precision import Number, publish, working
 
@@ -54,7 +54,10 @@ class Check:
                 raise ValueError(f"{self.name} has no parameter {name!r}; {nearest(name, values)}")
         values |= dict(self._variant(variant).parameters) | parameters
         self.variant = variant
-        self.parameters = {name: given(value, f"{self.name}: {name}") for name, value in values.items()}
+        self.parameters = {
+            name: given(value, f"{self.name}: {name}", self.domain.ranges.get(name, Range()))
+            for name, value in values.items()
+        }
         self.domain.check(self.name, self.parameters)
 
     @classmethod

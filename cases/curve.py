@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import asinh, sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.case import Invariant, Rung, Variant
-from gnomon.cases.forms import FirstOrder, Form, Separable, Values
+from gnomon.cases.forms import Equations, FirstOrder, Form, Separable, Values
 from gnomon.cases.harmonic import HarmonicOscillator
-from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.scene import Body, Guide, Readings, Scene, SceneForm, Vector
 from gnomon.cases.well import WellCase
 from gnomon.reference.well import WellMotion
@@ -122,6 +122,16 @@ class _Curve(WellCase):
         return (q, -v), self.parameters
 
 
+def _low(place: str, size: str, energy: Equations, most: int) -> Rule:
+    """On a curve so small against the swing, the bottom is a kink: no series follows the motion through it."""
+
+    def holds(n: Mapping[str, Fraction]) -> bool:
+        (reached,) = energy(0, (n[place], n["v"]), (n["g"], n[size]))
+        return bool(reached <= most * n["g"] * n[size])
+
+    return Rule(f"the bead rises at most {most} {size}", holds)
+
+
 class CurveSlidingSmall(_Curve):
     name = "curve_sliding_small"
     title = "Bead on a smooth parabola"
@@ -137,7 +147,8 @@ class CurveSlidingSmall(_Curve):
             "p": positive(1.0, 3.0),
             "x": Range(typical=(-0.7, 0.7)),
             "v": Range(typical=(-1.0, 1.0)),
-        }
+        },
+        (_low("x", "p", parabola_energy, 2000),),
     )
     variants = (
         Variant(
@@ -178,7 +189,8 @@ class CurveSlidingQuartic(_Curve):
             "a": positive(2.0, 5.0),
             "x": Range(typical=(-1.0, 1.0)),
             "v": Range(typical=(-1.0, 1.0)),
-        }
+        },
+        (_low("x", "a", quartic_energy, 50_000),),
     )
     variants = (
         Variant("flat", "amplitude 1e-3 a: a force of third order only", initial_state=("2e-3", 0)),
@@ -215,7 +227,8 @@ class CurveSlidingCatenary(_Curve):
             "c": positive(1.0, 3.0),
             "s": Range(typical=(-0.7, 0.7)),
             "v": Range(typical=(-1.0, 1.0)),
-        }
+        },
+        (_low("s", "c", catenary_energy, 40),),
     )
     variants = (
         Variant(

@@ -9,6 +9,7 @@ from gnomon.cases import accuracy
 from gnomon.cases.arithmetic import rebind
 from gnomon.cases.case import Case
 from gnomon.cases.forms import Equations, FirstOrder
+from gnomon.cases.numbers import OutOfReachError
 from gnomon.reference.certified import CertifiedMotion
 from gnomon.reference.taylor import ball, flint_arithmetic
 
@@ -17,6 +18,18 @@ class IntegratedCase(Case):
     """A case whose motion follows from its own equations; a subclass states its forms as any other does."""
 
     certified_digits: ClassVar[int] = 30
+    longest: ClassVar[int] = 1000
+    """How many of its shortest times an integration may last: each costs a tenth of a second or more."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        with self._within_reach():
+            most = self.longest * self.fastest_time
+            if self.span > most:
+                raise OutOfReachError(
+                    f"span = {float(self.span):g} s is more than {self.longest} of its shortest times "
+                    f"({self.fastest_time:g} s); give at most {most:g} s, or other numbers"
+                )
 
     @cached_property
     def _exact(self) -> CertifiedMotion:

@@ -13,7 +13,8 @@ from gnomon.reference.precision import Number, exact
 
 FEW = 20
 """More valid names than this are not all put into an error message."""
-LARGEST = Fraction(sys.float_info.max)
+LARGEST, SMALLEST = Fraction(10) ** 300, Fraction(1, 10**300)
+"""The sizes of numbers that are not 0: nearer to the ends of binary64 a square root or a quotient leaves it."""
 KINDS = (
     "length",
     "velocity",
@@ -79,6 +80,13 @@ def positive(low: float = 0.1, high: float = 10.0) -> Range:
     return Range(low=0.0, low_open=True, typical=(low, high))
 
 
+DURATION = Range(low=0.0, low_open=True)
+
+
+class OutOfReachError(ValueError, ArithmeticError):
+    """Numbers inside the domain whose exact motion cannot be computed."""
+
+
 @dataclass(frozen=True)
 class Rule:
     """A joint rule: `holds(numbers)` over parameters and initial state by name, and the sentence that states it."""
@@ -97,9 +105,8 @@ class Domain:
     def check(self, case: str, numbers: Mapping[str, Fraction]) -> None:
         """Raise ValueError naming the first number that is out of its range, or the rule that is broken."""
         for name, value in numbers.items():
-            if abs(value) > LARGEST:
-                raise ValueError(f"{case}: {name} is beyond the largest binary64 number, {float(LARGEST):.1e}")
             allowed = self.ranges.get(name, Range())
+            check_size(f"{case}: {name}", value, allowed)
             if not allowed.admits(value):
                 raise ValueError(f"{case}: {name} = {show(value)} is outside {allowed}")
         for rule in self.rules:
@@ -111,6 +118,16 @@ class Domain:
         return all(self.ranges.get(name, Range()).admits(value) for name, value in numbers.items()) and all(
             rule.holds(numbers) for rule in self.rules
         )
+
+    def unusual(self, numbers: Mapping[str, Fraction]) -> str:
+        """The numbers outside their typical ranges, with these, as the likely reason why there is no exact motion."""
+        found = []
+        for name, value in numbers.items():
+            low, high = self.ranges.get(name, Range()).typical
+            if not low <= value <= high:
+                found.append(f"{name} = {show(value)} (usual: {low:g} to {high:g})")
+        named = ", ".join(found) or ", ".join(f"{name} = {show(value)}" for name, value in numbers.items())
+        return f"the exact motion is out of reach for {named}"
 
     def draw(self, names: Iterable[str], unit: Callable[[], float]) -> dict[str, float]:
         """Admissible numbers from `unit()`, a source of floats in [0, 1); at most 1000 attempts at the joint rules."""
@@ -125,17 +142,32 @@ class Domain:
         raise ValueError(f"no admissible numbers for {', '.join(names)} in 1000 attempts; narrow the typical ranges")
 
 
+def check_size(name: str, value: Fraction, allowed: Range) -> None:
+    """Raise ValueError for a number that no binary64 computation can be about."""
+    if value and not SMALLEST <= abs(value) <= LARGEST:
+        raise ValueError(
+            f"{name} = {show(value)} is too {'large' if abs(value) > 1 else 'small'}: it may be in {allowed}, and must be 0 "
+            f"or from 1e-300 to 1e300 in size"
+        )
+
+
 def show(value: Fraction) -> str:
     """A number as a person would write it: exact where that is short, else 17 digits."""
+    if value and (abs(value) > sys.float_info.max or float(value) == 0):
+        decades = (value.numerator.bit_length() - value.denominator.bit_length()) * math.log10(2)
+        return f"{'-' if value < 0 else ''}1e{decades:.0f} (about)"
     if value.denominator == 1 and abs(value.numerator) < 10**15:
         return str(value.numerator)
     shortest = repr(float(value))
     return shortest if Fraction(shortest) == value else f"{float(value):.17g}"
 
 
-def given(value: Number, name: str) -> Fraction:
-    """An exact number from what a caller gave for `name`."""
-    return exact(value, name)
+def given(value: Number, name: str, allowed: Range) -> Fraction:
+    """An exact number from what a caller gave for `name`; the error for what is none names the allowed range."""
+    try:
+        return exact(value, name)
+    except ValueError as error:
+        raise ValueError(f"{error}; allowed: {allowed}") from None
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:

@@ -97,6 +97,7 @@ class RestitutionImpact(Case):
         (
             Rule("x1 < x2 (block 1 stands between the wall and block 2)", lambda n: n["x1"] < n["x2"]),
             Rule("the blocks do not reach the wall together", _one_after_the_other),
+            Rule("m2 <= 1e7 m1 (at most 10,000 impacts)", lambda n: n["m2"] <= 10**7 * n["m1"]),
         ),
     )
     variants = (

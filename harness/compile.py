@@ -7,6 +7,7 @@ function pointer.
 
 from __future__ import annotations
 
+import ast
 import dis
 import hashlib
 import importlib.util
@@ -28,6 +29,7 @@ import platformdirs
 from gnomon.cases import forms
 from gnomon.cases.arithmetic import FUNCTIONS, _names
 from gnomon.harness.integrator import Problem
+from gnomon.harness.source import cached_by_content
 from gnomon.reference import diskcache
 from numpy.typing import NDArray
 
@@ -164,7 +166,7 @@ def _kernel(
     return _generated(tuple(functions.items()), call, lead, states, parameters, counted, outputs or states)
 
 
-@cache
+@cached_by_content
 def _generated(
     functions: tuple[tuple[str, Callable[..., Any]], ...],
     call: str,
@@ -256,13 +258,28 @@ def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[
             parts.append(line)
         elif value is not None:
             raise ValueError(f"{name} uses {used} = {value!r}; equations may use numbers, plain functions and math")
-    source = inspect.cleandoc("\n" + source_of(function))
+    source = with_defaults(function, inspect.cleandoc("\n" + source_of(function)))
     parts.append(f"@njit({OPTIONS})\n{source}\n")
+
+
+def with_defaults(function: Callable[..., Any], source: str) -> str:
+    """The source of a function with its default values as numbers: what they were made of has no meaning elsewhere."""
+    values = function.__defaults__ or ()
+    if not values:
+        return source
+    if not all(isinstance(value, int | float) for value in values):
+        raise ValueError(f"{function.__name__} has default values {values!r}; equations may have numbers there")
+    tree = ast.parse(source)
+    (definition,) = tree.body
+    assert isinstance(definition, ast.FunctionDef)
+    definition.args.defaults = [ast.parse(repr(value), mode="eval").body for value in values]
+    return ast.unparse(tree)
 
 
 def source_of(function: Callable[..., Any]) -> str:
     """What inspect.getsource gives, which looks for the end token by token and through all modules: milliseconds."""
     code = function.__code__
+    linecache.checkcache(code.co_filename)  # a module that was edited and loaded again
     lines = linecache.getlines(code.co_filename, function.__globals__)
     if not lines:
         return inspect.getsource(function)

@@ -19,7 +19,8 @@ from mpmath.libmp import from_man_exp
 from numpy.typing import NDArray
 
 FIRST = 32
-MOST = 2**13
+ENOUGH_TO_TELL = 256
+MOST = 2**15
 """Terms; more means a function with a singularity next to the real phases."""
 
 
@@ -60,15 +61,18 @@ class CosineSeries:
         return phases, float(self.mean) * phases + np.append(rolled, rolled[0])
 
 
-def cosine_series(function: Callable[[Any, Any], Any], wanted: int, first: int = FIRST) -> CosineSeries:
+def cosine_series(
+    function: Callable[[Any, Any], Any], wanted: int, first: int = FIRST, most: int = MOST
+) -> CosineSeries:
     """The series of `function(cos phi, sin phi)`, over balls at phases inside (0, pi), to `wanted` bits.
 
-    `first` is the number of terms to try first. Raises ArithmeticError where 8192 terms are not enough.
+    `first` is the number of terms to try first. Raises ArithmeticError where `most` terms are not enough, which a few
+    hundred of them already tell: they shrink geometrically at best.
     """
     # next to the ends of (0, pi) a quotient of small numbers loses twice the bits of the number of terms
     bits = wanted + 40
     count = _smooth(first)
-    while count <= MOST:
+    while count <= most:
         with precision(bits):
             angles = [flint.arb(2 * j + 1) / (2 * count) for j in range(count)]
             values = [function(a.cos_pi().mid(), a.sin_pi().mid()).mid() for a in angles]
@@ -82,14 +86,24 @@ def cosine_series(function: Callable[[Any, Any], Any], wanted: int, first: int =
                 terms = flint.acb_poly([0, *kept[1:]])
                 integrated = flint.acb_poly([0, *((x / k).mid() for k, x in enumerate(kept[1:], start=1))])
                 return CosineSeries((kept[0] / 2).mid(), terms, integrated, bits)
+            if count >= ENOUGH_TO_TELL and _reached(a) * most < wanted * count:
+                break
         count *= 2
-    raise ArithmeticError(f"{MOST} terms of a cosine series do not reach {wanted} bits")
+    raise ArithmeticError(
+        f"its fastest part is too short against the whole: the series in its phase needs more than {most} terms"
+    )
 
 
 def _smooth(count: int) -> int:
     """The next number of the form 2^n or 3 2^n: quick transforms."""
     power = 1 << (count - 1).bit_length()
     return 3 * power // 4 if 3 * power // 4 >= count else power
+
+
+def _reached(a: list[Any]) -> float:
+    """How many bits the last quarter of the terms lies below the first one."""
+    last = max(abs(x) for x in a[3 * len(a) // 4 :])
+    return float((abs(a[0]) / last).log().mid()) / math.log(2)
 
 
 def _settled(a: list[Any], bits: int) -> bool:

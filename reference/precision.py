@@ -10,7 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from decimal import Decimal
 from fractions import Fraction
+from numbers import Integral, Real
 from typing import Any
 
 import mpmath
@@ -19,32 +21,81 @@ from mpmath.libmp import mpf_pos, round_nearest, to_float, to_rational
 Number = int | float | str | Fraction | Any
 """What counts as an exact number; `Any` stands for mpmath's mpf, which has no static type."""
 
+LONGEST = 4000
+"""Characters of a number given as text: more are no number that anybody wrote."""
+DECADES = 10_000
+"""Powers of ten that a number may have: as a fraction, 1e100000000 has so many digits."""
+SHOWN = 60
+
 _context = mpmath.MPContext()
 
 
 def exact(value: Number, name: str = "number") -> Fraction:
     """The exact rational value of a number.
 
-    Raises ValueError, naming `name` and the value, for what is not a finite real number.
+    Raises ValueError, naming `name` and the value, for what is not a finite real number (a boolean and an array are
+    none), and for one so large or small that its digits alone would take seconds.
     """
     if isinstance(value, Fraction):
         return value
-    if hasattr(value, "_mpf_"):
-        if not mpmath.isfinite(value):
-            raise ValueError(f"{name} = {value} is not finite; give a finite number")
-        return Fraction(*to_rational(value._mpf_))
     try:
         if isinstance(value, str):
-            return Fraction(value.strip())
-        if not math.isfinite(value):
-            raise ValueError(f"{name} = {value} is not finite; give a finite number")
-        return Fraction(value if isinstance(value, int) else float(value))
-    except (TypeError, ValueError, ZeroDivisionError) as error:
-        if isinstance(error, ValueError) and "not finite" in str(error):
+            return _of_text(value.strip(), name)
+        if hasattr(value, "_mpf_"):
+            if not mpmath.isfinite(value):
+                raise NotFiniteError
+            _, mantissa, exponent, _bits = value._mpf_
+            _check_decades(exponent * math.log10(2) if mantissa else 0, value, name)
+            return Fraction(*to_rational(value._mpf_))
+        if isinstance(value, Integral) and not isinstance(value, bool):
+            return Fraction(int(value))
+        if isinstance(value, Decimal) and value.is_finite():
+            _check_decades(value.adjusted(), value, name)
+        if isinstance(value, Real | Decimal) and not isinstance(value, bool):
+            return Fraction(*value.as_integer_ratio())  # type: ignore[union-attr]
+    except (NotFiniteError, OverflowError):
+        raise ValueError(f"{name} = {value} is not finite; give a finite number") from None
+    except (ValueError, ZeroDivisionError) as error:
+        if name in str(error):
             raise
+        if isinstance(value, float | Decimal):
+            raise ValueError(f"{name} = {value} is not finite; give a finite number") from None
+    raise ValueError(
+        f"{name} = {shortened(value)} is not a number; give an int, a float, a Fraction, an mpf or a decimal string"
+    )
+
+
+class NotFiniteError(Exception):
+    """What is infinite or no number."""
+
+
+def _of_text(text: str, name: str) -> Fraction:
+    if text.lstrip("+-").lower() in ("nan", "inf", "infinity"):
+        raise NotFiniteError
+    if len(text) > LONGEST:
+        raise ValueError(f"{name} = {shortened(text)} has {len(text)} characters; give at most {LONGEST}")
+    _, mark, exponent = text.lower().partition("e")
+    if mark and exponent.lstrip("+-").isdigit():
+        _check_decades(float(exponent), text, name)
+    return Fraction(text)
+
+
+def _check_decades(decades: float, value: Any, name: str) -> None:
+    if abs(decades) > DECADES:
         raise ValueError(
-            f"{name} = {value!r} is not a number; give an int, a float, a Fraction, an mpf or a decimal string"
-        ) from None
+            f"{name} = {shortened(value)} is beyond what is computed with; give 0, or a number from "
+            f"1e-{DECADES} to 1e{DECADES} in size"
+        )
+
+
+def shortened(value: Any) -> str:
+    """A value as an error message shows it: texts in quotes, the middle of a long one left out."""
+    shown = repr(value) if not isinstance(value, int) or abs(value) < 10**40 else f"about 1e{int(_log10(value))}"
+    return shown if len(shown) <= SHOWN else f"{shown[: SHOWN // 2]}...{shown[-SHOWN // 4 :]}"
+
+
+def _log10(value: int) -> float:
+    return (abs(value).bit_length() - 0.5) * math.log10(2)
 
 
 @contextmanager

@@ -18,11 +18,15 @@ import flint
 import numpy as np
 from gnomon.reference.balls import precision
 from gnomon.reference.motion import Cycle, Motion
-from gnomon.reference.phase import FIRST, Balls, CosineSeries, cosine_series, to_arb
+from gnomon.reference.phase import FIRST, MOST, Balls, CosineSeries, cosine_series, to_arb
 from gnomon.reference.precision import working
 
 ROUGH = 80
 """Bits at which a motion is first looked at: how many terms it takes is known from there on."""
+MOST_ROUGH = 2**12
+"""Terms at which a motion is given up at first sight: what passes has room for 600 bits."""
+WIDEST = 1000
+"""Doublings of a metre to a turning point; farther out than 1e300 is nowhere."""
 EXTRA = 60
 EXTRA_BITS = 200
 """Digits for what cancels: E - V next to the turning points, small swings, starts close to a turning point."""
@@ -124,9 +128,13 @@ class WellMotion(Motion):
         bottom = inside
         width = mp.one if mp.isinf(wall) else abs(wall - inside) / 2
         outside = inside + side * width
-        while self._potential(mp, outside) <= energy:
+        for _ in range(WIDEST):
+            if self._potential(mp, outside) > energy:
+                break
             width = 2 * width if mp.isinf(wall) else (width + abs(wall - inside)) / 2
             outside = inside + side * width
+        else:
+            raise ArithmeticError(f"no turning point within {float(abs(outside - inside)):g}")
         for _ in range(mp.prec):
             middle = (inside + outside) / 2
             if self._potential(mp, middle) <= energy:
@@ -218,8 +226,9 @@ def _shape(motion: WellMotion, bits: int) -> _Shape:
         count = len(motion._carried(mp, middle))
         functions = [pace, *(carry(i) for i in range(count))]
         known = _shape(motion, ROUGH).series if bits > ROUGH else ()
+        most = MOST if bits > ROUGH else MOST_ROUGH
         firsts = [one.expected(mp.prec) for one in known] or [FIRST] * len(functions)
-        series = tuple(cosine_series(f, mp.prec, first) for f, first in zip(functions, firsts, strict=True))
+        series = tuple(cosine_series(f, mp.prec, first, most) for f, first in zip(functions, firsts, strict=True))
         begun = tuple(one.at(mp, start)[1] for one in series)
         phases, times = series[0].table()
         return _Shape(+middle, +reach, +start, series, begun, (phases, times))

@@ -8,15 +8,17 @@ function, which it calls by address. It returns to Python only where a transitio
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
-from gnomon.cases.forms import Hybrid
+from gnomon.cases.forms import Equations, Hybrid, Mode, Transition
 from gnomon.harness.compile import IMPORTS, OPTIONS, address, check_values, gather_into, unpacked
 from gnomon.harness.integrators.event_location import dip, guard_after, locate, one_step, part, step_error
 from gnomon.harness.integrators.sizes import enlarge, invert, start
 from gnomon.harness.integrators.stepping import compiled_whole
+from gnomon.harness.source import cached_by_content
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -204,21 +206,32 @@ def compiled() -> Callable[..., int]:
     return compiled_whole(run, SIGNATURE)
 
 
-@cache
 def compiled_parts(form: Hybrid, dimension: int, parameters: int) -> int:
     """Address of the functions of a form, compiled as one: out[0] says which, and out[:] takes its values.
 
     In this order: the right-hand side of each mode, which also raises p[parameters] by 1; the guard of each transition,
     signed so that it is positive before the event; its reset; its map into the limit mode, where it has one.
     """
-    maps = {name: to_limit for name, _, to_limit in form.limits}
+    plain = tuple(replace(transition, target="") for transition in form.transitions)  # a target is not compiled
+    return _parts(form.modes, plain, form.limits, dimension, parameters)
+
+
+@cached_by_content
+def _parts(
+    modes: tuple[Mode, ...],
+    transitions: tuple[Transition, ...],
+    limits: tuple[tuple[str, str, Equations], ...],
+    dimension: int,
+    parameters: int,
+) -> int:
+    maps = {name: to_limit for name, _, to_limit in limits}
     write = tuple(f"out[{i}] = r[{i}]" for i in range(dimension))
     functions: list[tuple[Callable[..., Any], str, int, tuple[str, ...]]] = [
         *((m.equations, f"p + {m.constants!r}" if m.constants else "p", dimension, (*write, f"p_[{parameters}] += 1.0"))
-          for m in form.modes),
-        *((g.guard, "p", 1, (f"out[0] = {-g.direction} * r[0]",)) for g in form.transitions),
-        *((g.reset, "p", dimension, write) for g in form.transitions),
-        *((maps.get(g.name, g.reset), "p", dimension, write) for g in form.transitions),
+          for m in modes),
+        *((g.guard, "p", 1, (f"out[0] = {-g.direction} * r[0]",)) for g in transitions),
+        *((g.reset, "p", dimension, write) for g in transitions),
+        *((maps.get(g.name, g.reset), "p", dimension, write) for g in transitions),
     ]  # fmt: skip
     sources = list(IMPORTS)
     seen: dict[str, Any] = {"np": np}

@@ -15,6 +15,7 @@ from gnomon.harness.integrators import graph
 from gnomon.harness.integrators.fixed_step import DIGITS, FixedStep, Floats, Loop, Table, kept, rounded
 from gnomon.harness.integrators.gauss_steps import gauss_nystrom_step, gauss_step, newton_numbers, newton_step
 from gnomon.harness.integrators.stepping import Step
+from gnomon.harness.source import cached_by_content
 from gnomon.reference import diskcache
 from gnomon.reference.precision import nearest_double, working
 from numpy.typing import NDArray
@@ -115,7 +116,7 @@ def newton_source() -> str:
     return "\n".join([machine_code.machine(), *(Path(__file__).with_name(f"{x}.py").read_text() for x in modules)])
 
 
-@cache
+@cached_by_content
 def derivatives(equations: Callable[..., Any], width: int, parameters: int) -> int | None:
     """The address of what gives a function and its derivatives; None where it cannot be differentiated."""
     try:

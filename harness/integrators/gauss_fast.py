@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache
@@ -102,8 +102,12 @@ class GaussFast(Integrator):
                     stop[:] = end[0], first + i, end[2]
             return taken
 
+        @cache
+        def compiled_ensemble() -> tuple[Callable[..., int], tuple[int, int]]:
+            return gauss_fast_kernel.compiled_ensemble(*arguments)
+
         def together(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> Solution:
-            eight, shape = gauss_fast_kernel.compiled_ensemble(*arguments)
+            eight, shape = compiled_ensemble()
             workers = 1 if problem.counted else os.cpu_count() or 1
 
             def part(first: int) -> tuple[int, list[int]]:

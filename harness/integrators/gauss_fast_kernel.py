@@ -16,6 +16,7 @@ from gnomon.harness.compile import OPTIONS
 from gnomon.harness.integrators import gauss_fast_ensemble as ensemble
 from gnomon.harness.integrators import gauss_fast_text as text
 from gnomon.harness.integrators.traced import DEAR, ROUND, Trace, Value, code, number, pairs, poles, reached, traced
+from gnomon.harness.source import cached_by_content
 
 SIGNATURE = (
     '"int64(float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1])"'
@@ -62,7 +63,7 @@ class Layout:
         return self.kind != "FIRST_ORDER"
 
 
-@cache
+@cached_by_content
 def layout(form: Form, parameters: int, dimension: int, freezing: bool = True) -> Layout:
     """How the equations of a form are best solved."""
     trace, values = traced(form, dimension, parameters)
@@ -112,7 +113,7 @@ def derivatives(trace: Trace, values: Sequence[Value], state: Sequence[Value]) -
     return tuple(entry for entry in found if not number(entry[2], 0))
 
 
-@cache
+@cached_by_content
 def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> Callable[..., int]:
     """`advance(parameters, table, initial, times, tolerance, out, stop)` around the equations of a form."""
     found = layout(form, parameters, dimension)
@@ -138,7 +139,7 @@ def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> Call
     return run
 
 
-@cache
+@cached_by_content
 def compiled_ensemble(
     form: Form, parameters: int, dimension: int, counted: bool
 ) -> tuple[Callable[..., int], tuple[int, int]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from math import exp, log
 from typing import Any
 
@@ -13,6 +12,7 @@ from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, So
 from gnomon.harness.integrators.graph import compiled
 from gnomon.harness.integrators.stepping import blank, call, compiled_whole
 from gnomon.harness.integrators.taylor_text import STRIDE, coefficients_text
+from gnomon.harness.source import cached_by_content
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -68,7 +68,7 @@ def order_for(tolerance: float) -> int:
     return max(3, math.ceil(1 - math.log(tolerance) / 2))
 
 
-@cache
+@cached_by_content
 def compiled_coefficients(form: FirstOrder, dimension: int, parameters: int) -> tuple[int, int]:
     """The address of the compiled recurrences, void(t, y, p, w), and the length of w.
 

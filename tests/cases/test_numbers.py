@@ -1,0 +1,132 @@
+"""What a case is given for a number: exact numbers are taken exactly, all others are refused by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from gnomon.cases import Case, case_class, check_class, checks, get, names
+from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
+from gnomon.cases.numbers import OutOfReachError, Range, show
+from gnomon.reference.precision import exact, working
+
+IMPOSSIBLE = (
+    10**400, -(10**400), "1e400", "1e-400", 5e-324, 1.797e308, "1e100000000", "-1e-100000000", "9" * 5000,
+    Decimal("1e100000000"), mpmath.mpf("1e100000000"),
+    "nan", "-inf", float("nan"), float("inf"), mpmath.inf, Decimal("nan"), "1/0", "two", "", None, 1j, [1],
+    True, np.bool_(False), np.array(2.0), np.array(3),
+)  # fmt: skip
+
+
+def places(name: str) -> Iterator[str]:
+    """Every number that a case takes."""
+    kind = case_class(name)
+    yield from (parameter.name for parameter in kind.parameter_list)
+    yield from (coordinate.name for coordinate in kind.state)
+    yield "span"
+
+
+def given(name: str, place: str, value: Any) -> Case:
+    """A case with one number other than its defaults."""
+    kind = case_class(name)
+    labels = [coordinate.name for coordinate in kind.state]
+    if place == "span":
+        return get(name, span=value)
+    if place in labels:
+        return get(name, initial_state=[value if n == place else x for n, x in zip(labels, kind.default_state)])  # noqa: B905
+    return get(name, **{place: value})
+
+
+@pytest.mark.parametrize("name", names())
+def test_an_impossible_number_is_refused_by_case_name_and_range_wherever_it_is_given(name: str) -> None:
+    for place in places(name):
+        allowed = case_class(name).domain.ranges.get(place, Range(0, low_open=True) if place == "span" else Range())
+        for value in IMPOSSIBLE:
+            if place == "span" and value is None:
+                continue  # the natural span
+            with pytest.raises(ValueError, match="=") as refusal:
+                given(name, place, value)
+            told = str(refusal.value)
+            assert told.startswith(f"{name}: {place} = "), (value, told)
+            assert str(allowed) in told, (value, told)
+            assert len(told) < 400
+
+
+@pytest.mark.parametrize("name", checks())
+def test_an_impossible_number_of_a_check_is_refused_by_name(name: str) -> None:
+    for parameter in check_class(name).parameter_list:
+        for value in IMPOSSIBLE:
+            with pytest.raises(ValueError, match=f"^{name}: {parameter.name} = "):
+                check_class(name)(**{parameter.name: value})
+
+
+@pytest.mark.parametrize(
+    ("value", "wanted"),
+    [
+        (Decimal("0.1"), Fraction(1, 10)),
+        (np.float32(0.1), Fraction(float(np.float32(0.1)))),
+        (np.longdouble(1) + np.finfo(np.longdouble).eps, 1 + Fraction(float(np.finfo(np.longdouble).eps))),
+        (np.int64(2**60 + 1), Fraction(2**60 + 1)),
+        (" 1/3 ", Fraction(1, 3)),
+        ("1e-9999", Fraction(1, 10**9999)),
+        (10**400, Fraction(10**400)),
+        (mpmath.mpf(2) ** 2000, Fraction(2**2000)),
+    ],
+)  # fmt: skip
+def test_a_number_is_taken_exactly_whatever_type_it_has(value: Any, wanted: Fraction) -> None:
+    """Through float() each of these would be another number, or none."""
+    assert exact(value) == wanted
+
+
+OUT_OF_REACH = (
+    ("curve_sliding_small", "p", "1e-6", "the bead rises at most 2000 p"),
+    ("curve_sliding_quartic", "a", "1e-12", "the bead rises at most 50000 a"),
+    ("curve_sliding_catenary", "c", "1e-6", "the bead rises at most 40 c"),
+    ("ignorable_coordinates", "alpha", "1e-6", "usual: 0.3 to 1.2"),
+    ("central_force_logarithmic", "k", "1e12", "usual: 0.8 to 1.5"),
+    ("central_force_logarithmic", "k", "1e-12", "usual: 0.8 to 1.5"),
+    ("central_force_hanging_mass", "g", "1e-12", "usual: 1 to 10"),
+    ("dumbbell_spring", "l", "1e6", "usual: 0.5 to 1"),
+    ("three_ball_chain", "m2", "1e-6", "at most 100 impacts"),
+    ("restitution_impact_1d_2d", "m2", "1e12", "at most 10,000 impacts"),
+    ("foucault_pendulum_nonlinear", "Om", "1e6", "give at most 0.0005 s"),
+    ("spring_pendulum", "m", "1e-12", "give at most 0.000158114 s"),
+)
+
+
+@pytest.mark.parametrize(("name", "parameter", "value", "limit"), OUT_OF_REACH)
+def test_what_gives_up_names_the_case_the_number_and_the_limit_at_once(
+    name: str, parameter: str, value: str, limit: str
+) -> None:
+    """The reason from inside the exact motion speaks of series and balls; whoever gave the number knows neither."""
+    with pytest.raises(ValueError, match=f"^{name}: ") as refusal:
+        get(name, **{parameter: value}).rounded()  # type: ignore[arg-type]
+    assert f"{parameter} = {show(Fraction(value))}" in str(refusal.value)
+    assert limit in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "value"),
+    [("curve_sliding_small", "p", "0.0112"), ("central_force_hanging_mass", "g", "1e6")],
+)
+def test_just_inside_the_limit_the_exact_motion_is_computed(name: str, parameter: str, value: str) -> None:
+    """A motion that is taken as computable at first sight has the terms for 45 digits: energy is kept to them."""
+    case = get(name, **{parameter: value})  # type: ignore[arg-type]
+    energy = case.invariants["energy"]
+    with working(60) as mp:
+        function = rebind(energy.function, mpmath_arithmetic(mp))
+        numbers = tuple(mp.mpf(x) for x in case.parameter_values())
+        start, end = (
+            function(t, tuple(mp.mpf(x) for x in case.exact(t, 45)), numbers)[0] for t in (0, case.span * 2 / 3)
+        )
+        assert abs(end / start - 1) < mp.mpf(10) ** -43
+
+
+def test_an_integration_that_would_take_hours_is_refused_by_its_span() -> None:
+    with pytest.raises(OutOfReachError, match=r"^double_pendulum: .*span = 1e\+06 s .* give at most 4\d\d\.\d+ s"):
+        get("double_pendulum", span="1e6")
