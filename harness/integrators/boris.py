@@ -12,7 +12,7 @@ from gnomon.harness.compile import Kernel, function_kernel
 from gnomon.harness.integrator import Integrator, Problem
 from gnomon.harness.integrators.fixed_step import FixedStep, Table, given
 from gnomon.harness.integrators.splitting import KahanLi6, Suzuki4
-from gnomon.harness.integrators.stepping import call
+from gnomon.harness.integrators.stepping import call, product
 
 RATIONAL, EXACT, MEAN = 0, 1, 2
 """How the magnetic field turns u: by 2 atan(angle/2); by the angle; by the first with gamma of the mean u."""
@@ -82,10 +82,35 @@ def turn(half: Any, y: Any, fields: Any, turning: Any, light: Any, increment: An
         scale = scale * tan(angle) / angle
     a, b, c = a * scale, b * scale, c * scale
     v1, v2, v3 = u1 + u2 * c - u3 * b, u2 + u3 * a - u1 * c, u3 + u1 * b - u2 * a
-    share = 2 / (1 + a * a + b * b + c * c)
-    increment[3] += share * (v2 * c - v3 * b)
-    increment[4] += share * (v3 * a - v1 * c)
-    increment[5] += share * (v1 * b - v2 * a)
+    w1, w2, w3 = v2 * c - v3 * b, v3 * a - v1 * c, v1 * b - v2 * a
+    share, lost = share_of(a, b, c)
+    increment[3] += share * w1 + lost * w1
+    increment[4] += share * w2 + lost * w2
+    increment[5] += share * w3 + lost * w3
+
+
+def share_of(a: Any, b: Any, c: Any) -> tuple[Any, Any]:
+    """2/(1 + T^2) and what rounding has taken from it.
+
+    Without that |u| would change by the same share in every step where the field is the same, and so drift as t.
+    """
+    aa, lost_a = product(a, a)
+    bb, lost_b = product(b, b)
+    cc, lost_c = product(c, c)
+    square, first = sum_of(aa, bb)
+    square, second = sum_of(square, cc)
+    whole, third = sum_of(1 + 0 * square, square)
+    share = 2 / whole
+    two, lost = product(share, whole)
+    left = (2 - two) - lost - share * (third + (second + (first + (lost_a + lost_b + lost_c))))
+    return share, left * share / 2
+
+
+def sum_of(a: Any, b: Any) -> tuple[Any, Any]:
+    """a + b, rounded, and what rounding has taken from it (Knuth, The Art of Computer Programming 2, 4.2.2)."""
+    found = a + b
+    part = found - a
+    return found, (a - (found - part)) + (b - part)
 
 
 class ChargeMethod(FixedStep):

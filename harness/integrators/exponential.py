@@ -11,6 +11,7 @@ from gnomon.cases.forms import Form, SemiLinear
 from gnomon.harness.compile import Kernel, check_values, function_kernel
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solve
 from gnomon.harness.integrators.fixed_step import DIGITS, FixedStep, Floats, Table, kept
+from gnomon.harness.integrators.gauss import halves
 from gnomon.harness.integrators.stepping import call
 from gnomon.reference.precision import working
 
@@ -23,13 +24,17 @@ Phi = Callable[[int, Any], Matrix]
 def exponential_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: c_1 ... c_s; then for each stage and the end, row by row, exp(c h L) - 1 and h a_1 ... h a_s."""
+    """Rows of `table`: c_1 ... c_s; then for each stage and the end, row by row, exp(c h L) - 1 and h a_1 ... h a_s; what
+    rounding has taken from exp(h L) - 1: without it the linear part alone would grow or shrink as t."""
     n = y.size
     stages = store.shape[0]
     for j in range(stages + 1):
         first = 1 + j * (stages + 1)
         for i in range(n):
             total = 0.0
+            if j == stages:
+                for k in range(n):
+                    total += table[table.shape[0] - 1, i * n + k] * y[k]
             for k in range(n):
                 total += table[first, i * n + k] * y[k]
             for m in range(min(j, stages)):
@@ -95,7 +100,8 @@ class ExponentialRungeKutta(FixedStep):
             less_one = known[c][0] - np.eye(n, dtype=int)
             blanks = [less_one * 0] * (len(self.nodes) - len(row))
             flat += [less_one, *(h * a for a in row), *blanks]
-        return [*table, *(list(matrix.ravel()) for matrix in flat)]
+        _, taken = halves(mp, list((known[1][0] - np.eye(n, dtype=int)).ravel()), roundoff)
+        return [*table, *(list(matrix.ravel()) for matrix in flat), taken]
 
 
 def phi_functions(mp: Any, z: Matrix, count: int = 4) -> list[Matrix]:
@@ -139,7 +145,9 @@ class HochbruckOstermann4(ExponentialRungeKutta):
         with working(DIGITS) as mp:
             linear = form.linear(tuple(map(mp.mpf, parameters)))
         name = f"{self.name} {linear!r} {h!r}"
-        return kept(name, (__name__,), lambda: super(HochbruckOstermann4, self).binary64(form, parameters, h))
+        return kept(
+            name, (__name__, halves.__module__), lambda: super(HochbruckOstermann4, self).binary64(form, parameters, h)
+        )
 
     @classmethod
     def tableau(cls, phi: Phi) -> list[list[Matrix]]:

@@ -45,6 +45,24 @@ def call(f: Any, t: Any, x: Any, p: Any, slope: Any) -> None:
     slope[:] = f(t, tuple(x), tuple(p))
 
 
+def product(a: Any, b: Any) -> tuple[Any, Any]:
+    """a * b, rounded, and what rounding has taken from it. Compiled steps get PRODUCT in its place, which is exact."""
+    return a * b, a * 0
+
+
+PRODUCT = '''
+@intrinsic
+def product(typing, a, b):
+    """a * b, rounded and never contracted with what it is added to, and by a fused operation what rounding has taken."""
+
+    def generate(context, builder, signature, arguments):
+        rounded = builder.fmul(*arguments)
+        values = rounded, builder.fma(*arguments, builder.fneg(rounded))
+        return context.make_tuple(builder, signature.return_type, values)
+
+    return types.UniTuple(types.float64, 2)(types.float64, types.float64), generate
+'''
+
 CALL = '''
 @intrinsic
 def call(typing, address, t, x, p, slope):
@@ -190,8 +208,8 @@ def compiled_whole(
 
 
 def sources(method: Callable[..., Any]) -> list[str]:
-    """Source text that defines `call` and all that a method uses, the method itself last."""
+    """Source text that defines `call`, `product` and all that a method uses, the method itself last."""
     parts = ["import numpy as np", "from llvmlite import ir", "from numba import njit, types"]
-    parts += ["from numba.extending import intrinsic", CALL]
-    gather_into(method, {"call": call, "np": np}, parts)
+    parts += ["from numba.extending import intrinsic", CALL, PRODUCT]
+    gather_into(method, {"call": call, "product": product, "np": np}, parts)
     return parts

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from math import comb
 from typing import Any
 
 import numpy as np
@@ -14,22 +15,31 @@ from gnomon.harness.order import solve_exactly
 from gnomon.harness.problem import counting, initial_state, problem_of
 
 
+def ordinates(differences: tuple[Fraction, ...]) -> tuple[Fraction, ...]:
+    """Weights of values, newest first, from those of their backward differences of order 0, 1, ..."""
+    return tuple(
+        sum(((-1) ** m * comb(j, m) * weight for j, weight in enumerate(differences)), Fraction(0))
+        for m in range(len(differences))
+    )
+
+
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 12])
 def test_formulas_are_exact_for_polynomials_and_for_no_more(count: int) -> None:
     """With a = t^m, q = t^(m+2) / ((m+1)(m+2)) and v = t^(m+1) / (m+1), from t = 0 to 1."""
+    position, speed = ordinates(stormer_weights(count)), ordinates(adams_weights(count))
     for m in range(count + 1):
         wanted = Fraction(1 + (-1) ** m, (m + 1) * (m + 2))
-        found = sum(w * Fraction(-j) ** m for j, w in enumerate(stormer_weights(count)))
+        found = sum(w * Fraction(-j) ** m for j, w in enumerate(position))
         # The term of the first difference is zero: one acceleration gives what two do.
         assert (found == wanted) == (m < max(count, 2))
-        found = sum(w * Fraction(1 - j) ** m for j, w in enumerate(adams_weights(count)))
+        found = sum(w * Fraction(1 - j) ** m for j, w in enumerate(speed))
         assert (found == Fraction(1, m + 1)) == (m < count)
 
 
 def test_the_first_weights_are_the_known_ones() -> None:
     """Störmer's of four accelerations, (14, -5, 4, -1) / 12 (Hairer, Norsett, Wanner III.10.11); Adams-Moulton's."""
-    assert stormer_weights(4) == tuple(Fraction(n, 12) for n in (14, -5, 4, -1))
-    assert adams_weights(4) == tuple(Fraction(n, 24) for n in (9, 19, -5, 1))
+    assert ordinates(stormer_weights(4)) == tuple(Fraction(n, 12) for n in (14, -5, 4, -1))
+    assert ordinates(adams_weights(4)) == tuple(Fraction(n, 24) for n in (9, 19, -5, 1))
 
 
 @pytest.mark.parametrize("method", [Stormer8, Stormer12])
