@@ -35,6 +35,7 @@ STATUS_COLOURS = {
     "timeout": "#7aa6d8",
     "crashed": "#8c2d3a",
     "skipped": "#c3d6ea",
+    "not_run": "#d9d6cf",
     "unsupported": "#efedE8".lower(),
     "not_installed": "#ffffff",
 }
