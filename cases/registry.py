@@ -191,6 +191,11 @@ def case_class(name: str) -> type[Case]:
     raise ValueError(f"no case is named {name!r}; {nearest(name, names())}")
 
 
+def installed_names() -> frozenset[str]:
+    """The names of gnomon's cases and of those that installed packages declare: entry points `gnomon.cases`."""
+    return frozenset(names()) | {point.name for point in entry_points(group="gnomon.cases")}
+
+
 def load(path: str) -> type[Case]:
     """A case class from `package.module:Class`."""
     module, _, attribute = path.partition(":")

@@ -7,7 +7,7 @@ import json
 import math
 import operator
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -48,7 +48,9 @@ STATUSES = (
     "unsupported",
     "not_installed",
 )
-NEVER_RAN = ("unsupported", "not_installed")
+NOT_RUN = "not_run"
+"""The verdict of a hard variant that nobody ran with an integrator that takes its case. No trial has this status."""
+NEVER_RAN = ("unsupported", "not_installed", NOT_RUN)
 
 
 def tidy(rows: pd.DataFrame) -> pd.DataFrame:
@@ -244,6 +246,27 @@ def status_matrix(reduced: pd.DataFrame) -> pd.DataFrame:
         record["reason"] = "".join(str(row["reason"]) for row in shown)
         rows.append(record)
     return pd.DataFrame(rows)
+
+
+def not_run(matrix: pd.DataFrame, variants: Mapping[str, Iterable[str]]) -> pd.DataFrame:
+    """Rows like those of `status_matrix`, of the hard variants that were not run with an integrator that took the case.
+
+    `variants`: the hard variants of each case by name; those in `matrix` count besides.
+    """
+    ran = matrix[~matrix["verdict"].isin(NEVER_RAN)]
+    takes = ran.drop_duplicates(["case", "library", "integrator_id"])
+    own = matrix[matrix["formulation"] == ""]
+    there = set(own[["case", "variant", "integrator_id"]].itertuples(index=False, name=None))
+    hard = {name: dict.fromkeys(variants.get(name, ())) for name in takes["case"]}
+    for name, variant in own.loc[own["variant"] != "", ["case", "variant"]].itertuples(index=False, name=None):
+        hard.get(name, {})[variant] = None
+    rows = [
+        (case, variant, "", library, name, NOT_RUN, 0, 0, {}, math.nan, "", "")
+        for case, library, name in takes[["case", "library", "integrator_id"]].itertuples(index=False, name=None)
+        for variant in hard[case]
+        if (case, variant, name) not in there
+    ]
+    return pd.DataFrame(rows, columns=[*SERIES, "verdict", "ok", "settings", "counts", "best", "failure", "reason"])
 
 
 def _series(frame: pd.DataFrame, *columns: str) -> Iterator[tuple[tuple[str, ...], list[dict[str, Any]]]]:

@@ -166,12 +166,19 @@ def run(
 def report(
     run: Annotated[Path, typer.Argument(help="A results file or its folder.")],
     to: Annotated[Path, typer.Option(help="The folder to write to.")] = Path("reports"),
+    case: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A case that is not installed, package.module:Class; a results file never says what to import."
+        ),
+    ] = None,
 ) -> None:
     """Write the report of a run: one offline page, a summary and the figures."""
+    from gnomon.cases.registry import case_class
     from gnomon.harness.report import write_report
     from gnomon.harness.store import results_file
 
-    page = write_report(results_file(run), to)
+    page = write_report(results_file(run), to, {name: case_class(name) for name in case or ()})
     out.print(f"The report is {page}")
 
 

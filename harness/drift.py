@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.cases.case import Case
-from gnomon.cases.registry import case_class
 from gnomon.harness import store
 from gnomon.harness.analysis import SERIES
 from gnomon.harness.judge import Judge
@@ -58,16 +57,15 @@ def _slope(x: Floats, y: Floats) -> tuple[float, float]:
     return float(slope), float(np.sum((y - intercept - slope * x) ** 2))
 
 
-def rebuilt(name: str, variant: str, numbers: Mapping[str, str], span: float) -> Case:
+def rebuilt(kind: type[Case], variant: str, numbers: Mapping[str, str], span: float) -> Case:
     """The case of a stored trial, from its own exact numbers.
 
-    Raises ValueError where the case cannot be imported here, or has other parameters than when it ran.
+    Raises ValueError where the case has other parameters than when it ran.
     """
-    kind = case_class(name)
     wanted = [coordinate.name for coordinate in kind.state] + [parameter.name for parameter in kind.parameter_list]
     missing = [key for key in wanted if key not in numbers]
     if missing:
-        raise ValueError(f"{name} ran without {', '.join(missing)}, which it has now")
+        raise ValueError(f"{kind.name} ran without {', '.join(missing)}, which it has now")
     values = {key: Fraction(numbers[key]) for key in wanted}
     return kind(
         variant=variant or None,
@@ -77,13 +75,13 @@ def rebuilt(name: str, variant: str, numbers: Mapping[str, str], span: float) ->
     )
 
 
-def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any]) -> pd.DataFrame:
+def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any], known: Mapping[str, type[Case]]) -> pd.DataFrame:
     """Drift laws: one row a series and quantity ("error" or an invariant), at the setting with an error nearest 1e-5.
 
     There growth stands clear above round-off, and is small enough to follow its law. `frame` holds the store's rows of
-    that file; `chosen` marks the rows to look at.
+    that file; `chosen` marks the rows to look at. Cases that are not `known` by name have no laws.
     """
-    wanted = frame[(frame["status"] == "ok") & chosen & (frame["error_max"] > 0)]
+    wanted = frame[(frame["status"] == "ok") & chosen & (frame["error_max"] > 0) & frame["case"].isin(list(known))]
     wanted = wanted.assign(away=np.abs(np.log10(wanted["error_max"] / CLEAR))).sort_values(["launch", "away"])
     wanted = wanted.groupby(SERIES, dropna=False).head(1)
     sampled = store.states(path, wanted["measurement"].tolist())
@@ -92,15 +90,15 @@ def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any]) -> pd.DataFram
     for (name, variant), group in wanted.groupby(["case", "variant"]):
         first = group.iloc[0]
         try:
-            cases.append((rebuilt(name, variant, json.loads(first["numbers"]), float(first["span"])), group))
+            cases.append((rebuilt(known[name], variant, json.loads(first["numbers"]), float(first["span"])), group))
         except ValueError:
-            continue  # a scene of the user's that cannot be imported here: its rows keep their errors, without laws
+            continue  # the case has other parameters now: its rows keep their errors, without laws
     exact = truths([CaseSpec.of(case) for case, _ in cases], lambda: None)
     for case, group in cases:
-        known = exact[CaseSpec.of(case)]
-        if isinstance(known, str):
+        truth = exact[CaseSpec.of(case)]
+        if isinstance(truth, str):
             continue  # its exact motion fails here, and so there is nothing to hold the states against
-        judge = Judge(case, None, known)
+        judge = Judge(case, None, truth)
         for trial in group.itertuples():
             states = sampled.get(trial.measurement)
             if states is None or states.shape != judge.truth.exact.shape:
@@ -108,6 +106,6 @@ def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any]) -> pd.DataFram
             sizes = {"error": judge.metric.distance(states, judge.truth.exact)} | judge.drift(states)
             key = [getattr(trial, column) for column in SERIES]
             rows += [
-                (*key, trial.setting, quantity, law(known.times, s), float(np.max(s))) for quantity, s in sizes.items()
+                (*key, trial.setting, quantity, law(truth.times, s), float(np.max(s))) for quantity, s in sizes.items()
             ]
     return pd.DataFrame(rows, columns=[*SERIES, "setting", "quantity", "law", "size"])

@@ -11,7 +11,7 @@ from typing import Any
 import altair as alt
 import numpy as np
 import pandas as pd
-from gnomon.harness.analysis import NEVER_RAN
+from gnomon.harness.analysis import NEVER_RAN, NOT_RUN
 from gnomon.harness.figures_work import ERRORS
 from gnomon.harness.style import INK, STATUS_COLOURS, dressed, records
 from gnomon.harness.tables import digits, short_text
@@ -28,13 +28,18 @@ def _kept(table: pd.DataFrame, *columns: str) -> list[dict[str, Any]]:
 def broken_scenes(matrix: pd.DataFrame) -> pd.DataFrame:
     """Case x integrator: how many of the scenes that it takes it breaks on, no setting being ok, and mostly by what.
 
-    `matrix`: case, integrator_id, verdict, ok (settings). A row a pair that ran, columns scenes, broken, verdict.
+    `matrix`: case, integrator_id, verdict, ok (settings). A row a pair that ran, columns scenes, broken, verdict: where
+    nothing broke and a hard variant was not run, that is the verdict.
     """
     ran = matrix[~matrix["verdict"].isin(NEVER_RAN)]
+    missing = set(
+        matrix.loc[matrix["verdict"] == NOT_RUN, ["case", "integrator_id"]].itertuples(index=False, name=None)
+    )
     rows = []
     for (case, name), part in ran.groupby(["case", "integrator_id"], sort=False):
         lost = part[part["ok"] == 0]
-        verdict = lost["verdict"].mode().iloc[0] if len(lost) else "ok" if (part["verdict"] == "ok").all() else "partly"
+        whole = "ok" if (part["verdict"] == "ok").all() else "partly"
+        verdict = lost["verdict"].mode().iloc[0] if len(lost) else NOT_RUN if (case, name) in missing else whole
         rows.append((case, name, len(part), len(lost), verdict))
     return pd.DataFrame(rows, columns=["case", "integrator_id", "scenes", "broken", "verdict"])
 

@@ -141,7 +141,8 @@ class Judge:
             beyond = (errors > threshold) & (errors > excusable)
             if np.any(beyond):
                 first = int(np.argmax(beyond))
-                return status, f"error {errors[first]:.2g} at t = {self.truth.times[first]:.6g} s, above {threshold:g}"
+                error = above_text(errors[first], threshold)
+                return status, f"error {error} at t = {self.truth.times[first]:.6g} s, above {threshold:g}"
         return "ok", ""
 
     def split(self, states: Floats) -> tuple[float, float]:
@@ -267,6 +268,12 @@ class Judge:
             terms += np.abs(self.truth.exact[:, index] * (sides[0] - sides[1]) / (2 * step))
         cancelled = float(np.max(terms))
         return largest if largest > 1e-3 * cancelled else cancelled or 1.0
+
+
+def above_text(value: float, limit: float) -> str:
+    """A value above a limit in as many digits, two at least, as it takes to be above the limit as it reads."""
+    texts = (f"{value:.{digits}g}" for digits in range(2, 17))
+    return next((text for text in texts if float(text) > limit), repr(float(value)))
 
 
 def _to_time(

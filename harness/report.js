@@ -206,16 +206,20 @@
   function brokenRow(map, name, scenes, shown) {
     const row = made("tr");
     shown.forEach((column) => {
-      const words = scenes.map((scene) => scene[2].slice(3 * column, 3 * column + 3)).filter((c) => c[0] !== " ")
-        .map((c) => [map.verdicts[parseInt(c[0], 16)], c[1] === "-"]).filter(([word]) => !/^(un|not)/.test(word));
+      const all = scenes.map((scene) => scene[2].slice(3 * column, 3 * column + 3)).filter((c) => c[0] !== " ")
+        .map((c) => [map.verdicts[parseInt(c[0], 16)], c[1] === "-"]);
+      const words = all.filter(([word]) => !/^(un|not)/.test(word));
+      const missing = all.filter(([word]) => word === "not_run").length;
       if (!words.length) return row.append(made("td", "e", "·"));
       const counts = {};
       const broken = words.filter(([, lost]) => lost);
       broken.forEach(([word]) => (counts[word] = (counts[word] ?? 0) + 1));
       const most = Object.keys(counts).sort((a, b) => counts[b] - counts[a])[0];
-      const kind = most ?? (words.every(([word]) => word === "ok") ? "ok" : "partly");
-      const told = Object.entries(counts).map(([word, count]) => `${count} ${word}`).join(", ") || "holds on all";
-      row.append(made("td", `s-${kind}`, broken.length || "", `${name}, ${map.series[column]}: of ${words.length} scenes ${told}`));
+      const held = words.every(([word]) => word === "ok") ? "ok" : "partly";
+      const kind = most ?? (missing ? "not_run" : held);
+      const failed = Object.entries(counts).map(([word, count]) => `${count} ${word}`).join(", ") || "none failed";
+      const told = `of ${words.length} run ${failed}` + (missing ? `; ${missing} not run` : "");
+      row.append(made("td", `s-${kind}`, broken.length || "", `${name}, ${map.series[column]}: ${told}`));
     });
     return row;
   }

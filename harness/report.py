@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import vl_convert
-from gnomon.harness import store
+from gnomon.cases.case import Case
+from gnomon.harness import store, tables
 from gnomon.harness.report_charts import other_charts, page_charts, work_scenes, write_figures
 from gnomon.harness.report_pack import packed, packed_json
 from gnomon.harness.report_run import Run
@@ -17,14 +19,15 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup, escape
 
 
-def write_report(database: Path, folder: Path) -> Path:
+def write_report(database: Path, folder: Path, cases: Mapping[str, type[Case]] | None = None) -> Path:
     """Write index.html, summary.md and figures/ into `folder` and return the page's path.
 
     `database` is a results file, or a folder that holds one. The tables of certificates.json, checks.json and
-    benchmarks.json are shown where the folder, or that of the results, holds these. Raises ValueError for a file that
-    is no results file, or an empty one.
+    benchmarks.json are shown where the folder, or that of the results, holds these. `cases`: classes that are not
+    installed, by the name under which they ran; nothing that the file names is imported otherwise. Raises ValueError for
+    a file that is no results file, or an empty one.
     """
-    run = Run.read(store.results_file(database))
+    run = Run.read(store.results_file(database), cases)
     folder.mkdir(parents=True, exist_ok=True)
     work = work_scenes(run)
     charts = other_charts(run)
@@ -33,6 +36,7 @@ def write_report(database: Path, folder: Path) -> Path:
     with diskcache.whole(page) as part:
         part.write_text(_page(words, page_charts(run, work, charts)), encoding="utf-8")
     plain = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    plain.filters["counted"] = tables.counted
     with diskcache.whole(folder / "summary.md") as part:
         part.write_text(plain.from_string(_source("summary.md.j2")).render(words), encoding="utf-8")
     write_figures(run, work, charts, folder / "figures")
@@ -42,14 +46,14 @@ def write_report(database: Path, folder: Path) -> Path:
 def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
     """The page. Tables of single cases travel compressed, and are put in place when their case is chosen."""
     environment = Environment(undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.filters["breakable"] = _breakable
+    environment.filters |= {"breakable": _breakable, "counted": tables.counted}
     panel = environment.from_string(_source("report_case.html.j2")).module
-    tables = {
+    panels = {
         case["name"]: {"times": str(panel.times(case, words["targets"])), "stability": str(panel.stability(case))}  # type: ignore[attr-defined]
         for case in words["cases"]
     }
     about = {case["name"]: {key: case[key] for key in ("title", "section", "stresses")} for case in words["cases"]}
-    carried = {"tables": tables, "about": about, "chapters": words["chapters"], "first": words["first"]}
+    carried = {"tables": panels, "about": about, "chapters": words["chapters"], "first": words["first"]}
     return environment.from_string(_source("report.html.j2")).render(
         words,
         titles={case["name"]: case["title"] for case in words["cases"]},

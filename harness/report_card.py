@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,12 +23,11 @@ KINDS = (
     (("Separable", "SecondOrder"), "Forces of position and time alone"),
     (("FirstOrder",), "Other smooth systems: quadratic drag, coupled masses"),
 )
-"""Kinds of systems by the most structured form that any integrator took a case in; the first that fits counts."""
+"""Kinds of systems by the most structured form that a case offers; the first that fits counts."""
 
 
-def kinds(frame: pd.DataFrame, names: Sequence[str]) -> dict[str, list[str]]:
-    """The cases of each kind, in the order of KINDS, those without any left out."""
-    forms = frame.groupby("case")["form"].agg(set)
+def kinds(forms: Mapping[str, AbstractSet[str]], names: Sequence[str]) -> dict[str, list[str]]:
+    """The cases of each kind, in the order of KINDS, those without any left out. `forms`: what each case offers."""
     found: dict[str, list[str]] = {}
     for marks, words in KINDS:
         known = {name for members in found.values() for name in members}

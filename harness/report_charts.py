@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +19,10 @@ from gnomon.harness.report_pack import columnar, columns
 from gnomon.harness.report_run import Run
 
 FLOOR, CONDITIONING = "floor: half an ulp of the output", "conditioning: half an ulp of the input"
+
+MANIFEST = "figures.json"
+"""Lists the figures that a report wrote into its folder."""
+SUFFIXES = (".svg", ".png")
 
 Scenes = dict[str, dict[str, Any]]
 
@@ -98,7 +105,7 @@ def _hundredths(points: pd.DataFrame) -> dict[str, list[Any]]:
 
 
 def _map(run: Run) -> dict[str, Any]:
-    """Verdicts of every scene and integrator, a string a scene with three characters an integrator.
+    """Verdicts of every scene, run or not, and integrator, a string a scene with three characters an integrator.
 
     These are the verdict (its place in the list), the digits reached and the digits short of the attainable, both to
     base 36, `-` where there are none. `why` has the first failure of cells without an ok setting.
@@ -109,7 +116,11 @@ def _map(run: Run) -> dict[str, Any]:
     attainable = run.trusted.set_index(["scene", "integrator_id"])["attainable"]
     parts = dict(list(run.matrix.groupby("scene", sort=False)))
     rows = []
-    for scene in run.scenes.to_dict("records"):
+    place_of = {name: i for i, name in enumerate(run.names)}
+    scenes = run.matrix.drop_duplicates("scene").sort_values(
+        "case", key=lambda column: column.map(place_of), kind="stable"
+    )
+    for scene in scenes.to_dict("records"):
         cells, why = ["   "] * len(columns_), {}
         for one in parts[scene["scene"]].to_dict("records"):
             place = columns_[one["integrator_id"]]
@@ -132,7 +143,7 @@ def _map(run: Run) -> dict[str, Any]:
 def write_figures(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLevelMixin], folder: Path) -> None:
     """Every chart as SVG and PNG: work-precision of the default scenes against time, and all others.
 
-    What an earlier report left in the folder goes.
+    What an earlier report wrote and this one does not is removed: the files that its manifest lists, and no others.
     """
     specification = work_precision(run.look, "time")
     wanted: dict[str, dict[str, Any]] = {name: chart.to_dict(validate=False) for name, chart in charts.items()}
@@ -142,9 +153,31 @@ def write_figures(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLe
                 continue
             subtitle = label.removeprefix("default").removeprefix(" · ")
             title = {"text": run.titles[name], "subtitle": subtitle or "default numbers"}
-            file = name + (f"_{subtitle.replace(' ', '_')}" if subtitle else "")
-            wanted[file] = drawn(specification, scene["points"], scene["limits"]) | {"title": title}
+            wanted[slug(name) + (f"_{slug(subtitle)}" if subtitle else "")] = drawn(
+                specification, scene["points"], scene["limits"]
+            ) | {"title": title}
+    earlier = _listed(folder)
     write_images(wanted, folder)
-    for path in folder.iterdir():
-        if path.suffix in (".svg", ".png") and path.stem not in wanted:
-            path.unlink()
+    for name in earlier - set(wanted):
+        for suffix in SUFFIXES:
+            (folder / (name + suffix)).unlink(missing_ok=True)
+    (folder / MANIFEST).write_text(json.dumps(sorted(wanted), indent=0), encoding="utf-8")
+
+
+def slug(text: str) -> str:
+    """A file name for any text: its letters, digits and underscores in lower case; a hash where that is not the text."""
+    plain = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_")
+    if plain == text.replace(" ", "_") and 0 < len(plain) <= 60:
+        return plain
+    return f"{plain[:60] or 'unnamed'}_{hashlib.sha256(text.encode()).hexdigest()[:8]}"
+
+
+def _listed(folder: Path) -> set[str]:
+    """The figures that the manifest in a folder names; none where it is missing or is not a list of plain names."""
+    try:
+        names = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return set()
+    if not isinstance(names, list):
+        return set()
+    return {name for name in names if isinstance(name, str) and re.fullmatch(r"[A-Za-z0-9_]+", name)}

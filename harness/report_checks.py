@@ -76,8 +76,10 @@ def _parts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         chosen = [row for row in rows if (row["variant"] == "default") is default]
         least = min(chosen, key=lambda row: float(row["digits"]), default=None)
         fewest = f"the fewest digits are {least['digits']:.1f}, of {_name(least)}" if least else ""
-        confirmed = sum(row["passed"] for row in chosen)
-        parts.append({"title": title, "rows": chosen, "confirmed": confirmed, "fewest": fewest, "grouped": not default})
+        failed = [_name(row) for row in chosen if not row["passed"]]
+        confirmed = len(chosen) - len(failed)
+        part = {"title": title, "rows": chosen, "confirmed": confirmed, "failed": failed, "fewest": fewest}
+        parts.append(part | {"grouped": not default})
     return parts
 
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from gnomon.cases.case import Case
+from gnomon.cases.registry import case_class, installed_names
 from gnomon.harness import analysis, ladders, store, style, tables
 from gnomon.harness.drift import rebuilt
 from gnomon.harness.plan import SIBLING
@@ -38,9 +40,11 @@ class Run:
     path: Path
     frame: pd.DataFrame
     reduced: pd.DataFrame
+    given: Mapping[str, type[Case]] = field(default_factory=dict)
+    """Cases that are not installed, by the name under which they ran."""
 
     @classmethod
-    def read(cls, path: Path) -> Run:
+    def read(cls, path: Path, given: Mapping[str, type[Case]] | None = None) -> Run:
         """Raises ValueError for a file that is no results file, or an empty one."""
         frame = analysis.tidy(store.load(path))
         # A pair that the suite never asked for is no failure of the integrator, and would fill the maps.
@@ -50,7 +54,7 @@ class Run:
         why = analysis.nothing_ran(frame)
         if why is not None:
             raise ValueError(f"{path}: nothing in it ran, so there is nothing to report ({why})")
-        return cls(path, frame, analysis.settings(frame))
+        return cls(path, frame, analysis.settings(frame), given or {})
 
     @cached_property
     def look(self) -> pd.DataFrame:
@@ -62,7 +66,19 @@ class Run:
 
     @cached_property
     def matrix(self) -> pd.DataFrame:
-        return tables.with_scenes(analysis.status_matrix(self.reduced))
+        """The status matrix, and the hard variants of installed cases that were not run."""
+        ran = analysis.status_matrix(self.reduced)
+        missing = analysis.not_run(
+            ran, {name: [variant.name for variant in found.variants] for name, found in self.classes.items()}
+        )
+        return tables.with_scenes(pd.concat([ran, missing], ignore_index=True) if len(missing) else ran)
+
+    @cached_property
+    def classes(self) -> dict[str, type[Case]]:
+        """The classes of the cases that are installed or were given. A results file never says what to import."""
+        installed = installed_names()
+        own = {name: case_class(name) for name in self.names if name in installed}
+        return own | {name: found for name, found in self.given.items() if name in self.names}
 
     @cached_property
     def trusted(self) -> pd.DataFrame:
@@ -105,16 +121,24 @@ class Run:
     def cases(self) -> list[Case]:
         """The default cases of the run in the order of the book, rebuilt from their stored numbers.
 
-        What cannot be imported here is left out.
+        What is neither installed nor given is left out.
         """
         found = []
         own = self.frame[self.frame["variant"] == ""].drop_duplicates("case").set_index("case", drop=False)
-        for row in own.loc[[name for name in self.names if name in own.index]].to_dict("records"):
+        for row in own.loc[[name for name in self.names if name in own.index and name in self.classes]].to_dict(
+            "records"
+        ):
             try:
-                found.append(rebuilt(row["case"], "", json.loads(row["numbers"]), float(row["span"])))
+                found.append(rebuilt(self.classes[row["case"]], "", json.loads(row["numbers"]), float(row["span"])))
             except ValueError:
                 continue
         return found
+
+    @cached_property
+    def forms(self) -> dict[str, set[str]]:
+        """The forms that each case offers; of a case that is not known, those in which integrators took it."""
+        taken = {str(name): set(forms) for name, forms in self.frame.groupby("case")["form"]}
+        return taken | {case.name: {type(form).__name__ for form in case.all_forms()} for case in self.cases}
 
     @cached_property
     def ladders(self) -> pd.DataFrame:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness import analysis, findings, report_benchmarks, report_card, report_checks, store, style, tables
+from gnomon.harness.calls import PYTHON_CALL
 from gnomon.harness.drift import laws
 from gnomon.harness.report_charts import Scenes
 from gnomon.harness.report_run import Run
@@ -21,7 +22,7 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
     own = ran[ran["variant"] == ""].drop_duplicates(["case", "formulation"])
     scenes = [(name, formulation) for name in run.names for formulation in own.loc[own["case"] == name, "formulation"]]
     growth, orders = (read(folder, run.path.parent) for read in (report_benchmarks.growth, report_benchmarks.orders))
-    kinds = report_card.kind_rows(run.equal, run.matrix, report_card.kinds(run.frame, run.names))
+    kinds = report_card.kind_rows(run.equal, run.matrix, report_card.kinds(run.forms, run.names))
     runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
     return {
         "results": "/".join(run.path.resolve().parts[-2:]),
@@ -39,8 +40,9 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
         "counts": {
             "cases": len(run.names),
             "scenes": len(run.scenes),
-            "integrators": run.frame["integrator_id"].nunique(),
-            "libraries": run.frame["library"].nunique(),
+            "integrators": ran["integrator_id"].nunique(),
+            "libraries": ran["library"].nunique(),
+            "not_installed": sorted(set(run.frame["library"]) - set(ran["library"])),
             "trials": len(ran),
             "ran": int((ran["status"] != "skipped").sum()),
             "measurements": int((~run.frame["status"].isin([*analysis.NEVER_RAN, "skipped"])).sum()),
@@ -54,6 +56,7 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
         "failures": tables.failure_groups(analysis.failures(run.reduced)),
         "ladders": ladder_rows(run.ladders),
         "engine_settings": engine_settings(run.frame),
+        "python_call": PYTHON_CALL,
         "meanings": tables.MEANINGS,
         "letters": {name: letter for name, letter in style.LETTERS.items() if letter.strip()},
         "colours": style.STATUS_COLOURS,
@@ -68,7 +71,7 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
 def _cases(run: Run, work: dict[str, Scenes]) -> list[dict[str, Any]]:
     """Each case with its scenes and the rows of its tables."""
     times = tables.equal_error_rows(run.equal, run.reduced)
-    grown = laws(run.path, run.frame, run.frame["variant"] == "")
+    grown = laws(run.path, run.frame, run.frame["variant"] == "", run.classes)
     parts = analysis.anatomy(run.frame[run.frame["variant"] == ""])
     stability = tables.stability_rows(run.matrix, run.trusted, run.orders, grown, parts)
     return [

@@ -13,6 +13,7 @@ from typing import Any
 
 from gnomon.cases import Case
 from gnomon.harness import declaration, environment, plan, registry, store
+from gnomon.harness.calls import described as python_calls
 from gnomon.harness.compile import cache_folder
 from gnomon.harness.integrator import Integrator
 from gnomon.harness.judge import Judge
@@ -54,7 +55,8 @@ def run(
     series = [one for one in series if one.integrator.everywhere or suite.of(one.case).siblings]
     with progress, Store(path) as results:
         known, broken = _truths(series, progress)
-        number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe())
+        calls = python_calls() if any(one.library == "scipy" for one in integrators) else {}
+        number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe() | calls)
         run_ = _Run(results, number, suite, known, progress, siblings)
         run_.plan(series)
         method = "fork" if any(registry.reference(i)[0] == "__main__" for i in integrators) else "forkserver"

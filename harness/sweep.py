@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 from gnomon.harness.integrator import Steps, Tolerance
-from gnomon.harness.judge import Judge
+from gnomon.harness.judge import Judge, above_text
 from gnomon.harness.plan import Series, Suite, Trial
 from gnomon.harness.registry import reference
 from gnomon.harness.store import Known
@@ -139,7 +139,7 @@ class Sweep:
         expected = seconds * min(max(min(ratios), 1.0), MOST_GROWTH)
         if expected <= self.limit_seconds:
             return None
-        return f"predicted {expected:.2g} s, above the limit of {self.limit_seconds:g} s"
+        return f"predicted {above_text(expected, self.limit_seconds)} s, above the limit of {self.limit_seconds:g} s"
 
     def _worth_relaunching(self, trial: Trial) -> bool:
         first = self._history.get((trial.key, 1))

@@ -29,6 +29,13 @@ SCENE_AND_NAME = ("case", "formulation", "integrator_id")
 LAWS = {"sqrt t": "√t", "t^2": "t²", "faster than t^2": "faster than t²"}
 
 
+def counted(number: int, noun: str) -> str:
+    """A number with its noun, in the plural where it is not one: 1 case, 2 cases, 0 libraries."""
+    if number == 1:
+        return f"1 {noun}"
+    return f"{number} {noun[:-1]}ies" if noun.endswith("y") else f"{number} {noun}s"
+
+
 def time_text(seconds: float) -> str:
     """A time to three figures with its unit."""
     if not math.isfinite(seconds):
@@ -176,9 +183,9 @@ def libraries(equal: pd.DataFrame) -> list[Row]:
             best = at[at["library"] == library].groupby("case")["ratio"].min()
             reached, scenes = len(best), at["case"].nunique()
             cells.append(
-                Cell(f"{ratio_text(float(best.median()))} ×", f"{reached} of {scenes} cases")
+                Cell(f"{ratio_text(float(best.median()))} ×", f"{reached} of {counted(scenes, 'case')}")
                 if reached
-                else Cell("–", f"0 of {scenes} cases", "none")
+                else Cell("–", f"0 of {counted(scenes, 'case')}", "none")
             )
         rows.append(Row(str(library), cells))
     return sorted(rows, key=lambda row: row.head != "gnomon")

@@ -48,13 +48,13 @@ def test_laws(sizes: np.ndarray, expected: str) -> None:
 def test_a_case_is_rebuilt_from_its_stored_numbers() -> None:
     case = cases.get("pendulum_simple", "rotation").rounded()
     numbers = {name: str(value) for name, value in case.numbers.items()}
-    again = rebuilt("pendulum_simple", "rotation", numbers, float(case.span))
+    again = rebuilt(cases.case_class("pendulum_simple"), "rotation", numbers, float(case.span))
     assert (again.numbers, again.span, again.variant) == (case.numbers, Fraction(float(case.span)), "rotation")
 
 
 def test_a_case_that_has_changed_since_is_refused() -> None:
     with pytest.raises(ValueError, match="theta"):
-        rebuilt("pendulum_simple", "", {"g": "1", "L": "1", "omega": "0"}, 1.0)
+        rebuilt(cases.case_class("pendulum_simple"), "", {"g": "1", "L": "1", "omega": "0"}, 1.0)
 
 
 def test_laws_are_those_of_the_setting_whose_error_is_nearest_1e_5(tmp_path: Path) -> None:
@@ -74,8 +74,9 @@ def test_laws_are_those_of_the_setting_whose_error_is_nearest_1e_5(tmp_path: Pat
             row = {"trial_key": str(size), "launch": 1, "status": status, "error_max": size}
             results.add(run, row, None, states)
     frame = analysis.tidy(store.load(tmp_path))
-    found = laws(tmp_path, frame, frame["variant"] == "").set_index("quantity")
+    found = laws(tmp_path, frame, frame["variant"] == "", {case.name: type(case)}).set_index("quantity")
     assert set(found.index) == {"error", "energy"}
     assert found.loc["error", ["setting", "law"]].tolist() == [2e-5, "t"]
+    assert laws(tmp_path, frame, frame["variant"] == "", {}).empty  # a case that is not known is not looked for
     # theta is scaled by its amplitude, 2 rad
     assert found.loc["error", "size"] == pytest.approx(1e-5, rel=1e-6)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases import accuracy
-from gnomon.harness.judge import Judge, _to_time
+from gnomon.harness.judge import Judge, _to_time, above_text
 from gnomon.harness.truth import CaseSpec, truth
 from gnomon.harness.worker import Outcome
 
@@ -252,3 +252,14 @@ def test_a_start_at_the_edge_of_what_decodes_is_moved_inward() -> None:
     found = truth(CaseSpec.of(case, formulation))
     assert np.all(np.isfinite(found.conditioning))
     assert np.all(found.conditioning >= truth(CaseSpec.of(case)).conditioning * (1 - 1e-12))
+
+
+@pytest.mark.parametrize("limit", [0.1, 1.0, 50.0])
+def test_a_value_above_a_limit_reads_as_one(limit: float) -> None:
+    """ "error 1, above 1" says nothing: the value keeps as many digits as that takes."""
+    for excess in (1e-15, 1e-9, 0.004, 0.3, 7.0):
+        value = limit * (1 + excess)
+        text = above_text(value, limit)
+        assert float(text) > limit
+        assert float(text) == pytest.approx(value, rel=0.05)
+    assert above_text(1.0345, 1.0) == "1.03"

@@ -19,11 +19,14 @@ import pandas as pd
 import pytest
 import synthetic
 import vl_convert
+from gnomon.cases import case_class
+from gnomon.harness.analysis import not_run
 from gnomon.harness.figures import broken_scenes
 from gnomon.harness.figures_work import EXACT, front
 from gnomon.harness.images import leaner
 from gnomon.harness.png import smaller
 from gnomon.harness.report import write_report
+from gnomon.harness.report_card import held
 from gnomon.harness.report_pack import packed_json
 from gnomon.harness.store import Store
 
@@ -127,7 +130,11 @@ def test_charts_carry_every_scene(written: Path) -> None:
     assert len({len(points[name]) for name in ("setting", "time", "calls", "error", "failed")}) == 1
     assert "tolerance" in charts["others"]
     rows = charts["map"]["rows"]
-    assert len(rows) == 6
+    variants = {name: {variant.name for variant in case_class(name).variants} for name in charts["work"]["cases"]}
+    there = {(name, label.replace("default", "")) for name, label, *_ in rows}
+    assert there == {(name, variant) for name, several in variants.items() for variant in several | {""}} | {
+        ("pendulum_simple", "long"), ("kepler_orbit", "e09")
+    }  # fmt: skip
     assert {len(cells) for _, _, cells, _ in rows} == {3 * len(charts["map"]["series"])}
 
 
@@ -154,6 +161,28 @@ def test_the_front_has_the_fastest_of_each_kind_at_each_error() -> None:
     kinds = {name: name.partition(",")[0] if "," in name else "one" for name in sweeps}
     kept = pd.DataFrame(rows, columns=["series", "time", "error"])
     assert front(kept, kinds) == {"fast", "slow but accurate", "other, never there"}
+
+
+def test_what_was_not_run_on_a_hard_variant_is_neither_held_nor_broken_there() -> None:
+    """`a` ran on both hard variants, `b` on one of them, `c` on none; nobody ran `third`; `d` does not take the case."""
+    ran = [
+        ("", "a", "ok"), ("first", "a", "ok"), ("second", "a", "partly"), ("", "b", "ok"), ("first", "b", "ok"),
+        ("", "c", "ok"), ("", "d", "unsupported"), ("first", "d", "unsupported"), ("second", "b", "unsupported"),
+    ]  # fmt: skip
+    matrix = pd.DataFrame(ran, columns=["variant", "integrator_id", "verdict"])
+    matrix = matrix.assign(case="x", formulation="", library="l", ok=1, best=1e-9)
+    for variants, missing in (((), {("second", "c"), ("first", "c")}), (("third",), {("third", "a"), ("third", "b")})):
+        found = not_run(matrix, {"x": variants})
+        pairs = set(found[["variant", "integrator_id"]].itertuples(index=False, name=None))
+        assert pairs >= missing
+        assert not pairs & {("first", "b"), ("second", "b"), ("third", "d")}
+    found = not_run(matrix, {})
+    assert len(found) == 2
+    verdicts = broken_scenes(pd.concat([matrix, found])).set_index("integrator_id")["verdict"]
+    assert verdicts.to_dict() == {"a": "partly", "b": "ok", "c": "not_run"}
+    each, scenes = held(pd.concat([matrix, not_run(matrix, {"x": ["third"]})]))
+    assert each["ran"].to_dict() == {"a": 2, "b": 1}
+    assert scenes == 2
 
 
 def test_broken_scenes_counts_those_without_an_ok_setting() -> None:
@@ -253,7 +282,7 @@ def test_summary_and_figures(written: Path) -> None:
     assert '<td class="number">3.95</td>' in page
     assert "| RK4 | pendulum_simple | 128 steps a period | 1e5 | 1.0e-3 | 1.00 ± 0.01 | t | t |" in tables
     figures = written.parent / "figures"
-    names = {path.stem for path in figures.iterdir()}
+    names = {path.stem for path in figures.iterdir() if path.suffix != ".json"}
     assert {"pendulum_simple", "kepler_orbit", "bouncing_ball", "breaks", "trust"} <= names
     for name in names:
         assert ET.parse(figures / f"{name}.svg").getroot().tag.endswith("svg")

@@ -77,3 +77,11 @@ def test_the_page_never_rounds_digits_up_and_escapes(folders: tuple[Path, Path])
 def test_nothing_is_said_where_nothing_was_measured(tmp_path: Path) -> None:
     assert not certified(tmp_path, tmp_path).strip()
     assert certified_lines(tmp_path, tmp_path) == []
+
+
+def test_a_certificate_that_fails_is_named_beside_the_count_of_those_confirmed(folders: tuple[Path, Path]) -> None:
+    page = str(certified(*folders))
+    heading = page[page.index("1 of 2 hard variants confirmed") :].partition("</summary>")[0]
+    assert "1 not confirmed" in heading
+    assert "euler_top/flat" in heading
+    assert "not confirmed" not in page[: page.index("1 of 2 hard variants confirmed")]

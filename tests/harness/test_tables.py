@@ -185,3 +185,8 @@ def test_shares_are_of_the_trials_that_could_run() -> None:
         {"status": "ok", "trials": 3, "share": 0.75},
         {"status": "skipped", "trials": 1, "share": 0.25},
     ]
+
+
+def test_a_count_has_its_noun_in_the_right_number() -> None:
+    assert [tables.counted(n, "case") for n in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]
+    assert [tables.counted(n, "library") for n in (1, 5)] == ["1 library", "5 libraries"]
