@@ -37,8 +37,8 @@ def gauss_step(
                 moved = abs(slope[i] - store[j + 1, i])
                 if not moved <= LARGEST:
                     return False
-                if moved > 0.0:
-                    change = max(change, h * moved / (abs(y[i]) + h * abs(slope[i]) + LEAST_SIZE))
+                if h * moved > SMALLEST:
+                    change = max(change, h * moved / (abs(y[i]) + h * abs(slope[i])))
                 store[j + 1, i] = slope[i]
         stalled = stalled + 1 if change >= least else 0
         if settled(iteration, change, least, stalled, table[weights, 0]):
@@ -74,8 +74,8 @@ def gauss_nystrom_step(
                 moved = abs(slope[i] - store[j + 1, i])
                 if not moved <= LARGEST:
                     return False
-                if moved > 0.0:
-                    change = max(change, h * moved / (abs(y[half + i]) + h * abs(slope[i]) + LEAST_SIZE))
+                if h * moved > SMALLEST:
+                    change = max(change, h * moved / (abs(y[half + i]) + h * abs(slope[i])))
                 store[j + 1, i] = slope[i]
         stalled = stalled + 1 if change >= least else 0
         if settled(iteration, change, least, stalled, table[weights, 0]):
@@ -193,8 +193,8 @@ def newton_step(
                 if not moved <= LARGEST:
                     return False
                 z[k] += right[k]
-                if moved > 0.0:
-                    change = max(change, moved / (abs(y[i]) + abs(z[k]) + LEAST_SIZE))
+                if moved > SMALLEST:
+                    change = max(change, moved / (abs(y[i]) + abs(z[k])))
         stuck = iteration > 0 and renewed and before <= change < NOISE * table[stages, 0]
         stalled = stalled + 1 if change >= least else 0
         if settled(iteration, change, least, stalled, table[stages, 0]) or stuck:
@@ -252,9 +252,9 @@ LARGEST = 1e300
 CLOSE, NOISE, PATIENCE = 16.0, 1e6, 20
 """See `settled`. An iteration that loses a fifth a round, the slowest that ends in time, may rest for half of PATIENCE."""
 
-LEAST_SIZE = 2.0**-970
-"""Added to the size of a component: changes below 2^-1022, the smallest normal number, settle, whatever they change. A
-component that is 0 has a size, too, and what decays comes to rest."""
+SMALLEST = 2.0**-1022
+"""The smallest normal number: changes of the state up to it are none, however small the state is, and what decays comes to
+rest."""
 
 FAR = 0.1
 """A third change, or a later one, that is larger than the one before and than this part of the state's size ends the

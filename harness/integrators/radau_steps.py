@@ -61,7 +61,7 @@ def integrate(
         np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
     )  # fmt: skip
     z, w, before_z, slopes = np.empty((3, n)), np.empty((3, n)), np.empty((3, n)), np.empty((3, n))
-    z_aside = np.empty((3, n))
+    z_step = np.empty((3, n))
     partial, real, both = np.empty(n * n), np.empty((n, n)), np.empty((n, n), dtype=np.complex128)
     weight, right, pair = np.empty(n), np.empty(n), np.empty(n, dtype=np.complex128)
     pivots, pivots_both = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
@@ -97,18 +97,17 @@ def integrate(
                 call(derivative, t, y, p, partial)
                 for i in range(n):
                     weight[i] = 1.0 / (tolerance * (1.0 + abs(y[i])))
-            stages, scratch = (z_aside, error) if aside else (z, x)
             iterations = 0
             if factored(partial, length, table, real, pivots, both, pivots_both):
                 if aside:
                     for j in range(3):
                         for i in range(n):
-                            stages[j, i] = between(table[C, j] * length / step, table, z, i)
+                            z[j, i] = between(table[C, j] * length / step, table, z_step, i)
                 else:
-                    guess(last, step, table, before_z, stages)
+                    guess(last, step, table, before_z, z)
                 iterations = newton(
-                    f, t, length, y, p, table, tolerance, scratch, slopes, weight, real, pivots, both, pivots_both,
-                    right, pair, w, stages,
+                    f, t, length, y, p, table, tolerance, error, slopes, weight, real, pivots, both, pivots_both,
+                    right, pair, w, z,
                 )  # fmt: skip
             if iterations == 0:
                 if fixed > 0.0 or not finite(start):
@@ -119,8 +118,12 @@ def integrate(
                 continue
             if aside:
                 for i in range(n):
-                    out[m, sample, i] = y[i] + (low[i] + z_aside[2, i])
+                    out[m, sample, i] = y[i] + (low[i] + z[2, i])
                 sample += 1
+                aside = times[sample] < end
+                if aside:
+                    continue
+                z[:] = z_step
             else:
                 norm = estimate(
                     f, t, step, y, p, table, tolerance, x, slope, start, real, pivots, z, error, rejected, steps
@@ -142,15 +145,15 @@ def integrate(
                 if not finite(slope) or not finite(x):
                     reason = NOT_FINITE
                     break
-                aside = times[sample] < end and not smooth(step, y, table, tolerance, start, z, norm)
-            while sample < times.size and times[sample] <= end and not (aside and times[sample] < end):
+                if times[sample] < end and not smooth(step, y, table, tolerance, start, z, norm):
+                    aside = True
+                    z_step[:] = z
+                    continue
+            while sample < times.size and times[sample] <= end:
                 part = (times[sample] - t) / step
                 for i in range(n):
                     out[m, sample, i] = y[i] + (low[i] + between(part, table, z, i))
                 sample += 1
-            aside = aside and sample < times.size and times[sample] < end
-            if aside:
-                continue
             for i in range(n):
                 change = z[2, i] + low[i]
                 low[i] = change - (x[i] - y[i])

@@ -9,7 +9,7 @@ from gnomon.cases.forms import Constrained, Form, Values
 from gnomon.harness import compile as compiling
 from gnomon.harness.integrator import Integrator, Problem
 from gnomon.harness.integrators.fixed_step import FixedStep, Table
-from gnomon.harness.integrators.gauss_steps import LEAST_SIZE, MOST_ITERATIONS, settled
+from gnomon.harness.integrators.gauss_steps import MOST_ITERATIONS, SMALLEST, settled
 from gnomon.harness.integrators.splitting import KahanLi6, Suzuki4
 from gnomon.harness.integrators.stepping import call
 
@@ -70,7 +70,7 @@ def onto_constraint(
         for i in range(n):
             product += slope[n + 1 + i] * store[1, i]
         share = (slope[n] - store[0, 1]) / product
-        moved, size = 0.0, LEAST_SIZE
+        moved, size = 0.0, SMALLEST
         for i in range(n):
             correction = share * store[1, i]
             if not abs(correction) < 1e300:
