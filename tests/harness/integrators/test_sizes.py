@@ -132,7 +132,7 @@ def test_what_has_not_moved_yet_costs_no_steps(method: type[Integrator]) -> None
     assert np.max(np.abs(alone.states - together.states)) < 1e-4
 
 
-@pytest.mark.parametrize("method", [Dop853, DormandPrinceNystrom6])
+@pytest.mark.parametrize("method", [Dop853, DormandPrinceNystrom6, GraggBulirschStoer])
 def test_a_motion_of_round_off_alone_does_not_stop_the_steps(method: type[Integrator]) -> None:
     """A pendulum upright: its rate is what the rounding of pi makes of sin pi, which no shorter step makes smoother."""
     case = get("pendulum_simple", "upright").rounded()
