@@ -27,8 +27,8 @@ from gnomon.cases.forms import SecondOrder
 from gnomon.harness import compile as compiling
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
 from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded
-from gnomon.harness.integrators.sizes import enlarge, invert, start
-from gnomon.harness.integrators.stepping import blank, compiled_whole
+from gnomon.harness.integrators.sizes import enlarge, invert, nudge, roughen, soften, start
+from gnomon.harness.integrators.stepping import blank, call, compiled_whole
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -168,7 +168,7 @@ def integrate(
     y, low, end = np.empty(dimension), np.empty(dimension), np.empty(dimension)
     change, spare = np.empty(dimension), np.empty(dimension)
     x, slope, k = np.empty(width), np.empty(width), np.empty((LAST, width))
-    sizes, inverse = np.empty(dimension), np.empty(dimension)
+    sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
     taken = 0
     for n in range(initial.shape[0]):
         y[:] = initial[n]
@@ -176,7 +176,8 @@ def integrate(
         t, sample, attempts = 0.0, 0, 0
         h = first_step(f, y, p, k, x, slope, tolerance, min(times[-1], time_scale), groups)
         before, last = 1e-4, 0.0
-        rejected = False
+        rejected, noisy = False, False
+        rough[:] = 0.0
         reason = 0
         while sample < times.size:
             if not (h > 0.0 and h < np.inf):
@@ -195,12 +196,20 @@ def integrate(
                 for i in range(dimension):
                     change[i] = step * (k[0, i - dimension + width] if i >= dimension - width else y[width + i])
                 start(y, change, groups, sizes, inverse)
+            if noisy:
+                if t > 0.0:
+                    invert(groups, sizes, inverse)
+                soften(step / tolerance, groups, rough, inverse)
             error = attempt(f, t, step, y, low, p, table, inverse, x, slope, k, change, end) / tolerance
             if not error < np.inf:
                 h = min(h, step) / 10
                 rejected = True
                 continue
             if error > 1.0:
+                nudge(y, x)
+                call(f, t, x, p, slope)
+                roughen(k[0], slope, dimension - width, groups, rough)
+                noisy = soften(step / tolerance, groups, rough, inverse) or noisy
                 h = min(h, step) * max(1 / SHRINK_MOST, shortened(error))
                 rejected = True
                 continue

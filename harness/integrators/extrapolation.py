@@ -17,7 +17,7 @@ from gnomon.harness.integrators.adaptive import (
 )
 from gnomon.harness.integrators.embedded import first_step
 from gnomon.harness.integrators.fixed_step import Table
-from gnomon.harness.integrators.sizes import enlarge, invert, one_over, start
+from gnomon.harness.integrators.sizes import enlarge, invert, nudge, one_over, roughen, soften, start
 from gnomon.harness.integrators.stepping import call
 from numpy.typing import NDArray
 
@@ -74,7 +74,7 @@ def integrate(
     before, now = np.empty(dimension), np.empty(dimension)
     first, columns = np.empty((1, dimension)), np.empty((COLUMNS, dimension))
     lengths, work = np.zeros(COLUMNS), np.zeros(COLUMNS)
-    sizes, inverse = np.empty(dimension), np.empty(dimension)
+    sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
     taken = 0
     for n in range(initial.shape[0]):
         y[:] = initial[n]
@@ -83,7 +83,8 @@ def integrate(
         h = first_step(f, y, p, first, x, slope, tolerance, min(times[-1], time_scale), groups)
         # Zero-based: the column at which the table should be good enough.
         target = max(1, min(COLUMNS - 2, int(0.5 - 0.6 * np.log10(tolerance))))
-        rejected, known = False, True
+        rejected, known, noisy = False, True, False
+        rough[:] = 0.0
         reason = 0
         while sample < times.size:
             if not known:
@@ -109,6 +110,10 @@ def integrate(
                 for i in range(dimension):
                     now[i] = step * first[0, i]
                 start(y, now, groups, sizes, inverse)
+            if noisy:
+                if t > 0.0:
+                    invert(groups, sizes, inverse)
+                soften(step / tolerance, groups, rough, inverse)
             good, last, previous = -1, 0, np.inf
             for j in range(target + 2):
                 midpoint(f, t, step, y, p, 2 * (j + 1), x, slope, first, before, now)
@@ -131,6 +136,10 @@ def integrate(
                 if not cut and j >= target - 1 and error > hopeless(j, target):
                     break
             if good < 0:
+                nudge(y, x)
+                call(f, t, x, p, slope)
+                roughen(first[0], slope, 0, groups, rough)
+                noisy = soften(step / tolerance, groups, rough, inverse) or noisy
                 target = max(1, min(target, last))
                 if target > 1 and work[target - 1] < FEWER * work[target]:
                     target -= 1

@@ -1,8 +1,10 @@
 """What the error of a step is compared with: the size of each group of components.
 
 The size of a group is the largest absolute value that one of its components has had at the ends of steps so far; in the
-first step it is at least what the rates at the start make of it. A group that has no size yet is left out. All of this
-is the same in any units: with lengths or times scaled by a power of two the steps are the same, scaled.
+first step it is at least what the rates at the start make of it. A group that has no size yet is left out. Where a step
+is rejected, the rates are evaluated once more at the state moved by its round-off: an error that is no more than this
+makes of a step is none that a shorter step could mend (a pendulum that stands upright has no other motion). All of this is
+the same in any units: with lengths or times scaled by a power of two the steps are the same, scaled.
 
 `groups` (dim,) numbers the group of each component, `sizes` (dim,) holds the size of each group, `inverse` (dim,) one
 over the size of each component's group.
@@ -53,6 +55,30 @@ def start(y: Floats, changes: Floats, groups: Integers, sizes: Floats, inverse: 
     invert(groups, sizes, inverse)
     sizes[:] = 0.0
     enlarge(y, groups, sizes)
+
+
+def nudge(y: Floats, x: Floats) -> None:
+    """The first components of the state moved by one to three units of round-off, neighbours in opposite directions."""
+    for i in range(x.size):
+        x[i] = y[i] + (1 + i % 3) * (-1) ** i * 2.0**-52 * abs(y[i])
+
+
+def roughen(slope: Floats, nudged: Floats, first: int, groups: Integers, rough: Floats) -> None:
+    """Raise what round-off of the state changes in the rates of each group; slopes are those from component `first` on."""
+    for i in range(slope.size):
+        rough[groups[first + i]] = max(rough[groups[first + i]], abs(nudged[i] - slope[i]))
+
+
+def soften(share: float, groups: Integers, rough: Floats, inverse: Floats) -> bool:
+    """No error is compared with less than what round-off makes of a step, 4 h |change of the rate|; `share` is the step
+    over the tolerance. Whether round-off is near to that for any component."""
+    near = False
+    for i in range(inverse.size):
+        level = 4.0 * share * rough[groups[i]]
+        near = near or level * inverse[i] > 0.1
+        if level * inverse[i] > 1.0:
+            inverse[i] = 1.0 / level
+    return near
 
 
 def one_over(i: int, y: Floats, end: Floats, inverse: Floats) -> float:

@@ -132,6 +132,16 @@ def test_what_has_not_moved_yet_costs_no_steps(method: type[Integrator]) -> None
     assert np.max(np.abs(alone.states - together.states)) < 1e-4
 
 
+@pytest.mark.parametrize("method", [Dop853, DormandPrinceNystrom6, GraggBulirschStoer])
+def test_a_motion_of_round_off_alone_does_not_stop_the_steps(method: type[Integrator]) -> None:
+    """A pendulum upright: its rate is what the rounding of pi makes of sin pi, which no shorter step makes smoother."""
+    case = get("pendulum_simple", "upright").rounded()
+    found = method().prepare(problem_of(case, method.accepts), 1e-10)(initial_state(case)[None])
+    assert found.stopped is None
+    assert found.steps is not None
+    assert found.steps < 5000, "a hundred to a thousand, for 1e5 and more"
+
+
 def still(t: float, state: Values, parameters: Values) -> Values:
     return (0.0 * state[0], state[1] - state[1])
 
