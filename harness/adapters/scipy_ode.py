@@ -1,4 +1,4 @@
-"""SciPy's `ode`: the compiled DOP853 of Hairer and Wanner, and VODE with Adams' methods or backward differentiation.
+"""SciPy's `ode`: the compiled DOP853 of Hairer and Wanner, and VODE with Adams' methods.
 
 How they are driven, and why:
 
@@ -6,11 +6,11 @@ How they are driven, and why:
   tolerance the samples, not the tolerance, set the step. VODE steps past a sample and interpolates.
 - The knob is `rtol`; `atol` = 1e-6 `rtol`, the ratio of its defaults (1e-6 and 1e-12), in SI units.
 - `nsteps` is the limit of steps between two samples; its default of 500 ends long intervals early, so it is raised.
-- Backward differentiation gets the compiled Jacobian (see `scipy_ivp`). Adams' methods iterate without one: that is
-  what VODE does by itself where none is given, and with one it would factor matrices for nothing.
+- Adams' methods iterate without a Jacobian: that is what VODE does by itself where none is given.
 
 Traps: where it gives up it warns, returns the state that it got to, and goes on if asked again; only `successful()`
 tells. Here the remaining samples are NaN and the reason is kept. `atol` = 0 refuses every start with a component at 0.
+VODE halves its step without end where values are not finite: the time limit of the trial ends it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.forms import FirstOrder
-from gnomon.harness.adapters.scipy_ivp import jacobian_of, recorded, right_hand_side_of
+from gnomon.harness.adapters.scipy_ivp import right_hand_side_of
 from gnomon.harness.integrator import Floats, Integrator, Problem, Solution, Solve, Tolerance
 
 ABSOLUTE = 1e-6
@@ -39,7 +39,6 @@ class Ode(Integrator):
     sweep = Tolerance(1e-3, 1e-13)
     engine: ClassVar[str]
     method: ClassVar[dict[str, str]] = {}
-    takes_jacobian: ClassVar[bool] = False
     accepted: ClassVar[int]
     """Where the solver's work array has the number of accepted steps (IWORK in its manual, counted from 1)."""
     accumulates: ClassVar[bool]
@@ -49,12 +48,7 @@ class Ode(Integrator):
         from scipy.integrate import ode
 
         options: dict[str, Any] = {"rtol": setting, "atol": ABSOLUTE * setting, "nsteps": STEPS, **self.method}
-        jacobian = None
-        if self.takes_jacobian:
-            assert isinstance(problem.form, FirstOrder)
-            jacobian = jacobian_of(problem.form, problem.dimension, problem.buffer)
-            options["with_jacobian"] = True  # which takes finite differences where there is none
-        solver = ode(right_hand_side_of(problem), jacobian)
+        solver = ode(right_hand_side_of(problem))
         solver.set_integrator(self.engine, **options)
         times = problem.times.tolist()
 
@@ -81,7 +75,7 @@ class Ode(Integrator):
                     steps, stopped = steps + taken, stopped or why
             return Solution(states, steps, stopped)
 
-        solve.settings = recorded(options) | ({"jac": recorded({"": jacobian})[""]} if self.takes_jacobian else {})  # type: ignore[attr-defined]
+        solve.settings = options  # type: ignore[attr-defined]
         return solve
 
     def versions(self) -> Mapping[str, Any]:
@@ -105,12 +99,4 @@ class Adams(Ode):
     method: ClassVar = {"method": "adams"}
 
 
-class Bdf(Adams):
-    """VODE's backward differentiation of orders 1 to 5, for stiff problems. Brown, Byrne, Hindmarsh (1989)."""
-
-    name = "ode vode BDF"
-    method: ClassVar = {"method": "bdf"}
-    takes_jacobian = True
-
-
-INTEGRATORS: tuple[type[Integrator], ...] = (Dop853, Adams, Bdf)
+INTEGRATORS: tuple[type[Integrator], ...] = (Dop853, Adams)

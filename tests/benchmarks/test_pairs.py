@@ -120,8 +120,8 @@ def test_against_heyoka(benchmark: Any, problem: Problem) -> None:
 @pytest.mark.parametrize("peer", SCIPY, ids=lambda peer: peer.name.replace(" ", "-"))
 @pytest.mark.parametrize("problem", [("pendulum_simple", "speed", "", 1), ("kepler_orbit", "speed_e06", "", 1)])
 def test_dop853_against_scipy(benchmark: Any, problem: Problem, peer: type[Integrator]) -> None:
-    if benchmark.disabled and peer is scipy_ivp.DOP853:
-        pytest.skip("a second a solve: make bench")
+    if benchmark.disabled and peer is not scipy_ode.Dop853:
+        pytest.skip("seconds a solve: make bench")
     compare(benchmark, (Dop853(), peer()), problem, (1e-3, 1e-6), DECADES, 3)
 
 

@@ -10,11 +10,11 @@ import pytest
 from gnomon.cases.forms import FirstOrder, Values
 from gnomon.cases.kepler import KeplerOrbit
 from gnomon.cases.registry import get
-from gnomon.harness.adapters.heyoka import Taylor
+from gnomon.harness.adapters.heyoka import INTEGRATORS, FastTaylor, Taylor, system
 from gnomon.harness.integrator import Problem, Refused
 from gnomon.harness.problem import initial_state, problem_of
 
-pytest.importorskip("heyoka", reason="heyoka is optional: pip install 'gnomon[peers]'")
+heyoka = pytest.importorskip("heyoka", reason="heyoka is optional: pip install 'gnomon[peers]'")
 
 
 def forced(t: Any, state: Values, parameters: Values) -> Values:
@@ -50,11 +50,46 @@ def toy(equations: Any) -> Problem:
     return Problem(FirstOrder(equations), 2, np.array([3.0]), np.arange(1, 65) / 16, 1.0)
 
 
+def falling(t: Any, state: Values, parameters: Values) -> Values:
+    """One variable: y' = -w y."""
+    (y,) = state
+    (w,) = parameters
+    return (-w * y,)
+
+
+every = pytest.mark.parametrize("policy", INTEGRATORS, ids=lambda kind: kind.policy or "as it comes")
+
+
+@every
+def test_a_state_may_be_one_number(policy: type[Taylor]) -> None:
+    """heyoka's `make_vars` of one name gives no list."""
+    problem = Problem(FirstOrder(falling), 1, np.array([3.0]), np.arange(1, 65) / 16, 1.0)
+    states = policy().prepare(problem, 1e-14)(np.array([[2.0]])).states[0]
+    assert states[:, 0] == pytest.approx(2 * np.exp(-3 * problem.times), rel=1e-12)
+
+
+@every
+def test_the_settings_recorded_are_the_settings_used(policy: type[Taylor], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the integrator of one trajectory and of those of an ensemble, as heyoka reports them."""
+    made: list[Any] = []
+    for name in ("taylor_adaptive", "taylor_adaptive_batch"):
+        original = getattr(heyoka, name)
+        monkeypatch.setattr(heyoka, name, lambda *a, _make=original, **k: made.append(_make(*a, **k)) or made[-1])
+    solve = policy().prepare(toy(forced), 1e-7)
+    solve(np.tile([0.0, 3.0], (16, 1)))
+    recorded: Any = solve.settings  # type: ignore[attr-defined]
+    assert recorded["tol"] == 1e-7
+    assert [one.tol for one in made] == [1e-7] * 2
+    assert [one.llvm_state.fast_math for one in made] == [recorded.get("fast_math", False)] * 2
+    assert recorded.get("fast_math", False) == (policy is FastTaylor)
+
+
+@every
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
-def test_follows_the_pendulum(tolerance: float) -> None:
+def test_follows_the_pendulum(policy: type[Taylor], tolerance: float) -> None:
     """Some 300 steps, each allowed the tolerance relative to a state of size 6, phase errors growing linearly."""
     case = get("pendulum_simple").rounded()
-    solution = Taylor().prepare(problem_of(case, (FirstOrder,)), tolerance)(initial_state(case)[None])
+    solution = policy().prepare(problem_of(case, (FirstOrder,)), tolerance)(initial_state(case)[None])
     assert np.abs(solution.states[0] - case.sample(case.times)).max() < 1e3 * tolerance
     assert solution.steps is not None
     assert solution.steps > 64
@@ -67,6 +102,19 @@ def test_takes_a_formulation_with_a_clock() -> None:
     states = solve(initial_state(case, sundman)[None]).states[0]
     assert np.abs(states[:, :4] - case.sample(case.times)).max() < 1e-11
     assert np.abs(states[:, 4] - case.times).max() < 1e-11
+
+
+@pytest.mark.parametrize("name", ["kepler_orbit", "equilateral_three_body", "tower_drop"])
+def test_one_over_u_times_its_root_is_one_power_in_the_fast_policy(name: str) -> None:
+    """The same derivatives, to the rounding of a few operations, with no root left."""
+    problem = problem_of(get(name).rounded(), (FirstOrder,))
+    plain, powers = ([derivative for _, derivative in system(problem, way)] for way in (False, True))
+    assert "**0.5000" in str(plain)
+    assert "**0.5000" not in str(powers)
+    state = initial_state(get(name).rounded())
+    variables = [variable for variable, _ in system(problem, False)]
+    values = [heyoka.cfunc(each, variables)(state, time=0.0) for each in (plain, powers)]
+    assert values[0] == pytest.approx(values[1], rel=1e-14)
 
 
 def test_time_stands_in_the_equations() -> None:
@@ -133,8 +181,6 @@ def test_steps_are_those_of_all_trajectories() -> None:
 
 
 def test_ensembles_alone_are_compiled_for_batches(monkeypatch: pytest.MonkeyPatch) -> None:
-    import heyoka
-
     made, original = [], heyoka.taylor_adaptive_batch
     monkeypatch.setattr(heyoka, "taylor_adaptive_batch", lambda *a, **k: made.append(1) or original(*a, **k))
     solve = Taylor().prepare(toy(forced), 1e-6)

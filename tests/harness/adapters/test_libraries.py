@@ -7,11 +7,11 @@ import sys
 
 import pytest
 from gnomon.cases.registry import get
-from gnomon.harness.adapters import heyoka, rebound_nbody, rebound_ode, scipy_ivp, scipy_ode
+from gnomon.harness.adapters import heyoka, rebound_nbody, rebound_ode, scipy_ivp, scipy_ode, scipy_odeint
 from gnomon.harness.integrator import Integrator
 from gnomon.harness.problem import problem_of
 
-MODULES = (scipy_ivp, scipy_ode, rebound_nbody, rebound_ode, heyoka)
+MODULES = (scipy_ivp, scipy_ode, scipy_odeint, rebound_nbody, rebound_ode, heyoka)
 ALL = tuple(kind for module in MODULES for kind in module.INTEGRATORS)
 every = pytest.mark.parametrize("integrator", ALL, ids=lambda kind: kind().id)
 
