@@ -111,8 +111,7 @@ def in_a_loop(w: World, p: Any, theta: Any, h: Any) -> None:
 def of_the_rod(source: Any, p: Any, s: Any, mode: str) -> None:
     angles = {"flat": flint.arb.pi() / 2, "at lies": flint.arb.pi() / 2, "stands": flint.arb(0)}
     s.theta = angles.get(mode, s.theta)
-    if mode in ("flat", "stands"):
-        s.omega = flint.arb(0)
+    s.omega = flint.arb(0) if mode in ("flat", "stands") else abs(s.omega)
 
 
 def on_the_floor(p: Any, s: SimpleNamespace) -> Any:

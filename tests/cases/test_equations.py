@@ -12,12 +12,19 @@ from typing import Any
 import flint
 import pytest
 from gnomon.cases import get, names
-from gnomon.cases.forms import first_order
+from gnomon.cases.forms import Transition, first_order
 from independent import ROUNDED, STATES, TOLERANCE, evaluated, many_digits, same
-from independent_mechanics import SMALL
+from independent_mechanics import SMALL, coefficient
 from independent_models import MODELS, drawn
 
 HYBRID = [name for name in names() if get(name).hybrid]
+ONTO = [
+    (name, found)
+    for name in HYBRID
+    for form in (get(name).hybrid,)
+    for found in (form.transitions if form else ())
+    if found.onto
+]
 ONLY_LATER = {
     ("ink_jet_printer", "paper"),
     ("torpedo_firing_pin", "stopped"),
@@ -42,6 +49,14 @@ FROM_REST = (
     *("pendulum_quadratic_damping", "vertical_quadratic_drag"),
 )
 """Whose modes are the sign of a velocity."""
+BY_FLIGHT = (
+    "bouncing_ball",
+    "bouncing_ball_incline",
+    "ballistic_pendulum",
+    "sliding_ladder",
+    "rigid_link_plane_motion",
+)
+"""Whose nearest state on a guard is where the motion meets it."""
 
 
 @pytest.fixture(autouse=True)
@@ -51,6 +66,8 @@ def _precision() -> Iterator[None]:
 
 
 def test_every_moving_case_has_a_second_derivation() -> None:
+    missing = set(names()) - set(MODELS)
+    assert not missing, f"state where the points of {', '.join(missing)} are in a module independent_*.py"
     assert set(MODELS) == set(names())
 
 
@@ -138,3 +155,18 @@ def test_a_motion_from_rest_sets_off_the_way_of_its_mode(name: str) -> None:
         for side in mode.constants:
             s.v = side * flint.arb(SMALL)
             assert model.rates(p, t, s, mode.name)[1] * side > 0, (mode.name, side)
+
+
+@pytest.mark.parametrize(("name", "transition"), ONTO, ids=lambda x: x if isinstance(x, str) else x.name)
+def test_the_nearest_state_on_a_guard(name: str, transition: Transition) -> None:
+    """It is on the guard, it is the state itself there; where the motion leads to it, it stays on the way."""
+    p, t, s = drawn(name, f"at {transition.name}", 0)
+    same(evaluated(transition.onto, t, s, p), vars(s).values())
+    p, t, s = drawn(name, transition.mode, 0)
+    (guard,) = evaluated(transition.guard, t, evaluated(transition.onto, t, s, p), p)
+    assert abs(guard) <= ROUNDED
+    if name in BY_FLIGHT:
+        rates = MODELS[name].rates(p, t, s, transition.mode)
+        path = [flint.arb_series([x, v], 3) for x, v in zip(vars(s).values(), rates, strict=True)]
+        moved = evaluated(transition.onto, flint.arb_series([t, 1], 3), path, p)
+        same([coefficient(x, 1) for x in moved], [flint.arb(0)] * len(moved))
