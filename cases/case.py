@@ -22,7 +22,6 @@ from gnomon.cases.numbers import (
     OutOfReachError,
     Parameter,
     Range,
-    check_size,
     given,
     nearest,
     show,
@@ -154,7 +153,6 @@ class Case:
             self.domain.check(self.name, self.numbers)
             wanted = span if span is not None else setting.span
             self.span = given(wanted if wanted is not None else self.natural_span(), f"{self.name}: span", DURATION)
-        check_size(f"{self.name}: span", self.span, DURATION)
         if self.span <= 0:
             raise ValueError(f"{self.name}: span = {show(self.span)} is not positive; give a duration in seconds")
 
@@ -271,7 +269,7 @@ class Case:
         """Around what computes the exact motion: where that gives up, the error names the case and the numbers."""
         try:
             yield
-        except (ArithmeticError, ValueError) as error:
+        except (ArithmeticError, ValueError, RecursionError) as error:
             if isinstance(error, ValueError) and str(error).startswith(f"{self.name}: "):
                 raise
             raise OutOfReachError(f"{self.name}: {self.domain.unusual(self.numbers)}: {error}") from error

@@ -106,7 +106,6 @@ class Domain:
         """Raise ValueError naming the first number that is out of its range, or the rule that is broken."""
         for name, value in numbers.items():
             allowed = self.ranges.get(name, Range())
-            check_size(f"{case}: {name}", value, allowed)
             if not allowed.admits(value):
                 raise ValueError(f"{case}: {name} = {show(value)} is outside {allowed}")
         for rule in self.rules:
@@ -142,15 +141,6 @@ class Domain:
         raise ValueError(f"no admissible numbers for {', '.join(names)} in 1000 attempts; narrow the typical ranges")
 
 
-def check_size(name: str, value: Fraction, allowed: Range) -> None:
-    """Raise ValueError for a number that no binary64 computation can be about."""
-    if value and not SMALLEST <= abs(value) <= LARGEST:
-        raise ValueError(
-            f"{name} = {show(value)} is too {'large' if abs(value) > 1 else 'small'}: it may be in {allowed}, and must be 0 "
-            f"or from 1e-300 to 1e300 in size"
-        )
-
-
 def show(value: Fraction) -> str:
     """A number as a person would write it: exact where that is short, else 17 digits."""
     if value and (abs(value) > sys.float_info.max or float(value) == 0):
@@ -163,11 +153,22 @@ def show(value: Fraction) -> str:
 
 
 def given(value: Number, name: str, allowed: Range) -> Fraction:
-    """An exact number from what a caller gave for `name`; the error for what is none names the allowed range."""
+    """An exact number from what a caller gave for `name`.
+
+    Raises ValueError, with the allowed range, for what is no number and for one that no binary64 computation can be
+    about. A Fraction or an mpf may be as small as it likes: states of exact motions are, once they have decayed.
+    """
     try:
-        return exact(value, name)
+        number = exact(value, name)
     except ValueError as error:
         raise ValueError(f"{error}; allowed: {allowed}") from None
+    small = 0 < abs(number) < SMALLEST and not (isinstance(value, Fraction) or hasattr(value, "_mpf_"))
+    if small or abs(number) > LARGEST:
+        raise ValueError(
+            f"{name} = {show(number)} is too {'small' if small else 'large'}: it may be in {allowed}, and must be 0 or "
+            "from 1e-300 to 1e300 in size"
+        )
+    return number
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:

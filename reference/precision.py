@@ -25,6 +25,8 @@ LONGEST = 4000
 """Characters of a number given as text: more are no number that anybody wrote."""
 DECADES = 10_000
 """Powers of ten that a number may have: as a fraction, 1e100000000 has so many digits."""
+DECADES_OF_MPF = 10**7
+"""States of exact motions decay so far; a power of two has its digits at once."""
 SHOWN = 60
 
 _context = mpmath.MPContext()
@@ -45,7 +47,7 @@ def exact(value: Number, name: str = "number") -> Fraction:
             if not mpmath.isfinite(value):
                 raise NotFiniteError
             _, mantissa, exponent, _bits = value._mpf_
-            _check_decades(exponent * math.log10(2) if mantissa else 0, value, name)
+            _check_decades(exponent * math.log10(2) if mantissa else 0, value, name, DECADES_OF_MPF)
             return Fraction(*to_rational(value._mpf_))
         if isinstance(value, Integral) and not isinstance(value, bool):
             return Fraction(int(value))
@@ -80,11 +82,11 @@ def _of_text(text: str, name: str) -> Fraction:
     return Fraction(text)
 
 
-def _check_decades(decades: float, value: Any, name: str) -> None:
-    if abs(decades) > DECADES:
+def _check_decades(decades: float, value: Any, name: str, most: int = DECADES) -> None:
+    if abs(decades) > most:
         raise ValueError(
             f"{name} = {shortened(value)} is beyond what is computed with; give 0, or a number from "
-            f"1e-{DECADES} to 1e{DECADES} in size"
+            f"1e-{most} to 1e{most} in size"
         )
 
 

@@ -115,18 +115,28 @@ def test_what_gives_up_names_the_case_the_number_and_the_limit_at_once(
     [("curve_sliding_small", "p", "0.0112"), ("central_force_hanging_mass", "g", "1e6")],
 )
 def test_just_inside_the_limit_the_exact_motion_is_computed(name: str, parameter: str, value: str) -> None:
-    """A motion that is taken as computable at first sight has the terms for 45 digits: energy is kept to them."""
+    """A motion that is taken as computable at first sight has the terms for 30 digits: energy is kept to them."""
     case = get(name, **{parameter: value})  # type: ignore[arg-type]
     energy = case.invariants["energy"]
     with working(60) as mp:
         function = rebind(energy.function, mpmath_arithmetic(mp))
         numbers = tuple(mp.mpf(x) for x in case.parameter_values())
         start, end = (
-            function(t, tuple(mp.mpf(x) for x in case.exact(t, 45)), numbers)[0] for t in (0, case.span * 2 / 3)
+            function(t, tuple(mp.mpf(x) for x in case.exact(t, 30)), numbers)[0] for t in (0, case.span * 2 / 3)
         )
-        assert abs(end / start - 1) < mp.mpf(10) ** -43
+        assert abs(end / start - 1) < mp.mpf(10) ** -28
 
 
 def test_an_integration_that_would_take_hours_is_refused_by_its_span() -> None:
-    with pytest.raises(OutOfReachError, match=r"^double_pendulum: .*span = 1e\+06 s .* give at most 4\d\d\.\d+ s"):
+    with pytest.raises(OutOfReachError, match=r"^double_pendulum: .*span = 1e\+06 s .* give at most 172\.791 s"):
         get("double_pendulum", span="1e6")
+
+
+def test_a_state_that_has_decayed_is_a_start() -> None:
+    """An exact motion is continued from its own states, however small they are by then: 1e-434294 here."""
+    case = get("projectile_stokes_drag", "stiff")
+    halfway = case.exact(case.span / 2, 40)
+    assert 0 < min(abs(x) for x in halfway if x) < mpmath.mpf(10) ** -1000
+    rest = case.with_numbers(halfway, case.parameters).exact(case.span / 2, 15)
+    whole = case.exact(case.span, 15)
+    assert all(abs(a - b) <= abs(b) * mpmath.mpf(10) ** -13 for a, b in zip(rest, whole, strict=True))
