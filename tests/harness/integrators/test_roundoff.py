@@ -17,7 +17,7 @@ from gnomon.harness.integrator import Problem
 from gnomon.harness.integrators import boris, exponential, splitting, stormer
 from gnomon.harness.integrators.exponential import HochbruckOstermann4
 from gnomon.harness.integrators.fixed_step import FixedStep
-from gnomon.harness.integrators.stormer import Stormer, Stormer8
+from gnomon.harness.integrators.stormer import Stormer, Stormer8, adams_weights, stormer_weights
 from gnomon.harness.order import solve_exactly
 from gnomon.reference.precision import working
 from scipy import stats
@@ -86,24 +86,35 @@ def problem_for(method: type[FixedStep], interval: float, count: int) -> Problem
 def invariant_of(method: type[FixedStep], form: Any, h: float) -> tuple[Value, Any]:
     """A quadratic form that a step multiplies by a factor, and the logarithm of that factor.
 
-    Of the 2x2 matrix M of a step it is y x M y, as My x MMy = det M (y x My). Störmer's methods make such a matrix of
-    a step once what their start brought beside the oscillation has died down. Boris's rotate u.
+    Of the 2x2 matrix M of a step it is y x M y, as My x MMy = det M (y x My). Boris's methods rotate u.
     """
     if isinstance(form, Charged):
         return (lambda state: np.sum(state[..., 3:] ** 2, axis=-1)), np.longdouble(0)
-    before = 60 if issubclass(method, Stormer) else 0
     with working(60) as mp:
-        here, there = (
-            mp.matrix([list(solve_exactly(method(), form, (Fraction(SQUARE),), start, Fraction(h) * n, n)) if n else start
-             for start in ((1, 0), (0, 1))]).T
-            for n in (before, before + 1)
-        )  # fmt: skip
-        m = there * here**-1
+        if issubclass(method, Stormer):
+            m = matrix_of_stormer(mp, method.order, mp.mpf(h))
+        else:
+            numbers = form, (Fraction(SQUARE),)
+            ends = [solve_exactly(method(), *numbers, start, Fraction(h), 1) for start in ((1, 0), (0, 1))]
+            m = mp.matrix(ends).T
         weights = [wide(x) for x in (m[1, 0], m[1, 1] - m[0, 0], -m[0, 1])]
         factor = wide(mp.log(mp.det(m)))
     return (
         lambda y: weights[0] * y[..., 0] ** 2 + weights[1] * y[..., 0] * y[..., 1] + weights[2] * y[..., 1] ** 2
     ), factor
+
+
+def matrix_of_stormer(mp: Any, order: int, h: Any) -> Any:
+    """Of a step, once what the start brought beside the oscillation z^n has died down, on (q, v) = (1, d) z^n."""
+    square = h * h * mp.mpf(SQUARE)
+
+    def total(weights: Any, z: Any) -> Any:
+        return mp.fsum(mp.mpf(w.numerator) / w.denominator * (1 - 1 / z) ** m for m, w in enumerate(weights))
+
+    z = mp.findroot(lambda z: z - 2 + 1 / z + square * total(stormer_weights(order), z), mp.expj(mp.sqrt(square)))
+    d = -square / h * total(adams_weights(order + 1), z) / (1 - 1 / z)
+    modes = mp.matrix([[1, 1], [d, mp.conj(d)]])
+    return (modes * mp.diag([z, mp.conj(z)]) * modes**-1).apply(mp.re)
 
 
 def wide(x: Any) -> Any:
