@@ -137,7 +137,7 @@ def test_times_are_in_periods_and_every_start_is_its_own() -> None:
     assert 0.45 < errors[0, SAMPLES // 2] / errors[0, -1] < 0.55
     assert len(set(errors[:, -1])) == 3
     row = measured(replace(subject, periods=1e3, starts=3, parts=2))
-    assert row["size"] == pytest.approx(float(np.median(errors[:, -1])), rel=0.02)  # of the last 8 samples of 512
+    assert row["size"] == pytest.approx(float(np.median(errors[:, -1])), rel=0.02)  # of the last 8 samples of 4096
     assert (row["integrator"], row["case"], row["periods"], row["starts"]) == ("RK4", "pendulum_simple", 1e3, 3)
     assert (row["setting"], row["expected"]) == ("about 128 steps a period", "t")
 
@@ -156,7 +156,7 @@ def test_starts_are_those_of_the_case_shrunk_by_one_in_64(monkeypatch: pytest.Mo
             return watched
 
     monkeypatch.setattr(registry, "own", lambda: {"gnomon:RK4": Watched()})
-    energy_errors(Subject("gnomon:RK4", 16, "t", periods=1e2, starts=3))
+    energy_errors(Subject("gnomon:RK4", 16, "t", periods=1e3, starts=3))
     (found,) = started
     assert found.tolist() == [[2.0, 0.0], [2.0 - 2 / 64, 0.0], [2.0 - 4 / 64, 0.0]]
 
@@ -190,7 +190,7 @@ def test_an_integration_that_ends_early_is_no_row(monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.setattr(registry, "own", lambda: {"gnomon:RK4": Stops()})
     with pytest.raises(RuntimeError, match="gnomon:RK4 stopped: enough"):
-        energy_errors(Subject("gnomon:RK4", 16, "t", periods=1e2))
+        energy_errors(Subject("gnomon:RK4", 16, "t", periods=1e3))
 
 
 def test_gauss_follows_brouwers_law() -> None:
