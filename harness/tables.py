@@ -26,7 +26,7 @@ MEANINGS = {
 }
 
 SCENE_AND_NAME = ("case", "formulation", "integrator_id")
-LAWS = {"sqrt t": "√t", "t^2": "t²", "faster than t^2": "faster than t²"}
+LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
 
 
 def counted(number: int, noun: str) -> str:

@@ -19,6 +19,7 @@ from gnomon.harness.growth import (
     energy_errors,
     fitted,
     in_extended_precision,
+    interval_of_mean,
     measured,
     named,
     period_of,
@@ -33,24 +34,28 @@ def test_a_planted_power_is_found(power: float) -> None:
     """Sixteen errors of random sign and size about t^power."""
     times = np.arange(1, SAMPLES + 1) / SAMPLES
     noise = 1 + 0.1 * np.random.default_rng(1).standard_normal((16, SAMPLES))
-    found, uncertainty = fitted(times, np.abs(1e-10 * times**power * noise))
-    assert found == pytest.approx(power, abs=0.03)
-    assert uncertainty < 0.03
+    powers = fitted(times, np.abs(1e-10 * times**power * noise))
+    assert powers.shape == (16,)
+    assert np.mean(powers) == pytest.approx(power, abs=0.03)
 
 
-def test_the_uncertainty_is_the_standard_error_of_the_mean_over_the_starts() -> None:
-    """Of powers 0.4 and 0.6: 0.1 sqrt 2 over sqrt 2."""
-    times = np.arange(1, SAMPLES + 1) / SAMPLES
-    found, uncertainty = fitted(times, np.array([times**0.4, times**0.6]))
-    assert found == pytest.approx(0.5, abs=1e-3)
-    assert uncertainty == pytest.approx(0.1, abs=1e-3)
+def test_the_interval_covers_the_mean_as_often_as_it_says() -> None:
+    """Of 24 values, in 300 trials: percentiles are a little short, .935, and 300 trials are good to .014."""
+    random = np.random.default_rng(3)
+    held = 0
+    for _ in range(300):
+        low, high = interval_of_mean(random.standard_normal(24))
+        held += low <= 0 <= high
+    assert 0.89 < held / 300 < 0.98
+    wide = interval_of_mean(random.standard_normal(24), 0.999)
+    assert wide[1] - wide[0] > 5 / math.sqrt(24)
 
 
 @pytest.mark.parametrize(("until", "seen"), [(1 / 128, False), (1 / 64, True)])
 def test_the_power_is_that_of_the_last_seven_octaves(until: float, seen: bool) -> None:
     """Two decades, in whole octaves: an error ten times too large before them does not show, in their first it does."""
     times = np.arange(1, SAMPLES + 1) / SAMPLES
-    found, _ = fitted(times, np.array([np.where(times <= until, 10.0, 1.0) * times] * 2))
+    found, _ = fitted(times, np.array([np.where(times <= until, 10.0, 1.0) * times] * 2)).tolist()
     # Over seven octaves a first one too large by ln 10 bends the slope by 3 ln 10 / (28 ln 2).
     assert 1 - found == pytest.approx(3 * math.log(10) / (28 * math.log(2)) if seen else 0.0, abs=0.02)
 
@@ -58,9 +63,9 @@ def test_the_power_is_that_of_the_last_seven_octaves(until: float, seen: bool) -
 def test_random_walks_grow_as_the_square_root() -> None:
     times = np.arange(1, SAMPLES + 1) / SAMPLES
     walks = np.abs(np.cumsum(np.random.default_rng(2).standard_normal((64, SAMPLES)), axis=1))
-    found, uncertainty = fitted(times, walks)
-    assert abs(found - 0.5) < 3 * uncertainty
-    assert uncertainty < 0.1
+    low, high = interval_of_mean(fitted(times, walks))
+    assert named(low, high) == "sqrt t"
+    assert high - low < 0.2
 
 
 def test_every_smooth_method_of_our_own_is_there() -> None:
@@ -84,11 +89,16 @@ def test_symplectic_methods_are_those_expected_to_stay_bounded() -> None:
 
 
 @pytest.mark.parametrize(
-    ("power", "law"),
-    [(-0.1, "bounded"), (0.24, "bounded"), (0.26, "sqrt t"), (0.74, "sqrt t"), (0.76, "t"), (1.49, "t"), (1.51, "faster than t")],
+    ("low", "high", "law"),
+    [
+        (-0.3, -0.2, "bounded"), (-0.05, 0.08, "bounded"), (0.4, 0.59, "sqrt t"), (0.62, 0.88, "between sqrt t and t"),
+        (0.62, 0.91, "t"), (0.58, 0.91, "undecided between sqrt t and t"), (1.38, 1.62, "t^1.5"), (1.9, 2.0, "t^2"),
+        (2.2, 2.3, "faster than t^2"), (0.05, 1.05, "undecided between bounded, sqrt t and t"),
+    ],
 )  # fmt: skip
-def test_a_power_has_the_name_of_the_nearest_law(power: float, law: str) -> None:
-    assert named(power) == law
+def test_a_law_is_named_where_the_others_are_excluded(low: float, high: float, law: str) -> None:
+    """To within 0.1, by which a fit over two decades can be off: .757 (.695 to .810) is neither sqrt t nor t."""
+    assert named(low, high) == law
 
 
 def test_no_step_is_a_whole_fraction_of_a_period() -> None:
@@ -114,7 +124,7 @@ SHORT = [
 def test_the_law_over_a_thousand_periods(name: str, law: str) -> None:
     """Samples are 2.57 periods apart: a whole number of them would see the same phase again and again."""
     subject = next(s for s in SUBJECTS if s.integrator == name)
-    row = measured(replace(subject, periods=1.3e3, starts=4))
+    row = measured(replace(subject, periods=1.3e3, starts=8))
     assert row["law"] == law == subject.expected
 
 
@@ -127,7 +137,7 @@ def test_times_are_in_periods_and_every_start_is_its_own() -> None:
     assert 0.45 < errors[0, SAMPLES // 2] / errors[0, -1] < 0.55
     assert len(set(errors[:, -1])) == 3
     row = measured(replace(subject, periods=1e3, starts=3, parts=2))
-    assert row["size"] == pytest.approx(float(np.median(errors[:, -1])), rel=0.02)  # of the last 8 samples of 512
+    assert row["size"] == pytest.approx(float(np.median(errors[:, -1])), rel=0.02)  # of the last 8 samples of 4096
     assert (row["integrator"], row["case"], row["periods"], row["starts"]) == ("RK4", "pendulum_simple", 1e3, 3)
     assert (row["setting"], row["expected"]) == ("about 128 steps a period", "t")
 
@@ -146,7 +156,7 @@ def test_starts_are_those_of_the_case_shrunk_by_one_in_64(monkeypatch: pytest.Mo
             return watched
 
     monkeypatch.setattr(registry, "own", lambda: {"gnomon:RK4": Watched()})
-    energy_errors(Subject("gnomon:RK4", 16, "t", periods=1e2, starts=3))
+    energy_errors(Subject("gnomon:RK4", 16, "t", periods=1e3, starts=3))
     (found,) = started
     assert found.tolist() == [[2.0, 0.0], [2.0 - 2 / 64, 0.0], [2.0 - 4 / 64, 0.0]]
 
@@ -180,7 +190,7 @@ def test_an_integration_that_ends_early_is_no_row(monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.setattr(registry, "own", lambda: {"gnomon:RK4": Stops()})
     with pytest.raises(RuntimeError, match="gnomon:RK4 stopped: enough"):
-        energy_errors(Subject("gnomon:RK4", 16, "t", periods=1e2))
+        energy_errors(Subject("gnomon:RK4", 16, "t", periods=1e3))
 
 
 def test_gauss_follows_brouwers_law() -> None:

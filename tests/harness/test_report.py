@@ -41,7 +41,8 @@ PAIR = {
 }  # fmt: skip
 LAW = {
     "integrator": "RK4", "case": "pendulum_simple", "setting": "128 steps a period", "periods": 1e5, "starts": 4,
-    "size": 1e-3, "power": 1.0, "uncertainty": 0.01, "law": "t", "expected": "t",
+    "size": 1e-3, "power": 1.0, "uncertainty": 0.01, "low": 0.98, "high": 1.02, "law": "t",
+    "expected": "t",
 }  # fmt: skip
 
 MEASURED = {

@@ -155,26 +155,41 @@ def test_what_configuration_is_worth() -> None:
 
 
 @pytest.mark.parametrize(
-    ("power", "uncertainty", "law", "expected", "verdict"),
+    ("low", "high", "expected", "law", "verdict"),
     [
-        (0.55, 0.08, "sqrt t", "sqrt t", ""),
-        (1.04, 0.01, "t", "sqrt t", "differs"),
-        (0.70, 0.11, "sqrt t", "sqrt t", "t within two standard errors"),
-        (0.95, 0.17, "t", "t", "√t within two standard errors"),
-        (1.45, 0.05, "t", "sqrt t", "differs; faster than t within two standard errors"),
+        (0.41, 0.59, "sqrt t", "√t", ""),
+        (1.03, 1.05, "sqrt t", "t", "differs"),
+        (0.48, 0.92, "sqrt t", "undecided between √t and t", ""),
+        (0.695, 0.810, "sqrt t", "between √t and t", "differs"),
+        (1.38, 1.52, "t", "t√t", "differs"),
     ],
 )
-def test_a_law_that_the_fit_cannot_tell_from_its_neighbour_is_not_claimed(
-    tmp_path: Path, power: float, uncertainty: float, law: str, expected: str, verdict: str
+def test_a_law_is_named_only_where_the_interval_excludes_the_others(
+    tmp_path: Path, low: float, high: float, expected: str, law: str, verdict: str
 ) -> None:
+    """The fourth: .757 (.695 to .810) was called √t, as every power from .25 to .75 was."""
+    power = (low + high) / 2
+    row = {"integrator": "one", "case": "a", "setting": "s", "periods": 1e5, "starts": 24, "size": 1e-13}
+    row |= {"power": power, "uncertainty": 0.04, "low": low, "high": high, "law": "sqrt t", "expected": expected}
+    said = _said(tmp_path, row)
+    assert (said["law"], said["verdict"]) == (law, verdict)
+    assert (said["power"], said["periods"]) == (f"{power:.2f} ({low:.2f} to {high:.2f})", "1e5")
+
+
+def test_a_file_without_intervals_is_read_by_its_standard_errors(tmp_path: Path) -> None:
     row = {"integrator": "one", "case": "a", "setting": "s", "periods": 1e5, "starts": 8, "size": 1e-13}
-    row |= {"power": power, "uncertainty": uncertainty, "law": law, "expected": expected}
-    (tmp_path / "growth.json").write_text(json.dumps({"environment": {}, "rows": [row]}))
-    found = report_benchmarks.growth(tmp_path)
+    row |= {"power": 0.69, "uncertainty": 0.05, "law": "sqrt t", "expected": "sqrt t"}
+    said = _said(tmp_path, row)
+    assert (said["power"], said["law"]) == ("0.69 (0.59 to 0.79)", "√t")
+    assert _said(tmp_path, row | {"uncertainty": 0.11})["law"] == "undecided between √t and t"
+
+
+def _said(folder: Path, row: dict[str, object]) -> dict[str, str]:
+    (folder / "growth.json").write_text(json.dumps({"environment": {}, "rows": [row]}))
+    found = report_benchmarks.growth(folder)
     assert found is not None
     (said,) = found["rows"]
-    assert said["verdict"] == verdict
-    assert (said["power"], said["periods"]) == (f"{power:.2f} ± {uncertainty:.2f}", "1e5")
+    return dict(said)
 
 
 @pytest.mark.parametrize(

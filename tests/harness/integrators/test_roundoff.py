@@ -1,0 +1,163 @@
+"""Round-off of fixed steps is a random walk: a method's own quadratic invariant drifts as sqrt t, not as t.
+
+The invariant is that of the method's own step, made in 60 digits, so that truncation does not stand in for round-off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases.forms import Charged, Form, SecondOrder, SemiLinear, Values
+from gnomon.harness.growth import fitted, twenty_bits
+from gnomon.harness.integrator import Problem
+from gnomon.harness.integrators import boris, exponential, splitting, stormer
+from gnomon.harness.integrators.exponential import HochbruckOstermann4
+from gnomon.harness.integrators.fixed_step import FixedStep
+from gnomon.harness.integrators.stormer import Stormer, Stormer8, adams_weights, stormer_weights
+from gnomon.harness.order import solve_exactly
+from gnomon.reference.precision import working
+from scipy import stats
+
+METHODS = (*splitting.INTEGRATORS, *stormer.INTEGRATORS, *boris.INTEGRATORS, *exponential.INTEGRATORS)
+STARTS, BLOCKS, AVERAGED = 24, 512, 8
+"""Samples are averaged in blocks, so that the rounding of a sample, half a unit, does not hide the walk."""
+
+CONFIDENCE = 1 - 0.01 / len(METHODS)
+"""Of each method's interval, so that all together are right with 99 % (Bonferroni)."""
+
+SQUARE = 1.0734915
+FIELD = (0.3, -0.5, 0.8123)
+UNITS = np.finfo(float).eps
+
+Value = Callable[[Any], Any]
+
+
+def oscillator(t: Any, q: Values, parameters: Values) -> Values:
+    return (-parameters[0] * q[0],)
+
+
+def oscillator_first_order(t: Any, state: Values, parameters: Values) -> Values:
+    return state[1], -parameters[0] * state[0]
+
+
+def no_rest(t: Any, state: Values, parameters: Values) -> Values:
+    return 0 * state[0], 0 * state[0]
+
+
+def linear_part(parameters: Values) -> Values:
+    return 0, 1, -parameters[0], 0
+
+
+def only_turning(t: Any, place: Values, parameters: Values) -> Values:
+    nothing = 0 * place[0]
+    return nothing, nothing, nothing, parameters[0] + nothing, parameters[1] + nothing, parameters[2] + nothing
+
+
+def slow_light(parameters: Values) -> Values:
+    return (3,)
+
+
+def turning_equations(t: Any, state: Values, parameters: Values) -> Values:
+    raise NotImplementedError("methods for charges call the fields")
+
+
+def step_of(method: type[FixedStep]) -> float:
+    """So short that round-off, not truncation, is all that moves the invariant from the start on."""
+    return 0.01 if method is Stormer8 else 0.02 if issubclass(method, Stormer) else 0.1
+
+
+def problem_for(method: type[FixedStep], interval: float, count: int) -> Problem:
+    times = np.arange(1, count + 1) * interval
+    if method in boris.INTEGRATORS:
+        light = slow_light if method is boris.HigueraCary else None
+        form: Form = Charged(turning_equations, fields=only_turning, light=light)
+        return Problem(form, 6, np.array(FIELD), times, 1.0)
+    if method is HochbruckOstermann4:
+        form = SemiLinear(oscillator_first_order, linear=linear_part, rest=no_rest)
+    else:
+        form = SecondOrder(oscillator)
+    return Problem(form, 2, np.array([SQUARE]), times, 1.0)
+
+
+def invariant_of(method: type[FixedStep], form: Any, h: float) -> tuple[Value, Any]:
+    """A quadratic form that a step multiplies by a factor, and the logarithm of that factor.
+
+    Of the 2x2 matrix M of a step it is y x M y, as My x MMy = det M (y x My). Boris's methods rotate u.
+    """
+    if isinstance(form, Charged):
+        return (lambda state: np.sum(state[..., 3:] ** 2, axis=-1)), np.longdouble(0)
+    with working(60) as mp:
+        if issubclass(method, Stormer):
+            m = matrix_of_stormer(mp, method.order, mp.mpf(h))
+        else:
+            numbers = form, (Fraction(SQUARE),)
+            ends = [solve_exactly(method(), *numbers, start, Fraction(h), 1) for start in ((1, 0), (0, 1))]
+            m = mp.matrix(ends).T
+        weights = [wide(x) for x in (m[1, 0], m[1, 1] - m[0, 0], -m[0, 1])]
+        factor = wide(mp.log(mp.det(m)))
+    return (
+        lambda y: weights[0] * y[..., 0] ** 2 + weights[1] * y[..., 0] * y[..., 1] + weights[2] * y[..., 1] ** 2
+    ), factor
+
+
+def matrix_of_stormer(mp: Any, order: int, h: Any) -> Any:
+    """Of a step, once what the start brought beside the oscillation z^n has died down, on (q, v) = (1, d) z^n."""
+    square = h * h * mp.mpf(SQUARE)
+
+    def total(weights: Any, z: Any) -> Any:
+        return mp.fsum(mp.mpf(w.numerator) / w.denominator * (1 - 1 / z) ** m for m, w in enumerate(weights))
+
+    z = mp.findroot(lambda z: z - 2 + 1 / z + square * total(stormer_weights(order), z), mp.expj(mp.sqrt(square)))
+    d = -square / h * total(adams_weights(order + 1), z) / (1 - 1 / z)
+    modes = mp.matrix([[1, 1], [d, mp.conj(d)]])
+    return (modes * mp.diag([z, mp.conj(z)]) * modes**-1).apply(mp.re)
+
+
+def wide(x: Any) -> Any:
+    """A number of mpmath in extended precision."""
+    high = np.longdouble(float(x))
+    return high + np.longdouble(float(x - float(x)))
+
+
+def drifts(method: type[FixedStep], steps: int) -> Any:
+    """By how many units of round-off the invariant has moved, starts x blocks of time."""
+    substeps = steps // (BLOCKS * AVERAGED)
+    interval = twenty_bits(step_of(method) * substeps)
+    problem = problem_for(method, interval, BLOCKS * AVERAGED)
+    random = np.random.default_rng(1)
+    start = random.standard_normal((STARTS, problem.dimension))
+    solution = method().prepare(problem, interval / substeps)(start.copy())
+    assert solution.stopped is None
+    value, factor = invariant_of(method, problem.form, interval / substeps)
+    sizes = value(solution.states.astype(np.longdouble))
+    made = substeps * np.arange(BLOCKS * AVERAGED)
+    # From the first sample on: a multistep method's start is not its invariant's.
+    moved = sizes / sizes[:, :1] * np.exp(-factor * made) - 1
+    return (moved / UNITS).astype(np.float64).reshape(STARTS, BLOCKS, AVERAGED).mean(axis=2)
+
+
+def interval_of_power(method: type[FixedStep], steps: int) -> tuple[float, float]:
+    """Student's interval of the mean power of time over the starts."""
+    if np.finfo(np.longdouble).eps > 1e-18:
+        pytest.skip("this machine has no arithmetic beyond binary64")
+    powers = fitted((np.arange(BLOCKS) + 0.5) / BLOCKS, drifts(method, steps))
+    low, high = stats.t.interval(CONFIDENCE, STARTS - 1, np.mean(powers), stats.sem(powers))
+    return float(low), float(high)
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
+def test_over_65536_steps_the_drift_is_no_faster_than_a_random_walk(method: type[FixedStep]) -> None:
+    """Coefficients, or a rotation, rounded the same way in every step make it 1, and so do ties broken to one side."""
+    low, _ = interval_of_power(method, 2**16)
+    assert low < 0.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
+def test_over_a_million_steps_a_random_walk_is_not_excluded(method: type[FixedStep]) -> None:
+    low, high = interval_of_power(method, 2**20)
+    assert low < 0.5 < high
