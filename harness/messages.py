@@ -79,11 +79,13 @@ def _decoded(text: bytes, raw: bytes) -> Message:
             raise TypeError("not a message")
         arrays: dict[str, Floats] = {}
         values, taken = np.frombuffer(raw, dtype="<f8"), 0
-        for name, shape in dict(shapes).items():
+        for name, shape in shapes.items():
+            if min(shape, default=0) < 0:
+                raise ValueError("a length below zero")
             size = prod(shape)
-            arrays[str(name)] = values[taken : taken + size].reshape(shape)
+            arrays[name] = values[taken : taken + size].reshape(shape)
             taken += size
-    except (ValueError, TypeError, RecursionError) as error:
+    except (ValueError, TypeError, AttributeError, RecursionError) as error:
         raise Garbled(f"a message that cannot be read ({type(error).__name__})") from None
     return Message(order, stage, content, arrays)
 

@@ -11,7 +11,7 @@ import sys
 import threading
 import types
 from collections.abc import Callable, Iterator
-from multiprocessing import forkserver
+from multiprocessing import forkserver, resource_tracker
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -121,6 +121,21 @@ def guarded(work: Callable[[], None]) -> NoReturn:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         os.kill(guard, os.WTERMSIG(status))
     os._exit(os.waitstatus_to_exitcode(status) & 0xFF)
+
+
+def leave_server(kept: int) -> None:
+    """Close the pipes to the server that forked this process and to its helpers, except `kept`.
+
+    The child of a guard needs none of them, and what is written to one by mistake ends the server.
+    """
+    server: Any = forkserver
+    tracker: Any = resource_tracker
+    server, tracker = server._forkserver, tracker._resource_tracker
+    inherited = (server._forkserver_alive_fd, tracker._fd, *(server._inherited_fds or ()))
+    server._forkserver_alive_fd = tracker._fd = server._inherited_fds = None
+    for descriptor in {one for one in inherited if one is not None} - {kept}:
+        with contextlib.suppress(OSError):
+            os.close(descriptor)
 
 
 def end_children() -> None:

@@ -30,7 +30,7 @@ from gnomon.harness.messages import Garbled, Message
 from gnomon.harness.moved import moved_states, probe_state
 from gnomon.harness.null_call import null_seconds
 from gnomon.harness.problem import accepted_form, groups_of
-from gnomon.harness.processes import adopt_orphans, end_children, guarded
+from gnomon.harness.processes import adopt_orphans, end_children, guarded, leave_server
 from gnomon.harness.truth import CaseSpec
 from numpy.typing import NDArray
 
@@ -156,6 +156,7 @@ def _work(connection: Connection, task: Task) -> None:
     """One Order after another, until the parent ends it; what an order leaves behind ends with it."""
     os.setpgid(0, 0)  # a terminal's Ctrl-C would reach libraries that put in a handler of their own, as REBOUND does
     adopt_orphans()
+    leave_server(connection.fileno())
     _limit_resources()
     say = _Speaker(connection)
     try:
@@ -377,9 +378,12 @@ class _Call:
             began = perf_counter_ns()
             reset()
             self.reset_seconds = (perf_counter_ns() - began) * 1e-9
+        process = os.getpid()
         began = perf_counter_ns()
         solution = solve(state)
         self.seconds = (perf_counter_ns() - began) * 1e-9
+        if os.getpid() != process:
+            os._exit(1)  # a copy that the integrator forked: it would go on with this trial, and fork again
         if not keep:
             return
         self.solution = answers.checked(solution, (1, len(task.times), len(start)))

@@ -1,0 +1,248 @@
+"""Integrators that answer nonsense or reach for the processes around them; each is run by worker processes."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import tempfile
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gnomon.harness.integrator import Problem, Solution, Solve
+from planted import Sound, runge_kutta
+
+FOLDER = Path(tempfile.gettempdir()) / f"gnomon-hostile-{os.getuid()}"
+"""What planted integrators write, beside every process."""
+
+
+class Answers(Sound):
+    """Integrates soundly and then says something else of it."""
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        sound = runge_kutta(problem, setting)
+        return lambda initial_states: self.answer(sound(initial_states))
+
+    def answer(self, solution: Solution) -> Any:
+        raise NotImplementedError
+
+
+class ManySteps(Answers):
+    name = "1e30 steps"
+
+    def answer(self, solution: Solution) -> Any:
+        return Solution(solution.states, 10**30)
+
+
+class FewSteps(Answers):
+    name = "-5 steps"
+
+    def answer(self, solution: Solution) -> Any:
+        return Solution(solution.states, -5)
+
+
+class NoCount(Answers):
+    name = "nan steps"
+
+    def answer(self, solution: Solution) -> Any:
+        return Solution(solution.states, np.nan)  # type: ignore[arg-type]
+
+
+class Complex(Answers):
+    name = "complex"
+
+    def answer(self, solution: Solution) -> Any:
+        return Solution(solution.states + 1e-3j, solution.steps)
+
+
+class ComplexInName(Answers):
+    """Imaginary parts of zero lose nothing."""
+
+    name = "complex in name"
+
+    def answer(self, solution: Solution) -> Any:
+        return Solution(solution.states + 0j, solution.steps)
+
+
+class Texts(Answers):
+    name = "texts"
+
+    def answer(self, solution: Solution) -> Any:
+        return Solution(solution.states.astype(str), solution.steps)
+
+
+class OddEvents(Answers):
+    name = "odd events"
+
+    def answer(self, solution: Solution) -> Any:
+        return Solution(solution.states, solution.steps, events=((np.nan, "bounce"),))
+
+
+class OddReason(Answers):
+    name = "odd reason"
+
+    def answer(self, solution: Solution) -> Any:
+        return Solution(solution.states, solution.steps, stopped=17)  # type: ignore[arg-type]
+
+
+class HalfACharacter(Sound):
+    """What it raises cannot be written as UTF-8."""
+
+    name = "half a character"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        raise ArithmeticError("\ud800 planted")
+
+
+class OddSettings(Sound):
+    name = "odd settings"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        sound = runge_kutta(problem, setting)
+
+        def solve(initial_states: Any) -> Solution:
+            return sound(initial_states)
+
+        solve.settings = 3  # type: ignore[attr-defined]
+        return solve
+
+
+class Forks(Answers):
+    """A second process comes back from `solve`, with wrong states."""
+
+    name = "forks"
+
+    def answer(self, solution: Solution) -> Any:
+        if os.fork() == 0:
+            return Solution(solution.states + 0.01, solution.steps)
+        return solution
+
+
+class LeavesChildren(Answers):
+    """Each call leaves a process behind, in a session of its own."""
+
+    name = "leaves children"
+
+    def answer(self, solution: Solution) -> Any:
+        command = ["sleep", "100001"]
+        subprocess.Popen(command, start_new_session=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+        return solution
+
+
+class LeavesChildrenAndAborts(LeavesChildren):
+    name = "leaves children and aborts"
+
+    def answer(self, solution: Solution) -> Any:
+        super().answer(solution)
+        os.abort()
+
+
+class LeavesChildrenAndHangs(LeavesChildren):
+    name = "leaves children and hangs"
+
+    def answer(self, solution: Solution) -> Any:
+        super().answer(solution)
+        while True:
+            signal.sigtimedwait([], 0.01)
+
+
+class KillsParent(Answers):
+    name = "kills its parent"
+
+    def answer(self, solution: Solution) -> Any:
+        os.kill(os.getppid(), signal.SIGKILL)
+        return solution
+
+
+class KillsServer(Answers):
+    """Kills the process above the one above it, once."""
+
+    name = "kills the server"
+
+    def answer(self, solution: Solution) -> Any:
+        done = FOLDER / "killed"
+        if not done.exists():
+            done.touch()
+            status = Path(f"/proc/{os.getppid()}/stat").read_text()
+            os.kill(int(status.rpartition(")")[2].split()[1]), signal.SIGKILL)
+            while True:
+                signal.sigtimedwait([], 0.01)
+        return solution
+
+
+class EndedFromOutside(Answers):
+    """As by a user, or by a machine without memory."""
+
+    name = "ended from outside"
+
+    def answer(self, solution: Solution) -> Any:
+        os.kill(os.getpid(), signal.SIGKILL)
+        return solution
+
+
+class DiskFull(Sound):
+    name = "disk full"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        raise OSError(28, "No space left on device", "/somewhere/cache")
+
+
+class Runs:
+    """Runs a command where it is unpickled."""
+
+    def __reduce__(self) -> Any:
+        return (os.mkdir, (str(FOLDER / "unpickled"),))
+
+
+class Pickles(Answers):
+    """Writes a pickle to every pipe and socket that its process has, as a message of multiprocessing."""
+
+    name = "pickles"
+
+    def answer(self, solution: Solution) -> Any:
+        content = pickle.dumps(("done", Runs()))
+        message = len(content).to_bytes(4, "big") + content
+        for descriptor in range(3, 64):
+            try:
+                os.write(descriptor, message)
+            except OSError:
+                continue
+        return solution
+
+
+class RaisesUnsupported(Sound):
+    name = "raises unsupported"
+
+    def unsupported(self, form: Any) -> str | None:
+        raise LookupError("planted")
+
+
+class OddUnsupported(Sound):
+    name = "odd unsupported"
+
+    def unsupported(self, form: Any) -> Any:
+        return 7
+
+
+class RaisesVersions(Sound):
+    name = "raises versions"
+
+    def versions(self) -> Mapping[str, Any]:
+        raise LookupError("planted")
+
+
+def with_(**attributes: Any) -> Sound:
+    """A sound integrator with other declarations."""
+    return type("Changed", (Sound,), {"__module__": __name__} | attributes)()  # type: ignore[no-any-return]
+
+
+def commands() -> Iterable[str]:
+    """The command line of each process."""
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            yield path.read_bytes().replace(b"\0", b" ").decode(errors="replace")
+        except OSError:
+            continue  # it ended meanwhile
