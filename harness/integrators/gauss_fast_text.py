@@ -493,6 +493,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                     else:
                         x = fma(lanes(part / step), row(table, NODES), lanes(-1.0))
                         near = (<|at(m[@], x), |>)
+                        missed = True
                         for _ in range(TRIES):
                             # The step has converged, so this does, though a change may be above the one before it.
                             p, v = sums(near, table, STAGES, ONCE)

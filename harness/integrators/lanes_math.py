@@ -227,30 +227,49 @@ def overload_exp(a: Any) -> Any:
     return (lambda a: exp_lanes(a)) if isinstance(a, LanesType) else None
 
 
+EACH: dict[str, Callable[..., Any]] = {}
+"""The functions that are evaluated lane by lane, by their names in machine code."""
+
+
+def _named(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function under a name of its own. Raises ValueError where the name is taken.
+
+    Machine code of one process is linked in another by name and by how many functions the process had compiled before:
+    of two functions of one name the second would be taken for the first.
+    """
+    if name in EACH:
+        raise ValueError(f"two functions of lanes are called {name}; give each a name of its own")
+    function.__name__ = function.__qualname__ = name
+    EACH[name] = function
+    return function
+
+
 def _lane_by_lane(function: Callable[..., float]) -> None:
-    @njit(error_model="numpy")  # type: ignore[misc]
     def each(a):  # type: ignore[no-untyped-def]
         for i in range(WIDTH):
             a = with_lane(a, i, function(lane(a, i)))
         return a
 
+    run = njit(error_model="numpy")(_named(f"{function.__name__}_of_lanes", each))
+    chosen = _named(f"{function.__name__}_chosen", lambda a: run(a))
+
     @overload(function, strict=False)  # type: ignore[misc]
     def on_lanes(a: Any) -> Any:
-        return (lambda a: each(a)) if isinstance(a, LanesType) else None
+        return chosen if isinstance(a, LanesType) else None
 
 
 def _lane_by_lane_of_two(function: Callable[..., float]) -> None:
-    @njit(error_model="numpy")  # type: ignore[misc]
     def each(a, b):  # type: ignore[no-untyped-def]
         for i in range(WIDTH):
             a = with_lane(a, i, function(lane(a, i), lane(b, i)))
         return a
 
+    run = njit(error_model="numpy")(_named(f"{function.__name__}_of_lanes", each))
+    chosen = _named(f"{function.__name__}_chosen", lambda a, b: run(lanes(a), lanes(b)))
+
     @overload(function, strict=False)  # type: ignore[misc]
     def on_lanes(a: Any, b: Any) -> Any:
-        if isinstance(a, LanesType) or isinstance(b, LanesType):
-            return lambda a, b: each(lanes(a), lanes(b))
-        return None
+        return chosen if isinstance(a, LanesType) or isinstance(b, LanesType) else None
 
 
 for _function in (
