@@ -27,6 +27,9 @@ LEAST_TOLERANCE, LOOSEST = 1e-16, 1e-4
 """Looser tolerances count as the second. In longer steps the polynomial of the stages says nothing of the error, and
 rounds cost what length gains: at 1e-2 Kepler's orbit in Sundman time took as many steps as at 1e-4, some of them wrong."""
 
+FINEST_SHARE = 1e-14
+"""Of the largest component: where the finest absolute tolerance of Radau IIA 5 is above it, that is no help."""
+
 ENSEMBLE, CHUNK = 16, 256
 """From so many trajectories on eight go through one vector, and so many of them are one task of a thread."""
 
@@ -39,7 +42,9 @@ REASONS = {
     gauss_fast_text.NOT_FINITE: "the equations gave a value that is not finite",
     gauss_fast_text.STEP_TOO_SMALL: "the step size fell below the spacing of times",
     gauss_fast_text.TOO_MANY_STEPS: f"more than {gauss_fast_text.MOST_STEPS} steps",
-    gauss_fast_text.STIFF: "the equations are stiff, and Radau IIA 5 stops too",
+    gauss_fast_text.STIFF: "the equations are stiff, and Radau IIA 5 stops too or has too coarse a tolerance",
+    gauss_fast_text.OUT_OF_RANGE: "the largest component of the start is not between "
+    f"{gauss_fast_text.SMALLEST:g} and {gauss_fast_text.LARGEST:g}; choose other units",
 }
 
 
@@ -136,6 +141,8 @@ def stiffly(problem: Problem, tolerance: float, initial: Floats) -> Solution | N
         found = radau.prepared(problem, max(tolerance, finest), 0.0)(initial)
         # Components that stay small are known only now.
         sizes = np.max(np.abs(found.states[0]), axis=0)
+        if max(tolerance, FINEST_SHARE) * np.max(sizes) < finest:
+            return None
         smallest = np.min(sizes[sizes > 0], initial=1.0)
         if smallest < 1 and found.stopped is None:
             found = radau.prepared(problem, max(tolerance * smallest, finest), 0.0)(initial)

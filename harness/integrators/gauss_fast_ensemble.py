@@ -55,7 +55,7 @@ FIRST_ORDER = {
     "shift": summed("s@", "table", "STAGES", "s@ = fma(hh, s@, row(work, APART + N * j + @))"),
     "left": "low[@]",
     "together": "<|fma(lanes(h), a@, fma(lanes(h), e@, low[@])), |>",
-    "blur": "0.0",
+    "blur": "lanes(0.0)",
 }
 SECOND_ORDER = FIRST_ORDER | {
     "base": "m, n = lanes(h * table[NODES_HIGH, j]), lanes(h * table[NODES_LOW, j])"
@@ -69,7 +69,7 @@ SECOND_ORDER = FIRST_ORDER | {
     "left": "fma(lanes(h * h), i@, fma(lanes(h), low[N + @], low[@]))",
     "together": "<|fma(lanes(h), y[N + @], fma(lanes(h * h), b@, left@)), |>"
     "<|fma(lanes(h), a@, fma(lanes(h), e@, low[N + @])), |>",
-    "blur": "4 * ROUNDOFF * furthest / (h * h)",
+    "blur": "lanes(4 * ROUNDOFF / (h * h)) * reach",
 }
 WITH_VELOCITY = SECOND_ORDER | {
     "place": SECOND_ORDER["place"] + BEGIN + summed("u@", "work", "matrix + 8", "u@ = fma(hh, u@, y[N + @])"),
@@ -113,7 +113,7 @@ FORESEEING = """for j in range(8):
             rest = fma(size(f@ - row(work, POINTS + N * j + @)), fine[@], rest)
             put(work, new + N * j + @, f@)
 """
-NEARLY_SETTLED = """if change * max(rate * rate, sure) <= 1.0 and rate < SLOW and highest(rest) <= 1.0:
+NEARLY_SETTLED = """if change * max(rate * rate, sure) <= enough and rate < SLOW and highest(rest) <= enough:
                 break
             """
 
@@ -123,7 +123,7 @@ CROSSED = """beyond = poles((<|end%, |>), forcing(lanes(t + h), k), k)
 
 TEXT = """
 @njit(forceinline=True, OPTIONS)
-def eight_stages(t, h, y, low, k, table, work, fine, noise, sure, source, matrix, new):
+def eight_stages(t, h, y, low, k, table, work, fine, enough, noise, sure, source, matrix, new):
     hh = lanes(h)
     before, rate, rounds = 0.0, 0.0, 0
     while True:
@@ -171,8 +171,8 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
     p = (PARAMETERS)
     k = constants(p)
     keen = min(tolerance / FINE, 1.0)
-    share = PORTION * max(tolerance, ROUNDOFF / 4) * keen**10
-    noise = NOISE * ROUNDOFF / share
+    # Changes are sums over eight stages.
+    enough, noise = 8 * PORTION * max(tolerance, ROUNDOFF / 4) * keen**10, 8 * NOISE * ROUNDOFF
     taken, many, end = 0, initial.shape[0], times[-1]
     # Rows are lines of the cache.
     lead = (-np.int64(work.ctypes.data) & 63) // 8
@@ -199,6 +199,11 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
         wish = min({first}, end)
         t, sample, attempts, stiff, left, last, ratio = 0.0, 0, 0, 0, 0.0, 0.0, 0.0
         failed, rejected, calm, lowest = False, False, 0, GROW_MOST
+        reach, extent = lanes(0.0), lanes(0.0)
+        reach = larger(reach, size(y[@]))
+        extent = larger(extent, size(y[%]))
+        for i in range(some):
+            failed = failed or lane(extent, i) > LARGEST or 0.0 < lane(extent, i) < SMALLEST
         while sample < times.size and not failed:
             # Equal steps to the next sample: so many are left.
             if left < 1.0:
@@ -225,14 +230,14 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
             least = lanes(0.0)
             least = larger(least, size@)
             blur = {blur}
-            least = larger(lanes(h * max(LEAST, 16 * ROUNDOFF / tolerance)) * least, lanes(h * blur))
-            scale@ = larger(larger(size({rate}), lanes(h) * size@), least) + lanes(TINY)
-            fine@ = lanes(h / (8 * share)) / scale@
+            least = larger(lanes(h * max(LEAST, 16 * ROUNDOFF / tolerance)) * least, lanes(h) * blur)
+            scale@ = larger(larger(larger(size({rate}), lanes(h) * size@), least), lanes(TINY))
+            fine@ = lanes(h) / scale@
             weakest = lanes(0.0)
             weakest = larger(weakest, lanes(1.0) / scale@)
-            cloud = noise * max(1.0, h * blur * highest(weakest) / (4 * ROUNDOFF))
+            cloud = noise * max(1.0, h * highest(blur * weakest) / (4 * ROUNDOFF))
             sure, matrix = (SURE, ONWARD) if last > 0.0 else (1.0, FRESH)
-            rounds, rate = eight_stages(t, h, y, low, k, table, work, (<|fine@, |>), cloud, sure, old, matrix, new)
+            rounds, rate = eight_stages(t, h, y, low, k, table, work, (<|fine@, |>), enough, cloud, sure, old, matrix, new)
             COUNT 8 * abs(rounds)
             if rounds < 0:
                 wish, left, rejected = 0.3 * h, 0.0, True
@@ -254,10 +259,11 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
                 d@ = fma(lanes(table[HIGHEST + 3, j]), f@, d@)
                 s@ = s@ + size(f@)
             size@ = s@ * lanes(0.125)
-            c@ = larger(size(c@) - lanes(blur), lanes(0.0))
-            d@ = larger(size(d@) - lanes(blur), lanes(0.0))
+            c@ = larger(size(c@) - blur, lanes(0.0))
+            d@ = larger(size(d@) - blur, lanes(0.0))
             error = lanes(0.0)
-            error = error + (d@ * d@ + lanes(LESS) * c@ * c@) / ((size@ + lanes(TINY)) * scale@)
+            m@, n@ = lanes(1.0) / larger(size@, lanes(TINY)), lanes(1.0) / scale@
+            error = error + ((d@ * m@) * (d@ * n@) + lanes(LESS) * (c@ * m@) * (c@ * n@))
             worst = highest(error) * ERRS * h / (tolerance * keen**4)
             wanted = root_15(max(worst, TINY)) / SAFETY
             if not worst <= SLACK:
@@ -283,7 +289,7 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
             if rate > FAST / 2:
                 most, moves = lanes(TINY), lanes(0.0)
                 most = larger(most, size({rate}))
-                moves = larger(moves, lanes(h) * size@ / (size({rate}) + lanes(FAINT) * most))
+                moves = larger(moves, lanes(h) * size@ / larger(size({rate}) + lanes(FAINT) * most, lanes(TINY)))
                 stiff = stiff + 1 if highest(moves) < SLOWLY else max(stiff - 1, 0)
                 failed = failed or stiff > MOST_STIFF
             grow = min(1 / wanted, 1.0 if rejected else GROW_MOST)

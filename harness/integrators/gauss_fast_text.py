@@ -29,7 +29,7 @@ SLACK tolerances is taken again. Steps are kept equal (guesses are better, and e
 grow HOLD times, then grow LEAP times less than that; or until CALM of them in turn could have grown, by what all of them
 could (FIRST_CALM once: the first step is a guess). A component counts for at least LEAST of the largest change in a step,
 and changes below NOISE roundings are round-off: a step in which no other change is seen is not short of convergence
-(FAST). The square of TINY is not zero: nothing moves at an equilibrium.
+(FAST). TINY stands where nothing moves, at an equilibrium; nothing else is compared with an absolute number.
 
 Motions with quick and slow parts (a pericentre) would have equal steps that are too short for most of the way, and with
 steps that follow the error alone energy drifts. Where the derivatives J of the acceleration are at hand its frequency,
@@ -60,7 +60,7 @@ from __future__ import annotations
 
 import textwrap
 
-NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, STIFF = 1, 2, 3, 4
+NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, STIFF, OUT_OF_RANGE = 1, 2, 3, 4, 5
 
 MOST_STEPS, MOST_STIFF = 40_000_000, 1000
 """Attempts for one trajectory, some twenty seconds; and steps of a slow motion that convergence alone limits."""
@@ -74,6 +74,10 @@ STAGES, MONOMIALS, POWERS, NODES, WEIGHTS, POSITIONS, AHEAD, ONCE, CARRIED = 0, 
 ONCE_CARRIED, NODES_HIGH, NODES_LOW, WEIGHTS_LOW, POWERED, ONCE_POWERED, ENDS = 51, 59, 60, 61, 63, 71, 79
 LEGENDRE, HIGHEST = 80, 88
 
+SMALLEST, LARGEST = 1e-290, 1e290
+"""Between them the largest component of a start must lie: beyond, products of it with a tolerance or with stages
+underflow or overflow. A motion that dies away from such a start may go below."""
+
 SCRATCH, SCRATCH_ROWS = 136, 120
 """Rows of the table that products write their vectors to. A processor that takes a load for one of a number just stored
 where the last twelve bits of their addresses agree waits in vain: with vectors on the stack, which lies anywhere, one
@@ -84,12 +88,13 @@ HEAD = f"""
 import math
 import numpy as np
 from gnomon.harness.integrators.lanes import fma, highest, lane, lanes, larger, minus, over, products, put, row, size, total, totals, with_lane
-from gnomon.harness.integrators.lanes_math import sin_and_cos, turned
+from gnomon.harness.integrators.lanes_math import sin_and_cos, turned, turned_first
 from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, STIFF = {NOT_FINITE}, {STEP_TOO_SMALL}, {TOO_MANY_STEPS}, {STIFF}
-MOST_STEPS, MOST_STIFF, MOST_ROUNDS, MOST_CHANGE = {MOST_STEPS}, {MOST_STIFF}, 24, 1e100
+OUT_OF_RANGE, SMALLEST, LARGEST = {OUT_OF_RANGE}, {SMALLEST}, {LARGEST}
+MOST_STEPS, MOST_STIFF, MOST_ROUNDS, MOST_CHANGE = {MOST_STEPS}, {MOST_STIFF}, 24, 1e80
 STAGES, MONOMIALS, POWERS, NODES = {STAGES}, {MONOMIALS}, {POWERS}, {NODES}
 WEIGHTS, POSITIONS, LEGENDRE, HIGHEST = {WEIGHTS}, {POSITIONS}, {LEGENDRE}, {HIGHEST}
 AHEAD, ONCE, CARRIED, ONCE_CARRIED = {AHEAD}, {ONCE}, {CARRIED}, {ONCE_CARRIED}
@@ -101,7 +106,7 @@ ERRS, LESS, HOLD, LEAP, LEAST = 0.002, 0.1, 3.0, 1.3, 1e-6
 ENOUGH, FIRST_CALM, CALM, FIRST_LOOK, LOOK, EVEN = 0.9, 12, 100, 12, 32, 0.7
 SLOWLY, FAINT, COARSE, FINE, TRIES = 1e-3, 1e-12, 1e-6, 3e-16, 4
 EXACT, COARSER, SURE_BELOW = 1e-11, 256.0, 5e-14
-SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-140
+SAFETY, SLACK, SHRINK_MOST, GROW_MOST, TINY = 0.9, 4.0, 0.1, 4.0, 1e-300
 STAGNANT, STALE, VERGE = 0.03, 4.0, 1e-12
 
 
@@ -285,7 +290,7 @@ if follows:
 else:
 """
 
-VERDICT = """if change * max(rate, sure) <= 1.0 and rate < SLOW:
+VERDICT = """if change * max(rate, sure) <= enough and rate < SLOW:
     break
 if change < noise and (rate > SLOW or rounds > 16):
     break
@@ -312,7 +317,7 @@ SLOPES_BY_TURNS = """if rounds == 0:
 
 STAGES_OF_A_STEP = """
 @njit(INLINE OPTIONS)
-def NAME(t, h, y, low, f, p, v, k, table, fine, noise, sure, expected, quiet, exactly):
+def NAME(t, h, y, low, f, p, v, k, table, fine, enough, noise, sure, expected, quiet, exactly):
     <|f@, |> = f
     hh = lanes(h)
     w = forcing(fma(hh, row(table, NODES), lanes(t)), k)
@@ -327,7 +332,7 @@ def NAME(t, h, y, low, f, p, v, k, table, fine, noise, sure, expected, quiet, ex
             change = total(off)
             if rounds > quiet + 1:
                 rate = change / before if before > 0.0 else 0.0
-            if rounds > quiet + 1 or expected > 0.0 or (quiet > 0 and change <= 1.0):
+            if rounds > quiet + 1 or expected > 0.0 or (quiet > 0 and change <= enough):
                 f@ = g@
                 {verdict}
             before = change
@@ -369,8 +374,8 @@ def advance(p_, table, initial, times, tolerance, out, stop):
     # Sums of times stay exact while steps are multiples of the spacing of numbers next to this one.
     grid = 2.0 ** np.ceil(np.log2(end)) if end > 0.0 else 1.0
     keen = min(tolerance / FINE, 1.0)
-    share = SHARE * max(tolerance, ROUNDOFF / 4) * keen**10
-    noise = NOISE * ROUNDOFF / share
+    # Changes are sums over eight stages.
+    enough, noise = 8 * SHARE * max(tolerance, ROUNDOFF / 4) * keen**10, 8 * NOISE * ROUNDOFF
     exactly = tolerance < EXACT
     quickest = SURE if tolerance < SURE_BELOW else SURER
     taken = 0
@@ -391,7 +396,11 @@ def advance(p_, table, initial, times, tolerance, out, stop):
         {none_seen}
         {sides}
         old@ = f@
-        while sample < times.size:
+        extent = 0.0
+        extent = max(extent, abs(y[%]))
+        if extent > LARGEST or 0.0 < extent < SMALLEST:
+            reason = OUT_OF_RANGE
+        while reason == 0 and sample < times.size:
             if not (h > 0.0 and h < np.inf):
                 reason = NOT_FINITE
                 break
@@ -417,11 +426,11 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             # At an equilibrium slopes are small against the terms that cancel in them, and round-off is what remains.
             blur, weakest = {blur}, np.inf
             least = max(step * largest * max(LEAST, 16 * ROUNDOFF / tolerance), step * blur)
-            scale@ = max(max(abs({rate}), step * size@), least) + TINY
-            fine@ = step / (8 * share * scale@)
+            scale@ = max(max(max(abs({rate}), step * size@), least), TINY)
+            fine@ = step / scale@
             coarse@ = COARSER * size@
             weakest = min(weakest, scale@)
-            cloud = noise * max(1.0, step * blur / (4 * ROUNDOFF * weakest))
+            cloud = noise * max(1.0, step * (blur / weakest) / (4 * ROUNDOFF))
             if step == last:
                 # The guesses themselves are needed only where their first change is looked at.
                 ahead = (<|old@, |>)
@@ -435,7 +444,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 p, v = sums((<|m[@] * ratios, |>), table, POWERED, ONCE_POWERED)
             sure = quickest if t > 0.0 else 1.0
             rounds, seen_rate, f, square = stages(
-                t, step, y, low, ahead, p, v, k, table, (<|fine@, |>), cloud, sure, 0.0, usual, exactly
+                t, step, y, low, ahead, p, v, k, table, (<|fine@, |>), enough, cloud, sure, 0.0, usual, exactly
             )
             COUNT abs(rounds)
             rate = seen_rate if seen_rate > 0.0 else min(rate, FAST)
@@ -449,13 +458,13 @@ def advance(p_, table, initial, times, tolerance, out, stop):
             worst = lanes(0.0)
             {legendre}
             c@ = larger(size(legendre[@]) - lanes(blur), lanes(0.0))
-            worst = fma(c@ * c@, lanes(1.0 / ((size@ + TINY) * scale@)), worst)
+            worst = fma(c@ * lanes(1.0 / max(size@, TINY)), c@ * lanes(1.0 / scale@), worst)
             error = lane(worst, 7) + LESS * lane(worst, 6)
             if lane(worst, 7) + lane(worst, 6) > STAGNANT * (lane(worst, 5) + lane(worst, 4)):
                 worst = lanes(0.0)
                 worst = fma(c@ / lanes(scale@), c@ / lanes(scale@), worst)
                 high, lower = lane(worst, 7) + lane(worst, 6), lane(worst, 5) + lane(worst, 4)
-                decay = high / (high + lower + TINY * TINY)
+                decay = high / max(high + lower, TINY)
                 error += STALE * max(math.sqrt(high) - NOISE * ROUNDOFF / step, 0.0) * decay * decay
             error *= ERRS * step / (tolerance * keen**4)
             grow = SAFETY / root_15(max(error, TINY))
@@ -474,7 +483,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 reason = NOT_FINITE
                 break
             {crossed}
-            old@ = f@
+            missed = False
             if times[sample] <= after:
                 m = products(table, MONOMIALS, f)
                 while sample < times.size and times[sample] <= after:
@@ -484,26 +493,30 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                     else:
                         x = fma(lanes(part / step), row(table, NODES), lanes(-1.0))
                         near = (<|at(m[@], x), |>)
+                        missed = True
                         for _ in range(TRIES):
                             # The step has converged, so this does, though a change may be above the one before it.
                             p, v = sums(near, table, STAGES, ONCE)
-                            again, _rate, settled, _square = aside(
-                                t, part, y, low, near, p, v, k, table, (<|ASIDE * fine@, |>), ASIDE * cloud, 1e-3,
+                            again, _rate, near, _square = aside(
+                                t, part, y, low, near, p, v, k, table, (<|fine@, |>), enough / ASIDE, cloud, 1e-3,
                                 max(rate, 1e-3), 0, exactly
                             )
                             COUNT abs(again)
-                            if again > 0:
-                                near = settled
+                            missed = again <= 0
+                            if not missed:
                                 break
-                            finite = 0.0
-                            finite += total(settled[@] - settled[@])
-                            if finite != 0.0:
-                                break
-                            near = settled
+                        if missed:
+                            break
                         place, _left = moved(part, y, low, near, table)
                         out[n, sample, %] = place[%]
                     FROZEN
                     sample += 1
+            if missed:
+                # A sample for which no stages are found is taken within a shorter step.
+                h, usual, rejected = 0.3 * step, 0, True
+                {shorter}
+                continue
+            old@ = f@
             taken += 1
             t = after
             y, low = there, left
@@ -520,7 +533,7 @@ def advance(p_, table, initial, times, tolerance, out, stop):
                 # What has died away goes on dying as fast as ever.
                 most, moves = 0.0, 0.0
                 most = max(most, abs({rate}))
-                moves = max(moves, step * size@ / (abs({rate}) + FAINT * most + TINY))
+                moves = max(moves, step * size@ / max(abs({rate}) + FAINT * most, TINY))
                 stiff = stiff + 1 if moves < SLOWLY else max(stiff - 1, 0)
             rejected = False
         if reason != 0 and stop[0] == 0:

@@ -333,13 +333,15 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = (), below: S
         results = "".join(f"lanes({name(x, ROUND)}), " for x in chosen)
         functions.append((f"{head}(y, w, k)", body, results))
     if angles:
-        (_, body, results), known = functions[2], "".join(f"({angle}, {names}), " for angle, names in angles)
-        again = "".join(body)
+        _, body, results = functions[2]
+        first = again = "".join(body)
         for n, (angle, names) in enumerate(angles):
-            again = again.replace(f"{names} = sin_and_cos({angle})", f"{names}, near{n} = turned({angle}, near[{n}])")
+            plain = f"{names} = sin_and_cos({angle})"
+            first = first.replace(plain, f"{names}, near{n} = turned_first({angle})")
+            again = again.replace(plain, f"{names}, near{n} = turned({angle}, near[{n}])")
         nearest = "".join(f"near{n}, " for n in range(len(angles)))
         functions += [
-            ("slopes_first(y, w, k)", body, f"({results}), ({known})"),
+            ("slopes_first(y, w, k)", [first], f"({results}), ({nearest})"),
             ("slopes_again(y, w, k, near)", [again], f"({results}), ({nearest})"),
         ]
     return tuple(

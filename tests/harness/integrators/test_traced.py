@@ -29,6 +29,7 @@ def stand_ins() -> dict[str, Any]:
     """What generated code calls, for numbers in place of lanes."""
     return {
         "math": math, "lanes": float, "njit": lambda **_: lambda f: f, "sin_and_cos": lambda x: (math.sin(x), math.cos(x)),
+        "turned_first": lambda x: (math.sin(x), math.cos(x), (x, math.sin(x), math.cos(x))),
         "over": lambda a, b, c: a / b,
     }  # fmt: skip
 

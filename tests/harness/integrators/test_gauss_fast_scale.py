@@ -1,0 +1,185 @@
+"""The fast Gauss method knows no absolute size: the same bits in other units, a named end where there can be none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from math import sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases.forms import FirstOrder, SecondOrder
+from gnomon.cases.registry import get
+from gnomon.harness.integrator import Problem, Solution
+from gnomon.harness.integrators import gauss_fast_kernel, gauss_fast_text, radau
+from gnomon.harness.integrators.gauss_fast import GaussFast
+from gnomon.harness.problem import initial_state, problem_of
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def oscillating(t: Any, q: Any, parameters: Any) -> Any:
+    (x,) = q
+    return (-x,)
+
+
+def oscillating_first_order(t: Any, y: Any, parameters: Any) -> Any:
+    x, v = y
+    return v, -x
+
+
+def pulled_sideways(t: Any, q: Any, parameters: Any) -> Any:
+    """Not linear, with derivatives worth having, and homogeneous: twice the state has twice the acceleration."""
+    x, y = q
+    r = sqrt(x * x + y * y)
+    return -2 * x - x * y / r, -y - x * x / r
+
+
+FORMS = {
+    "oscillator": (SecondOrder(oscillating), [1.0, 0.5]),
+    "oscillator, first order": (FirstOrder(oscillating_first_order), [1.0, 0.5]),
+    "pulled sideways": (SecondOrder(pulled_sideways), [1.0, 0.5, 0.25, -0.25]),
+}
+
+
+def motion(name: str, scale: float, tolerance: float, count: int) -> Solution:
+    form, start = FORMS[name]
+    problem = Problem(form, len(start), np.zeros(0), np.linspace(0.0, 20.0, 8)[1:], 1.0)
+    starts = np.repeat(np.array([start]) * scale, count, axis=0)
+    return GaussFast().prepare(problem, tolerance)(starts)
+
+
+@pytest.mark.parametrize("count", [1, 16])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-16])
+@pytest.mark.parametrize("name", FORMS)
+def test_the_unit_of_length_changes_no_bit(name: str, tolerance: float, count: int) -> None:
+    """Powers of two are exact: 2^960 is 1e289. Where r^2 is formed it stays above the underflow up to 2^-500."""
+    expected = motion(name, 1.0, tolerance, count)
+    assert expected.stopped is None
+    for power in (-500, -30, 30, 500) if name == "pulled sideways" else (-960, -500, 700, 960):
+        found = motion(name, 2.0**power, tolerance, count)
+        assert found.stopped is None
+        assert found.steps == expected.steps
+        assert np.array_equal(found.states * 2.0**-power, expected.states)
+
+
+def test_a_small_trajectory_among_large_ones_is_as_good() -> None:
+    """Of an ensemble: round-off of the largest one is none of the others'."""
+    form, start = FORMS["oscillator"]
+    problem = Problem(form, 2, np.zeros(0), np.linspace(0.0, 20.0, 8)[1:], 1.0)
+    scales = 2.0 ** -(60.0 * np.arange(16))[:, None]
+    states = GaussFast().prepare(problem, 1e-9)(np.array([start]) * scales).states / scales[:, :, None]
+    assert np.max(np.abs(states - states[0])) < 1e-15
+
+
+@pytest.mark.parametrize("count", [1, 16])
+@pytest.mark.parametrize("scale", [1e-291, 1e-310, 1e292])
+def test_a_start_that_binary64_cannot_carry_is_refused(scale: float, count: int) -> None:
+    found = motion("oscillator", scale, 1e-9, count)
+    assert found.stopped is not None
+    assert "largest component of the start is not between 1e-290 and 1e+290" in found.stopped
+    assert np.isnan(found.states).all()
+
+
+def test_a_motion_may_die_away() -> None:
+    """What was once large may go to nothing: exp(-t) below 1e-300, in units of its start."""
+
+    def fading(t: Any, y: Any, parameters: Any) -> Any:
+        (x,) = y
+        return (-x,)
+
+    problem = Problem(FirstOrder(fading), 1, np.zeros(0), np.linspace(0.0, 800.0, 9)[1:], 1.0)
+    found = GaussFast().prepare(problem, 1e-9)(np.array([[1.0]]))
+    assert found.stopped is None
+    assert np.max(np.abs(found.states[0, :, 0] - np.exp(-problem.times))) < 1e-9
+
+
+@pytest.fixture
+def patched_text(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str], None]:
+    """The method with a piece of its source replaced."""
+
+    def patch(old: str, new: str) -> None:
+        assert old in gauss_fast_text.HEAD
+        monkeypatch.setattr(gauss_fast_text, "HEAD", gauss_fast_text.HEAD.replace(old, new))
+        monkeypatch.setattr(gauss_fast_kernel, "compiled", gauss_fast_kernel.compiled.__wrapped__)
+
+    return patch
+
+
+def test_a_sample_whose_stages_are_not_found_is_no_result(patched_text: Callable[[str, str], None]) -> None:
+    """No equations are known whose steps converge while their samples do not, so here no sample is given a try."""
+    patched_text("3e-16, 4\n", "3e-16, 0\n")
+    found = motion("oscillator", 1.0, 1e-9, 1)
+    assert found.stopped is not None
+    assert np.isnan(found.states[0, -1]).all()
+
+
+def test_a_sample_whose_stages_are_not_found_is_taken_within_a_shorter_step(
+    monkeypatch: pytest.MonkeyPatch, patched_text: Callable[[str, str], None]
+) -> None:
+    """Here samples are given up within steps that are longer than .3, and must come out right all the same."""
+    advance = gauss_fast_text.ADVANCE
+    assert "missed = again <= 0" in advance
+    monkeypatch.setattr(
+        gauss_fast_text, "ADVANCE", advance.replace("missed = again <= 0", "missed = again <= 0 or step > 0.3")
+    )
+    patched_text("TRIES", "TRIES")
+    found = motion("oscillator", 1.0, 1e-9, 1)
+    assert found.stopped is None
+    times = np.linspace(0.0, 20.0, 8)[1:]
+    assert np.max(np.abs(found.states[0, :, 0] - (np.cos(times) + 0.5 * np.sin(times)))) < 1e-8
+
+
+def test_stiff_motion_is_handed_over_with_the_tolerance_that_was_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Radau IIA 5 errs far less than its tolerance here, so errors do not tell which one it was given."""
+    asked = []
+    prepared = radau.prepared
+
+    def watched(problem: Problem, tolerance: float, relative: float) -> Any:
+        asked.append(tolerance)
+        return prepared(problem, tolerance, relative)
+
+    monkeypatch.setattr(radau, "prepared", watched)
+    case = get("damped_oscillator", "stiff_1e6").rounded()
+    for tolerance in (1e-5, 1e-9):
+        asked.clear()
+        found = GaussFast().prepare(problem_of(case, GaussFast.accepts), tolerance)(initial_state(case)[None])
+        assert found.stopped is None
+        sizes = np.max(np.abs(found.states[0]), axis=0)
+        # Absolute: where a component stays below 1 a second time, by so much finer.
+        wanted = [tolerance] + [tolerance * np.min(sizes)] * bool(np.min(sizes) < 1)
+        assert asked == pytest.approx(wanted, rel=1e-3)
+
+
+def test_stiff_motion_too_small_for_an_absolute_tolerance_is_not_handed_over() -> None:
+    """Radau IIA 5 goes down to 1e-16 in absolute terms: of a motion of 1e-100 that says nothing."""
+    case = get("damped_oscillator", "stiff_1e6").rounded()
+    solve = GaussFast().prepare(problem_of(case, GaussFast.accepts), 1e-6)
+    found = solve(initial_state(case)[None] * 2.0**-330)
+    assert found.stopped is not None
+    assert "stiff" in found.stopped
+
+
+def test_an_ensembles_iteration_leaves_a_part_of_the_tolerance() -> None:
+    """Steps of the oscillator converge without derivatives, and truncate little between so many samples: what errs is the
+    iteration, which may leave a tenth of the tolerance in a step."""
+    case = get("harmonic_oscillator").rounded()
+    starts, exact = np.repeat(initial_state(case)[None], 16, axis=0), case.sample(case.times)
+    for tolerance in 10.0 ** -np.arange(5, 13):
+        found = GaussFast().prepare(problem_of(case, GaussFast.accepts), tolerance)(starts)
+        assert found.steps is not None
+        assert np.max(case.metric.distance(found.states[0], exact)) < 0.1 * tolerance * found.steps / 16
+
+
+def test_functions_of_lanes_have_names_of_their_own() -> None:
+    """Machine code of one process is linked in another by name and by how many functions the process had compiled: of two
+    of one name, each the first that its process needed, one would be taken for the other."""
+    from gnomon.harness.integrators import lanes_math
+
+    functions = [math.tan, math.asin, math.atanh, math.log, math.atan2, math.hypot]
+    for function in functions:
+        assert lanes_math.EACH[f"{function.__name__}_of_lanes"].__qualname__ == f"{function.__name__}_of_lanes"
+    with pytest.raises(ValueError, match="two functions of lanes are called tan_of_lanes"):
+        lanes_math._lane_by_lane(math.tan)
