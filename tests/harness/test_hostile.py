@@ -37,7 +37,7 @@ FAULTS = {
     hostile.Pickles: ("crashed", "sent something that is no message"),
     hostile.LeavesChildrenAndAborts: ("crashed", "SIGABRT"),
 }
-SOUND = (hostile.ComplexInName, hostile.Forks, hostile.LeavesChildren)
+SOUND = (hostile.ComplexInName, hostile.LeavesChildren)
 
 
 def trials(*kinds: Any, folder: Path, suite: Any = SUITE) -> Any:
