@@ -260,7 +260,7 @@ def not_run(matrix: pd.DataFrame, variants: Mapping[str, Iterable[str]]) -> pd.D
     hard = {name: dict.fromkeys(variants.get(name, ())) for name in takes["case"]}
     for name, variant in own.loc[own["variant"] != "", ["case", "variant"]].itertuples(index=False, name=None):
         hard.get(name, {})[variant] = None
-    rows = [
+    rows: list[tuple[Any, ...]] = [
         (case, variant, "", library, name, NOT_RUN, 0, 0, {}, math.nan, "", "")
         for case, library, name in takes[["case", "library", "integrator_id"]].itertuples(index=False, name=None)
         for variant in hard[case]

@@ -45,7 +45,7 @@ def _text(value: Any) -> bool:
 
 
 def _order(value: Any) -> bool:
-    return value is None or (isinstance(value, Integral) and not isinstance(value, bool) and 0 < value <= MOST_ORDER)
+    return value is None or (isinstance(value, Integral) and not isinstance(value, bool) and 0 < int(value) <= MOST_ORDER)
 
 
 def _kinds(value: Any) -> bool:
@@ -81,8 +81,8 @@ def _wrong_sweep(sweep: Tolerance | Steps) -> str | None:
 
 
 def _positive(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and value > 0
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and float(value) > 0
 
 
 def _whole(value: Any, low: int, high: int) -> bool:
-    return isinstance(value, Integral) and not isinstance(value, bool) and low <= value <= high
+    return isinstance(value, Integral) and not isinstance(value, bool) and low <= int(value) <= high

@@ -37,10 +37,12 @@ class Entry:
 
 @cache
 def fingerprint(*packages: str) -> str:
-    """A hash of every Python source of the packages: part of the key of what they compute."""
+    """A hash of every Python source of the packages, in subfolders too: part of the key of what they compute."""
     found = hashlib.sha256()
     for package in packages:
-        for path in sorted(Path(next(iter(importlib.import_module(package).__path__))).glob("*.py")):
+        root = Path(next(iter(importlib.import_module(package).__path__)))
+        for path in sorted(root.rglob("*.py")):
+            found.update(f"{path.relative_to(root)} {path.stat().st_size} ".encode())
             found.update(path.read_bytes())
     return found.hexdigest()[:16]
 

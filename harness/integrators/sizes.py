@@ -84,7 +84,7 @@ def soften(share: float, groups: Integers, rough: Floats, inverse: Floats) -> bo
 def one_over(i: int, y: Floats, end: Floats, inverse: Floats) -> float:
     """One over what the error of component i is compared with, times the tolerance."""
     if ABSOLUTE == 1:
-        return 1.0 / (1.0 + max(abs(y[i]), abs(end[i])))
+        return float(1.0 / (1.0 + max(abs(y[i]), abs(end[i]))))
     return float(inverse[i])
 
 

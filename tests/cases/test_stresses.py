@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases import Case, get
+from gnomon.cases import Case, case_class, get, names
+from gnomon.cases.forms import FirstOrder
 
 
 def smallest_tilt(case: Any) -> float:
@@ -64,6 +65,137 @@ def quantity(name: str) -> Callable[[Case], float]:
     return lambda case: float(case.quantities()[name])
 
 
+def eccentricity(case: Case) -> float:
+    """From energy and angular momentum of the start; of two bodies that of the relative motion, which turns once."""
+    x, y, u, v = (float(value) for value in case.initial_state[:4])
+    mu = float(case.parameters["mu"])
+    energy, momentum = (u * u + v * v) / 2 - mu / math.hypot(x, y), x * v - y * u
+    return math.sqrt(max(0.0, 1 + 2 * energy * momentum**2 / mu**2))
+
+
+def below_escape(case: Case) -> float:
+    """By which share the start is slower than what escapes, exactly: 0 at a parabola."""
+    x, y, u, v = case.initial_state
+    assert y == u == 0
+    return float(1 - v / Fraction(math.isqrt(int(2 * case.parameters["mu"] / x))))
+
+
+def beside_the_middle_axis(case: Case) -> float:
+    w = [abs(float(value)) for value in case.initial_state[:3]]
+    return max(w[0], w[2]) / w[1]
+
+
+def ratio_of_rates(case: Case) -> float:
+    """Of the matrix of slopes of the first-order equations, at the start: the largest rate over the smallest."""
+    form = next(form for form in case.all_forms() if isinstance(form, FirstOrder))
+    parameters, size = tuple(map(float, case.parameter_values())), len(case.state)
+    columns = [form.equations(0.0, tuple(row), parameters) for row in np.eye(size)]  # linear: the columns themselves
+    rates = np.abs(np.linalg.eigvals(np.array(columns).T))
+    return float(rates.max() / rates.min())
+
+
+def turns(name: str, period: Callable[[Case], float] | None = None) -> Callable[[Case], float]:
+    """The span in units of a quantity, a period (s)."""
+    return lambda case: float(case.span) / (quantity(name)(case) if period is None else period(case))
+
+
+def cycles(name: str) -> Callable[[Case], float]:
+    """The span in cycles of a quantity, a rate (rad/s)."""
+    return lambda case: float(case.span) * quantity(name)(case) / math.tau
+
+
+PERIODS = {
+    "pendulum_simple": ("long_1e4", "long_1e6"),
+    "harmonic_oscillator": ("long_1e6",),
+    "duffing_unforced": ("long_1e4",),
+    "damped_oscillator": ("long_1e5",),
+    "kepler_orbit": ("orbits_1e4", "orbits_1e6"),
+    "planet_tunnel": ("long_1e5",),
+    "planet_tunnel_rotating": ("long_1e5",),
+    "rotating_pendulum": ("long_1e4",),
+    "rotating_pendulum_free_hoop": ("long_1e4",),
+    "two_body": ("orbits_1e5",),
+    "chain_in_circular_tube": ("long_1e4",),
+    "moment_of_momentum_pendulum": ("long_1e4",),
+    "work_energy_spring_block": ("long_1e3",),
+    "rubber_tube_thin": ("long_1e5",),
+    "chain_smooth_curve": ("long_1e5",),
+    "curve_sliding_small": ("long_1e4",),
+    "central_force_conservation": ("long_1e5",),
+    "pendulum_on_cart": ("long_1e4",),
+    "two_mass_spring": ("long_1e5",),
+    "center_of_mass_motion": ("long_1e5",),
+    "holonomic_constraint_dae": ("long_1e3",),
+    "ignorable_coordinates": ("long_1e4",),
+    "particle_on_paraboloid": ("long_1e4",),
+    "particle_on_torus": ("long_1e4",),
+    "rotation_fixed_axis_compound_pendulum": ("long_1e4",),
+    "rolling_sphere_in_bowl": ("long_1e4",),
+    "engineering_design_analysis": ("long_1e4",),
+}
+"""Variants whose name ends with the number of periods in their span."""
+
+NAMED: dict[str, tuple[Callable[[Any], float], float]] = {
+    **{
+        f"{case}/{name}": (turns("period"), float(name.split("_")[1]))
+        for case, names_ in PERIODS.items()
+        for name in names_
+    },
+    "duffing_unforced/saddle_1e_8": (quantity("least_x"), 1e-8),
+    "duffing_unforced/saddle_1e_12": (quantity("least_x"), 1e-12),
+    "damped_oscillator/stiff_1e6": (ratio_of_rates, 1e6),
+    "damped_oscillator/stiff_1e9": (ratio_of_rates, 1e9),
+    "damped_oscillator/stiff_1e12": (ratio_of_rates, 1e12),
+    "kepler_orbit/e09": (eccentricity, 0.9),
+    "kepler_orbit/e0999": (lambda case: 1 - eccentricity(case), 1e-3),
+    "kepler_orbit/e0999999": (lambda case: 1 - eccentricity(case), 1e-6),
+    "kepler_orbit/speed_e06": (eccentricity, 0.6),
+    "kepler_orbit/speed_e099": (lambda case: 1 - eccentricity(case), 0.01),
+    "kepler_orbit/near_parabolic_bound": (below_escape, 1e-12),
+    "kepler_orbit/near_parabolic_unbound": (below_escape, -1e-12),
+    "euler_top/flips_1e6": (beside_the_middle_axis, 1e-6),
+    "euler_top/flips_1e12": (beside_the_middle_axis, 1e-12),
+    "euler_top/revolutions_1e4": (turns("body_period"), 1e4),
+    "euler_top/revolutions_1e5": (turns("body_period"), 1e5),
+    "charge_in_E_and_B/long_1e5": (turns("gyration_period"), 1e5),
+    "relativistic_charge/gamma_1e6": (quantity("gamma"), 1e6),
+    "forced_oscillator/long_1e5": (lambda case: float(case.span * case.parameters["w"]) / math.tau, 1e5),
+    "inertial_straight_line/turns_1e5": (lambda case: float(case.span * case.parameters["Om"]) / math.tau, 1e5),
+    "bouncing_ball/elastic_1e6": (lambda case: float(case.span) / quantity("period")(case), 1e6),
+    "bouncing_ball/engines_e1": (lambda case: float(case.parameters["e"]), 1.0),
+    "bouncing_ball/engines_e08": (lambda case: float(case.parameters["e"]), 0.8),
+    "small_vibrations_3dof_chain/long_1e4": (cycles("frequency_1"), 1e4),
+    "small_vibrations_mdof/stiff_1e12": (lambda case: (ratio_of_rates(case)) ** 2, 2e12),
+    "two_body/e0999": (lambda case: 1 - quantity("pericentre")(case) / quantity("semi_major_axis")(case), 0.999),
+    "equilateral_three_body/e09": (
+        lambda case: (
+            (1 - quantity("shortest_side")(case) / quantity("longest_side")(case))
+            / (1 + quantity("shortest_side")(case) / quantity("longest_side")(case))
+        ),
+        0.9,
+    ),
+    "impulse_instantaneous/short_1e-3": (lambda case: float(case.parameters["T"]), 1e-3),
+    "impulse_instantaneous/short_1e-9": (lambda case: float(case.parameters["T"]), 1e-9),
+    "restitution_impact_1d_2d/ratio_1e4": (lambda case: float(case.parameters["m2"] / case.parameters["m1"]), 1e4),
+    "restitution_impact_1d_2d/ratio_1e6": (lambda case: float(case.parameters["m2"] / case.parameters["m1"]), 1e6),
+    "rubber_tube_thin/squeezed_1e-2": (lambda case: float(case.initial_state[0]), 1e-2),
+    "rubber_tube_thin/squeezed_1e-4": (lambda case: float(case.initial_state[0]), 1e-4),
+    "man_on_cart/long_1e5": (lambda case: float(case.span * case.parameters["w"]) / math.tau, 1e5),
+    "lagrange_top/precessions_1e4": (
+        lambda case: turns("nutation_period")(case) * quantity("precession_per_nutation")(case) / math.tau,
+        1e4,
+    ),
+    "lagrange_top_attitude/precessions_1e4": (
+        lambda case: turns("nutation_period")(case) * quantity("precession_per_nutation")(case) / math.tau,
+        1e4,
+    ),
+    "lagrange_top_small_nutation/long_1e4": (cycles("nutation_rate"), 1e4),
+    "spherical_pendulum/long_1e4": (turns("polar_period"), 1e4),
+    "symmetric_top_torque_free/turns_1e5": (cycles("precession_rate"), 1e5),
+    "knife_edge_incline/long_1e4": (lambda case: float(case.span * case.parameters["w"]) / math.tau, 1e4),
+}
+"""What each variant with a number in its name is about, and that number."""
+
 CLAIMS: dict[str, tuple[Callable[[Any], float], float]] = {
     "central_force_hanging_mass/near_hole: passes 0.1 m": (quantity("least"), 0.1),
     "central_force_hanging_mass/light: out to 47 m": (quantity("largest"), 46.85),
@@ -104,3 +236,21 @@ def test_what_a_variant_says_is_so(claim: str) -> None:
     measure, told = CLAIMS[claim]
     # The words have two digits.
     assert measure(case) == pytest.approx(told, rel=0.02)
+
+
+@pytest.mark.parametrize("variant", NAMED)
+def test_a_variant_is_as_hard_as_its_name_says(variant: str) -> None:
+    """A variant made easier (1e-12 beside the axis become 1e-6) would still run, and say nothing of the hard case."""
+    measure, told = NAMED[variant]
+    # A name has one digit, and spans end off whole periods on purpose.
+    assert measure(get(*variant.split("/"))) == pytest.approx(told, rel=0.05)
+
+
+def test_every_variant_with_a_number_in_its_name_is_measured() -> None:
+    named = {
+        f"{name}/{variant.name}"
+        for name in names()
+        for variant in case_class(name).variants
+        if any(letter.isdigit() for letter in variant.name)
+    }
+    assert not named - set(NAMED)
