@@ -155,7 +155,7 @@ def migrate(db: sqlite3.Connection) -> None:
             for name in SINCE_2.get(table, ()):
                 db.execute(f"ALTER TABLE {table} ADD COLUMN {name} {columns[name]}")
             db.execute(f"ALTER TABLE {table} ADD COLUMN checksum INTEGER")
-            db.execute(f"UPDATE {table} SET checksum = {_checksum_of(table)}")
+            seal_all(db, table)
         db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
 
 
@@ -178,6 +178,11 @@ def with_checksums(db: sqlite3.Connection) -> sqlite3.Connection:
 def seal(db: sqlite3.Connection, table: str, row: int) -> None:
     """Store the checksum of the row with this rowid, of its values as the file holds them."""
     db.execute(f"UPDATE {table} SET checksum = {_checksum_of(table)} WHERE rowid = ?", (row,))
+
+
+def seal_all(db: sqlite3.Connection, table: str) -> None:
+    """Store the checksum of every row of a table."""
+    db.execute(f"UPDATE {table} SET checksum = {_checksum_of(table)}")
 
 
 def verify(db: sqlite3.Connection, tables: Iterable[str], condition: str = "1") -> None:
