@@ -78,13 +78,14 @@ def test_later_samples_are_excused_by_the_worst_conditioning_before() -> None:
 def test_a_measurement_has_errors_and_times_in_the_right_columns(judge: Judge) -> None:
     states = judge.truth.exact.copy()
     (scale,) = (group.scale for group in CASE.metric.groups if group.name == "angular velocity")
-    states[[5, 63], 1] += np.array([4e-3, 3e-3]) * scale
+    states[[3, 5, 63], 1] += np.array([1e-3, 4e-3, 3e-3]) * scale
     seconds = tuple(np.arange(11) + 1.0)
     row, _ = judge.measure(Outcome(states, None, None, 7, 21, seconds, 0.5, None), 1e-4)
     # the states are rounded after the addition
     assert row["error_max"] == pytest.approx(4e-3, rel=1e-9)
+    assert row["error_start"] == pytest.approx(1e-3, rel=1e-9)
     assert row["error_end"] == pytest.approx(3e-3, rel=1e-9)
-    assert row["error_rms"] == pytest.approx(5e-3 / 8, rel=1e-9)
+    assert row["error_rms"] == pytest.approx(26**0.5 * 1e-3 / 8, rel=1e-9)
     assert row["error_over_tolerance"] == pytest.approx(40, rel=1e-9)
     assert (row["seconds_low"], row["seconds_median"], row["seconds_high"]) == (2.0, 6.0, 10.0)
     assert (row["steps"], row["rhs_calls"], row["repeats"], row["prepare_seconds"]) == (7, 21, 11, 0.5)
