@@ -180,7 +180,18 @@ def run(monkeypatch: pytest.MonkeyPatch, f: Any, derivative: Any, start: Any, ti
     monkeypatch.setattr(radau_steps, "estimate", watched)
     out, stop = np.full((1, len(times), len(start)), np.nan), np.zeros(2, dtype=np.int64)
     radau_steps.integrate(
-        f, derivative, (), radau.table(), np.array([start]), np.array(times), 1e-5, 0.0, 1e4, out, stop
+        f,
+        derivative,
+        (),
+        radau.table(),
+        np.array([start]),
+        np.array(times),
+        1e-5,
+        0.0,
+        np.arange(len(start)),
+        1e4,
+        out,
+        stop,
     )
     return out[0], stop, attempts
 
