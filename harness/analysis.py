@@ -30,7 +30,16 @@ LEAST_SHARE = 0.1
 """A time without its null call is at least this share of the time: of less the difference of two times says nothing."""
 
 ERRORS = (
-    *("error_max", "error_end", "error_rms", "error_phase", "error_shape", "error_over_tolerance", "turns"),
+    *(
+        "error_max",
+        "error_start",
+        "error_end",
+        "error_rms",
+        "error_phase",
+        "error_shape",
+        "error_over_tolerance",
+        "turns",
+    ),
     *("invariant_drift", "error_low", "error_high"),
 )
 """What later launches of a trial lack, where its first launch has the median over turned starts."""
@@ -69,7 +78,7 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
         *("setting", "error_max", "error_end", "error_rms", "floor", "conditioning", "order_declared"),
         *("error_phase", "error_shape", "turns", "events_missing", "events_extra", "events_time_error"),
         *("rhs_calls", "steps", "seconds_median", "seconds_low", "seconds_high", "prepare_seconds"),
-        *("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned"),
+        *("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start"),
     ):
         frame[column] = pd.to_numeric(frame[column], errors="coerce").astype(float)
     frame["seconds_net"] = net(frame["seconds_median"], frame["null_seconds"])
@@ -316,8 +325,9 @@ def policies(reduced: pd.DataFrame) -> pd.DataFrame:
 def orders(reduced: pd.DataFrame) -> pd.DataFrame:
     """Measured order beside the declared one of every fixed-step series, nan where no four of its points are on a line.
 
-    Of the largest error over the samples, else of their root mean square, else of that at the end: where one passes
-    through zero between two steps, another need not. `lowest` and `highest` are the slopes of the largest error from one
+    Of the largest error over the samples, else of their root mean square, else of that at the end, else of the largest
+    over the first samples: where one passes through zero between two steps, another need not, and errors that grow
+    with time in two ways, such as h^5 t^2 and h^4 t, show the order early. `lowest` and `highest` are the slopes of the largest error from one
     of its finest points to the next, nan where fewer than 4 settings lie in the range. `why` says what an order lacks.
     """
     rows = []
@@ -326,7 +336,7 @@ def orders(reduced: pd.DataFrame) -> pd.DataFrame:
         steps, declared = series["setting"].to_numpy(float), float(series["order_declared"].iloc[0])
         attainable = float(np.nanmax([series["conditioning"].max(), series["floor"].max(), 0.0]))
         order, bent, why = math.nan, (math.nan, math.nan), ""
-        for name in ("error_max", "error_rms", "error_end"):
+        for name in ("error_max", "error_rms", "error_end", "error_start"):
             errors = series[name].to_numpy(float)
             floor = max(attainable, _plateau(steps, errors, declared))
             found = line(steps.tolist(), errors.tolist(), floor, ON_A_LINE)

@@ -30,6 +30,8 @@ Floats = NDArray[np.float64]
 INACCURATE, DIVERGED = 0.1, 1.0
 """Errors above which an answer counts as inaccurate or diverged, if it is also above CONDITIONED conditionings."""
 CONDITIONED = 10.0
+FIRST = 4
+"""Samples that `error_start` is taken over."""
 CLOCK_ITERATIONS = 8
 _NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2",
                 "asinh": "arcsinh", "acosh": "arccosh", "atanh": "arctanh"}  # fmt: skip
@@ -126,6 +128,7 @@ class Judge:
             "status": status,
             "reason": reason,
             "error_max": float(np.max(errors)),
+            "error_start": float(np.max(errors[:FIRST])),
             "error_end": float(errors[-1]),
             "error_rms": float(np.sqrt(np.mean(errors**2))),
             "error_phase": phase,

@@ -121,7 +121,7 @@ def from_path(path: str) -> Integrator:
             f"{path}: {type(error).__name__}: {error}; give package.module:Class of a subclass of Integrator"
         ) from None
     if not isinstance(made, Integrator):
-        raise ValueError(f"{path}: {made!r} is no Integrator; give package.module:Class of a subclass of Integrator")
+        raise ValueError(f"{path}: {made!r} is no gnomon.harness.integrator.Integrator; give package.module:Class")
     return _instance(made, path)
 
 

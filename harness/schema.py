@@ -76,6 +76,7 @@ MEASUREMENT_COLUMNS = {
     "error_low": "REAL",
     "error_high": "REAL",
     "error_unturned": "REAL",
+    "error_start": "REAL",
 }
 """What became of one launch of a trial. `invariant_drift` is JSON by name of the invariant; `output` is what the
 worker's libraries printed. `seconds_low` and `seconds_high` are the 10 and 90 % quantiles of the timed calls;
@@ -83,10 +84,12 @@ worker's libraries printed. `seconds_low` and `seconds_high` are the 10 and 90 %
 
 Where the case has a rotational symmetry, `turned_starts` counts the turned initial states that the errors come from:
 all errors are then those of the turned start with the median `error_max`, `error_low` and `error_high` are the
-smallest and the largest `error_max` of these starts, and `error_unturned` is that of the timed call."""
+smallest and the largest `error_max` of these starts, and `error_unturned` is that of the timed call.
+
+`error_start` is the largest error over the first four samples."""
 
 SINCE_2 = {
-    "measurements": ("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned"),
+    "measurements": ("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start"),
 }
 """The columns that schema 1 lacks, the checksums aside."""
 
@@ -155,7 +158,7 @@ def migrate(db: sqlite3.Connection) -> None:
             for name in SINCE_2.get(table, ()):
                 db.execute(f"ALTER TABLE {table} ADD COLUMN {name} {columns[name]}")
             db.execute(f"ALTER TABLE {table} ADD COLUMN checksum INTEGER")
-            db.execute(f"UPDATE {table} SET checksum = {_checksum_of(table)}")
+            seal_all(db, table)
         db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
 
 
@@ -178,6 +181,11 @@ def with_checksums(db: sqlite3.Connection) -> sqlite3.Connection:
 def seal(db: sqlite3.Connection, table: str, row: int) -> None:
     """Store the checksum of the row with this rowid, of its values as the file holds them."""
     db.execute(f"UPDATE {table} SET checksum = {_checksum_of(table)} WHERE rowid = ?", (row,))
+
+
+def seal_all(db: sqlite3.Connection, table: str) -> None:
+    """Store the checksum of every row of a table."""
+    db.execute(f"UPDATE {table} SET checksum = {_checksum_of(table)}")
 
 
 def verify(db: sqlite3.Connection, tables: Iterable[str], condition: str = "1") -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.forms import FirstOrder
@@ -47,36 +47,41 @@ class Radau5(Integrator):
     Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.8 (RADAU5): simplified Newton iteration on the
     transformed system, the exact Jacobian (differentiated from the equations), Gustafsson's predictive step control, the
     embedded estimate of order 3 with the tolerance 0.1 tol^(2/3). Samples are values of the collocation polynomial, and
-    where stiffness makes that worse than the steps, steps of their own. Sums are compensated. Evaluations of the Jacobian are not counted as right-hand sides.
+    where stiffness makes that worse than the steps, steps of their own. Sums are
+    compensated. Evaluations of the Jacobian are not counted as right-hand sides. The error of each component is relative
+    to the largest size so far of its group (see `sizes`); with `absolute`, to 1 + |y| in SI units.
     """
 
     name, order = "Radau IIA 5", 5
     accepts = (FirstOrder,)
     sampling = "dense output"
     sweep = Tolerance(1e-2, 1e-13)
+    absolute: ClassVar[bool] = False
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         if not (math.isfinite(setting) and LEAST_TOLERANCE <= setting < 1):
             raise Refused(f"tolerance {setting} is not between {LEAST_TOLERANCE:g} and 1")
-        return prepared(problem, 0.1 * setting ** (2 / 3), 0.0)
+        return prepared(problem, 0.1 * setting ** (2 / 3), 0.0, self.absolute)
 
 
-def prepared(problem: Problem, tolerance: float, fixed: float) -> Solve:
-    """`solve` with error control at `tolerance`, or with fixed steps where `fixed` > 0."""
+def prepared(problem: Problem, tolerance: float, fixed: float, absolute: bool = True) -> Solve:
+    """`solve` with error control at `tolerance`, or with fixed steps where `fixed` > 0; `absolute`: relative to 1 + |y|."""
     assert isinstance(problem.form, FirstOrder)
     try:
         text = jacobian_text(problem.form, problem.dimension, len(problem.parameters))
     except ValueError as error:
         raise Refused(str(error)) from None
     derivative, kernel = compiled(text), right_hand_side(problem)
-    run = compiled_whole(integrate, SIGNATURE, (("DIMENSION", problem.dimension),), INLINED)
+    run = compiled_whole(integrate, SIGNATURE, (("DIMENSION", problem.dimension), ("ABSOLUTE", int(absolute))), INLINED)
     address, buffer, times, scale = kernel.address, problem.buffer, problem.times, problem.time_scale
-    coefficients = table()
+    coefficients, groups = table(), problem.grouping
 
     def solve(initial: Floats) -> Solution:
         out = blank(problem, initial)
         stop = np.zeros(2, dtype=np.int64)
-        steps = run(address, derivative, buffer, coefficients, initial, times, tolerance, fixed, scale, out, stop)
+        steps = run(
+            address, derivative, buffer, coefficients, initial, times, tolerance, fixed, groups, scale, out, stop
+        )
         stopped = f"{REASONS[int(stop[0])]}, before sample {stop[1] + 1}" if stop[0] else None
         return Solution(out, int(steps), stopped)
 

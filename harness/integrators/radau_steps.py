@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.harness.integrators.linear import factor, substitute
+from gnomon.harness.integrators.sizes import enlarge, invert, nudge, soften
 from gnomon.harness.integrators.stepping import call
 from numpy.typing import NDArray
 
@@ -15,11 +16,14 @@ Floats = NDArray[np.float64]
 DIMENSION = 0
 """Of each problem, when it is compiled: loops over so few components cost more than what is done in them."""
 
+ABSOLUTE = 0
+"""When it is compiled: 1 where errors are compared with 1 + |y| in SI units, not with `sizes`."""
+
 MOST_STEPS = 1_000_000
 NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, NOT_SOLVED = 1, 2, 3, 4
 MOST_ITERATIONS = 10
 ROUNDOFF = 2e-15
-"""Relative to 1 + |y|: changes of stages that do not shrink below it are round-off."""
+"""Relative to what errors are compared with: changes of stages that do not shrink below it are round-off."""
 
 SAFETY, SHRINK_MOST, GROW_MOST = 0.9, 0.2, 8.0
 FORESEEN_MOST = 10**0.5
@@ -30,8 +34,8 @@ C, EIGENVALUES, FORWARD, BACK, ERROR, BASIS = 0, 1, 2, 5, 8, 9
 """Rows of the table."""
 
 SIGNATURE = (
-    "int64(intp, intp, float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64, float64, "
-    "float64[:, :, ::1], int64[::1])"
+    "int64(intp, intp, float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64, int64[::1], "
+    "float64, float64[:, :, ::1], int64[::1])"
 )
 
 
@@ -44,6 +48,7 @@ def integrate(
     times: Floats,
     tolerance: float,
     fixed: float,
+    groups: NDArray[np.int64],
     time_scale: float,
     out: Floats,
     stop: NDArray[np.int64],
@@ -64,15 +69,16 @@ def integrate(
     z_step = np.empty((3, n))
     partial, real, both = np.empty(n * n), np.empty((n, n)), np.empty((n, n), dtype=np.complex128)
     weight, right, pair = np.empty(n), np.empty(n), np.empty(n, dtype=np.complex128)
+    sizes, inverse, rough = np.zeros(n), np.zeros(n), np.zeros(n)
     pivots, pivots_both = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
     taken = 0
     for m in range(initial.shape[0]):
         for i in range(n):
             y[i] = initial[m, i]
-            low[i] = 0.0
+            low[i], rough[i] = 0.0, 0.0
         t, h, sample, attempts, reason = 0.0, 1e-6 * time_scale, 0, 0, 0
         last, reach, steps = 0.0, 1.0, 0
-        rejected, aside = False, False
+        rejected, aside, noisy = False, False, False
         end, step, length, norm, scale, wanted = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         call(f, t, y, p, start)
         while sample < times.size:
@@ -95,10 +101,19 @@ def integrate(
                     reason = STEP_TOO_SMALL
                     break
                 call(derivative, t, y, p, partial)
-                for i in range(n):
-                    weight[i] = 1.0 / (tolerance * (1.0 + abs(y[i])))
             iterations = 0
-            if factored(partial, length, table, real, pivots, both, pivots_both):
+            solvable = factored(partial, length, table, real, pivots, both, pivots_both)
+            if solvable:
+                if not aside:
+                    if ABSOLUTE == 0:
+                        if t == 0.0:
+                            first_sizes(y, start, real, pivots, error, groups, sizes, inverse)
+                        elif noisy:
+                            invert(groups, sizes, inverse)
+                        if noisy:
+                            soften(1.0 / tolerance, groups, rough, inverse)
+                    for i in range(n):
+                        weight[i] = (1.0 / (1.0 + abs(y[i])) if ABSOLUTE == 1 else inverse[i]) / tolerance
                 if aside:
                     for j in range(3):
                         for i in range(n):
@@ -113,6 +128,9 @@ def integrate(
                 if fixed > 0.0 or not finite(start):
                     reason = NOT_SOLVED if finite(start) else NOT_FINITE
                     break
+                if ABSOLUTE == 0 and solvable:
+                    noise(f, t, y, p, start, real, pivots, x, slope, error, groups, rough)
+                    noisy = True
                 h = length if aside else min(h, step) / 2
                 rejected, aside = True, False
                 continue
@@ -126,7 +144,7 @@ def integrate(
                 z[:] = z_step
             else:
                 norm = estimate(
-                    f, t, step, y, p, table, tolerance, x, slope, start, real, pivots, z, error, rejected, steps
+                    f, t, step, y, p, table, weight, x, slope, start, real, pivots, z, error, rejected, steps
                 )
                 safety = SAFETY * (2 * MOST_ITERATIONS + 1) / (2 * MOST_ITERATIONS + iterations)
                 scale = 1.0 / sqrt(sqrt(norm)) if norm > 0.0 else np.inf
@@ -135,6 +153,9 @@ def integrate(
                     scale *= min(1.0, step / reach * scale)
                 scale = min(GROW_MOST, max(SHRINK_MOST, safety * scale))
                 if not norm < 1.0 and fixed == 0.0:
+                    if ABSOLUTE == 0:
+                        noise(f, t, y, p, start, real, pivots, x, slope, error, groups, rough)
+                    noisy = True
                     h = min(h, step) * (scale if norm < np.inf else 0.1)
                     rejected = True
                     continue
@@ -145,7 +166,7 @@ def integrate(
                 if not finite(slope) or not finite(x):
                     reason = NOT_FINITE
                     break
-                if times[sample] < end and not smooth(step, y, table, tolerance, start, z, norm):
+                if times[sample] < end and not smooth(step, table, weight, start, z, norm):
                     aside = True
                     z_step[:] = z
                     continue
@@ -161,6 +182,8 @@ def integrate(
                 start[i] = slope[i]
                 for j in range(3):
                     before_z[j, i] = z[j, i]
+            if ABSOLUTE == 0 and (enlarge(y, groups, sizes) or t == 0.0):
+                invert(groups, sizes, inverse)
             h = step * (min(1.0, scale) if rejected else scale)
             last, reach, t = step, step * wanted, end
             rejected = False
@@ -169,6 +192,36 @@ def integrate(
         if reason != 0 and stop[0] == 0:
             stop[0], stop[1] = reason, sample
     return taken
+
+
+def first_sizes(
+    y: Any, start: Any, real: Any, pivots: Any, change: Any, groups: Any, sizes: Any, inverse: Any
+) -> None:  # fmt: skip
+    """Sizes from the initial state; the inverses take in, too, what the real system makes of the rates at the start: a
+    fast mode moves no farther than to where it comes to rest."""
+    change[:] = start
+    substitute(real, pivots, change)
+    sizes[:] = 0.0
+    enlarge(change, groups, sizes)
+    enlarge(y, groups, sizes)
+    invert(groups, sizes, inverse)
+    sizes[:] = 0.0
+    enlarge(y, groups, sizes)
+
+
+def noise(
+    f: Any, t: Any, y: Any, p: Any, start: Any, real: Any, pivots: Any, x: Any, slope: Any, change: Any, groups: Any,
+    rough: Any,
+) -> None:  # fmt: skip
+    """Raise `rough` to what the real system makes of the rates' change when the state is moved by its round-off.
+
+    Of a fast mode that is its round-off, not h times its rates': no error is compared with less (`sizes.soften`)."""
+    nudge(y, x)
+    call(f, t, x, p, slope)
+    for i in range(change.size):
+        change[i] = slope[i] - start[i]
+    substitute(real, pivots, change)
+    enlarge(change, groups, rough)
 
 
 def finite(values: Any) -> bool:
@@ -205,19 +258,18 @@ def between(x: Any, table: Any, z: Any, i: int) -> Any:
     return basis(0, x, table) * z[0, i] + basis(1, x, table) * z[1, i] + basis(2, x, table) * z[2, i]
 
 
-def smooth(h: Any, y: Any, table: Any, tolerance: Any, start: Any, z: Any, norm: Any) -> bool:
+def smooth(h: Any, table: Any, weight: Any, start: Any, z: Any, norm: Any) -> bool:
     """Whether the polynomial is as good within the step as at its end.
 
     Its error follows the fourth derivative, as does what the estimate is before it is filtered. The filter is 1 where no
     component is stiff, up to h |df/dy| of about gamma; where it takes more than half, it is for the end of the step alone.
     """
-    n = DIMENSION or y.size
+    n = DIMENSION or weight.size
     square = 0.0
     for i in range(n):
         weighted = table[ERROR, 0] * z[0, i] + table[ERROR, 1] * z[1, i] + table[ERROR, 2] * z[2, i]
-        weight = tolerance * (1.0 + max(abs(y[i]), abs(y[i] + z[2, i])))
-        square += ((h * start[i] + weighted) / (table[EIGENVALUES, 0] * weight)) ** 2
-    return bool(sqrt(square / n) <= 2.0 * norm)
+        square += ((h * start[i] + weighted) * weight[i]) ** 2
+    return bool(sqrt(square / n) <= 2.0 * table[EIGENVALUES, 0] * norm)
 
 
 def guess(last: Any, h: Any, table: Any, before_z: Any, z: Any) -> None:
@@ -273,7 +325,8 @@ def newton(
             w[0, i] += right[i]
             w[1, i] += pair[i].real
             w[2, i] += pair[i].imag
-            square += (right[i] ** 2 + pair[i].real ** 2 + pair[i].imag ** 2) * weight[i] ** 2
+            a, b, c = right[i] * weight[i], pair[i].real * weight[i], pair[i].imag * weight[i]
+            square += a * a + b * b + c * c
             for j in range(3):
                 z[j, i] = (
                     table[FORWARD + j, 0] * w[0, i] + table[FORWARD + j, 1] * w[1, i] + table[FORWARD + j, 2] * w[2, i]
@@ -297,7 +350,7 @@ def newton(
 
 
 def estimate(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, tolerance: Any, x: Any, slope: Any, start: Any,
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, weight: Any, x: Any, slope: Any, start: Any,
     real: Any, pivots: Any, z: Any, error: Any, rejected: bool, steps: int,
 ) -> float:  # fmt: skip
     """The error of the embedded formula of order 3 over the tolerance, filtered by the real system (IV.8.19-20)."""
@@ -311,8 +364,7 @@ def estimate(
         substitute(real, pivots, error)
         square = 0.0
         for i in range(n):
-            weight = tolerance * (1.0 + max(abs(y[i]), abs(y[i] + z[2, i])))
-            square += (error[i] / weight) ** 2
+            square += (error[i] * weight[i]) ** 2
         found = sqrt(square / n)
         if found < 1.0 or again == 1 or not (rejected or steps == 0):
             break

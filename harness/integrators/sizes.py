@@ -23,7 +23,7 @@ Integers = NDArray[np.int64]
 ABSOLUTE = 0
 """Of each method, when it is compiled: 1 where the error of a component is compared with 1 + |y| in SI units."""
 
-LEAST = 2.0**-1022
+SMALLEST = 2.0**-1022
 """The smallest normal number: no size counts as less, so that one over it is finite."""
 
 TRIAL = 1e-6
@@ -44,7 +44,7 @@ def invert(groups: Integers, sizes: Floats, inverse: Floats) -> None:
     """One over the size of each component's group, 0 for a group without a size."""
     for i in range(inverse.size):
         size = sizes[groups[i]]
-        inverse[i] = 1.0 / max(size, LEAST) if size > 0.0 else 0.0
+        inverse[i] = 1.0 / max(size, SMALLEST) if size > 0.0 else 0.0
 
 
 def start(y: Floats, changes: Floats, groups: Integers, sizes: Floats, inverse: Floats) -> None:

@@ -27,7 +27,9 @@ def _rows(name: str, errors: list[float], seconds: list[float], **columns: Any) 
     fixed |= {"conditioning": 1e-15, "rhs_calls": 1, "steps": 1, "turns": 0, "error_end": 0.0, "error_rms": 0.0}
     fixed |= dict.fromkeys(("error_phase", "error_shape", "events_missing", "events_extra", "events_time_error"))
     fixed |= {"seconds_low": 1.0, "seconds_high": 1.0, "prepare_seconds": 0.0}
-    fixed |= dict.fromkeys(("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned"))
+    fixed |= dict.fromkeys(
+        ("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start")
+    )
     return analysis.tidy(pd.concat(launches).assign(**(fixed | columns)))
 
 
@@ -171,7 +173,7 @@ def test_an_order_is_that_of_the_finest_settings_that_agree() -> None:
     assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0)]
 
 
-@pytest.mark.parametrize("name", ["error_rms", "error_end"])
+@pytest.mark.parametrize("name", ["error_rms", "error_end", "error_start"])
 def test_an_error_that_passes_through_zero_leaves_the_order_to_another(name: str) -> None:
     """(1 - 3 h) h^2 on both sides of h = 1/3, and h^2 without a factor."""
     steps = 0.5 ** np.arange(6)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from gnomon.harness import analysis, store
 from gnomon.harness.drift import law, laws, rebuilt
+from gnomon.harness.schema import TRIAL_COLUMNS
 
 from gnomon import cases
 
@@ -61,8 +62,7 @@ def test_laws_are_those_of_the_setting_whose_error_is_nearest_1e_5(tmp_path: Pat
     case = cases.get("pendulum_simple").rounded()
     exact, times = case.sample(case.times), case.times / case.times[-1]
     numbers = {name: str(value) for name, value in case.numbers.items()}
-    trial = dict.fromkeys(store.TRIAL_COLUMNS, "") | {"case": case.name, "variant": "default", "series": "one"}
-    trial = {name.strip('"'): value for name, value in trial.items()}
+    trial = dict.fromkeys(TRIAL_COLUMNS, "") | {"case": case.name, "variant": "default", "series": "one"}
     trial |= {"formulation": "standard", "integrator_id": "l:one", "span": float(case.span), "numbers": numbers}
     growths = {1e-2: times**2, 2e-5: times, 1e-5: times**2, 1e-9: np.sqrt(times)}
     with store.Store(tmp_path / "results.sqlite") as results:

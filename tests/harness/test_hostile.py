@@ -18,7 +18,7 @@ from gnomon.harness.declaration import validate
 from gnomon.harness.integrator import Steps, Tolerance
 from gnomon.harness.run import run
 
-SUITE = replace(plan.suite("quick"), limit_seconds=2.0, block_seconds=0.002, repeats=5)
+SUITE = replace(plan.suite("quick"), limit_seconds=2.0, block_seconds=0.002, repeats=5, siblings=True)
 FAULTS = {
     hostile.ManySteps: ("crashed", "steps = 1000.*a whole number from 0 to 2\\^53"),
     hostile.FewSteps: ("crashed", "steps = -5: a count"),
@@ -37,7 +37,7 @@ FAULTS = {
     hostile.Pickles: ("crashed", "sent something that is no message"),
     hostile.LeavesChildrenAndAborts: ("crashed", "SIGABRT"),
 }
-SOUND = (hostile.ComplexInName, hostile.LeavesChildren)
+SOUND = (hostile.ComplexInName, hostile.Forks, hostile.LeavesChildren)
 
 
 def trials(*kinds: Any, folder: Path, suite: Any = SUITE) -> Any:

@@ -78,13 +78,14 @@ def test_later_samples_are_excused_by_the_worst_conditioning_before() -> None:
 def test_a_measurement_has_errors_and_times_in_the_right_columns(judge: Judge) -> None:
     states = judge.truth.exact.copy()
     (scale,) = (group.scale for group in CASE.metric.groups if group.name == "angular velocity")
-    states[[5, 63], 1] += np.array([4e-3, 3e-3]) * scale
+    states[[3, 5, 63], 1] += np.array([1e-3, 4e-3, 3e-3]) * scale
     seconds = tuple(np.arange(11) + 1.0)
     row, _ = judge.measure(Outcome(states, None, None, 7, 21, seconds, 0.5, None), 1e-4)
     # the states are rounded after the addition
     assert row["error_max"] == pytest.approx(4e-3, rel=1e-9)
+    assert row["error_start"] == pytest.approx(1e-3, rel=1e-9)
     assert row["error_end"] == pytest.approx(3e-3, rel=1e-9)
-    assert row["error_rms"] == pytest.approx(5e-3 / 8, rel=1e-9)
+    assert row["error_rms"] == pytest.approx(26**0.5 * 1e-3 / 8, rel=1e-9)
     assert row["error_over_tolerance"] == pytest.approx(40, rel=1e-9)
     assert (row["seconds_low"], row["seconds_median"], row["seconds_high"]) == (2.0, 6.0, 10.0)
     assert (row["steps"], row["rhs_calls"], row["repeats"], row["prepare_seconds"]) == (7, 21, 11, 0.5)
@@ -263,3 +264,29 @@ def test_a_value_above_a_limit_reads_as_one(limit: float) -> None:
         assert float(text) > limit
         assert float(text) == pytest.approx(value, rel=0.05)
     assert above_text(1.0345, 1.0) == "1.03"
+
+
+def test_errors_over_turned_starts_are_those_of_the_start_in_the_middle() -> None:
+    """Each start is held against its own exact motion; one that is not finite is the worst."""
+    case = cases.get("kepler_orbit").rounded()
+    known = truth(CaseSpec.of(case))
+    judge = Judge(case, None, known)
+    count = len(known.turned)
+    assert count >= 8
+    sizes = np.array([3e-7, 1e-3, 2e-9, 5e-5, 4e-12, 6e-6, 7e-8, 8e-4, 9e-2])[:count]
+    answers = known.turned_exact.copy()
+    answers[:, :, 0] += (sizes * judge.metric.groups[0].scale)[:, np.newaxis]
+    outcome = Outcome(known.exact, None, None, 1, 4, (0.001,), 0.0, None, null_seconds=1e-5, turned=answers)
+    row, states = judge.measure(outcome, 1e-6)
+    assert row["error_max"] == pytest.approx(np.median(sizes), rel=1e-6)
+    assert row["error_over_tolerance"] == pytest.approx(np.median(sizes) / 1e-6, rel=1e-6)
+    assert (row["error_low"], row["error_high"]) == (pytest.approx(4e-12, rel=1e-3), pytest.approx(9e-2, rel=1e-6))
+    assert (row["turned_starts"], row["null_seconds"]) == (count, 1e-5)
+    assert row["error_unturned"] < 1e-15, "the timed call, from the start as it is"
+    assert states is not answers
+    np.testing.assert_array_equal(states, known.exact)
+    answers[int(np.argmin(sizes))] = np.nan
+    row, _ = judge.measure(outcome, None)
+    assert row["error_max"] > np.median(sizes)
+    assert np.isnan(row["error_high"])
+    assert row["status"] == "ok"

@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 import synthetic
+from gnomon.harness import schema
 from gnomon.harness.report import write_report
 
 CHROMIUM = next(
@@ -210,6 +211,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
             "UPDATE measurements SET status = 'timeout', error_max = NULL, seconds_median = NULL, rhs_calls = NULL"
             " WHERE trial_key LIKE 'pendulum_simple/long%'"
         )
+        schema.seal_all(schema.with_checksums(db), "measurements")
     return write_report(results, folder)
 
 

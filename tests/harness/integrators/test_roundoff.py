@@ -66,7 +66,10 @@ def turning_equations(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def step_of(method: type[FixedStep]) -> float:
-    """So short that round-off, not truncation, is all that moves the invariant from the start on."""
+    """So short that truncation at the start is below round-off; for the exponential method, which has none, one at which
+    the rounded exponential is far from a rotation: its determinant is 0.077 units of round-off off."""
+    if method is HochbruckOstermann4:
+        return 0.275
     return 0.01 if method is Stormer8 else 0.02 if issubclass(method, Stormer) else 0.1
 
 

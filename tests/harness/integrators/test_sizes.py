@@ -15,6 +15,7 @@ from gnomon.harness.integrators.explicit_pairs import BogackiShampine3
 from gnomon.harness.integrators.extrapolation import GraggBulirschStoer
 from gnomon.harness.integrators.hybrid import Dop853Events
 from gnomon.harness.integrators.nystrom import DormandPrinceNystrom6
+from gnomon.harness.integrators.radau import Radau5
 from gnomon.harness.integrators.sizes import trial_step, turning_time
 from gnomon.harness.integrators.taylor import Taylor
 from gnomon.harness.problem import groups_of, initial_state, problem_of
@@ -73,7 +74,7 @@ def spring(t: float, state: Values, parameters: Values) -> Values:
 
 
 @pytest.mark.parametrize("amplitude", [2.0**-900, 2.0**1000])
-@pytest.mark.parametrize("method", [Dop853, BogackiShampine3, GraggBulirschStoer, Taylor])
+@pytest.mark.parametrize("method", [Dop853, BogackiShampine3, GraggBulirschStoer, Taylor, Radau5])
 def test_an_oscillator_of_any_amplitude_has_the_same_bits(method: type[Integrator], amplitude: float) -> None:
     """Below 2^-900 the last digits of its compensated sums are below the smallest number that is normal, 2^-1022."""
     problem = Problem(FirstOrder(spring), 2, np.zeros(0), np.arange(1, 65) / 4, 1.0)
@@ -82,7 +83,7 @@ def test_an_oscillator_of_any_amplitude_has_the_same_bits(method: type[Integrato
     assert np.array_equal(small, one * amplitude)
 
 
-@pytest.mark.parametrize("method", [Dop853, DormandPrinceNystrom6, GraggBulirschStoer, Taylor])
+@pytest.mark.parametrize("method", [Dop853, DormandPrinceNystrom6, GraggBulirschStoer, Taylor, Radau5])
 def test_metres_and_megametres_give_the_same_error(method: type[Integrator]) -> None:
     """1e-6 is no power of two, so round-off differs; that alone moves no error by a factor of 2 (stability.md, D)."""
     errors = [orbit_error(method, length) for length in ("1", "1e-6")]
@@ -95,6 +96,17 @@ def orbit_error(method: type[Integrator], length: str) -> float:
     solve = method().prepare(problem_of(case, method.accepts), 1e-8)
     found = solve(initial_state(case)[None]).states[0]
     return float(np.max(case.metric.distance(found, case.sample(case.times))))
+
+
+def test_the_error_of_a_stiff_motion_does_not_depend_on_units() -> None:
+    """A fast mode's round-off is what the implicit system makes of it: h times its rates would be as large as the motion."""
+    case = get("damped_oscillator", "stiff_1e12").rounded()
+    problem, start, exact = problem_of(case, Radau5.accepts), initial_state(case)[None], case.sample(case.times)
+    solve = Radau5().prepare(problem, 1e-12)
+    one, small = (solve(start * unit).states[0] / unit for unit in (1.0, 2.0**-200))
+    assert np.array_equal(one, small)
+    # At each step the error of order 3 is below 0.1 tol^(2/3), that of order 5 far below.
+    assert np.max(case.metric.distance(one, exact)) < 1e-8
 
 
 class Absolute(Dop853):
