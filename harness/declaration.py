@@ -45,7 +45,9 @@ def _text(value: Any) -> bool:
 
 
 def _order(value: Any) -> bool:
-    return value is None or (isinstance(value, Integral) and not isinstance(value, bool) and 0 < int(value) <= MOST_ORDER)
+    return value is None or (
+        isinstance(value, Integral) and not isinstance(value, bool) and 0 < int(value) <= MOST_ORDER
+    )
 
 
 def _kinds(value: Any) -> bool:

@@ -106,7 +106,10 @@ class Store:
             "SELECT trial_key, launch, status, seconds_median, limit_seconds, turned_starts IS NOT NULL"
             " FROM measurements ORDER BY measurement"
         )
-        return {(key, launch): Known(status, seconds, limit, bool(turned)) for key, launch, status, seconds, limit, turned in rows}
+        return {
+            (key, launch): Known(status, seconds, limit, bool(turned))
+            for key, launch, status, seconds, limit, turned in rows
+        }
 
     def interruptions(self) -> dict[tuple[str, int], int]:
         """How often each trial and launch was ended from outside, by (trial_key, launch)."""
