@@ -30,15 +30,15 @@ OVERHEAD = 0.1
 def benchmarks(*folders: Path) -> dict[str, Any] | None:
     """Rows of pairs and of single times, from the first of the folders that has them; None without any.
 
-    Raises ValueError for a file of an earlier revision.
+    Of a file of an earlier revision, which did not name both sides of a pair, `earlier` is True and there are no rows.
     """
     found = _read(BENCHMARKS, *folders)
     if found is None:
         return None
-    rows = found["rows"]
-    if any("first_name" not in row for row in rows):
-        raise ValueError(f"{BENCHMARKS} is of an earlier revision: make bench writes it again")
+    earlier = any("first_name" not in row for row in found["rows"])
+    rows = [] if earlier else found["rows"]
     return {
+        "earlier": earlier,
         "launches": found["launches"],
         "environment": found["environment"],
         "pairs": [_pair(row) for row in rows if "first" in row],
