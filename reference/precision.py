@@ -58,7 +58,7 @@ def exact(value: Number, name: str = "number") -> Fraction:
     except (NotFiniteError, OverflowError):
         raise ValueError(f"{name} = {value} is not finite; give a finite number") from None
     except (ValueError, ZeroDivisionError) as error:
-        if name in str(error):
+        if str(error).startswith(f"{name} = "):
             raise
         if isinstance(value, float | Decimal):
             raise ValueError(f"{name} = {value} is not finite; give a finite number") from None

@@ -144,7 +144,7 @@ def compiled_ensemble(
     form: Form, parameters: int, dimension: int, counted: bool
 ) -> tuple[Callable[..., int], tuple[int, int]]:
     """`advance_eight(parameters, table, initial, times, tolerance, out, left_over, work)` and the shape of `work`."""
-    found = layout(form, parameters, dimension, freezing=False)
+    found = layout(form, parameters, dimension, False)
     count = len(found.values)
     words = getattr(text, found.kind)
     entries = [(i, j) for i, j, _ in found.derivatives]

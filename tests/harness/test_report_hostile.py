@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 import synthetic
+from gnomon.harness import schema
 from gnomon.harness.report import write_report
 from gnomon.harness.report_charts import MANIFEST, slug
 
@@ -28,12 +29,14 @@ def hostile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.syspath_prepend(str(place))
     path = synthetic.write(place / "results.sqlite")
     with sqlite3.connect(path) as db:
+        schema.with_checksums(db)
         for old, new in (
             ("kepler_orbit", "evilmod:Case"),
             ("bouncing_ball", f"{tmp_path}/elsewhere/mine.x"),
             ("pendulum_simple", "../../victim/x"),
         ):
             db.execute('UPDATE trials SET "case" = ? WHERE "case" = ?', (new, old))
+        schema.seal_all(db, "trials")
     return path
 
 

@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 import synthetic
+from gnomon.cases import case_class
 from gnomon.harness import schema
 from gnomon.harness.report import write_report
 
@@ -236,7 +237,11 @@ def test_page_in_a_browser(browser: Browser, page: Path, tmp_path: Path, width: 
         (figure) => figure.querySelectorAll("svg path, svg line").length > 30)"""
     assert browser.value(drawn)
     cells = """[...document.querySelectorAll("[data-map]")].map((map) => map.querySelectorAll("td").length)"""
-    assert browser.value(cells) == [3 * 7 + 2, (2 + 3 + 6) * 7], "rows of defaults; of chapters, cases, scenes"
+    variants = {(name, variant.name) for name in synthetic.CASES for variant in case_class(name).variants}
+    scenes = variants | {(name, label) for name, (*_, labels) in synthetic.CASES.items() for label in labels}
+    assert browser.value(cells) == [3 * 7 + 2, (2 + 3 + len(scenes)) * 7], (
+        "rows of defaults; of chapters, cases, scenes"
+    )
     assert browser.value("document.documentElement.scrollWidth") == width
 
     # Typing finds a case and opens its chapter; nothing typed shows all.
