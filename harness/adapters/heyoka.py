@@ -10,9 +10,10 @@ How it is driven, and why:
 - Two policies: as it comes, and `fast math`, the fastest of what its manual documents. `fast_math` lets the compiler
   contract and reassociate, and 1/(u sqrt(u)) is written u^(-3/2), as in its own model of N bodies: one recurrence for
   three. Its time over that of the other, best of 40 in turns: pendulum .73 to .81, Kepler .72 to .76, oscillator .72 to
-  .87, heavy top .94, rigid body .95 to .99 (AMD EPYC, tolerances 1e-12 to 1e-6).
-- Plain mode, not compact mode: its manual keeps that for large systems; on those of the catalogue it takes 2 to 6 times
-  longer, `parallel_mode` 40 times. `high_accuracy` and `force_avx512` gain nothing, `slp_vectorize` loses up to a third.
+  .87, heavy top .94 to 1.18, rigid body .94 to .99 (AMD EPYC, tolerances 1e-12 to 1e-6, a loaded machine).
+- Plain mode, not compact mode: its manual keeps that for large systems; on five problems of the catalogue it was slower,
+  up to 7 times, `parallel_mode` 35 to 100 times. `high_accuracy` gained nothing beyond noise, `slp_vectorize` lost up to
+  a third; `force_avx512` was tried on a processor without these instructions only.
 - Compiling, .03 to .4 s for every tolerance, is preparation. Right-hand sides are not called one by one, so they are
   not counted; a step's work goes with its order.
 
