@@ -1,4 +1,4 @@
-"""How the error of energy grows over 1e4 to 1e5 periods: its power of time, fitted for every in-house smooth method.
+"""How the error of energy grows over up to 1e5 periods: its power of time, fitted for every in-house smooth method.
 
 Symplectic methods keep it bounded as long as their own error rules (backward error analysis: Hairer, Lubich, Wanner,
 Geometric Numerical Integration, IX.8). Where only round-off is left and is summed with care it grows as a random walk,
@@ -95,7 +95,7 @@ SUBJECTS = [
     # Only round-off is left.
     *random_walk(16, "Gauss 8-stage", periods=5e4),
     *random_walk(1e-16, "Gauss 8-stage SIMD", starts=48, together=12),  # 16 would be an ensemble
-    # Uniform fields leave only round-off. In E it is the same in every push, which is added to u on one grid.
+    # Uniform fields leave only round-off. In an electric field it is seen to grow as t, the cause is not shown.
     *linear(32, "Boris", case="charge_in_E_and_B", periods=1e5, parameters=(("Ez", 0),)),
     *linear(
         16, "Volume-preserving 4", "Volume-preserving 6", case="charge_in_E_and_B", periods=2e4, parameters=(("Ez", 0),)
