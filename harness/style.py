@@ -37,7 +37,7 @@ STATUS_COLOURS = {
     "out_of_memory": "#5b3a8c",
     "interrupted": "#d9d2c5",
     "skipped": "#c3d6ea",
-    "not_run": "#d9d6cf",
+    "not_run": "#eadfbf",
     "unsupported": "#efedE8".lower(),
     "not_installed": "#ffffff",
 }
