@@ -7,6 +7,7 @@ import pickle
 import signal
 import subprocess
 import tempfile
+import threading
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -154,6 +155,7 @@ class KillsParent(Answers):
 
     def answer(self, solution: Solution) -> Any:
         os.kill(os.getppid(), signal.SIGKILL)
+        threading.Event().wait(1.0)  # its own end follows; an answer that came before would count
         return solution
 
 
