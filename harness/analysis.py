@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.order import line, slopes, why_no_line
+from gnomon.harness.values import STATUSES as STATUSES
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -44,19 +45,6 @@ ERRORS = (
 )
 """What later launches of a trial lack, where its first launch has the median over turned starts."""
 
-STATUSES = (
-    "ok",
-    "inaccurate",
-    "diverged",
-    "refused",
-    "timeout",
-    "crashed",
-    "out_of_memory",
-    "interrupted",
-    "skipped",
-    "unsupported",
-    "not_installed",
-)
 NOT_RUN = "not_run"
 """The verdict of a hard variant that nobody ran with an integrator that takes its case. No trial has this status."""
 NEVER_RAN = ("unsupported", "not_installed", NOT_RUN)

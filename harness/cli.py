@@ -247,13 +247,16 @@ def export(
     run: Annotated[Path, typer.Argument(help="A results file or its folder.")],
     form: Annotated[ExportFormat, typer.Option("--format", help="What to write.")] = ExportFormat.csv,
     to: Annotated[Path | None, typer.Option(help="The file to write; results.FORMAT without it.")] = None,
+    raw: Annotated[
+        bool, typer.Option("--raw", help="Leave texts in a csv that a spreadsheet would take for formulas.")
+    ] = False,
 ) -> None:
     """Write the measurements of a run as a table, one row each."""
     from gnomon.harness import store
 
     target = to or Path(f"results.{form.value}")
     _check_writable(target)
-    store.export(run, target, form.value)
+    store.export(run, target, form.value, raw)
     out.print(f"wrote {target}")
 
 

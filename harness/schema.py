@@ -5,7 +5,7 @@ from __future__ import annotations
 import sqlite3
 import struct
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterator
 
 SCHEMA_VERSION = 2
 OLDEST_VERSION = 1
@@ -129,8 +129,8 @@ _PRIMARY_KEYS = {
 }
 
 
-class Damaged(Exception):  # noqa: N818 (it names what a row is)
-    """A row whose values do not match its checksum: the message names the table and the row."""
+class Damaged(Exception):  # noqa: N818 (it names what a file is)
+    """A file that is not as it was written: the message names the place, a table and its row."""
 
 
 def create(db: sqlite3.Connection) -> None:
@@ -139,13 +139,26 @@ def create(db: sqlite3.Connection) -> None:
         db.execute("BEGIN IMMEDIATE")
         if version(db) == SCHEMA_VERSION:
             return  # another process was faster
-        for table, columns in TABLES.items():
-            kinds = [f'"{name}" {kind}' for name, kind in columns.items()] + ["checksum INTEGER"]
-            kinds += [f"PRIMARY KEY ({_PRIMARY_KEYS[table]})"] if table in _PRIMARY_KEYS else []
-            db.execute(f"CREATE TABLE {table} ({', '.join(kinds)})")
-        db.execute("CREATE INDEX measured ON measurements (trial_key, launch)")
+        for _, _, statement in made():
+            db.execute(statement)
         db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
         db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+
+
+def made(version: int = SCHEMA_VERSION) -> Iterator[tuple[str, str, str]]:
+    """What a file of this version is made of: kind, name and SQL of its tables and its index."""
+    for table in TABLES:
+        kinds = [f'"{name}" {TABLES[table][name]}' for name in columns(table, version)]
+        kinds += ["checksum INTEGER"] if version > 1 else []
+        kinds += [f"PRIMARY KEY ({_PRIMARY_KEYS[table]})"] if table in _PRIMARY_KEYS else []
+        yield "table", table, f"CREATE TABLE {table} ({', '.join(kinds)})"
+    yield "index", "measured", "CREATE INDEX measured ON measurements (trial_key, launch)"
+
+
+def columns(table: str, version: int) -> list[str]:
+    """The columns of a table in a file of this version, the checksum aside."""
+    lacking = SINCE_2.get(table, ()) if version < SCHEMA_VERSION else ()
+    return [name for name in TABLES[table] if name not in lacking]
 
 
 def migrate(db: sqlite3.Connection) -> None:
@@ -154,9 +167,9 @@ def migrate(db: sqlite3.Connection) -> None:
         db.execute("BEGIN IMMEDIATE")
         if version(db) == SCHEMA_VERSION:
             return  # another process was faster
-        for table, columns in TABLES.items():
+        for table in TABLES:
             for name in SINCE_2.get(table, ()):
-                db.execute(f"ALTER TABLE {table} ADD COLUMN {name} {columns[name]}")
+                db.execute(f"ALTER TABLE {table} ADD COLUMN {name} {TABLES[table][name]}")
             db.execute(f"ALTER TABLE {table} ADD COLUMN checksum INTEGER")
             seal_all(db, table)
         db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
@@ -168,8 +181,8 @@ def version(db: sqlite3.Connection) -> int:
 
 def selected(table: str, version: int) -> str:
     """The columns of a table as a SELECT lists them, null where a file of this `version` lacks them."""
-    lacking = SINCE_2.get(table, ()) if version < SCHEMA_VERSION else ()
-    return ", ".join(f"NULL AS {name}" if name in lacking else f'{table}."{name}"' for name in TABLES[table])
+    known = columns(table, version)
+    return ", ".join(f'{table}."{name}"' if name in known else f"NULL AS {name}" for name in TABLES[table])
 
 
 def with_checksums(db: sqlite3.Connection) -> sqlite3.Connection:
@@ -188,16 +201,13 @@ def seal_all(db: sqlite3.Connection, table: str) -> None:
     db.execute(f"UPDATE {table} SET checksum = {_checksum_of(table)}")
 
 
-def verify(db: sqlite3.Connection, tables: Iterable[str], condition: str = "1") -> None:
+def verify(db: sqlite3.Connection, table: str) -> None:
     """Raise Damaged, which names the first row whose values do not match its checksum. Schema 1 has no checksums."""
     if version(db) < SCHEMA_VERSION:
         return
-    for table in tables:
-        damaged = db.execute(
-            f"SELECT rowid FROM {table} WHERE {condition} AND checksum IS NOT {_checksum_of(table)} LIMIT 1"
-        ).fetchone()
-        if damaged is not None:
-            raise Damaged(f"table {table}, row {damaged[0]}: its values do not match its checksum")
+    damaged = db.execute(f"SELECT rowid FROM {table} WHERE checksum IS NOT {_checksum_of(table)} LIMIT 1").fetchone()
+    if damaged is not None:
+        raise Damaged(f"table {table}, row {damaged[0]}: its values do not match its checksum")
 
 
 def _checksum_of(table: str) -> str:

@@ -5,34 +5,21 @@ from __future__ import annotations
 import json
 import sqlite3
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from gnomon.harness import schema
-from gnomon.harness.schema import APPLICATION_ID, OLDEST_VERSION, SCHEMA_VERSION
-from gnomon.reference import diskcache
+from gnomon.harness import opening, schema
+from gnomon.harness.export import export as export
+from gnomon.harness.opening import results_file as results_file
+from gnomon.harness.reading import load as load
+from gnomon.harness.reading import runs as runs
+from gnomon.harness.reading import states as states
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-
-_CURRENT = """
-SELECT {trials}, {measurements}, runs.suite,
-    (SELECT json_group_object(name, value) FROM settings_changed s WHERE s.measurement = measurements.measurement)
-        AS settings_changed
-FROM measurements JOIN trials USING (trial_key) JOIN runs USING (run)
-WHERE {condition} ORDER BY trials.rowid, measurements.launch, measurements.measurement
-"""
-_NOT_SUPERSEDED = """
-measurements.trial_key IN (SELECT trial_key FROM planned
-                           WHERE (series, run) IN (SELECT series, max(run) FROM planned GROUP BY series))
-AND measurements.measurement IN (SELECT max(measurement) FROM measurements GROUP BY trial_key, launch)
-"""
-_LOADED = ("runs", "trials", "planned", "measurements", "settings_changed")
-"""The tables whose rows `load` reads."""
 
 
 class Known(NamedTuple):
@@ -62,9 +49,11 @@ class Store:
         newer schema, damaged, or that cannot be written."""
         self.path = path
         path.parent.mkdir(parents=True, exist_ok=True)
+        opening.recover(path)
         fresh = not path.exists() or path.stat().st_size == 0
         if not fresh:
-            _check(path)
+            with opening.reading(path, schema.TABLES):
+                pass  # sound
         try:
             self._connection = schema.with_checksums(sqlite3.connect(path, timeout=30))
             if fresh:  # before the journal mode is written: where there is no space for all, the file stays empty
@@ -73,8 +62,6 @@ class Store:
             self._connection.execute("PRAGMA synchronous = NORMAL")
             if not fresh:
                 schema.migrate(self._connection)
-                with _damage_named(path):
-                    schema.verify(self._connection, _LOADED)
         except sqlite3.OperationalError as error:
             raise ValueError(f"{path}: cannot be written ({error}); give another --out") from None
 
@@ -155,126 +142,6 @@ class Store:
                 f"{self.path}: cannot be written ({error}); what was recorded before stays in it. Repeat the command"
                 " when there is space, or give another --out"
             ) from None
-
-
-def load(path: str | Path, superseded: bool = False) -> Any:
-    """A pandas DataFrame with one row a measurement, the columns of a trial beside those of its measurement.
-
-    What a later run in the same file replaced (edited source, other settings) is left out unless `superseded`.
-    `path` is a results file or a folder that holds `results.sqlite`. Columns that a file of an older schema lacks are
-    null. Raises ValueError where it is neither, and for a file with a row that does not match its checksum.
-    """
-    import pandas
-
-    condition = "1" if superseded else _NOT_SUPERSEDED
-    with _reading(path) as db:
-        schema.verify(db, _LOADED)
-        columns = {table: schema.selected(table, schema.version(db)) for table in ("trials", "measurements")}
-        cursor = db.execute(_CURRENT.format(condition=condition, **columns))
-        frame = pandas.DataFrame(cursor.fetchall(), columns=[column[0] for column in cursor.description])
-    frame = frame.loc[:, ~frame.columns.duplicated()]  # trial_key comes from both tables
-    frame["work"] = frame["rhs_calls"].fillna(frame["steps"])
-    return frame
-
-
-def states(path: str | Path, measurements: Sequence[int] | None = None) -> dict[int, Floats]:
-    """Sampled states (64, dim) by measurement number, in the coordinates of the case; all where None are named."""
-    query = "SELECT measurement, dimension, states FROM sampled_states"
-    with _reading(path) as db:
-        chosen = ["1"] if measurements is None else [f"measurement = {int(number)}" for number in measurements]
-        rows = []
-        for condition in chosen:
-            schema.verify(db, ["sampled_states"], condition)
-            rows += db.execute(f"{query} WHERE {condition}").fetchall()
-        return {
-            number: np.frombuffer(zlib.decompress(blob), dtype="<f8").reshape(-1, dimension)
-            for number, dimension, blob in rows
-        }
-
-
-def runs(path: str | Path) -> list[dict[str, Any]]:
-    """Every run in the file, oldest first: run, started, ended, suite, command and `environment`, a dict."""
-    with _reading(path) as db:
-        schema.verify(db, ["runs", "environment"])
-        db.row_factory = sqlite3.Row
-        columns = schema.selected("runs", schema.version(db))
-        found = [dict(row) for row in db.execute(f"SELECT {columns} FROM runs ORDER BY run")]
-        for run in found:
-            rows = db.execute("SELECT name, value FROM environment WHERE run = ?", (run["run"],))
-            run["environment"] = {name: value for name, value in rows}
-    return found
-
-
-def export(path: str | Path, target: Path, form: str) -> None:
-    """Write what `load` gives as csv, json (a list of rows) or parquet."""
-    writers = {"csv": "to_csv", "json": "to_json", "parquet": "to_parquet"}
-    if form not in writers:
-        raise ValueError(f"format {form!r} is none of {', '.join(writers)}")
-    frame = load(path)
-    with diskcache.whole(target) as part:
-        if form == "json":
-            rows = frame.astype(object).where(frame.notna(), None).to_dict("records")  # to_json drops digits
-            part.write_text(json.dumps(rows, indent=1))
-        else:
-            getattr(frame, writers[form])(part, index=False)
-
-
-def results_file(path: str | Path) -> Path:
-    """The results file itself, or the `results.sqlite` in a folder; ValueError where there is none."""
-    path = Path(path)
-    found = path / "results.sqlite" if path.is_dir() else path
-    if not found.is_file():
-        raise ValueError(f"{path}: no results here; give a results.sqlite that `gnomon run` wrote, or its folder")
-    _check(found)
-    return found
-
-
-@contextmanager
-def _reading(path: str | Path) -> Iterator[sqlite3.Connection]:
-    found = results_file(path)
-    connection = schema.with_checksums(sqlite3.connect(f"{found.resolve().as_uri()}?mode=ro", uri=True, timeout=30))
-    try:
-        with _damage_named(found):
-            yield connection
-    except sqlite3.DatabaseError as error:
-        raise ValueError(f"{found}: damaged ({error}); run it again into another file") from None
-    finally:
-        connection.close()
-
-
-@contextmanager
-def _damage_named(path: Path) -> Iterator[None]:
-    """Say of a row that does not match its checksum in which file it is, and the way out."""
-    try:
-        yield
-    except schema.Damaged as error:
-        raise ValueError(
-            f"{path}: damaged ({error}); restore it from a copy, or run it again into another file"
-        ) from None
-
-
-def _check(path: Path) -> None:
-    """Raise ValueError unless the file is a results file of this schema or an older one that is still read."""
-    if path.stat().st_size == 0:
-        raise ValueError(f"{path}: an empty file; give a results.sqlite that `gnomon run` wrote")
-    try:
-        connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)
-        try:
-            (application,) = connection.execute("PRAGMA application_id").fetchone()
-            version = schema.version(connection)
-        finally:
-            connection.close()
-    except sqlite3.DatabaseError as error:
-        raise ValueError(f"{path}: not a readable results file of gnomon ({error})") from None
-    if application != APPLICATION_ID:
-        raise ValueError(
-            f"{path}: an SQLite file, but not one of gnomon's; give a results.sqlite that `gnomon run` wrote"
-        )
-    if not OLDEST_VERSION <= version <= SCHEMA_VERSION:
-        raise ValueError(
-            f"{path}: written with schema {version}, this gnomon reads schemas {OLDEST_VERSION} to {SCHEMA_VERSION};"
-            f" {'upgrade gnomon' if version > SCHEMA_VERSION else 'run it again'}"
-        )
 
 
 def _insert(db: sqlite3.Connection, table: str, row: Mapping[str, Any], conflict: str = "") -> int:

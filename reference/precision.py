@@ -76,7 +76,7 @@ def _of_text(text: str, name: str) -> Fraction:
         raise NotFiniteError
     if len(text) > LONGEST:
         raise ValueError(f"{name} = {shortened(text)} has {len(text)} characters; give at most {LONGEST}")
-    _, mark, exponent = text.lower().partition("e")
+    _, mark, exponent = text.lower().replace("_", "").partition("e")  # Fraction takes 1e1_000
     if mark and exponent.lstrip("+-").isdigit():
         _check_decades(float(exponent), text, name)
     return Fraction(text)

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from gnomon.harness import cli, store
+from gnomon.harness import cli, schema, store
 
 
 def gnomon(*arguments: str) -> int:
@@ -201,8 +201,8 @@ def test_a_module_that_cannot_be_used_is_one_line(
     ("application", "version", "message"),
     [
         (None, 0, "an empty file"),
-        (store.APPLICATION_ID, store.SCHEMA_VERSION + 1, "upgrade gnomon"),
-        (store.APPLICATION_ID, store.SCHEMA_VERSION, "damaged (no such table"),
+        (schema.APPLICATION_ID, schema.SCHEMA_VERSION + 1, "upgrade gnomon"),
+        (schema.APPLICATION_ID, schema.SCHEMA_VERSION, "damaged (no such table"),
     ],
 )
 def test_results_that_cannot_be_read_are_one_line(

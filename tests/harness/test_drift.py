@@ -62,7 +62,8 @@ def test_laws_are_those_of_the_setting_whose_error_is_nearest_1e_5(tmp_path: Pat
     case = cases.get("pendulum_simple").rounded()
     exact, times = case.sample(case.times), case.times / case.times[-1]
     numbers = {name: str(value) for name, value in case.numbers.items()}
-    trial = dict.fromkeys(TRIAL_COLUMNS, "") | {"case": case.name, "variant": "default", "series": "one"}
+    texts = [name for name, kind in TRIAL_COLUMNS.items() if kind.startswith("TEXT")]
+    trial = dict.fromkeys(texts, "") | {"case": case.name, "variant": "default", "series": "one"}
     trial |= {"formulation": "standard", "integrator_id": "l:one", "span": float(case.span), "numbers": numbers}
     growths = {1e-2: times**2, 2e-5: times, 1e-5: times**2, 1e-9: np.sqrt(times)}
     with store.Store(tmp_path / "results.sqlite") as results:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas
 import pytest
-from gnomon.harness import store
+from gnomon.harness import schema, store
 
 COLUMNS = [
     "case",
@@ -124,8 +124,8 @@ def test_files_that_are_not_ours_are_named_and_refused(tmp_path: Path) -> None:
     with sqlite3.connect(foreign) as db:
         db.execute("CREATE TABLE runs (run INTEGER)")
     with sqlite3.connect(newer) as db:
-        db.execute(f"PRAGMA application_id = {store.APPLICATION_ID}")
-        db.execute(f"PRAGMA user_version = {store.SCHEMA_VERSION + 1}")
+        db.execute(f"PRAGMA application_id = {schema.APPLICATION_ID}")
+        db.execute(f"PRAGMA user_version = {schema.SCHEMA_VERSION + 1}")
     for path, message in ((text, "not a readable"), (foreign, "not one of gnomon's"), (newer, "upgrade gnomon")):
         with pytest.raises(ValueError, match=message):
             store.load(path)
