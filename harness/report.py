@@ -14,6 +14,7 @@ from gnomon.harness.report_charts import other_charts, page_charts, work_scenes,
 from gnomon.harness.report_pack import packed, packed_json
 from gnomon.harness.report_run import Run
 from gnomon.harness.report_words import page_words
+from gnomon.harness.visible import code, markdown
 from gnomon.reference import diskcache
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup, escape
@@ -35,8 +36,8 @@ def write_report(database: Path, folder: Path, cases: Mapping[str, type[Case]] |
     page = folder / "index.html"
     with diskcache.whole(page) as part:
         part.write_text(_page(words, page_charts(run, work, charts)), encoding="utf-8")
-    plain = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    plain.filters["counted"] = tables.counted
+    plain = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, finalize=markdown)
+    plain.filters |= {"counted": tables.counted, "code": code}
     with diskcache.whole(folder / "summary.md") as part:
         part.write_text(plain.from_string(_source("summary.md.j2")).render(words), encoding="utf-8")
     write_figures(run, work, charts, folder / "figures")

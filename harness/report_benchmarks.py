@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
-from gnomon.harness import tables
+from gnomon.harness import sidecars, tables
 from gnomon.harness.analysis import CLAIM
 from gnomon.harness.growth import named, possible
 from gnomon.harness.orders import BINARY64, WITHIN
+from gnomon.harness.sidecars import FLAG, NUMBER, NUMERAL, POSITIVE, SIZE, TEXT, TEXTS, WHOLE, Optional, one_of
 
 KEPT = {
     "symplectic": "symplectic form",
@@ -23,6 +23,33 @@ KEPT = {
 
 BENCHMARKS, GROWTH, ORDERS = "benchmarks.json", "growth.json", "orders.json"
 
+_BENCHMARKS = {"launches": WHOLE, "environment": TEXTS, "rows": [{}]}
+_TIMES = {"median": POSITIVE, "low": POSITIVE, "high": POSITIVE}
+_SINGLE = {"group": TEXT, "first_name": TEXT, **_TIMES}
+_PAIR = {
+    **{"group": TEXT, "problem": TEXT, "level": NUMERAL, "first_name": TEXT, "second_name": TEXT},
+    **{"first": POSITIVE.or_null(), "second": POSITIVE.or_null()},
+}
+_BOTH = {"first_null": SIZE.or_null(), "second_null": SIZE.or_null(), **_TIMES}
+"""What a pair has besides, where both have a time."""
+_GROWTH = {
+    "rows": [
+        {
+            **{"integrator": TEXT, "case": TEXT, "setting": TEXT, "periods": POSITIVE, "starts": WHOLE, "size": SIZE},
+            **{"power": NUMBER, "low": Optional(NUMBER), "high": Optional(NUMBER), "uncertainty": SIZE},
+            **{"law": TEXT, "expected": TEXT},
+        }
+    ]
+}
+_ORDERS = {
+    "rows": [
+        {
+            **{"integrator": TEXT, "case": TEXT, "digits": WHOLE, "at_fixed_steps": FLAG, "points": WHOLE},
+            **{"order": NUMBER, "declared": WHOLE, "keeps": [one_of(KEPT)]},
+        }
+    ]
+}
+
 OVERHEAD = 0.1
 """A null call that takes more of a call's time than this is part of what a ratio would compare: none is claimed."""
 
@@ -32,11 +59,16 @@ def benchmarks(*folders: Path) -> dict[str, Any] | None:
 
     Of a file of an earlier revision, which did not name both sides of a pair, `earlier` is True and there are no rows.
     """
-    found = _read(BENCHMARKS, *folders)
-    if found is None:
+    path = _first(BENCHMARKS, *folders)
+    if path is None:
         return None
+    found = sidecars.read(path, _BENCHMARKS)
     earlier = any("first_name" not in row for row in found["rows"])
     rows = [] if earlier else found["rows"]
+    for number, row in enumerate(rows):
+        both = row.get("first") is not None and row.get("second") is not None
+        shape = (_PAIR | _BOTH if both else _PAIR) if "first" in row else _SINGLE
+        sidecars.check(row, shape, path, f"rows[{number}]")
     return {
         "earlier": earlier,
         "launches": found["launches"],
@@ -48,17 +80,19 @@ def benchmarks(*folders: Path) -> dict[str, Any] | None:
 
 def growth(*folders: Path) -> dict[str, Any] | None:
     """Laws of energy errors in words, from the first of the folders that has them; None without any."""
-    found = _read(GROWTH, *folders)
-    if found is None:
+    path = _first(GROWTH, *folders)
+    if path is None:
         return None
+    found = sidecars.read(path, _GROWTH)
     return found | {"rows": [_law(row) for row in found["rows"]]}
 
 
 def orders(*folders: Path) -> dict[str, Any] | None:
     """Measured orders in words, from the first of the folders that has them; None without any."""
-    found = _read(ORDERS, *folders)
-    if found is None:
+    path = _first(ORDERS, *folders)
+    if path is None:
         return None
+    found = sidecars.read(path, _ORDERS)
     return found | {"rows": [_measured(row) for row in found["rows"]]}
 
 
@@ -89,7 +123,7 @@ def _pair(row: dict[str, Any]) -> dict[str, str]:
     notes = [
         f"{round(100 * share)} % of the time of {row[f'{side}_name']} is overhead of its call"
         for side in ("first", "second")
-        if (share := row[f"{side}_null"] / row[side]) > OVERHEAD
+        if (share := (row[f"{side}_null"] or 0.0) / row[side]) > OVERHEAD
     ]
     if 1 / CLAIM < ratio < CLAIM or notes:
         notes.append("no difference is claimed")
@@ -137,9 +171,6 @@ def _interval(row: dict[str, Any]) -> tuple[float, float]:
     return row["power"] - 2 * row["uncertainty"], row["power"] + 2 * row["uncertainty"]
 
 
-def _read(name: str, *folders: Path) -> dict[str, Any] | None:
-    for folder in folders:
-        if (folder / name).is_file():
-            found: dict[str, Any] = json.loads((folder / name).read_text(encoding="utf-8"))
-            return found
-    return None
+def _first(name: str, *folders: Path) -> Path | None:
+    """The file of this name in the first of the folders that has it."""
+    return next((folder / name for folder in folders if (folder / name).is_file()), None)

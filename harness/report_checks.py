@@ -6,12 +6,12 @@ the results. Where both hold a certificate of the same setting, that beside the 
 
 from __future__ import annotations
 
-import json
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from gnomon.harness import tables
+from gnomon.harness import sidecars, tables
+from gnomon.harness.sidecars import FLAG, NUMBER, NUMBERS, SIZE, TEXT, Optional, one_of
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
@@ -29,6 +29,19 @@ WAYS = {
     "rounding": "the published digits against many more",
 }
 SEVERITY = ("ok", "not_installed", "refused", "inaccurate", "diverged", "crashed")
+
+_CERTIFICATES = [
+    {
+        **{"case": TEXT, "variant": TEXT, "ways": NUMBERS, "digits": NUMBER, "passed": FLAG},
+        **{"required": Optional(NUMBER.or_null()), "worst": Optional(TEXT), "note": Optional(TEXT)},
+    }
+]
+_CHECKS = [
+    {
+        **{"check": TEXT, "variant": TEXT, "opponent": TEXT, "library": TEXT, "quantity": TEXT, "reason": TEXT},
+        **{"error": SIZE.or_null(), "seconds": SIZE.or_null(), "status": one_of(SEVERITY)},
+    }
+]
 
 
 def certified(published: Path, results: Path) -> Markup:
@@ -55,14 +68,14 @@ def certified_lines(published: Path, results: Path) -> list[str]:
         for part in _parts(rows)
         if part["rows"]
     ]
-    return lines + [f"**not confirmed**: {_name(row)}, {row['digits']:.1f} digits" for row in rows if not row["passed"]]
+    return lines + [f"not confirmed: {_name(row)}, {row['digits']:.1f} digits" for row in rows if not row["passed"]]
 
 
 def certificate_rows(published: Path, results: Path) -> list[dict[str, Any]]:
     """The certificates, those of a case together, its default first."""
     found: dict[tuple[str, str], dict[str, Any]] = {}
     for folder in (published, results):
-        for row in _read(folder / CERTIFICATES):
+        for row in _read(folder / CERTIFICATES, _CERTIFICATES):
             variant = row["variant"] or "default"
             found[row["case"], variant] = {"required": None, "worst": "", "note": ""} | row | {"variant": variant}
     order = {case: position for position, case in enumerate(dict.fromkeys(case for case, _ in found))}
@@ -85,7 +98,7 @@ def _parts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def opponent_rows(published: Path, results: Path) -> list[dict[str, str]]:
     """One row for each opponent of a check: its worst quantity at the default numbers, and on the hard variants."""
-    found = _read(results / CHECKS) or _read(published / CHECKS)
+    found = _read(results / CHECKS, _CHECKS) or _read(published / CHECKS, _CHECKS)
     groups: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     for row in found:
         groups.setdefault((row["check"], row["opponent"], row["library"]), []).append(row)
@@ -127,6 +140,6 @@ def _name(row: dict[str, Any]) -> str:
     return str(row["case"]) if row["variant"] == "default" else f"{row['case']}/{row['variant']}"
 
 
-def _read(path: Path) -> list[dict[str, Any]]:
-    rows: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else []
+def _read(path: Path, shape: Any) -> list[dict[str, Any]]:
+    rows: list[dict[str, Any]] = sidecars.read(path, shape) if path.is_file() else []
     return rows
