@@ -67,6 +67,11 @@ def verify(db: sqlite3.Connection, table: str) -> None:
                 raise Damaged(f"table {table}, row {wrong[0]}: {name} = {_shown(value)} is not what this column holds")
     if table == "trials":
         _verify_numbers(db)
+        twice = db.execute(
+            "SELECT max(rowid), integrator_id FROM trials GROUP BY integrator_id HAVING count(DISTINCT library) > 1"
+        ).fetchone()
+        if twice is not None:
+            raise Damaged(f"table trials, row {twice[0]}: {_shown(twice[1])} is an integrator of two libraries")
 
 
 def _condition(table: str, name: str) -> str:

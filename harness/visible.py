@@ -35,5 +35,6 @@ class Verbatim(str):
 
 
 def code(value: object) -> Verbatim:
-    """A value between backticks, of which it may have none itself."""
-    return Verbatim("`" + re.sub(r"[`\t\r\n]+", "'", str(value)) + "`")
+    """A plain word between backticks; any other text as `markdown` gives it."""
+    plain = re.fullmatch(r"[\w.,:/+ -]+", str(value)) is not None
+    return Verbatim(f"`{value}`" if plain else markdown(value))

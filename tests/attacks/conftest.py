@@ -1,0 +1,74 @@
+"""Results that a small real run wrote, for tests that change them; a limit in time for what could hang."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import FrameType
+
+import pytest
+from gnomon.harness import plan, registry
+from gnomon.harness.run import run
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from changes import changing
+
+HANG_SECONDS = 120
+"""A busy machine takes ten times as long as a quiet one; what hangs takes for ever."""
+
+
+class HangError(BaseException):
+    """Raised where a call takes so long that it hangs; no handler of the code under test takes it."""
+
+
+@pytest.fixture(autouse=True)
+def _no_hang() -> Iterator[None]:
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        raise HangError
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.alarm(HANG_SECONDS)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, before)
+
+
+@pytest.fixture(scope="session")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The results of a small run, all in one file."""
+    suite = replace(plan.suite("quick"), block_seconds=0.001, repeats=3).within(5.0)
+    integrators = [found for name in ("gnomon:RK4", "scipy:RK45") for found in registry.find(name)]
+    chosen = plan.choose(["pendulum_simple", "pendulum_simple/rotation", "bouncing_ball"], False)
+    path = run(tmp_path_factory.mktemp("measured") / "results.sqlite", suite, chosen, integrators)
+    with changing(path) as db:
+        db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    return path
+
+
+@pytest.fixture
+def results(measured: Path, tmp_path: Path) -> Path:
+    """A copy of them that a test may change."""
+    return Path(shutil.copy(measured, tmp_path / "theirs.sqlite"))
+
+
+@pytest.fixture
+def change(results: Path) -> Callable[..., Path]:
+    """Run statements in the copy and seal its rows as their author would."""
+    from gnomon.harness import schema
+
+    def changed(*statements: str | tuple[str, tuple[object, ...]], seal: tuple[str, ...] = ()) -> Path:
+        with changing(results) as db:
+            for statement in statements:
+                text, values = statement if isinstance(statement, tuple) else (statement, ())
+                db.execute(text, values)
+            schema.with_checksums(db)
+            for table in seal:
+                schema.seal_all(db, table)
+        return results
+
+    return changed
