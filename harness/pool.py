@@ -13,6 +13,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, Protocol
 
+from gnomon.harness.locks import temporary_folder
 from gnomon.harness.messages import Garbled, Inbox, Message
 from gnomon.harness.processes import context, main_hidden
 from gnomon.harness.worker import Order, Outcome, Task, serve, take_output
@@ -78,7 +79,7 @@ class Pool:
         self.workers = workers
         self.prepare_seconds = prepare_seconds
         self._context = context(method)
-        self._folder = tempfile.TemporaryDirectory(prefix="gnomon-")
+        self._folder = tempfile.TemporaryDirectory(dir=temporary_folder())
         self._slots: list[_Slot] = []
         self._started = 0
         self._ordered = 0

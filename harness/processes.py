@@ -15,10 +15,13 @@ from multiprocessing import forkserver, resource_tracker
 from pathlib import Path
 from typing import Any, NoReturn
 
+from gnomon.harness.locks import temporary_folder
+
 
 def context(method: str = "forkserver") -> Any:
     """The multiprocessing context of workers: forks of a server that has imported what they need."""
     found = multiprocessing.get_context(method)
+    temporary_folder()  # before multiprocessing makes one of its own, which stays after kill -9
     if method == "forkserver":
         found.set_forkserver_preload(["gnomon.harness.preload"])
         with interrupts_ignored():

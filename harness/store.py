@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from gnomon.harness import schema
+from gnomon.harness.locks import lock_results, release_results
 from gnomon.harness.schema import APPLICATION_ID, OLDEST_VERSION, SCHEMA_VERSION
 from gnomon.reference import diskcache
 from numpy.typing import NDArray
@@ -59,9 +60,20 @@ class Store:
 
     def __init__(self, path: Path) -> None:
         """Open or create; a file of an older schema is migrated. Raises ValueError for a file that is not ours, of a
-        newer schema, damaged, or that cannot be written."""
+        newer schema, damaged, in use by another run, or that cannot be written."""
         self.path = path
         path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            self._lock = lock_results(path)
+        except OSError as error:
+            raise ValueError(f"{path}: cannot be written ({error.strerror}); give another --out") from None
+        try:
+            self._open(path)
+        except BaseException:
+            release_results(self._lock)
+            raise
+
+    def _open(self, path: Path) -> None:
         fresh = not path.exists() or path.stat().st_size == 0
         if not fresh:
             _check(path)
@@ -144,6 +156,7 @@ class Store:
 
     def close(self) -> None:
         self._connection.close()
+        release_results(self._lock)
 
     def __enter__(self) -> Store:
         return self
