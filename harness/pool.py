@@ -15,13 +15,15 @@ from typing import Any, Protocol
 
 from gnomon.harness.locks import temporary_folder
 from gnomon.harness.messages import Garbled, Inbox, Message
-from gnomon.harness.processes import context, main_hidden
+from gnomon.harness.processes import context, main_hidden, queued_seconds
 from gnomon.harness.worker import Order, Outcome, Task, serve, take_output
 
 PREPARE_SECONDS = 60.0
 """The deadline of one preparation: compiling with cold caches on a busy machine takes several seconds."""
 GRACE_SECONDS = 0.15
 """What a stage may take beyond the trial's limit before it is killed: start of the call, message, scheduling."""
+QUEUED_SECONDS = 0.001
+"""A wait for the processor above this is taken off the time of a stage: it is the load of the machine."""
 AGAIN_SECONDS = 0.5
 """Trials with a limit below this may pass it once: a machine that stands still for a fifth of a second is none of theirs."""
 
@@ -65,6 +67,8 @@ class _Slot:
     deadline: float
     stage: str = "prepare"
     seconds: float = 0.0
+    queued: float = 0.0
+    """What its process had waited for the processor when the deadline was set."""
     interrupted: tuple[str, float] | None = None
     """The stage in which something is being compiled, and its seconds."""
     again: bool = False
@@ -138,6 +142,7 @@ class Pool:
 
     def _stage(self, slot: _Slot, stage: str, seconds: float) -> None:
         slot.stage, slot.seconds, slot.deadline = stage, seconds, time.monotonic() + seconds
+        slot.queued = queued_seconds(slot.process.pid)
 
     def _listen(self) -> None:
         """Wait for messages until the nearest deadline; drain what came before judging deadlines."""
@@ -153,6 +158,11 @@ class Pool:
     def _late(self, slot: _Slot) -> None:
         """Try the order of a worker that passed its deadline once more where that may be the machine's fault, or fail it."""
         limit = slot.job.limit_seconds
+        waited = queued_seconds(slot.process.pid) - slot.queued
+        if waited > QUEUED_SECONDS:
+            slot.deadline += waited
+            slot.queued += waited
+            return
         if slot.stage == "prepare":
             self._fail(slot, "timeout", f"not prepared within {self.prepare_seconds:g} s")
         elif slot.again or limit >= AGAIN_SECONDS:

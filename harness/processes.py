@@ -141,6 +141,15 @@ def leave_server(kept: int) -> None:
             os.close(descriptor)
 
 
+def queued_seconds(guard: int) -> float:
+    """How long the child of a guard has been ready to run while others had the processor; 0 where the system does not
+    tell, and where the child is gone."""
+    with contextlib.suppress(OSError, ValueError, IndexError):
+        child = Path(f"/proc/{guard}/task/{guard}/children").read_text().split()[0]
+        return int(Path(f"/proc/{child}/schedstat").read_text().split()[1]) * 1e-9
+    return 0.0
+
+
 def end_children() -> None:
     """Kill the children of this process, with `adopt_orphans` all of theirs too, and wait for their end."""
     while True:

@@ -195,4 +195,4 @@ class _Run:
     def _record(self, measurement: Mapping[str, Any], settings: Any, states: Any) -> None:
         self.results.add(self.number, measurement, settings, states)
         key = (measurement["trial_key"], measurement["launch"])
-        self.history[key] = Known(measurement["status"], measurement.get("seconds_median"), None)
+        self.history[key] = Known(measurement["status"], measurement.get("rhs_calls") or measurement.get("steps"), None)

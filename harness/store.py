@@ -40,7 +40,8 @@ class Known(NamedTuple):
     """What an earlier measurement says of a trial."""
 
     status: str
-    seconds: float | None
+    work: int | None
+    """Right-hand sides, or steps where those were not counted."""
     limit_seconds: float | None
     turned: bool = False
     """Whether its errors are those of turned starts."""
@@ -115,12 +116,11 @@ class Store:
     def history(self) -> dict[tuple[str, int], Known]:
         """What is known of every trial and launch, by (trial_key, launch): the last measurement counts."""
         rows = self._connection.execute(
-            "SELECT trial_key, launch, status, seconds_median, limit_seconds, turned_starts IS NOT NULL"
+            "SELECT trial_key, launch, status, coalesce(rhs_calls, steps), limit_seconds, turned_starts IS NOT NULL"
             " FROM measurements ORDER BY measurement"
         )
         return {
-            (key, launch): Known(status, seconds, limit, bool(turned))
-            for key, launch, status, seconds, limit, turned in rows
+            (key, launch): Known(status, work, limit, bool(turned)) for key, launch, status, work, limit, turned in rows
         }
 
     def interruptions(self) -> dict[tuple[str, int], int]:
