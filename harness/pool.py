@@ -6,14 +6,15 @@ import contextlib
 import os
 import signal
 import tempfile
-import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
+from time import monotonic  # a user's own module may replace that of `time`
 from typing import Any, Protocol
 
 from gnomon.harness.locks import temporary_folder
+from gnomon.harness.memory import worker_bytes
 from gnomon.harness.messages import Garbled, Inbox, Message
 from gnomon.harness.processes import context, main_hidden, queued_seconds
 from gnomon.harness.worker import Order, Outcome, Task, serve, take_output
@@ -123,7 +124,7 @@ class Pool:
         self._started += 1
         path = Path(self._folder.name) / str(self._started)
         path.touch()
-        job.task = replace(job.task, output=str(path))
+        job.task = replace(job.task, output=str(path), memory_bytes=worker_bytes(self.workers))
         ours, theirs = self._context.Pipe()
         process = self._context.Process(target=serve, args=(theirs, job.task), daemon=True)
         with main_hidden(not job.task.spec.in_main):
@@ -141,16 +142,16 @@ class Pool:
             slot.connection.send(slot.order)
 
     def _stage(self, slot: _Slot, stage: str, seconds: float) -> None:
-        slot.stage, slot.seconds, slot.deadline = stage, seconds, time.monotonic() + seconds
+        slot.stage, slot.seconds, slot.deadline = stage, seconds, monotonic() + seconds
         slot.queued = queued_seconds(slot.process.pid)
 
     def _listen(self) -> None:
         """Wait for messages until the nearest deadline; drain what came before judging deadlines."""
-        patience = max(0.0, min(slot.deadline for slot in self._slots) - time.monotonic())
+        patience = max(0.0, min(slot.deadline for slot in self._slots) - monotonic())
         wait([slot.connection for slot in self._slots], patience)
         for slot in list(self._slots):
             self._drain(slot)
-        now = time.monotonic()
+        now = monotonic()
         for slot in list(self._slots):
             if now > slot.deadline and not slot.connection.poll():
                 self._late(slot)

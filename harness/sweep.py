@@ -12,7 +12,7 @@ from gnomon.harness.judge import Judge, above_text
 from gnomon.harness.plan import Series, Suite, Trial
 from gnomon.harness.registry import reference
 from gnomon.harness.store import Known
-from gnomon.harness.truth import CaseSpec
+from gnomon.harness.truth import CaseSpec, Truth
 from gnomon.harness.worker import FEWEST_CALLS, Order, Outcome, Task
 from numpy.typing import NDArray
 
@@ -48,6 +48,20 @@ class Record(Protocol):
     ) -> None: ...
 
 
+def task_of(series: Series, truth: Truth) -> Task:
+    """What a worker needs to know of a series, without the place of its output."""
+    return Task(
+        reference(series.integrator),
+        CaseSpec.of(series.case, series.formulation),
+        truth.problem_times,
+        truth.start,
+        truth.sizes,
+        truth.time_scale,
+        truth.turned_starts,
+        "",
+    )
+
+
 class Sweep:
     """One launch of a series. `history` is what earlier runs know by (trial_key, launch), `interruptions` how often each
     was interrupted."""
@@ -66,18 +80,7 @@ class Sweep:
     ) -> None:
         self.series, self.judge, self.suite, self.launch, self.record = series, judge, suite, launch, record
         self.limit_seconds = suite.limit(series.case)
-        truth = judge.truth
-        spec = CaseSpec.of(series.case, series.formulation)
-        self.task = Task(
-            reference(series.integrator),
-            spec,
-            truth.problem_times,
-            truth.start,
-            truth.sizes,
-            truth.time_scale,
-            truth.turned_starts,
-            "",
-        )
+        self.task = task_of(series, judge.truth)
         self._history = history
         self._finished = finished
         self._interruptions = interruptions or {}

@@ -9,12 +9,16 @@ the trial's time, and the call is made again.
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import gc
 import os
 import resource
 import signal
 import sys
+import time
+import traceback
+import types
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from multiprocessing.connection import Connection
@@ -26,6 +30,7 @@ from gnomon.harness import answers, messages, registry
 from gnomon.harness import compile as compiling
 from gnomon.harness.answers import TEXT, Unusable
 from gnomon.harness.integrator import Problem, Refused, Solve
+from gnomon.harness.memory import address_space_bytes
 from gnomon.harness.messages import Garbled, Message
 from gnomon.harness.moved import moved_states, probe_state
 from gnomon.harness.null_call import null_seconds
@@ -37,8 +42,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 T = TypeVar("T")
 
-MEMORY_BYTES = 16 * 2**30
-"""The address space of a worker: far above any sound trial, compiled code and reservations of libraries included."""
+CLOCKS = {
+    name: getattr(time, name) for name in ("perf_counter_ns", "perf_counter", "monotonic", "process_time", "time")
+}
+"""The clocks as they were when this module was loaded, before any integrator of a user's own."""
 FEWEST_CALLS = 3
 """Timed calls of a trial that is not slow, whatever the block allows: a median of fewer is at the mercy of one."""
 COUNTING_ULPS = 1000
@@ -61,6 +68,8 @@ class Task:
     time_scale: float
     turned: Floats
     output: str
+    memory_bytes: int = 2**34
+    """What the worker may take beyond what it starts with."""
 
 
 @dataclass(frozen=True)
@@ -161,8 +170,8 @@ def _work(connection: Connection, task: Task) -> None:
     os.setpgid(0, 0)  # a terminal's Ctrl-C would reach libraries that put in a handler of their own, as REBOUND does
     adopt_orphans()
     leave_server(connection.fileno())
-    _limit_resources()
-    say = _Speaker(connection)
+    _limit_resources(task.memory_bytes)
+    say = _Speaker(connection, task.memory_bytes)
     try:
         series = _Series(task, say)
     except BaseException as error:
@@ -189,8 +198,9 @@ def _work(connection: Connection, task: Task) -> None:
 class _Speaker:
     """Answers the order under way. A process that an integrator forked off this one says nothing: it is ended."""
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: Connection, memory_bytes: int) -> None:
         self.order = 0
+        self._memory_bytes = memory_bytes
         self._connection = connection
         self._process = os.getpid()
 
@@ -198,7 +208,9 @@ class _Speaker:
         self.send(Message(self.order, stage, content, {}))
 
     def failed(self, error: BaseException) -> None:
-        status, reason = _named(error)
+        status, reason = _named(error, self._memory_bytes)
+        if status == "crashed" and not isinstance(error, Unusable):
+            _print(error)
         self("failed", status=status, reason=reason)
 
     def stop_forks(self) -> None:
@@ -258,6 +270,9 @@ class _Series:
                 seconds, others = warm.seconds, warm.states
             self.say("ran")
             calls, scored, others = self._timed(solve, order, seconds, others)
+            _check_clocks()
+            answers.possible(scored.solution.steps, scored.seconds, "steps")
+            answers.possible(rhs_calls, max(counted_seconds, scored.seconds), "right-hand sides")
             if others is not None and np.array_equal(scored.states, others) and np.all(np.isfinite(others)):
                 self._suspect(solve, scored.states)
             if _unmoved(scored, self.task.start, rhs_calls):
@@ -405,6 +420,16 @@ class _Call:
         self.states = self.solution.states[0]
 
 
+def _check_clocks() -> None:
+    """Raise Unusable where an integrator replaced a clock: its times are none."""
+    used = {"perf_counter_ns": perf_counter_ns}
+    for name, clock in CLOCKS.items():
+        if not (
+            getattr(time, name, None) is clock is used.get(name, clock) and isinstance(clock, types.BuiltinFunctionType)
+        ):
+            raise Unusable(f"replaced time.{name}: what a changed clock says is no time")
+
+
 def _unmoved(call: _Call, start: Floats, rhs_calls: int | None) -> bool:
     """Whether the initial state came back, with no right-hand side and no step taken."""
     return not rhs_calls and not call.solution.steps and bool(np.all(call.states == start))
@@ -418,7 +443,16 @@ def _settings(solve: Solve) -> dict[str, str]:
     return {str(name): str(value) for name, value in given.items()}
 
 
-def _named(error: BaseException) -> tuple[str, str]:
+def _print(error: BaseException) -> None:
+    """Where an integrator raised, into the output of the trial: what the harness called it from is left out."""
+    frames = error.__traceback__
+    while frames is not None and frames.tb_frame.f_code.co_filename == __file__:
+        frames = frames.tb_next
+    with contextlib.suppress(Exception):  # an exception may raise where it is printed, and nothing may come of it
+        print("".join(traceback.format_exception(type(error), error, frames)), file=sys.stderr, flush=True)
+
+
+def _named(error: BaseException, memory_bytes: int) -> tuple[str, str]:
     """(status, reason) of an exception."""
     if isinstance(error, Unusable):
         return "crashed", str(error)
@@ -430,14 +464,15 @@ def _named(error: BaseException) -> tuple[str, str]:
         return "interrupted", f"the disk is full ({error.filename or error.strerror})"
     text = str(error).strip().replace("\n", " ")
     if isinstance(error, MemoryError):
-        return "out_of_memory", f"needed more than {MEMORY_BYTES / 2**30:.3g} GiB ({text[:TEXT]})"
+        return "out_of_memory", f"needed more than {memory_bytes / 2**30:.3g} GiB ({text[:TEXT]})"
     return "crashed", f"{type(error).__name__}: {text[:TEXT]}" if text else type(error).__name__
 
 
-def _limit_resources() -> None:
+def _limit_resources(memory_bytes: int) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # writing out the heap of an aborted worker takes seconds
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    soft = MEMORY_BYTES if hard == resource.RLIM_INFINITY else min(MEMORY_BYTES, hard)
+    most = address_space_bytes() + memory_bytes
+    soft = most if hard == resource.RLIM_INFINITY else min(most, hard)
     resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 
