@@ -205,6 +205,28 @@ class Raises(Sound):
         return solve
 
 
+class RaisesAtLargeSteps(Sound):
+    """As one that overflows does."""
+
+    name = "raises at large steps"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        if setting == problem.interval:
+            raise OverflowError("planted")
+        return super().prepare(problem, setting)
+
+
+class HangsAlways(Sound):
+    name = "hangs always"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        def solve(initial_states: Any) -> Solution:
+            while True:
+                signal.sigtimedwait([], 0.01)
+
+        return solve
+
+
 class Declines(Sound):
     name = "declines"
 
