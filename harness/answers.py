@@ -14,6 +14,9 @@ Floats = NDArray[np.float64]
 
 MOST = 2**53
 """Counts above this are none: no double tells them apart, and no run takes that many steps."""
+LEAST_SECONDS = 1e-11
+"""No right-hand side and no step takes less: a twentieth of the cycle of a processor."""
+RESOLUTION_SECONDS = 1e-6
 TEXT = 300
 """Characters of a reason that are kept."""
 
@@ -60,6 +63,12 @@ def count(value: Any, name: str) -> int:
     if not whole or value != math.floor(value) or not 0 <= value <= MOST:
         raise Unusable(f"returned {name} = {short(value)}: a count is a whole number from 0 to 2^53")
     return int(value)
+
+
+def possible(count: int | None, seconds: float, name: str) -> None:
+    """Raise Unusable for more steps or right-hand sides than a processor can do in that time."""
+    if count is not None and count * LEAST_SECONDS > seconds + RESOLUTION_SECONDS:
+        raise Unusable(f"claims {count} {name} in {seconds:.2g} s: one takes {LEAST_SECONDS:g} s at least")
 
 
 def _listed(events: Any) -> list[Any]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import errno
 import os
+import shlex
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -15,6 +17,7 @@ from gnomon.harness import listing
 
 if TYPE_CHECKING:
     from gnomon.cases import Case, Check
+    from gnomon.harness.integrator import Integrator
 from rich.console import Console
 from rich.markup import escape
 
@@ -24,6 +27,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Reads integrators of classical mechanics against exact motions, in error and in speed.",
 )
+TABLE_WIDTH = 150
 INTEGRATORS_WIDTH = 96
 """The ids are to be copied, so they are never cut."""
 out = Console(soft_wrap=True, emoji=False)
@@ -123,12 +127,28 @@ def run(
     ] = None,
     suite: Annotated[str, typer.Option(help="standard, foundation, quick or catalogue.")] = "standard",
     out_path: Annotated[Path, typer.Option("--out", help="The results: a folder or a file.sqlite.")] = Path("runs"),
-    limit: Annotated[float | None, typer.Option(help="Seconds that one trial may take.")] = None,
-    workers: Annotated[int, typer.Option(help="Trials at a time.", min=1)] = 2,
+    limit: Annotated[
+        float | None,
+        typer.Option(
+            help="Seconds that one trial may take, without waiting for a busy processor; by default 1 on default"
+            " settings, .08 on hard variants (up to .4 on long ones), .12 in the suite quick."
+        ),
+    ] = None,
+    workers: Annotated[
+        int,
+        typer.Option(
+            help="Trials at a time. Together they may take 80 % of the memory of the machine or of its cgroup, each an"
+            " equal share.",
+            min=1,
+        ),
+    ] = 2,
     parameters: Settings = None,
 ) -> None:
-    """Run cases through integrators. The same command goes on where an interrupted run stopped."""
-    from gnomon.harness import plan, registry
+    """Run cases through integrators. The same command goes on where an interrupted run stopped.
+
+    Exit code 1 where nothing was measured or an integrator of your own never succeeded.
+    """
+    from gnomon.harness import first_trials, plan, registry
     from gnomon.harness.progress import Progress
     from gnomon.harness.run import run as run_
 
@@ -155,11 +175,17 @@ def run(
         if reason is not None:
             raise ValueError(f"{one.id} cannot run here: {reason}")
     try:
+        crashes = first_trials.crashes(chosen, integrators, chosen_suite)
+        if crashes:
+            for text in crashes:
+                problems.print(escape(text), highlight=False)
+            problems.print("nothing was run: the first trials of these integrators crashed")
+            raise typer.Exit(1)
         path = run_(out_path, chosen_suite, chosen, integrators, Progress(), workers, siblings=bool(case or integrator))
     except KeyboardInterrupt:
         problems.print("interrupted; the same command goes on from here")
         raise typer.Exit(130) from None
-    _summarize(path)
+    _summarize(path, {one.name for one, _ in chosen}, integrators)
 
 
 @app.command()
@@ -316,11 +342,15 @@ def _chosen_check(name: str, parameters: list[str] | None) -> Check:
     return cases.get_check(check, variant or None, **_given(parameters))
 
 
-def _summarize(path: Path) -> None:
-    from gnomon.harness.analysis import nothing_ran
+def _summarize(path: Path, names: set[str], integrators: Sequence[Integrator]) -> None:
+    from gnomon.harness.first_trials import users_own
+    from gnomon.harness.run_table import ANSWERED, run_table, shortcomings
     from gnomon.harness.store import load
 
     frame = load(path)
+    frame = frame[frame["case"].isin(names) & frame["integrator_id"].isin([one.id for one in integrators])]
+    if not frame.empty:
+        Console(width=max(out.width, TABLE_WIDTH), emoji=False).print(run_table(frame))
     counts = ", ".join(f"{count} {status}" for status, count in frame["status"].value_counts().items())
     out.print(f"{len(frame)} measurements: {counts}", highlight=False)
     interrupted = frame[frame["status"] == "interrupted"]
@@ -329,7 +359,10 @@ def _summarize(path: Path) -> None:
         text = f"{len(interrupted)} trials were interrupted ({reasons}); the same command runs them again"
         problems.print(escape(text), highlight=False)
     out.print(f"results: {path}", highlight=False)
-    why = nothing_ran(frame)
-    if why is not None:
-        problems.print(f"nothing ran ({escape(why)})", highlight=False)
+    if frame["status"].isin(ANSWERED).any():
+        out.print(f"its report: gnomon report {shlex.quote(str(path))}", highlight=False)
+    failed = shortcomings(frame, [one for one in integrators if users_own(one)])
+    for text in failed:
+        problems.print(escape(text), highlight=False)
+    if failed:
         raise typer.Exit(1)

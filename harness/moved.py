@@ -22,11 +22,14 @@ _ATTEMPTS = 10_000
 _ENCODED_ATTEMPTS = 100
 
 
-def moved_states(case: Case, formulation: Formulation | None, sizes: Floats) -> Iterator[Floats]:
-    """Distinct initial states (dim,), the nearest first, all within the case's domain and none the unmoved one."""
+def moved_states(case: Case, formulation: Formulation | None, sizes: Floats, ulps: int = 1) -> Iterator[Floats]:
+    """Distinct initial states (dim,), the nearest first, all within the case's domain and none the unmoved one.
+
+    They are moved by multiples of `ulps`.
+    """
     state = np.array([float(value) for value in case.initial_state])
     unit = np.array([math.ulp(max(abs(x), SHARE * size)) for x, size in zip(state, sizes, strict=True)])
-    return _distinct(case, formulation, state, unit, 2.0**-52)
+    return _distinct(case, formulation, state, ulps * unit, ulps * 2.0**-52)
 
 
 def probe_state(case: Case, formulation: Formulation | None, sizes: Floats) -> Floats:

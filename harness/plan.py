@@ -41,7 +41,8 @@ _SOURCES = ("gnomon.harness.integrators", "gnomon.harness.adapters", "gnomon.har
 class Suite:
     """How much a run does. `launches` counts the launches of default variants; other variants are launched once.
 
-    `limit_seconds` is what a trial may take on a default variant, `variant_limit_seconds` on the others, up to
+    `limit_seconds` is what a trial may take on a default variant, `variant_limit_seconds` on the others, several times
+    of what the trials that are started take on a quiet machine (see `sweep.SECONDS_EACH`), up to
     `long_limit_seconds` where the span is long. The timed calls of a trial take `block_seconds` together, and are at
     most `repeats`.
     """
@@ -53,7 +54,7 @@ class Suite:
     variants: bool
     limit_seconds: float
     variant_limit_seconds: float
-    long_limit_seconds: float = 0.1
+    long_limit_seconds: float = 0.4
     block_seconds: float = 0.003
     repeats: int = 40
     slow_seconds: float = 0.02
@@ -108,12 +109,12 @@ FOUNDATION = (
 )
 """Cases that between them exercise every form."""
 
-_REST = Suite("rest", (), 1, False, 0.02, 0.02, block_seconds=0.002, slow_seconds=0.004)
+_REST = Suite("rest", (), 1, False, 0.08, 0.08, block_seconds=0.002, slow_seconds=0.004)
 SUITES = {
-    "standard": Suite("standard", (), 5, True, 0.25, 0.02, rest=_REST),
-    "foundation": Suite("foundation", FOUNDATION, 5, True, 0.25, 0.02),
-    "quick": Suite("quick", FOUNDATION, 1, False, 0.03, 0.03, block_seconds=0.002, turned=False, siblings=False),
-    "catalogue": Suite("catalogue", (), 5, True, 0.25, 0.02, rest=replace(_REST, variants=True)),
+    "standard": Suite("standard", (), 5, True, 1.0, 0.08, rest=_REST),
+    "foundation": Suite("foundation", FOUNDATION, 5, True, 1.0, 0.08),
+    "quick": Suite("quick", FOUNDATION, 1, False, 0.12, 0.12, block_seconds=0.002, turned=False, siblings=False),
+    "catalogue": Suite("catalogue", (), 5, True, 1.0, 0.08, rest=replace(_REST, variants=True)),
 }
 
 

@@ -6,21 +6,25 @@ import contextlib
 import os
 import signal
 import tempfile
-import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
+from time import monotonic  # a user's own module may replace that of `time`
 from typing import Any, Protocol
 
+from gnomon.harness.locks import temporary_folder
+from gnomon.harness.memory import worker_bytes
 from gnomon.harness.messages import Garbled, Inbox, Message
-from gnomon.harness.processes import context, main_hidden
+from gnomon.harness.processes import context, main_hidden, queued_seconds
 from gnomon.harness.worker import Order, Outcome, Task, serve, take_output
 
 PREPARE_SECONDS = 60.0
 """The deadline of one preparation: compiling with cold caches on a busy machine takes several seconds."""
 GRACE_SECONDS = 0.15
 """What a stage may take beyond the trial's limit before it is killed: start of the call, message, scheduling."""
+QUEUED_SECONDS = 0.001
+"""A wait for the processor above this is taken off the time of a stage: it is the load of the machine."""
 AGAIN_SECONDS = 0.5
 """Trials with a limit below this may pass it once: a machine that stands still for a fifth of a second is none of theirs."""
 
@@ -64,6 +68,8 @@ class _Slot:
     deadline: float
     stage: str = "prepare"
     seconds: float = 0.0
+    queued: float = 0.0
+    """What its process had waited for the processor when the deadline was set."""
     interrupted: tuple[str, float] | None = None
     """The stage in which something is being compiled, and its seconds."""
     again: bool = False
@@ -78,7 +84,7 @@ class Pool:
         self.workers = workers
         self.prepare_seconds = prepare_seconds
         self._context = context(method)
-        self._folder = tempfile.TemporaryDirectory(prefix="gnomon-")
+        self._folder = tempfile.TemporaryDirectory(dir=temporary_folder())
         self._slots: list[_Slot] = []
         self._started = 0
         self._ordered = 0
@@ -118,7 +124,7 @@ class Pool:
         self._started += 1
         path = Path(self._folder.name) / str(self._started)
         path.touch()
-        job.task = replace(job.task, output=str(path))
+        job.task = replace(job.task, output=str(path), memory_bytes=worker_bytes(self.workers))
         ours, theirs = self._context.Pipe()
         process = self._context.Process(target=serve, args=(theirs, job.task), daemon=True)
         with main_hidden(not job.task.spec.in_main):
@@ -136,15 +142,16 @@ class Pool:
             slot.connection.send(slot.order)
 
     def _stage(self, slot: _Slot, stage: str, seconds: float) -> None:
-        slot.stage, slot.seconds, slot.deadline = stage, seconds, time.monotonic() + seconds
+        slot.stage, slot.seconds, slot.deadline = stage, seconds, monotonic() + seconds
+        slot.queued = queued_seconds(slot.process.pid)
 
     def _listen(self) -> None:
         """Wait for messages until the nearest deadline; drain what came before judging deadlines."""
-        patience = max(0.0, min(slot.deadline for slot in self._slots) - time.monotonic())
+        patience = max(0.0, min(slot.deadline for slot in self._slots) - monotonic())
         wait([slot.connection for slot in self._slots], patience)
         for slot in list(self._slots):
             self._drain(slot)
-        now = time.monotonic()
+        now = monotonic()
         for slot in list(self._slots):
             if now > slot.deadline and not slot.connection.poll():
                 self._late(slot)
@@ -152,6 +159,11 @@ class Pool:
     def _late(self, slot: _Slot) -> None:
         """Try the order of a worker that passed its deadline once more where that may be the machine's fault, or fail it."""
         limit = slot.job.limit_seconds
+        waited = queued_seconds(slot.process.pid) - slot.queued
+        if waited > QUEUED_SECONDS:
+            slot.deadline += waited
+            slot.queued += waited
+            return
         if slot.stage == "prepare":
             self._fail(slot, "timeout", f"not prepared within {self.prepare_seconds:g} s")
         elif slot.again or limit >= AGAIN_SECONDS:

@@ -15,10 +15,13 @@ from multiprocessing import forkserver, resource_tracker
 from pathlib import Path
 from typing import Any, NoReturn
 
+from gnomon.harness.locks import temporary_folder
+
 
 def context(method: str = "forkserver") -> Any:
     """The multiprocessing context of workers: forks of a server that has imported what they need."""
     found = multiprocessing.get_context(method)
+    temporary_folder()  # before multiprocessing makes one of its own, which stays after kill -9
     if method == "forkserver":
         found.set_forkserver_preload(["gnomon.harness.preload"])
         with interrupts_ignored():
@@ -136,6 +139,15 @@ def leave_server(kept: int) -> None:
     for descriptor in {one for one in inherited if one is not None} - {kept}:
         with contextlib.suppress(OSError):
             os.close(descriptor)
+
+
+def queued_seconds(guard: int) -> float:
+    """How long the child of a guard has been ready to run while others had the processor; 0 where the system does not
+    tell, and where the child is gone."""
+    with contextlib.suppress(OSError, ValueError, IndexError):
+        child = Path(f"/proc/{guard}/task/{guard}/children").read_text().split()[0]
+        return int(Path(f"/proc/{child}/schedstat").read_text().split()[1]) * 1e-9
+    return 0.0
 
 
 def end_children() -> None:

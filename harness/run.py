@@ -17,6 +17,7 @@ from gnomon.harness.calls import described as python_calls
 from gnomon.harness.compile import cache_folder
 from gnomon.harness.integrator import Integrator
 from gnomon.harness.judge import Judge
+from gnomon.harness.locks import temporary_folder
 from gnomon.harness.plan import Series, Suite, Trial
 from gnomon.harness.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.progress import Progress
@@ -88,7 +89,7 @@ def compare(
         else:
             found.append(item() if isinstance(item, type) else item)
     suite = replace(plan.suite("foundation").within(limit_seconds), name="compare", launches=launches)
-    with tempfile.TemporaryDirectory(prefix="gnomon-") as folder:
+    with tempfile.TemporaryDirectory(dir=temporary_folder()) as folder:
         return store.load(run(folder, suite, chosen, found))
 
 
@@ -194,4 +195,4 @@ class _Run:
     def _record(self, measurement: Mapping[str, Any], settings: Any, states: Any) -> None:
         self.results.add(self.number, measurement, settings, states)
         key = (measurement["trial_key"], measurement["launch"])
-        self.history[key] = Known(measurement["status"], measurement.get("seconds_median"), None)
+        self.history[key] = Known(measurement["status"], measurement.get("rhs_calls") or measurement.get("steps"), None)

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from gnomon.harness import opening, schema
 from gnomon.harness.export import export as export
+from gnomon.harness.locks import lock_results, release_results
 from gnomon.harness.opening import results_file as results_file
 from gnomon.harness.reading import load as load
 from gnomon.harness.reading import runs as runs
@@ -26,7 +27,8 @@ class Known(NamedTuple):
     """What an earlier measurement says of a trial."""
 
     status: str
-    seconds: float | None
+    work: int | None
+    """Right-hand sides, or steps where those were not counted."""
     limit_seconds: float | None
     turned: bool = False
     """Whether its errors are those of turned starts."""
@@ -46,9 +48,20 @@ class Store:
 
     def __init__(self, path: Path) -> None:
         """Open or create; a file of an older schema is migrated. Raises ValueError for a file that is not ours, of a
-        newer schema, damaged, or that cannot be written."""
+        newer schema, damaged, in use by another run, or that cannot be written."""
         self.path = path
         path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            self._lock = lock_results(path)
+        except OSError as error:
+            raise ValueError(f"{path}: cannot be written ({error.strerror}); give another --out") from None
+        try:
+            self._open(path)
+        except BaseException:
+            release_results(self._lock)
+            raise
+
+    def _open(self, path: Path) -> None:
         opening.recover(path)
         fresh = not path.exists() or path.stat().st_size == 0
         if not fresh:
@@ -90,12 +103,11 @@ class Store:
     def history(self) -> dict[tuple[str, int], Known]:
         """What is known of every trial and launch, by (trial_key, launch): the last measurement counts."""
         rows = self._connection.execute(
-            "SELECT trial_key, launch, status, seconds_median, limit_seconds, turned_starts IS NOT NULL"
+            "SELECT trial_key, launch, status, coalesce(rhs_calls, steps), limit_seconds, turned_starts IS NOT NULL"
             " FROM measurements ORDER BY measurement"
         )
         return {
-            (key, launch): Known(status, seconds, limit, bool(turned))
-            for key, launch, status, seconds, limit, turned in rows
+            (key, launch): Known(status, work, limit, bool(turned)) for key, launch, status, work, limit, turned in rows
         }
 
     def interruptions(self) -> dict[tuple[str, int], int]:
@@ -131,6 +143,7 @@ class Store:
 
     def close(self) -> None:
         self._connection.close()
+        release_results(self._lock)
 
     def __enter__(self) -> Store:
         return self

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Protocol
 
 from gnomon.harness.integrator import Steps, Tolerance
@@ -11,19 +12,32 @@ from gnomon.harness.judge import Judge, above_text
 from gnomon.harness.plan import Series, Suite, Trial
 from gnomon.harness.registry import reference
 from gnomon.harness.store import Known
-from gnomon.harness.truth import CaseSpec
+from gnomon.harness.truth import CaseSpec, Truth
 from gnomon.harness.worker import FEWEST_CALLS, Order, Outcome, Task
 from numpy.typing import NDArray
 
-RELAUNCHED_SECONDS = 0.01
-"""Trials above this are launched once: what is that slow is on nobody's Pareto front, and would fill the run."""
+SECONDS_EACH = {
+    "gnomon": 1e-7,
+    "heyoka": 2e-6,
+    "rebound": 2e-6,
+    "rebound:IAS15": 4e-5,
+    "rebound:BS": 4e-5,
+    "scipy": 2e-5,
+    "scipy:Radau": 1e-4,
+    "scipy:BDF": 1e-4,
+    "pybullet": 6e-5,
+}
+"""An upper estimate of what a right-hand side takes (a step, where those are not counted), by id or library. What is
+run follows from these numbers and from counts, which are the same on every machine, however busy; measured times would
+decide otherwise in each run. Trials of other libraries are run, each until it passes the limit."""
+RELAUNCHED_SECONDS = 0.04
+"""Trials that take longer by that estimate are launched once: what is that slow is on nobody's Pareto front, and would
+fill the run."""
 REPEATED_SECONDS = 0.001
 """Hard variants above this are timed in one call. Below, a single call is the first of code that was just loaded: 5 to
 10 % too slow in the middle, half too slow in one of ten below 30 microseconds."""
 MOST_INTERRUPTIONS = 2
 """A trial that was interrupted runs again at the next call, so often at most; then it is `crashed`."""
-MOST_GROWTH = 16.0
-"""A prediction takes ratios of times up to this: below a tenth of a millisecond they are noise."""
 
 
 class Record(Protocol):
@@ -32,6 +46,20 @@ class Record(Protocol):
     def __call__(
         self, measurement: Mapping[str, Any], settings: Mapping[str, Any] | None, states: NDArray[Any] | None
     ) -> None: ...
+
+
+def task_of(series: Series, truth: Truth) -> Task:
+    """What a worker needs to know of a series, without the place of its output."""
+    return Task(
+        reference(series.integrator),
+        CaseSpec.of(series.case, series.formulation),
+        truth.problem_times,
+        truth.start,
+        truth.sizes,
+        truth.time_scale,
+        truth.turned_starts,
+        "",
+    )
 
 
 class Sweep:
@@ -52,24 +80,16 @@ class Sweep:
     ) -> None:
         self.series, self.judge, self.suite, self.launch, self.record = series, judge, suite, launch, record
         self.limit_seconds = suite.limit(series.case)
-        truth = judge.truth
-        spec = CaseSpec.of(series.case, series.formulation)
-        self.task = Task(
-            reference(series.integrator),
-            spec,
-            truth.problem_times,
-            truth.start,
-            truth.sizes,
-            truth.time_scale,
-            truth.turned_starts,
-            "",
-        )
+        self.task = task_of(series, judge.truth)
         self._history = history
         self._finished = finished
         self._interruptions = interruptions or {}
         self._waiting = list(trials)
         self._current: Trial | None = None
-        self._timed: list[tuple[float, float]] = []
+        self._counted: list[tuple[float, int]] = []
+        self._places = {trial.key: place for place, trial in enumerate(trials)}
+        integrator = series.integrator
+        self._seconds_each = SECONDS_EACH.get(integrator.id, SECONDS_EACH.get(integrator.library, 0.0))
         self._stopped: str | None = None
 
     def next(self) -> Order | None:
@@ -79,7 +99,7 @@ class Sweep:
             assert trial.setting is not None
             known = self._history.get((trial.key, self.launch))
             if known is not None:
-                self._note(known.status, known.seconds, trial.setting)
+                self._note(known.status, known.work, trial.setting)
                 continue
             if self.launch > 1 and not self._worth_relaunching(trial):
                 continue
@@ -89,7 +109,7 @@ class Sweep:
                 self._add(trial, {"status": "skipped", "reason": reason})
                 continue
             self._current = trial
-            return self._order(trial.setting)
+            return replace(self._order(trial.setting), place=self._places[trial.key])
         self._finished()
         return None
 
@@ -103,7 +123,8 @@ class Sweep:
             self._note("crashed", None)
             self._add(trial, {"status": "crashed", "reason": f"its answer cannot be judged: {error!r}"})
             return
-        self._note(measurement["status"], measurement["seconds_low"], trial.setting)
+        work = outcome.steps if outcome.rhs_calls is None else outcome.rhs_calls
+        self._note(measurement["status"], work, trial.setting)
         self._add(trial, measurement, outcome.settings, states if self.launch == 1 else None)
 
     def failed(self, status: str, reason: str, output: str) -> None:
@@ -120,30 +141,32 @@ class Sweep:
         trial, self._current = self._current, None
         return trial
 
-    def _note(self, status: str, seconds: float | None, setting: float | None = None) -> None:
+    def _note(self, status: str, work: int | None, setting: float | None = None) -> None:
         if status in ("timeout", "not_installed"):
             self._stopped = f"the setting before it is {status}"
-        if seconds is not None and setting is not None:
-            self._timed.append((setting, seconds))
+        if work is not None and setting is not None:
+            self._counted.append((setting, work))
 
     def _predicted(self, setting: float) -> str | None:
-        """Why the next setting would pass the limit, by the smallest growth that is likely; None where it would not."""
-        if not self._timed:
+        """Why the next setting would pass the limit, by the smallest growth of the counts; None where it would not."""
+        if not self._counted or not self._seconds_each:
             return None
-        ratios = [after / before for (_, before), (_, after) in itertools.pairwise(self._timed[-3:])]
-        before, seconds = self._timed[-1]
+        before, work = self._counted[-1]
+        ratios = [after / max(count, 1) for (_, count), (_, after) in itertools.pairwise(self._counted[-3:])]
         if isinstance(self.series.integrator.sweep, Steps):  # the work is in proportion to the number of steps
             ratios.append(before / setting)
-        if not ratios:
+        most = self.limit_seconds / self._seconds_each
+        expected = work * max(min(ratios, default=1.0), 1.0)
+        if expected <= most:
             return None
-        expected = seconds * min(max(min(ratios), 1.0), MOST_GROWTH)
-        if expected <= self.limit_seconds:
-            return None
-        return f"predicted {above_text(expected, self.limit_seconds)} s, above the limit of {self.limit_seconds:g} s"
+        what = "right-hand sides" if self.series.integrator.counts_rhs else "steps"
+        return f"predicted {above_text(expected, most)} {what}, above the {most:.2g} of a limit of {self.limit_seconds:g} s"
 
     def _worth_relaunching(self, trial: Trial) -> bool:
         first = self._history.get((trial.key, 1))
-        return first is not None and first.seconds is not None and first.seconds <= RELAUNCHED_SECONDS
+        if first is None or first.status not in ("ok", "inaccurate", "diverged"):
+            return False
+        return (first.work or 0) * self._seconds_each <= RELAUNCHED_SECONDS
 
     def _order(self, setting: float) -> Order:
         """Default variants are timed; on the others times are orders of magnitude, and a few calls tell them."""

@@ -9,12 +9,16 @@ the trial's time, and the call is made again.
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import gc
 import os
 import resource
 import signal
 import sys
+import time
+import traceback
+import types
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from multiprocessing.connection import Connection
@@ -26,6 +30,7 @@ from gnomon.harness import answers, messages, registry
 from gnomon.harness import compile as compiling
 from gnomon.harness.answers import TEXT, Unusable
 from gnomon.harness.integrator import Problem, Refused, Solve
+from gnomon.harness.memory import address_space_bytes
 from gnomon.harness.messages import Garbled, Message
 from gnomon.harness.moved import moved_states, probe_state
 from gnomon.harness.null_call import null_seconds
@@ -37,10 +42,14 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 T = TypeVar("T")
 
-MEMORY_BYTES = 16 * 2**30
-"""The address space of a worker: far above any sound trial, compiled code and reservations of libraries included."""
+CLOCKS = {
+    name: getattr(time, name) for name in ("perf_counter_ns", "perf_counter", "monotonic", "process_time", "time")
+}
+"""The clocks as they were when this module was loaded, before any integrator of a user's own."""
 FEWEST_CALLS = 3
 """Timed calls of a trial that is not slow, whatever the block allows: a median of fewer is at the mercy of one."""
+COUNTING_ULPS = 1000
+"""The unit of moves of the states that counting runs start from: timed calls, an ulp apart, do not come so far."""
 _OUTPUT_BYTES = 4000
 
 
@@ -59,6 +68,8 @@ class Task:
     time_scale: float
     turned: Floats
     output: str
+    memory_bytes: int = 2**34
+    """What the worker may take beyond what it starts with."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +86,8 @@ class Order:
     slow_seconds: float
     turned: bool = False
     null: bool = False
+    place: int = 0
+    """Where the setting stands in its sweep: the counting run of each starts from another state, the same in every run."""
     number: int = 0
     """What the answer to this order repeats, so that no other is taken for it."""
 
@@ -157,8 +170,8 @@ def _work(connection: Connection, task: Task) -> None:
     os.setpgid(0, 0)  # a terminal's Ctrl-C would reach libraries that put in a handler of their own, as REBOUND does
     adopt_orphans()
     leave_server(connection.fileno())
-    _limit_resources()
-    say = _Speaker(connection)
+    _limit_resources(task.memory_bytes)
+    say = _Speaker(connection, task.memory_bytes)
     try:
         series = _Series(task, say)
     except BaseException as error:
@@ -185,8 +198,9 @@ def _work(connection: Connection, task: Task) -> None:
 class _Speaker:
     """Answers the order under way. A process that an integrator forked off this one says nothing: it is ended."""
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: Connection, memory_bytes: int) -> None:
         self.order = 0
+        self._memory_bytes = memory_bytes
         self._connection = connection
         self._process = os.getpid()
 
@@ -194,7 +208,9 @@ class _Speaker:
         self.send(Message(self.order, stage, content, {}))
 
     def failed(self, error: BaseException) -> None:
-        status, reason = _named(error)
+        status, reason = _named(error, self._memory_bytes)
+        if status == "crashed" and not isinstance(error, Unusable):
+            _print(error)
         self("failed", status=status, reason=reason)
 
     def stop_forks(self) -> None:
@@ -224,6 +240,8 @@ class _Series:
         self.form = accepted_form(self.case, self.integrator.accepts, self.formulation)
         self.parameters = np.array([float(value) for value in self.case.parameter_values()])
         self.moved: Iterator[Floats] = moved_states(self.case, self.formulation, task.sizes)
+        self.counting = moved_states(self.case, self.formulation, task.sizes, COUNTING_ULPS)
+        self.counting_starts: list[Floats] = []
         compiling.WATCHERS.append(self._compiling)
 
     def problem(self, counted: bool) -> Problem:
@@ -239,7 +257,7 @@ class _Series:
         )
 
     def run(self, order: Order) -> Outcome:
-        rhs_calls, counted_seconds, others = self._count(order.setting) if order.count else (None, 0.0, None)
+        rhs_calls, counted_seconds, others = self._count(order) if order.count else (None, 0.0, None)
         problem = self.problem(counted=False)
         began = perf_counter_ns()
         solve = self.integrator.prepare(problem, order.setting)
@@ -252,6 +270,9 @@ class _Series:
                 seconds, others = warm.seconds, warm.states
             self.say("ran")
             calls, scored, others = self._timed(solve, order, seconds, others)
+            _check_clocks()
+            answers.possible(scored.solution.steps, scored.seconds, "steps")
+            answers.possible(rhs_calls, max(counted_seconds, scored.seconds), "right-hand sides")
             if others is not None and np.array_equal(scored.states, others) and np.all(np.isfinite(others)):
                 self._suspect(solve, scored.states)
             if _unmoved(scored, self.task.start, rhs_calls):
@@ -313,17 +334,23 @@ class _Series:
                 break
         return found
 
-    def _count(self, setting: float) -> tuple[int | None, float, Floats | None]:
-        """Right-hand sides, seconds and states of an untimed run through counting equations, from a moved state."""
+    def _count(self, order: Order) -> tuple[int | None, float, Floats | None]:
+        """Right-hand sides, seconds and states of an untimed run through counting equations.
+
+        From a moved state that belongs to the setting's place: a step control that starts an ulp elsewhere may take 2 %
+        more right-hand sides, and how many states were used up before is a matter of the clock.
+        """
         if not self.integrator.counts_rhs:
             return None, 0.0, None
         problem = self.problem(counted=True)
-        solve = self.integrator.prepare(problem, setting)
+        solve = self.integrator.prepare(problem, order.setting)
         self._prepared()
+        while len(self.counting_starts) <= order.place:
+            self.counting_starts.append(next(self.counting))
 
         def counting() -> tuple[_Call, int]:
             before = problem.buffer[-1]
-            call = _Call(solve, next(self.moved), self.task)
+            call = _Call(solve, self.counting_starts[order.place], self.task)
             return call, answers.count(problem.buffer[-1] - before, "right-hand sides")
 
         call, counted = self._compiled(counting)
@@ -354,8 +381,11 @@ class _Series:
             spent = sum(call.seconds for call in calls)
             fewest = 1 if slow and scored.seconds > estimate / 2 else FEWEST_CALLS
             while len(calls) < fewest or (not slow and spent < order.block_seconds and len(calls) < order.repeats):
-                calls.append(_Call(solve, next(self.moved), self.task, keep=False))
-                spent += calls[-1].seconds
+                again = _Call(solve, next(self.moved), self.task, keep=slow)
+                if slow:  # the answer of the counting run is of another preparation
+                    others = again.states
+                calls.append(again)
+                spent += again.seconds
         finally:
             gc.enable()
         return calls, scored, others
@@ -390,6 +420,16 @@ class _Call:
         self.states = self.solution.states[0]
 
 
+def _check_clocks() -> None:
+    """Raise Unusable where an integrator replaced a clock: its times are none."""
+    used = {"perf_counter_ns": perf_counter_ns}
+    for name, clock in CLOCKS.items():
+        if not (
+            getattr(time, name, None) is clock is used.get(name, clock) and isinstance(clock, types.BuiltinFunctionType)
+        ):
+            raise Unusable(f"replaced time.{name}: what a changed clock says is no time")
+
+
 def _unmoved(call: _Call, start: Floats, rhs_calls: int | None) -> bool:
     """Whether the initial state came back, with no right-hand side and no step taken."""
     return not rhs_calls and not call.solution.steps and bool(np.all(call.states == start))
@@ -403,7 +443,16 @@ def _settings(solve: Solve) -> dict[str, str]:
     return {str(name): str(value) for name, value in given.items()}
 
 
-def _named(error: BaseException) -> tuple[str, str]:
+def _print(error: BaseException) -> None:
+    """Where an integrator raised, into the output of the trial: what the harness called it from is left out."""
+    frames = error.__traceback__
+    while frames is not None and frames.tb_frame.f_code.co_filename == __file__:
+        frames = frames.tb_next
+    with contextlib.suppress(Exception):  # an exception may raise where it is printed, and nothing may come of it
+        print("".join(traceback.format_exception(type(error), error, frames)), file=sys.stderr, flush=True)
+
+
+def _named(error: BaseException, memory_bytes: int) -> tuple[str, str]:
     """(status, reason) of an exception."""
     if isinstance(error, Unusable):
         return "crashed", str(error)
@@ -415,14 +464,15 @@ def _named(error: BaseException) -> tuple[str, str]:
         return "interrupted", f"the disk is full ({error.filename or error.strerror})"
     text = str(error).strip().replace("\n", " ")
     if isinstance(error, MemoryError):
-        return "out_of_memory", f"needed more than {MEMORY_BYTES / 2**30:.3g} GiB ({text[:TEXT]})"
+        return "out_of_memory", f"needed more than {memory_bytes / 2**30:.3g} GiB ({text[:TEXT]})"
     return "crashed", f"{type(error).__name__}: {text[:TEXT]}" if text else type(error).__name__
 
 
-def _limit_resources() -> None:
+def _limit_resources(memory_bytes: int) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # writing out the heap of an aborted worker takes seconds
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    soft = MEMORY_BYTES if hard == resource.RLIM_INFINITY else min(MEMORY_BYTES, hard)
+    most = address_space_bytes() + memory_bytes
+    soft = most if hard == resource.RLIM_INFINITY else min(most, hard)
     resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 

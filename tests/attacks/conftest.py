@@ -14,7 +14,9 @@ import pytest
 from gnomon.harness import plan, registry
 from gnomon.harness.run import run
 
-sys.path.insert(0, str(Path(__file__).parent))
+for folder in (Path(__file__).parent, Path(__file__).parents[1] / "harness"):  # the planted integrators too
+    if str(folder) not in sys.path:
+        sys.path.insert(0, str(folder))
 
 from changes import changing
 
@@ -26,8 +28,8 @@ class HangError(BaseException):
     """Raised where a call takes so long that it hangs; no handler of the code under test takes it."""
 
 
-@pytest.fixture(autouse=True)
-def _no_hang() -> Iterator[None]:
+@pytest.fixture
+def no_hang() -> Iterator[None]:
     def stop(_number: int, _frame: FrameType | None) -> None:
         raise HangError
 

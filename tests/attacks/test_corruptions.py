@@ -14,6 +14,8 @@ import pytest
 from changes import changing
 from gnomon.harness import schema, store
 
+pytestmark = pytest.mark.usefixtures("no_hang")
+
 EACH, ORDINARY = 200, 20
 Chance = random.Random
 

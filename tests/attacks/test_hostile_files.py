@@ -269,6 +269,8 @@ def test_a_csv_starts_no_formula_and_keeps_its_numbers(change: Change, tmp_path:
 READ = """
 import sys
 from gnomon.harness import store
+
+pytestmark = pytest.mark.usefixtures("no_hang")
 frame = store.load(sys.argv[1])
 print(len(frame), len(store.states(sys.argv[1])), len(store.runs(sys.argv[1])))
 """

@@ -100,6 +100,22 @@ class StandsStill(Sound):
         return solve
 
 
+class Waits(Sound):
+    """Takes three tenths of a second, for nothing, at its first setting."""
+
+    name = "waits"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        sound = runge_kutta(problem, setting)
+
+        def solve(initial_states: Any) -> Solution:
+            if round(problem.interval / setting) == 1:
+                signal.sigtimedwait([], 0.3)
+            return sound(initial_states)
+
+        return solve
+
+
 class Compiles(Sound):
     """Finds at its third setting, in each process, that it needs something that takes longer than the limit to compile."""
 
@@ -185,6 +201,28 @@ class Raises(Sound):
         def solve(initial_states: Any) -> Solution:
             print("what it printed last")
             raise ArithmeticError("planted")
+
+        return solve
+
+
+class RaisesAtLargeSteps(Sound):
+    """As one that overflows does."""
+
+    name = "raises at large steps"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        if setting == problem.interval:
+            raise OverflowError("planted")
+        return super().prepare(problem, setting)
+
+
+class HangsAlways(Sound):
+    name = "hangs always"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        def solve(initial_states: Any) -> Solution:
+            while True:
+                signal.sigtimedwait([], 0.01)
 
         return solve
 

@@ -1,0 +1,423 @@
+"""Integrators that do what none should, each named with the statuses that its trials may have.
+
+Every fork takes one of few tokens, files that are made once: no failure of the harness can make forks run away. What is
+forked ends by itself after a minute.
+"""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import gc
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import mpmath
+import numpy as np
+from gnomon.harness import messages
+from gnomon.harness.integrator import Problem, Refused, Solution, Solve
+from planted import Sound, runge_kutta
+
+FOLDER = os.environ.get("GNOMON_ATTACKS", "")
+"""Where the tokens are; without it nothing forks."""
+MOST_FORKS = 3
+END_SECONDS = 60
+
+Act = Callable[[Solution, Problem], Any]
+
+
+def fork() -> bool:
+    """Whether this is a forked child; forks only while there are tokens."""
+    for number in range(MOST_FORKS if FOLDER else 0):
+        try:
+            os.close(os.open(os.path.join(FOLDER, f"fork-{number}"), os.O_CREAT | os.O_EXCL))
+        except FileExistsError:
+            continue
+        if os.fork() == 0:
+            signal.signal(signal.SIGALRM, signal.SIG_DFL)
+            signal.alarm(END_SECONDS)
+            return True
+        return False
+    return False
+
+
+def wait_for_ever() -> None:
+    while True:
+        signal.sigtimedwait([], 0.01)
+
+
+class Attack(Sound):
+    """Integrates soundly, and acts once it has; where `early` before it prepares."""
+
+    library = "attack"
+
+    def __init__(self, name: str, statuses: str, act: Act, early: bool = False) -> None:
+        self.name = name  # type: ignore[misc]
+        self.statuses = set(statuses.split())
+        self.act, self.early = act, early
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        if self.early:
+            self.act(Solution(np.zeros(1)), problem)
+        sound = runge_kutta(problem, setting)
+        return sound if self.early else lambda initial_states: self.act(sound(initial_states), problem)
+
+
+ATTACKS: list[Attack] = []
+
+
+def attack(statuses: str, early: bool = False) -> Callable[[Act], Act]:
+    """Plant a function as an attack that is called as it is."""
+
+    def plant(act: Act) -> Act:
+        ATTACKS.append(Attack(act.__name__.replace("_", " "), statuses, act, early))
+        return act
+
+    return plant
+
+
+def answer(name: str, statuses: str, make: Callable[[Any], Any]) -> None:
+    """Plant an attack that returns what `make` makes of the states."""
+    ATTACKS.append(Attack(name, statuses, lambda solution, _: make(solution)))
+
+
+# --- ends that are no answer ---
+
+
+@attack("timeout skipped")
+def hangs(solution: Solution, _: Problem) -> Any:
+    wait_for_ever()
+
+
+@attack("timeout skipped", early=True)
+def hangs_while_preparing(solution: Solution, _: Problem) -> Any:
+    wait_for_ever()
+
+
+@attack("timeout skipped")
+def ignores_all_signals_and_hangs(solution: Solution, _: Problem) -> Any:
+    for number in signal.valid_signals() - {signal.SIGKILL, signal.SIGSTOP}:
+        try:
+            signal.signal(number, signal.SIG_IGN)
+        except OSError:
+            continue
+    wait_for_ever()
+
+
+@attack("timeout skipped")
+def stops_itself(solution: Solution, _: Problem) -> Any:
+    os.kill(os.getpid(), signal.SIGSTOP)
+    wait_for_ever()
+
+
+@attack("crashed")
+def exits(solution: Solution, _: Problem) -> Any:
+    sys.exit(0)
+
+
+@attack("crashed", early=True)
+def exits_while_preparing(solution: Solution, _: Problem) -> Any:
+    sys.exit(0)
+
+
+@attack("crashed")
+def exits_at_once(solution: Solution, _: Problem) -> Any:
+    os._exit(0)
+
+
+@attack("crashed")
+def aborts(solution: Solution, _: Problem) -> Any:
+    os.abort()
+
+
+@attack("crashed")
+def reads_address_zero(solution: Solution, _: Problem) -> Any:
+    ctypes.string_at(0)
+
+
+@attack("crashed")
+def sets_an_alarm(solution: Solution, _: Problem) -> Any:
+    signal.setitimer(signal.ITIMER_REAL, 0.001)
+    wait_for_ever()
+
+
+@attack("interrupted")
+def kills_itself(solution: Solution, _: Problem) -> Any:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+@attack("interrupted crashed")
+def terminates_its_parent(solution: Solution, _: Problem) -> Any:
+    os.kill(os.getppid(), signal.SIGTERM)
+    wait_for_ever()
+
+
+@attack("crashed")
+def raises_an_interrupt(solution: Solution, _: Problem) -> Any:
+    raise KeyboardInterrupt
+
+
+@attack("refused")
+def refuses(solution: Solution, _: Problem) -> Any:
+    raise Refused("planted")
+
+
+@attack("crashed")
+def recurs_without_end(solution: Solution, problem: Problem) -> Any:
+    return recurs_without_end(solution, problem)
+
+
+class Unspeakable(Exception):  # noqa: N818
+    def __str__(self) -> str:
+        raise LookupError("planted")
+
+    __repr__ = __str__
+
+
+@attack("crashed")
+def raises_what_cannot_be_printed(solution: Solution, _: Problem) -> Any:
+    raise Unspeakable
+
+
+@attack("out_of_memory")
+def takes_half_a_terabyte(solution: Solution, _: Problem) -> Any:
+    return Solution(np.ones(2**36).reshape(1, 64, -1))
+
+
+@attack("out_of_memory", early=True)
+def takes_a_terabyte_while_preparing(solution: Solution, _: Problem) -> Any:
+    bytearray(2**40)
+
+
+# --- answers that are none ---
+
+
+class Raising:
+    """Raises whatever is asked of it."""
+
+    def __getattribute__(self, name: str) -> Any:
+        raise LookupError("planted")
+
+    def __repr__(self) -> str:
+        raise LookupError("planted")
+
+
+class RaisingSolution(Solution):
+    """Its states raise where they are read."""
+
+    def __getattribute__(self, name: str) -> Any:
+        if name == "states":
+            raise LookupError("planted")
+        return super().__getattribute__(name)
+
+
+def _generator(solution: Solution) -> Iterator[Solution]:
+    yield solution
+
+
+answer("nan", "diverged", lambda s: Solution(s.states * np.nan, s.steps))
+answer("infinite", "diverged", lambda s: Solution(s.states * np.inf, s.steps))
+answer("complex states", "crashed", lambda s: Solution(s.states + 1e-9j, s.steps))
+answer("transposed", "crashed", lambda s: Solution(np.swapaxes(s.states, 1, 2), s.steps))
+answer("one state", "crashed", lambda s: Solution(s.states[0, 0], s.steps))
+answer("no states", "crashed", lambda s: Solution(np.zeros((0, 64, 2)), s.steps))
+answer("states as text", "crashed", lambda s: Solution(s.states.astype(str), s.steps))
+answer("states as objects", "crashed", lambda s: Solution(s.states.astype(object), s.steps))
+answer("a generator", "crashed", _generator)
+answer("none", "crashed", lambda s: None)
+answer("raising", "crashed", lambda s: Raising())
+answer("raising states", "crashed", lambda s: RaisingSolution(s.states, s.steps))
+answer("raising steps", "crashed", lambda s: Solution(s.states, Raising()))  # type: ignore[arg-type]
+answer("1e30 steps", "crashed", lambda s: Solution(s.states, 10**30))
+answer("-5 steps", "crashed", lambda s: Solution(s.states, -5))
+answer("2^53 steps", "crashed", lambda s: Solution(s.states, 2**53))
+answer("nan steps", "crashed", lambda s: Solution(s.states, float("nan")))  # type: ignore[arg-type]
+answer("a number as reason", "crashed", lambda s: Solution(s.states, s.steps, 17))  # type: ignore[arg-type]
+answer("an odd event", "crashed", lambda s: Solution(s.states, s.steps, None, ((float("nan"), "x"),)))
+answer("read-only states", "ok", lambda s: (s.states.setflags(write=False), s)[1])
+answer("states as wide floats", "ok", lambda s: Solution(s.states.astype(np.longdouble), s.steps))
+
+
+@attack("crashed")
+def counts_a_billion_calls_each_millisecond(solution: Solution, problem: Problem) -> Any:
+    problem.buffer[-1] += 1e15
+    return solution
+
+
+@attack("crashed")
+def counts_backwards(solution: Solution, problem: Problem) -> Any:
+    problem.buffer[-1] = -1e9
+    return solution
+
+
+_GIVEN: list[Any] = []
+
+
+@attack("ok")
+def spoils_its_answers_at_the_next_call(solution: Solution, _: Problem) -> Any:
+    for states in _GIVEN:
+        states[:] = np.nan
+    _GIVEN[:] = [solution.states]
+    return solution
+
+
+_SHARED = np.zeros((1, 128, 2))
+
+
+@attack("ok")
+def answers_with_views_of_one_buffer(solution: Solution, _: Problem) -> Any:
+    _SHARED[:, ::2] = solution.states
+    return Solution(_SHARED[:, ::2], solution.steps)
+
+
+# --- what reaches beyond the trial ---
+
+
+@attack("ok")
+def forks_and_both_answer(solution: Solution, _: Problem) -> Any:
+    return Solution(solution.states + 1.0, solution.steps) if fork() else solution
+
+
+@attack("ok", early=True)
+def forks_while_preparing(solution: Solution, _: Problem) -> Any:
+    fork()
+
+
+@attack("ok")
+def leaves_a_fork_that_waits(solution: Solution, _: Problem) -> Any:
+    if fork():
+        os.setsid()
+        wait_for_ever()
+    return solution
+
+
+@attack("ok")
+def leaves_a_program_in_a_session_of_its_own(solution: Solution, _: Problem) -> Any:
+    subprocess.Popen(["sleep", str(END_SECONDS)], start_new_session=True)
+    return solution
+
+
+@attack("ok")
+def leaves_a_thread(solution: Solution, _: Problem) -> Any:
+    if threading.active_count() < 4:
+        threading.Thread(target=threading.Event().wait, daemon=False).start()
+    return solution
+
+
+@attack("crashed")
+def closes_every_pipe(solution: Solution, _: Problem) -> Any:
+    os.closerange(3, 256)
+    return solution
+
+
+@attack("ok crashed")
+def closes_its_output(solution: Solution, _: Problem) -> Any:
+    os.closerange(0, 3)
+    return solution
+
+
+@attack("crashed")
+def writes_to_every_pipe(solution: Solution, _: Problem) -> Any:
+    for descriptor in range(3, 64):
+        try:
+            os.write(descriptor, b"planted" * 1000)
+        except OSError:
+            continue
+    return solution
+
+
+@attack("ok")
+def prints_megabytes(solution: Solution, _: Problem) -> Any:
+    print("planted" * 2**18)
+    print("planted" * 2**18, file=sys.stderr)
+    return solution
+
+
+@attack("crashed")
+def replaces_the_clock(solution: Solution, _: Problem) -> Any:
+    time.perf_counter = time.perf_counter_ns = lambda: 0  # type: ignore[assignment]
+    return solution
+
+
+@attack("crashed")
+def replaces_the_clock_of_the_worker(solution: Solution, _: Problem) -> Any:
+    from gnomon.harness import worker
+
+    worker.perf_counter_ns = lambda: 0  # type: ignore[attr-defined]
+    return solution
+
+
+@attack("ok")
+def makes_numpy_raise(solution: Solution, _: Problem) -> Any:
+    np.seterr(all="raise")
+    return solution
+
+
+@attack("ok")
+def makes_warnings_raise(solution: Solution, _: Problem) -> Any:
+    warnings.simplefilter("error")
+    return solution
+
+
+@attack("ok crashed")
+def forbids_recursion(solution: Solution, _: Problem) -> Any:
+    sys.setrecursionlimit(80)
+    return solution
+
+
+@attack("ok")
+def hangs_at_exit(solution: Solution, _: Problem) -> Any:
+    atexit.register(wait_for_ever)
+    return solution
+
+
+@attack("ok")
+def turns_off_collection(solution: Solution, _: Problem) -> Any:
+    gc.disable()
+    gc.callbacks.append(lambda *_: None)
+    return solution
+
+
+@attack("ok")
+def removes_its_folder(solution: Solution, _: Problem) -> Any:
+    folder = tempfile.mkdtemp()
+    os.chdir(folder)
+    shutil.rmtree(folder)
+    return solution
+
+
+@attack("ok")
+def clears_the_environment(solution: Solution, _: Problem) -> Any:
+    os.environ.clear()
+    return solution
+
+
+@attack("ok")
+def lowers_the_precision_of_mpmath(solution: Solution, _: Problem) -> Any:
+    mpmath.mp.dps = 2
+    return solution
+
+
+@attack("ok refused crashed")
+def replaces_functions_of_numpy(solution: Solution, _: Problem) -> Any:
+    np.array_equal = lambda *_: True
+    return solution
+
+
+@attack("crashed")
+def sends_another_answer(solution: Solution, _: Problem) -> Any:
+    messages.encode = lambda _message: b"gnom" + bytes(16) + b"planted" * 99
+    return solution
+
+
+INTEGRATORS = ATTACKS
+"""By which a worker finds each."""

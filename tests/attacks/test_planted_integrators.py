@@ -1,0 +1,114 @@
+"""Whatever an integrator does, the run ends, the others lose not a bit, its own trials say what it did, nothing stays."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from gnomon.harness import store
+from planted_attacks import ATTACKS
+
+SCRIPT = """
+import sys
+sys.path[:0] = {folders!r}
+import planted, planted_attacks
+from dataclasses import replace
+from gnomon.harness import plan
+from gnomon.harness.run import run
+if __name__ == "__main__":
+    suite = replace(plan.suite("quick"), block_seconds=0.0, repeats=2, siblings=True).within(2.0)
+    attacks = [one for one in planted_attacks.ATTACKS if one.name in {names!r}]
+    chosen = plan.choose(["planted:Short"], False)
+    run("alone.sqlite", suite, chosen, [planted.Sound(), planted.Sibling()])
+    run("attacked.sqlite", suite, chosen, [planted.Sound(), *attacks, planted.Sibling()], prepare_seconds=20.0)
+"""
+RUN_SECONDS = 240
+"""All limits of a run together are below this on a busy machine: the run ends by itself."""
+OTHERS = ("sound", "sibling")
+SHUFFLED = random.Random(17).sample([one.name for one in ATTACKS], len(ATTACKS))
+GROUPS = [SHUFFLED[start::10] for start in range(10)]
+"""Attacks that are run together: a run for each would take minutes to start processes."""
+
+
+def attacked(names: Sequence[str], folder: Path) -> pd.DataFrame:
+    """The rows of the attacks, after a run whose other trials are held against a run without them."""
+    (folder / "tokens").mkdir()
+    with tempfile.TemporaryDirectory() as temporary:  # its name is short: that of a socket has 107 characters at most
+        _run(names, folder, Path(temporary))
+    return _rows(folder)
+
+
+def _run(names: Sequence[str], folder: Path, temporary: Path) -> None:
+    folders = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "harness")]
+    (folder / "job.py").write_text(SCRIPT.format(folders=folders, names=list(names)))
+    own = {"GNOMON_ATTACKS": str(folder / "tokens"), "TMPDIR": str(temporary)}
+    process = subprocess.Popen(
+        [sys.executable, "job.py"], cwd=folder, env=os.environ | own, stderr=subprocess.PIPE, start_new_session=True
+    )
+    try:
+        _, said = process.communicate(timeout=RUN_SECONDS)
+    finally:
+        for number in _marked(own["GNOMON_ATTACKS"]) if process.poll() is None else []:
+            os.kill(number, signal.SIGKILL)
+    assert process.returncode == 0, said.decode()
+    assert not list(temporary.iterdir()), "a temporary file stayed"
+    while running := _marked(own["GNOMON_ATTACKS"]):  # killed ones take a moment to end
+        assert all(_ending(number) for number in running), "a process stayed"
+
+
+def _rows(folder: Path) -> pd.DataFrame:
+    alone, after = (store.load(folder / f"{name}.sqlite") for name in ("alone", "attacked"))
+    others = after[after["integrator"].isin(OTHERS)]
+    assert list(others["status"]) == list(alone["status"]) == ["ok"] * 16
+    kept, found = (store.states(folder / f"{name}.sqlite") for name in ("alone", "attacked"))
+    for before, now in zip(alone["measurement"], others["measurement"], strict=True):
+        np.testing.assert_array_equal(kept[before], found[now], strict=True)
+    return after[~after["integrator"].isin(OTHERS)]
+
+
+def _marked(folder: str) -> list[int]:
+    """Processes of a run, by the environment that all of them inherit; those without memory have ended."""
+    marker, found = f"GNOMON_ATTACKS={folder}".encode(), []
+    for path in Path("/proc").glob("[0-9]*"):
+        try:
+            if marker in (path / "environ").read_bytes().split(b"\0"):
+                found.append(int(path.name))
+        except OSError:
+            continue
+    return found
+
+
+def _ending(number: int) -> bool:
+    """Whether a process is gone or a SIGKILL is on its way to it, as to the children of a parent that ended."""
+    try:
+        status = Path(f"/proc/{number}/status").read_text()
+    except OSError:
+        return True
+    pending = [int(line.split()[1], 16) for line in status.splitlines() if line.startswith(("SigPnd", "ShdPnd"))]
+    return "\nState:\tZ" in status or any(mask >> (signal.SIGKILL - 1) & 1 for mask in pending)
+
+
+def held(rows: pd.DataFrame, names: Sequence[str]) -> None:
+    expected = {one.name: one.statuses for one in ATTACKS if one.name in names}
+    assert rows.groupby("integrator").size().to_dict() == dict.fromkeys(names, 8)
+    for name, statuses in expected.items():
+        mine = rows[rows["integrator"] == name]
+        assert set(mine["status"]) <= statuses, (name, list(mine["reason"].dropna())[:2])
+
+
+@pytest.mark.parametrize("names", [GROUPS[0], *(pytest.param(group, marks=pytest.mark.slow) for group in GROUPS[1:])])
+def test_an_attack_costs_its_own_trials_alone(tmp_path: Path, names: list[str]) -> None:
+    held(attacked(names, tmp_path), names)
+
+
+def test_there_are_enough_attacks_of_distinct_names() -> None:
+    assert len({one.name for one in ATTACKS}) == len(ATTACKS) >= 40
