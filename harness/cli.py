@@ -198,7 +198,6 @@ def run(
                 f" from {SHORTEST_LIMIT:g} to {LONGEST_LIMIT:g}"
             )
         chosen_suite = chosen_suite.within(limit)
-    _check_results(out_path)
     integrators = registry.find_all(integrator)
     if integrator:
         chosen_suite = replace(chosen_suite, siblings=True)
@@ -209,6 +208,7 @@ def run(
     chosen = _chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
     if not case:
         chosen = [one for one in chosen if chosen_suite.takes(one[0])]
+    _check_results(out_path)
     try:
         path = run_(out_path, chosen_suite, chosen, integrators, Progress(), workers, siblings=bool(case or integrator))
     except KeyboardInterrupt:
@@ -376,11 +376,14 @@ def _check_folder(folder: Path, option: str, file: Path | None = None) -> None:
 
 
 def _check_results(path: Path) -> None:
-    """Raise ValueError where the results of a run could not be written; what is there already the store checks."""
+    """Raise ValueError where the results of a run could not be written, or would go into a file that holds others."""
+    from gnomon.harness.store import results_file
+
     file = path if path.suffix == ".sqlite" else path / "results.sqlite"
-    if file.is_file() and os.access(file, os.W_OK):
-        return
-    _check_writable(file, "--out")
+    if file.is_file() and file.stat().st_size:
+        results_file(file)
+    else:
+        _check_writable(file, "--out")
 
 
 def _measure_opponents(names: set[str], to: Path) -> None:

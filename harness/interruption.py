@@ -7,7 +7,7 @@ import select
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 ENDING_SECONDS = 4.0
@@ -23,20 +23,26 @@ def acknowledged(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
 
     A thread of its own sees to it, woken by the system: a compiler or a renderer may keep the main thread from it.
     """
-    asked = threading.Event()
+    asked, told = threading.Event(), threading.Lock()
     if threading.current_thread() is not threading.main_thread():
         yield asked
         return
 
-    def interrupt(*_: object) -> None:
+    def acknowledge() -> None:
+        """Called by both threads: whichever comes first, for the other one may not come at all."""
         asked.set()
+        if told.acquire(blocking=False):
+            os.write(2, b"\nstopping ...\n" if os.isatty(2) else b"stopping ...\n")  # a terminal shows ^C before it
+
+    def interrupt(*_: object) -> None:
+        acknowledge()
         raise KeyboardInterrupt
 
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     woken = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
     before = signal.signal(signal.SIGINT, interrupt)
-    threading.Thread(target=_watch, args=(reading, asked, seconds), daemon=True).start()
+    threading.Thread(target=_watch, args=(reading, acknowledge, seconds), daemon=True).start()
     try:
         yield asked
     finally:
@@ -46,12 +52,11 @@ def acknowledged(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
             os.close(writing)
 
 
-def _watch(reading: int, asked: threading.Event, seconds: float) -> None:
+def _watch(reading: int, acknowledge: Callable[[], None], seconds: float) -> None:
     if not _interrupted(reading, None):
         os.close(reading)
         return
-    asked.set()
-    os.write(2, b"\nstopping ...\n" if os.isatty(2) else b"stopping ...\n")  # a terminal shows ^C before it
+    acknowledge()
     _interrupted(reading, time.monotonic() + seconds)
     os._exit(INTERRUPTED)
 

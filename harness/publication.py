@@ -35,8 +35,7 @@ def publish(results: Path, local: Path, to: Path) -> Path:
     sources that are there.
     """
     database = store.results_file(results)
-    _finished(database)
-    named = {str(database): [run["environment"].get("revision") for run in store.runs(database)]}
+    named = {str(database): _finished(database)}
     for name, command in MADE_BY.items():
         path = local / name
         if not path.is_file():
@@ -47,7 +46,7 @@ def publish(results: Path, local: Path, to: Path) -> Path:
             if revision is None or not is_current(revision):
                 raise ValueError(
                     f"{made}: of revision {revision or 'unknown'}, which is not that of these sources;"
-                    " measure it again, from sources that are committed"
+                    " remove it and measure again, from sources that are committed"
                 )
     to.mkdir(parents=True, exist_ok=True)
     for name in MADE_BY:
@@ -55,13 +54,15 @@ def publish(results: Path, local: Path, to: Path) -> Path:
     return report.write_report(database, to, beside=(to,))
 
 
-def _finished(database: Path) -> None:
-    runs = store.runs(database)
+def _finished(database: Path) -> list[str | None]:
+    """The revisions of the runs whose measurements count. Raises ValueError where trials are still to be run."""
+    runs, frame = store.runs(database), store.load(database)
     if not any(run["suite"] == SUITE and run["ended"] for run in runs) or not runs[-1]["ended"]:
         raise ValueError(f"{database}: holds no finished run of the suite {SUITE}; `make report` goes on with it")
-    cut_short = int((store.load(database)["status"] == "interrupted").sum())
+    cut_short = int((frame["status"] == "interrupted").sum())
     if cut_short:
         raise ValueError(f"{database}: {cut_short} trials were interrupted; `make report` runs them again")
+    return [run["environment"].get("revision") for run in runs if run["run"] in set(frame["run"])]
 
 
 def _revisions(path: Path) -> Iterator[str | None]:
