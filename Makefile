@@ -1,4 +1,5 @@
 # Two commands do all the set-up on a fresh machine with Python 3.11: `make report` and `make test`.
+# What is measured goes to runs/ and $(LOCAL), which git ignores; `make publish` alone writes what is tracked in reports/.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -8,18 +9,26 @@ SOURCES := $(shell find reference cases harness src -type f -not -path '*/__pyca
 SUITE ?= standard
 # The optional libraries to compare with: make report EXTRAS=dev,peers
 EXTRAS ?= dev
+LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report certificates test test-all lint types unit bench clean
+.PHONY: report certificates publish test test-all lint types unit bench clean
 
+# A first page after minutes, from the suite `quick`; the whole run then goes on in the same file.
 report: $(INSTALLED)
-	$(BIN)/gnomon certify --to runs/certificates.json --opponents reports/checks.json
+	$(BIN)/gnomon run --suite quick --out runs/$(SUITE).sqlite
+	$(BIN)/gnomon report runs/$(SUITE).sqlite --to $(LOCAL)
+	$(BIN)/gnomon certify --to runs/certificates.json --opponents $(LOCAL)/checks.json
 	$(BIN)/gnomon run --suite $(SUITE) --out runs/$(SUITE).sqlite
-	$(BIN)/gnomon report runs/$(SUITE).sqlite --to reports
+	$(BIN)/gnomon report runs/$(SUITE).sqlite --to $(LOCAL)
 
-# Every variant too, published: less than 15 minutes on 2 cores. The page of the next `make report` shows it.
+# Every variant too: less than 15 minutes on 2 cores. The page of the next `make report` shows it.
 certificates: $(INSTALLED)
-	$(BIN)/gnomon certify --all --to reports/certificates.json
+	$(BIN)/gnomon certify --all --to $(LOCAL)/certificates.json
+
+# Measures nothing: refuses with one line where something is missing, or of other sources than these.
+publish: $(INSTALLED)
+	$(BIN)/python -m gnomon.harness.publication runs/$(SUITE).sqlite --from $(LOCAL) --to reports
 
 test: lint types unit
 
@@ -43,11 +52,11 @@ bench: $(INSTALLED)
 	for launch in $(LAUNCHES); do \
 	  $(BIN)/pytest tests/benchmarks/test_pairs.py -q --benchmark-only --benchmark-json=runs/launch_$$launch.json || exit 1; \
 	done
-	$(BIN)/python -m gnomon.harness.benchmarks $(LAUNCHES:%=runs/launch_%.json) --to reports/benchmarks.json
-	$(BIN)/python -m gnomon.harness.orders --to reports/orders.json
-	$(BIN)/python -m gnomon.harness.growth --to reports/growth.json
+	$(BIN)/python -m gnomon.harness.benchmarks $(LAUNCHES:%=runs/launch_%.json) --to $(LOCAL)/benchmarks.json
+	$(BIN)/python -m gnomon.harness.orders --to $(LOCAL)/orders.json
+	$(BIN)/python -m gnomon.harness.growth --to $(LOCAL)/growth.json
 	$(BIN)/pytest tests/benchmarks --ignore=tests/benchmarks/test_pairs.py -m "not slow" --benchmark-only \
-	  --benchmark-max-time=0.25 --benchmark-min-rounds=3 --benchmark-json=runs/benchmarks.json
+	  --benchmark-max-time=0.25 --benchmark-min-rounds=3 --benchmark-json=runs/timings.json
 
 # A stale build/ would put files into the package that are no longer in the tree.
 $(INSTALLED): pyproject.toml $(SOURCES) | $(BIN)/python

@@ -185,7 +185,7 @@ def case_class(name: str) -> type[Case]:
         return load(f"gnomon.cases.{_MODULES[name]}")
     for point in entry_points(group="gnomon.cases"):
         if point.name == name:
-            return _checked(point.load(), name)
+            return load(point.value)
     if ":" in name:
         return load(name)
     raise ValueError(f"no case is named {name!r}; {nearest(name, names())}")
@@ -201,7 +201,11 @@ def load(path: str) -> type[Case]:
     module, _, attribute = path.partition(":")
     try:
         return _checked(getattr(importlib.import_module(module), attribute), path)
-    except Exception as error:  # whatever a user's own module does while it is imported
+    except (
+        Exception,
+        SystemExit,
+        KeyboardInterrupt,
+    ) as error:  # whatever a user's own module does while it is imported
         raise ValueError(
             f"{path}: {type(error).__name__}: {error}; give package.module:Class of a subclass of gnomon.cases.Case"
         ) from None

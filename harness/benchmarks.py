@@ -1,7 +1,7 @@
 """The launches of the paired benchmarks gathered: medians and ranges over processes, for the report.
 
 `make bench` launches tests/benchmarks/test_pairs.py in fresh processes, each of which leaves a pytest-benchmark file,
-and then `python -m gnomon.harness.benchmarks LAUNCH... --to reports/benchmarks.json`. A benchmark's `extra_info` holds
+and then `python -m gnomon.harness.benchmarks LAUNCH... --to reports/local/benchmarks.json`. A benchmark's `extra_info` holds
 `rows`: dictionaries of what was compared (`group`, `problem`, `level`) and, of a pair, the seconds of both (`first` and
 `second`, null where one has no result at the level) and of their null calls (`first_null`, `second_null`); of a single
 time its `value` in `unit`.

@@ -28,7 +28,7 @@ from typing import Any
 from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.case import Case
 from gnomon.cases.forms import Equations
-from gnomon.harness import publish
+from gnomon.harness import environment, publish
 from gnomon.harness.agreement import (
     DIGITS,
     REQUIRED,
@@ -119,8 +119,9 @@ def _note(case: Case, ways: dict[str, float]) -> str:
 
 
 def write(certificates: Iterable[Certificate], path: Path) -> None:
-    """The certificates as JSON, one object each, for the report."""
-    publish.write([asdict(c) | {"passed": c.passed} for c in certificates], path)
+    """The certificates as JSON, one object each with the revision that made it, for the report."""
+    revision = environment.describe().get("revision")
+    publish.write([asdict(c) | {"passed": c.passed, "revision": revision} for c in certificates], path)
 
 
 def _random_times(case: Case) -> list[Fraction]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 
 from gnomon.harness.certify import Certificate, certify
 from gnomon.harness.certify_checks import certify_check
+from gnomon.harness.processes import interrupts_ignored, process_pool
 
 from gnomon import cases
 
@@ -41,8 +40,10 @@ def certificates(chosen: Sequence[Setting], workers: int = 1) -> Iterator[Certif
     if workers == 1 or len(chosen) == 1:
         yield from map(certificate, chosen)
         return
-    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
-        yield from pool.map(certificate, chosen)
+    with process_pool(workers, "spawn") as pool:
+        with interrupts_ignored():
+            made = pool.map(certificate, chosen)
+        yield from made
 
 
 def certificate(setting: Setting) -> Certificate:

@@ -6,6 +6,7 @@ import errno
 import os
 import shlex
 import sys
+import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
@@ -13,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from gnomon.harness import listing
+from gnomon.harness import interruption, listing
 
 if TYPE_CHECKING:
     from gnomon.cases import Case, Check
@@ -56,28 +57,71 @@ USAGE: Any = typer.BadParameter.__mro__[1]
 FULL = (errno.ENOSPC, errno.EDQUOT)
 WRITING = (*FULL, errno.EACCES, errno.EROFS, errno.ENOENT, errno.EEXIST, errno.ENOTDIR, errno.EISDIR)
 
+SHORTEST_LIMIT, LONGEST_LIMIT = 1e-6, 1e6
+"""Seconds: below, no clock tells two calls apart; above are eleven days."""
+MOST_WORKERS = 256
+PART = ".part.1234567.123456789012345."
+"""As long as the beginning of the name under which a file is written until it is whole."""
+
+
+def _path(given: str | Path) -> Path:
+    """A path of the command line, or a default; wrong usage where no file can have this name."""
+    text = str(given)
+    if not text.strip():
+        raise typer.BadParameter("an empty name; give a path")
+    try:
+        os.stat(text)
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        if error.errno in (errno.ENAMETOOLONG, errno.ELOOP):
+            raise typer.BadParameter(f"{_cut(text)}: {error.strerror}; give another path") from None
+    except ValueError as error:  # a zero byte, half a surrogate pair
+        raise typer.BadParameter(f"{_cut(text)}: {error}; give another path") from None
+    return Path(text)
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
 Settings = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]
 
 
 def main() -> None:
-    """Run the command line; wrong usage is one line and exit code 2, never a traceback."""
+    """Run the command line; wrong usage is one line and exit code 2, never a traceback; Ctrl-C ends it with 130."""
     sys.path.append(os.getcwd())  # so that a user's own module:Class is found where they stand
+    with interruption.acknowledged() as asked:
+        code = _exit_code()
+        sys.exit(interruption.INTERRUPTED if asked.is_set() else code)
+
+
+def _exit_code() -> int:
     try:
-        sys.exit(app(standalone_mode=False) or 0)
+        return int(app(prog_name="gnomon", standalone_mode=False) or 0)
+    except SystemExit as end:  # none of ours: those of Typer end as a result
+        told = (
+            f"SystemExit: what was imported or called ended with sys.exit({end.code!r}); nothing vouches for its result"
+        )
     except (ValueError, OSError, ArithmeticError) as error:
         told = f"{type(error).__name__}: {error}" if isinstance(error, ArithmeticError) else str(error)
         if isinstance(error, OSError) and error.errno in WRITING:
             way_out = "free some space or name" if error.errno in FULL else "name"
             told = f"{error.filename or 'the disk'}: {error.strerror}; {way_out} another place to write to"
     except (KeyboardInterrupt, typer.Abort):
-        sys.exit(130)
+        return interruption.INTERRUPTED
     except USAGE as error:
         if len(sys.argv) == 1:
             error.show()  # `gnomon` alone: its help
-            sys.exit(2)
+            return 2
         told = f"{error.format_message()} (see {error.ctx.command_path if error.ctx else 'gnomon'} --help)"
-    problems.print(f"[bold red]error:[/] {escape(' '.join(told.split()))}")
-    sys.exit(2)
+    problems.print(f"[bold red]error:[/] {escape(_printable(told))}")
+    return 2
+
+
+def _printable(text: str) -> str:
+    """On one line, with nothing that a terminal would obey or that cannot be encoded."""
+    return "".join(char if char.isprintable() else ascii(char)[1:-1] for char in " ".join(text.split()))
 
 
 @app.command("list")
@@ -95,7 +139,9 @@ def list_(what: Annotated[Listed | None, typer.Argument(help="One of these; all 
 def show(
     case: Annotated[str, typer.Argument(help="A case, case/variant or package.module:Case; a check or check/variant.")],
     parameters: Settings = None,
-    plot: Annotated[Path | None, typer.Option(help="Draw the motion to this file: .svg, .png or .html.")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the motion to this file: .svg, .png or .html.", parser=_path)
+    ] = None,
 ) -> None:
     """Print a case: equations, parameters, quantities, variants; draw its motion to a file."""
     from gnomon.harness.show import DRAWINGS, describe, draw
@@ -104,13 +150,15 @@ def show(
     from gnomon import cases
 
     if plot is not None and plot.suffix not in DRAWINGS:
-        raise ValueError(f"{plot}: a drawing is {', '.join(DRAWINGS)}")
+        raise ValueError(f"--plot {plot}: a drawing is {', '.join(DRAWINGS)}")
     if case.partition("/")[0] in cases.checks():
         if plot is not None:
             raise ValueError(f"{case} is a check, without motion: there is nothing to draw")
         describe_check(_chosen_check(case, parameters), out)
         return
     (chosen,) = _chosen([case], False, parameters, rounded=False)
+    if plot is not None:
+        _check_writable(plot, "--plot")
     describe(chosen[0], out)
     if plot is not None:
         draw(chosen[0], plot)
@@ -126,7 +174,9 @@ def run(
         list[str] | None, typer.Option(help="An id, name, library or package.module:Class; repeatable.")
     ] = None,
     suite: Annotated[str, typer.Option(help="standard, foundation, quick or catalogue.")] = "standard",
-    out_path: Annotated[Path, typer.Option("--out", help="The results: a folder or a file.sqlite.")] = Path("runs"),
+    out_path: Annotated[
+        Path, typer.Option("--out", help="The results: a folder or a file.sqlite.", parser=_path)
+    ] = Path("runs"),
     limit: Annotated[
         float | None,
         typer.Option(
@@ -139,7 +189,6 @@ def run(
         typer.Option(
             help="Trials at a time. Together they may take 80 % of the memory of the machine or of its cgroup, each an"
             " equal share.",
-            min=1,
         ),
     ] = 2,
     parameters: Settings = None,
@@ -154,6 +203,7 @@ def run(
 
     from gnomon import cases
 
+    _check_workers(workers)
     chosen_suite = plan.suite(suite)
     if case:
         chosen_suite = replace(chosen_suite, rest=None)  # who names a case wants the whole of it
@@ -161,12 +211,12 @@ def run(
     if without:
         raise ValueError(f"{without[0]} is a check, without motion: `gnomon certify {without[0]}` confirms it")
     if limit is not None:
-        if not 0 < limit < float("inf"):
-            raise ValueError(f"--limit {limit:g}: a trial needs a positive number of seconds")
+        if not SHORTEST_LIMIT <= limit <= LONGEST_LIMIT:
+            raise ValueError(
+                f"--limit {limit:g}: a trial needs a positive number of seconds,"
+                f" from {SHORTEST_LIMIT:g} to {LONGEST_LIMIT:g}"
+            )
         chosen_suite = chosen_suite.within(limit)
-    chosen = _chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
-    if not case:
-        chosen = [one for one in chosen if chosen_suite.takes(one[0])]
     integrators = registry.find_all(integrator)
     if integrator:
         chosen_suite = replace(chosen_suite, siblings=True)
@@ -174,6 +224,10 @@ def run(
         reason = registry.missing(one)
         if reason is not None:
             raise ValueError(f"{one.id} cannot run here: {reason}")
+    chosen = _chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
+    if not case:
+        chosen = [one for one in chosen if chosen_suite.takes(one[0])]
+    _check_results(out_path)
     try:
         crashes = first_trials.crashes(chosen, integrators, chosen_suite)
         if crashes:
@@ -190,8 +244,8 @@ def run(
 
 @app.command()
 def report(
-    run: Annotated[Path, typer.Argument(help="A results file or its folder.")],
-    to: Annotated[Path, typer.Option(help="The folder to write to.")] = Path("reports"),
+    run: Annotated[Path, typer.Argument(help="A results file or its folder.", parser=_path)],
+    to: Annotated[Path, typer.Option(help="The folder to write to.", parser=_path)] = Path("reports/local"),
     case: Annotated[
         list[str] | None,
         typer.Option(
@@ -204,14 +258,16 @@ def report(
     from gnomon.harness.report import write_report
     from gnomon.harness.store import results_file
 
-    page = write_report(results_file(run), to, {name: case_class(name) for name in case or ()})
+    database, given = results_file(run), {name: case_class(name) for name in case or ()}
+    _check_folder(to, "--to")
+    page = write_report(database, to, given)
     out.print(f"The report is {page}")
 
 
 @app.command()
 def compare(
-    base: Annotated[Path, typer.Argument(help="The results to compare with.")],
-    run: Annotated[Path, typer.Argument(help="The results to check.")],
+    base: Annotated[Path, typer.Argument(help="The results to compare with.", parser=_path)],
+    run: Annotated[Path, typer.Argument(help="The results to check.", parser=_path)],
 ) -> None:
     """Check a run against a base: status, order, errors and right-hand sides. Exit code 1 where it got worse."""
     from gnomon.harness.gate import compare as compare_
@@ -232,23 +288,33 @@ def certify(
     case: Annotated[
         list[str] | None, typer.Argument(help="Cases, case/variant or checks; all cases and checks without it.")
     ] = None,
-    to: Annotated[Path, typer.Option(help="Where the certificates go, as JSON.")] = Path("runs/certificates.json"),
+    to: Annotated[Path, typer.Option(help="Where the certificates go, as JSON.", parser=_path)] = Path(
+        "runs/certificates.json"
+    ),
     suite: Annotated[str | None, typer.Option(help="Only the cases of this suite.")] = None,
     everything: Annotated[bool, typer.Option("--all", help="All variants too.")] = False,
     opponents: Annotated[
         Path | None,
-        typer.Option(help="Measure the numerical opponents of the checks too, and write them here, as JSON."),
+        typer.Option(
+            help="Measure the numerical opponents of the checks too, and write them here, as JSON.", parser=_path
+        ),
     ] = None,
-    workers: Annotated[int, typer.Option(help="Processes at a time.", min=1)] = 2,
+    workers: Annotated[int, typer.Option(help="Processes at a time.")] = 2,
 ) -> None:
     """Confirm exact motions by independent ways. Exit code 1 below the required digits."""
     from gnomon.harness import certify as certifying
     from gnomon.harness import certify_all, plan
     from gnomon.harness.progress import Progress
 
-    settings = certify_all.settings(case or (plan.suite(suite).cases if suite else ()), everything)
-    for path in (to, opponents) if opponents is not None else (to,):
-        _check_writable(path)  # before minutes of work, not after
+    _check_workers(workers)
+    if suite is not None and case:
+        raise ValueError(f"--suite {suite}: name cases or a suite, not both")
+    settings = certify_all.settings(case or (() if suite is None else plan.suite(suite).cases), everything)
+    _check_writable(to, "--to")  # before minutes of work, not after
+    if opponents is not None:
+        _check_writable(opponents, "--opponents")
+        if opponents.resolve() == to.resolve():
+            raise ValueError(f"--opponents {opponents}: the certificates go there; name another file")
     progress = Progress()
     certificates: list[certifying.Certificate] = []
     with progress:
@@ -270,9 +336,9 @@ def certify(
 
 @app.command()
 def export(
-    run: Annotated[Path, typer.Argument(help="A results file or its folder.")],
+    run: Annotated[Path, typer.Argument(help="A results file or its folder.", parser=_path)],
     form: Annotated[ExportFormat, typer.Option("--format", help="What to write.")] = ExportFormat.csv,
-    to: Annotated[Path | None, typer.Option(help="The file to write; results.FORMAT without it.")] = None,
+    to: Annotated[Path | None, typer.Option(help="The file to write; results.FORMAT without it.", parser=_path)] = None,
     raw: Annotated[
         bool, typer.Option("--raw", help="Leave texts in a csv that a spreadsheet would take for formulas.")
     ] = False,
@@ -281,8 +347,11 @@ def export(
     from gnomon.harness import store
 
     target = to or Path(f"results.{form.value}")
-    _check_writable(target)
-    store.export(run, target, form.value, raw)
+    database = store.results_file(run)
+    _check_writable(target, "--to")
+    if target.exists() and target.samefile(database):
+        raise ValueError(f"--to {target}: these are the results; name another file")
+    store.export(database, target, form.value, raw)
     out.print(f"wrote {target}")
 
 
@@ -298,21 +367,51 @@ def _chosen(
 ) -> list[tuple[Case, str]]:
     from gnomon.harness import plan
 
+    for position, name in enumerate(names or ()):
+        if name in (names or ())[:position]:
+            raise ValueError(f"--case {name}: named twice; name it once")
     given = _given(parameters)
     for reserved in {"variant", "initial_state", "span"} & set(given):
         raise ValueError(f"--set {reserved}: not a parameter; a variant is chosen by case/variant")
     return plan.choose(names, variants, rounded=rounded, **given)
 
 
-def _check_writable(path: Path) -> None:
+def _check_workers(workers: int) -> None:
+    if not 1 <= workers <= MOST_WORKERS:
+        raise ValueError(f"--workers {_cut(str(workers))}: give a number of processes from 1 to {MOST_WORKERS}")
+
+
+def _check_writable(path: Path, option: str) -> None:
     """Make the folder of a file to write; raise ValueError where the file could not be written."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     if path.is_dir():
-        raise ValueError(f"{path} is a folder; name a file in it")
+        raise ValueError(f"{option} {path} is a folder; name a file in it")
     if path.exists() and not path.is_file():  # it would be replaced
-        raise ValueError(f"{path} is a device or a pipe; name a file")
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise ValueError(f"{path}: cannot be written; name another place with --to")
+        raise ValueError(f"{option} {path} is a device or a pipe; name a file")
+    _check_folder(path.parent, option, path)
+
+
+def _check_folder(folder: Path, option: str, file: Path | None = None) -> None:
+    """Make a folder to write to; raise ValueError where nothing, or not `file`, can be written in it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        # Permissions alone do not tell: of a system's own folders, of a medium that is full.
+        with tempfile.NamedTemporaryFile(dir=folder, prefix=PART, suffix=f".{file.name}" if file else ""):
+            pass
+    except OSError as error:
+        raise ValueError(
+            f"{option} {file or folder}: cannot be written ({error.strerror}); name another place with {option}"
+        ) from None
+
+
+def _check_results(path: Path) -> None:
+    """Raise ValueError where the results of a run could not be written, or would go into a file that holds others."""
+    from gnomon.harness.store import results_file
+
+    file = path if path.suffix == ".sqlite" else path / "results.sqlite"
+    if file.is_file() and file.stat().st_size:
+        results_file(file)
+    else:
+        _check_writable(file, "--out")
 
 
 def _measure_opponents(names: set[str], to: Path) -> None:
@@ -328,10 +427,12 @@ def _given(parameters: list[str] | None) -> dict[str, str]:
     """The numbers of `--set name=value`."""
     given: dict[str, str] = {}
     for text in parameters or ():
-        name, equals, value = text.partition("=")
-        if not equals:
-            raise ValueError(f"--set {text}: write name=value")
-        given[name.strip()] = value.strip()
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise ValueError(f"--set {text!r}: write name=value")
+        if name in given:
+            raise ValueError(f"--set {name}: given twice, {given[name]} and {value}; give it once")
+        given[name] = value
     return given
 
 

@@ -6,7 +6,7 @@ t^(1/2): Brouwer's law (Astronomical Journal 46, 1937; Hairer, McLachlan, Razaka
 
 A law is named only where the interval of the power, by bootstrap over the starts, excludes every other law.
 
-`python -m gnomon.harness.growth --to reports/growth.json` is part of `make bench`.
+`python -m gnomon.harness.growth --to reports/local/growth.json` is part of `make bench`.
 """
 
 from __future__ import annotations

@@ -7,13 +7,12 @@ import os
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import vl_convert
 from gnomon.harness.png import smaller
-from gnomon.harness.processes import context, interrupts_ignored, main_hidden, quiet_child
+from gnomon.harness.processes import interrupts_ignored, main_hidden, process_pool
 from gnomon.reference import diskcache
 
 PNG_SCALE = 1.0
@@ -30,7 +29,7 @@ def write_images(specifications: Mapping[str, dict[str, Any]], folder: Path) -> 
     folder.mkdir(parents=True, exist_ok=True)
     names = sorted(specifications)
     workers = min(os.cpu_count() or 1, len(names) or 1)
-    with ProcessPoolExecutor(workers, mp_context=context("spawn"), initializer=quiet_child) as pool, main_hidden(True):
+    with process_pool(workers, "spawn") as pool, main_hidden(True):
         with interrupts_ignored():
             written = pool.map(_write, [specifications[name] for name in names], [folder / name for name in names])
         list(written)

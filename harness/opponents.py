@@ -18,6 +18,7 @@ import pandas
 from gnomon.cases import checks, get_check
 from gnomon.cases.check import Check
 from gnomon.harness import (
+    environment,
     opponents_bodies,
     opponents_fields,
     opponents_frames,
@@ -73,8 +74,10 @@ def everything() -> list[Check]:
 
 
 def write(frame: pandas.DataFrame, path: Path) -> None:
-    """The table as JSON, one object each row, for the report."""
-    publish.write(frame.astype(object).where(frame.notna(), None).to_dict("records"), path)
+    """The table as JSON, one object each row with the revision that made it, for the report."""
+    revision = environment.describe().get("revision")
+    rows = frame.astype(object).where(frame.notna(), None).to_dict("records")
+    publish.write([row | {"revision": revision} for row in rows], path)
 
 
 def _measure(check: Check, opponent: Opponent, repeats: int) -> list[dict[str, Any]]:

@@ -2,7 +2,7 @@
 
 A method that chooses its own steps is measured by the formula that it carries on, at fixed steps.
 
-`python -m gnomon.harness.orders --to reports/orders.json` is part of `make bench`.
+`python -m gnomon.harness.orders --to reports/local/orders.json` is part of `make bench`.
 """
 
 from __future__ import annotations

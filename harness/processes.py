@@ -11,6 +11,7 @@ import sys
 import threading
 import types
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import forkserver, resource_tracker
 from pathlib import Path
 from typing import Any, NoReturn
@@ -27,6 +28,25 @@ def context(method: str = "forkserver") -> Any:
         with interrupts_ignored():
             forkserver.ensure_running()
     return found
+
+
+@contextlib.contextmanager
+def process_pool(workers: int, method: str = "forkserver") -> Iterator[ProcessPoolExecutor]:
+    """Processes for calls of functions. An exception within, Ctrl-C above all, ends them: no call is waited for.
+
+    Their programs start where calls are handed in: with `spawn` do so within `interrupts_ignored`.
+    """
+    pool = ProcessPoolExecutor(workers, mp_context=context(method), initializer=quiet_child)
+    try:
+        yield pool
+    except BaseException:
+        started = list((pool._processes or {}).values())
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in started:
+            process.kill()
+        raise
+    finally:
+        pool.shutdown()
 
 
 @contextlib.contextmanager

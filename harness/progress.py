@@ -6,11 +6,26 @@ import time
 from types import TracebackType
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bars
+from rich.text import Text
 
 LINE_SECONDS = 10.0
 """Plain output has at most one line in this time."""
+ENOUGH = 0.1
+"""The share of the pieces from which on the remaining time is told: the first ones are not like the others."""
+
+
+def enough(count: float, total: float | None) -> bool:
+    """Whether so many pieces tell how long the rest takes."""
+    return total is not None and count >= ENOUGH * total
+
+
+class Remaining(TimeRemainingColumn):
+    """The remaining time, from ENOUGH of the pieces on."""
+
+    def render(self, task: Task) -> Text:
+        return super().render(task) if enough(task.completed, task.total) else Text("-:--:--")
 
 
 class Progress:
@@ -27,7 +42,7 @@ class Progress:
     def __enter__(self) -> Progress:
         if not self.quiet and self.console.is_terminal:
             columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-            self._bars = Bars(*columns, TextColumn("remaining"), TimeRemainingColumn(), console=self.console)
+            self._bars = Bars(*columns, TextColumn("remaining"), Remaining(), console=self.console)
             self._bars.start()
         return self
 
@@ -57,6 +72,8 @@ class Progress:
             return
         self._said = now
         elapsed = now - self._began
-        remaining = elapsed / self._count * (self._total - self._count)
-        tail = "" if last else f", about {remaining:.0f} s remaining"
+        tail = ""
+        if not last and enough(self._count, self._total):
+            remaining = elapsed / self._count * (self._total - self._count)
+            tail = f", about {remaining:.0f} s remaining"
         self.console.print(f"{self._name}: {self._count} of {self._total} in {elapsed:.0f} s{tail}", highlight=False)

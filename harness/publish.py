@@ -6,11 +6,10 @@ import argparse
 import json
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, TypeVar
 
+from gnomon.harness.processes import interrupts_ignored, process_pool
 from gnomon.reference import diskcache
 
 Subject = TypeVar("Subject")
@@ -25,12 +24,15 @@ def publish(
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--to", type=Path, required=True)
     arguments = parser.parse_args()
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as processes:
-        found = {"environment": environment.describe(), "rows": list(processes.map(measured, subjects))}
+    with process_pool(os.cpu_count() or 1, "spawn") as processes:
+        with interrupts_ignored():
+            rows = processes.map(measured, subjects)
+        found = {"environment": environment.describe(), "rows": list(rows)}
     write(found, arguments.to)
 
 
 def write(found: Any, path: Path) -> None:
     """As JSON, put in its place whole: where the disk is full the last one stays."""
+    path.parent.mkdir(parents=True, exist_ok=True)
     with diskcache.whole(path) as part:
         part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")

@@ -71,8 +71,9 @@ def registered() -> dict[str, Integrator]:
     for point in entry_points(group=GROUP):
         try:
             integrator = _instance(point.load(), point.name)
-        except Exception as error:  # somebody's broken package must not take everybody's run away
-            warnings.warn(f"integrator {point.name} ({point.value}) cannot be loaded: {error}", stacklevel=2)
+        except (Exception, SystemExit, KeyboardInterrupt) as error:  # somebody's package must not end everybody's run
+            told = f"{type(error).__name__}: {error}"
+            warnings.warn(f"integrator {point.name} ({point.value}) cannot be loaded: {told}", stacklevel=2)
             continue
         found[integrator.id] = integrator
     return found
@@ -116,7 +117,11 @@ def from_path(path: str) -> Integrator:
     try:
         found = getattr(importlib.import_module(module), attribute)
         made = found() if isinstance(found, type) and issubclass(found, Integrator) else found
-    except Exception as error:  # whatever a user's own module does while it is imported
+    except (
+        Exception,
+        SystemExit,
+        KeyboardInterrupt,
+    ) as error:  # whatever a user's own module does while it is imported
         raise ValueError(
             f"{path}: {type(error).__name__}: {error}; give package.module:Class of a subclass of Integrator"
         ) from None

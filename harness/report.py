@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -20,11 +20,17 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup, escape
 
 
-def write_report(database: Path, folder: Path, cases: Mapping[str, type[Case]] | None = None) -> Path:
+def write_report(
+    database: Path,
+    folder: Path,
+    cases: Mapping[str, type[Case]] | None = None,
+    beside: Sequence[Path] | None = None,
+) -> Path:
     """Write index.html, summary.md and figures/ into `folder` and return the page's path.
 
-    `database` is a results file, or a folder that holds one. The tables of certificates.json, checks.json and
-    benchmarks.json are shown where the folder, or that of the results, holds these. `cases`: classes that are not
+    `database` is a results file, or a folder that holds one. Certificates, checks, claims of speed, orders and growth
+    laws are shown from the JSON files that the folders `beside` hold, the first that has them; without it from the folder
+    of the results, from `folder`, and from the one above (reports/local/ stands in the published reports/). `cases`: classes that are not
     installed, by the name under which they ran; nothing that the file names is imported otherwise. Raises ValueError for
     a file that is no results file, or an empty one.
     """
@@ -32,7 +38,7 @@ def write_report(database: Path, folder: Path, cases: Mapping[str, type[Case]] |
     folder.mkdir(parents=True, exist_ok=True)
     work = work_scenes(run)
     charts = other_charts(run)
-    words = page_words(run, folder, work)
+    words = page_words(run, beside or (run.path.parent, folder, folder.parent), work)
     page = folder / "index.html"
     with diskcache.whole(page) as part:
         part.write_text(_page(words, page_charts(run, work, charts)), encoding="utf-8")

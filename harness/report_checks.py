@@ -1,7 +1,7 @@
 """The report's certificates of the exact motions, and the checks with their numerical opponents, from JSON files.
 
-certificates.json (`gnomon certify`) and checks.json (`--opponents`) are looked for in the report's folder and beside
-the results. Where both hold a certificate of the same setting, that beside the results counts: it was made last.
+certificates.json (`gnomon certify`) and checks.json (`--opponents`) are looked for in several folders. Where more than
+one holds a certificate of the same setting, that of the first counts.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ _CERTIFICATES = [
     {
         **{"case": TEXT, "variant": TEXT, "ways": NUMBERS, "digits": NUMBER, "passed": FLAG},
         **{"required": Optional(NUMBER.or_null()), "worst": Optional(TEXT), "note": Optional(TEXT)},
+        "revision": Optional(TEXT),
     }
 ]
 _CHECKS = [
@@ -44,23 +45,24 @@ _CHECKS = [
 ]
 
 
-def certified(published: Path, results: Path) -> Markup:
+def certified(*folders: Path) -> Markup:
     """Both parts as HTML; empty where there are no files."""
     environment = Environment(undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     source = (files("gnomon.harness") / "report_checks.html.j2").read_text(encoding="utf-8")
-    rows = certificate_rows(published, results)
+    rows = certificate_rows(*folders)
     return Markup(
         environment.from_string(source).render(
             parts=[part for part in _parts(rows) if part["rows"]],
             ways={way: text for way, text in WAYS.items() if any(way in row["ways"] for row in rows)},
-            opponents=opponent_rows(published, results),
+            revisions=sorted({row["revision"] for row in rows if row["revision"]}),
+            opponents=opponent_rows(*folders),
         )
     )
 
 
-def certified_lines(published: Path, results: Path) -> list[str]:
+def certified_lines(*folders: Path) -> list[str]:
     """What the summary says of certificates: how many hold, and each one that does not."""
-    rows = certificate_rows(published, results)
+    rows = certificate_rows(*folders)
     if not rows:
         return []
     lines = [
@@ -71,13 +73,15 @@ def certified_lines(published: Path, results: Path) -> list[str]:
     return lines + [f"not confirmed: {_name(row)}, {row['digits']:.1f} digits" for row in rows if not row["passed"]]
 
 
-def certificate_rows(published: Path, results: Path) -> list[dict[str, Any]]:
+def certificate_rows(*folders: Path) -> list[dict[str, Any]]:
     """The certificates, those of a case together, its default first."""
     found: dict[tuple[str, str], dict[str, Any]] = {}
-    for folder in (published, results):
+    for folder in reversed(folders):
         for row in _read(folder / CERTIFICATES, _CERTIFICATES):
             variant = row["variant"] or "default"
-            found[row["case"], variant] = {"required": None, "worst": "", "note": ""} | row | {"variant": variant}
+            found[row["case"], variant] = (
+                {"required": None, "worst": "", "note": "", "revision": ""} | row | {"variant": variant}
+            )
     order = {case: position for position, case in enumerate(dict.fromkeys(case for case, _ in found))}
     return sorted(found.values(), key=lambda row: (order[row["case"]], row["variant"] != "default"))
 
@@ -96,9 +100,9 @@ def _parts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return parts
 
 
-def opponent_rows(published: Path, results: Path) -> list[dict[str, str]]:
+def opponent_rows(*folders: Path) -> list[dict[str, str]]:
     """One row for each opponent of a check: its worst quantity at the default numbers, and on the hard variants."""
-    found = _read(results / CHECKS, _CHECKS) or _read(published / CHECKS, _CHECKS)
+    found: list[dict[str, Any]] = next(filter(None, (_read(folder / CHECKS, _CHECKS) for folder in folders)), [])
     groups: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     for row in found:
         groups.setdefault((row["check"], row["opponent"], row["library"]), []).append(row)

@@ -16,12 +16,13 @@ from gnomon.harness.report_charts import Scenes
 from gnomon.harness.report_run import Run
 
 
-def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any]:
-    """Everything that the page and the summary say but for the charts."""
+def page_words(run: Run, folders: Sequence[Path], work: dict[str, Scenes]) -> dict[str, Any]:
+    """Everything that the page and the summary say but for the charts. `folders`: where certificates and benchmarks are
+    looked for, the first that has them."""
     ran = run.reduced[~run.reduced["status"].isin(analysis.NEVER_RAN)]
     own = ran[ran["variant"] == ""].drop_duplicates(["case", "formulation"])
     scenes = [(name, formulation) for name in run.names for formulation in own.loc[own["case"] == name, "formulation"]]
-    growth, orders = (read(folder, run.path.parent) for read in (report_benchmarks.growth, report_benchmarks.orders))
+    growth, orders = (read(*folders) for read in (report_benchmarks.growth, report_benchmarks.orders))
     kinds = report_card.kind_rows(run.equal, run.matrix, report_card.kinds(run.forms, run.names))
     runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
     return {
@@ -60,9 +61,9 @@ def page_words(run: Run, folder: Path, work: dict[str, Scenes]) -> dict[str, Any
         "meanings": tables.MEANINGS,
         "letters": {name: letter for name, letter in style.LETTERS.items() if letter.strip()},
         "colours": style.STATUS_COLOURS,
-        "certified": report_checks.certified(folder, run.path.parent),
-        "certified_lines": report_checks.certified_lines(folder, run.path.parent),
-        "benchmarks": report_benchmarks.benchmarks(folder, run.path.parent),
+        "certified": report_checks.certified(*folders),
+        "certified_lines": report_checks.certified_lines(*folders),
+        "benchmarks": report_benchmarks.benchmarks(*folders),
         "orders": orders,
         "growth": growth,
     }

@@ -6,7 +6,7 @@ import json
 import math
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -17,7 +17,7 @@ from gnomon.cases.formulation import Formulation
 from gnomon.cases.turning import turned_cases
 from gnomon.harness import source
 from gnomon.harness.problem import initial_state, problem_of
-from gnomon.harness.processes import context, main_hidden, quiet_child
+from gnomon.harness.processes import main_hidden, process_pool
 from gnomon.reference import diskcache
 from numpy.typing import NDArray
 
@@ -113,17 +113,13 @@ def truths(specs: Sequence[CaseSpec], progress: Callable[[], None]) -> dict[Case
     if not missing:
         return found
     workers = min(os.cpu_count() or 1, len(missing))
-    with ProcessPoolExecutor(workers, mp_context=context(), initializer=quiet_child) as pool:
+    with process_pool(workers) as pool:
         with main_hidden(not any(spec.in_main for spec in missing)):
             waiting = {pool.submit(truth, spec): spec for spec in missing}
-        try:
-            for future in as_completed(waiting):
-                error = future.exception()
-                found[waiting[future]] = f"{type(error).__name__}: {error}" if error is not None else future.result()
-                progress()
-        except KeyboardInterrupt:
-            pool.shutdown(cancel_futures=True)  # those under way are finished and kept, no other is begun
-            raise
+        for future in as_completed(waiting):
+            error = future.exception()
+            found[waiting[future]] = f"{type(error).__name__}: {error}" if error is not None else future.result()
+            progress()
     return found
 
 

@@ -7,8 +7,6 @@ import gzip
 import json
 import math
 import re
-import shutil
-import subprocess
 import tomllib
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, metadata
@@ -28,23 +26,6 @@ FIGURE = REPORTS / "figures" / "pendulum_simple.svg"
 
 NUMBERS = {"release": 2.0, "g": 9.81, "length": 1.0}
 """Of the pendulum in the figure, which starts from rest."""
-
-
-def _of_ones_own() -> bool:
-    """Whether reports/ is not what was committed: `make report` writes there too, on any machine and of any suite."""
-    git = shutil.which("git")
-    return (
-        git is None
-        or subprocess.run(
-            [git, "diff", "--quiet", "HEAD", "--", REPORTS], cwd=README.parent, check=False, capture_output=True
-        ).returncode
-        != 0
-    )
-
-
-published = pytest.mark.skipif(
-    _of_ones_own(), reason="reports/ is not the published one: commit it, or git restore reports"
-)
 
 
 def _text() -> str:
@@ -67,7 +48,6 @@ def page() -> dict[str, Any]:
     return found
 
 
-@published
 def test_the_digits_of_the_readme_are_those_of_the_certificates() -> None:
     closed, integrated = map(int, _said(r"to at least (\d+) digits where it is a closed form and (\d+) where"))
     certificates = json.loads((REPORTS / "certificates.json").read_text())
@@ -78,7 +58,6 @@ def test_the_digits_of_the_readme_are_those_of_the_certificates() -> None:
     assert {each["case"] for each in certificates} == {*names(), *checks()}
 
 
-@published
 def test_the_numbers_of_the_readme_are_those_of_the_report(page: dict[str, Any]) -> None:
     """Integrators there are, and those that ran on hard variants of cases outside the foundation: on most, not on single ones."""
     hard, all_of_them = map(int, _said(r"with (\d+) of the (\d+) integrators"))
@@ -109,7 +88,6 @@ def test_the_numbers_of_the_readme_are_those_of_the_code() -> None:
     assert _project()["requires-python"] == f">={python}"
 
 
-@published
 def test_failures_in_the_figure_of_the_readme_are_those_that_it_explains() -> None:
     letters = set(re.findall(r">([A-Z])</text>", FIGURE.read_text()))
     (explained,) = _said(r"band above \((.*?)\)")
@@ -128,7 +106,6 @@ def _pixels(svg: str, labels: str) -> tuple[float, float]:
     return slope / 100, start - slope * first
 
 
-@published
 def test_the_figure_of_the_readme_shows_the_published_points(page: dict[str, Any]) -> None:
     """Every setting that did not fail has its mark where its time and error belong, and there are no others."""
     svg = FIGURE.read_text()
@@ -172,7 +149,6 @@ def _leapfrog(y: Any, h: float) -> Any:
     return np.array([angle, half - h / 2 * 9.81 * math.sin(angle)])
 
 
-@published
 @pytest.mark.parametrize(("name", "step"), [("gnomon:RK4", _runge_kutta), ("gnomon:Störmer-Verlet", _leapfrog)])
 def test_errors_in_the_figure_of_the_readme_are_found_again(page: dict[str, Any], name: str, step: Any) -> None:
     """By the method in five lines and Jacobi's functions of mpmath: nothing here is gnomon's but the sample times."""
@@ -195,7 +171,6 @@ def test_errors_in_the_figure_of_the_readme_are_found_again(page: dict[str, Any]
         assert 100 * math.log10(error) == pytest.approx(points["error"][k], abs=0.51), "hundredths of a decade"
 
 
-@published
 def test_the_limits_in_the_figure_of_the_readme(page: dict[str, Any]) -> None:
     """Half an ulp of the angle or the rate over their sizes; and what half an ulp of the release, g, L and t does."""
     (words,) = _said(r"half an ulp \(unit in the last place\) in (.*?) has that effect")

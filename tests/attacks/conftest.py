@@ -14,9 +14,8 @@ import pytest
 from gnomon.harness import plan, registry
 from gnomon.harness.run import run
 
-for folder in (Path(__file__).parent, Path(__file__).parents[1] / "harness"):  # the planted integrators too
-    if str(folder) not in sys.path:
-        sys.path.insert(0, str(folder))
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "harness"))  # the planted integrators
 
 from changes import changing
 

@@ -26,12 +26,22 @@ INTEGRATORS = (
     ("pybullet", "multibody", "as shipped", 1, "step", 1.4e-6, ""),
 )
 FLOOR, CONDITIONING, SPAN = 5e-17, 3e-15, 62.8
+REVISION: str | None = None
+"""Of the run, where a test needs one."""
 
 
 def write(path: Path) -> Path:
     """Write the file and return its path."""
     with Store(path) as store:
-        environment = {"cpu": "Invented CPU", "cores": 2, "python": "3.11.0", "git": "0000000", "numpy": "2.0.0"}
+        environment: dict[str, Any] = {
+            "cpu": "Invented CPU",
+            "cores": 2,
+            "python": "3.11.0",
+            "git": "0000000",
+            "numpy": "2.0.0",
+        }
+        if REVISION is not None:
+            environment["revision"] = REVISION
         run = store.begin_run("standard", "gnomon run", environment)
         for name, (title, section, dimension, variants) in CASES.items():
             for variant in variants:

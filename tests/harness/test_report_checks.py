@@ -39,7 +39,7 @@ def folders(tmp_path: Path) -> tuple[Path, Path]:
         measured("parallel", "moment", None, "diverged"),
     ]
     (results / "checks.json").write_text(json.dumps(rows))
-    return published, results
+    return results, published
 
 
 def test_the_last_certificate_of_a_setting_counts_and_defaults_come_first(folders: tuple[Path, Path]) -> None:

@@ -1,0 +1,280 @@
+"""Command lines that are wrong, or end what they call: one line that names what is wrong, and its exit code.
+
+None of them does any work: measuring, certifying and rendering are replaced by failures.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from gnomon.harness import certify_all, cli, images, run
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "harness"))
+
+import synthetic
+
+Line = tuple[list[str], int, tuple[str, ...]]
+"""The arguments, the exit code, and words of the one line that tells what is wrong (exit code 0: none)."""
+
+LONG = "a" * 300
+ZERO = "a\0b.sqlite"
+HALF = "a\ud800.sqlite"
+PENDULUM = ("--case", "pendulum_simple")
+RK4 = (*PENDULUM, "--integrator", "RK4")
+
+MODULES = {
+    "exits": "import sys\nsys.exit(0)",
+    "exits_with_text": "import sys\nsys.exit('all is well')",
+    "interrupts": "raise KeyboardInterrupt",
+    "raises": "raise RuntimeError('boom\\nand more \\x1b[31m')",
+    "stops": "raise StopIteration",
+    "unwritten": "def f(:",
+    "imports": "import no_such_library",
+    "empty": "",
+    "wrong": "class Thing: pass",
+    "undeclared": "from gnomon.harness.integrator import Integrator\n\nclass Thing(Integrator): name = 'x'",
+    "ends_when_made": (
+        "import sys\nfrom planted import Sound\n\nclass Thing(Sound):\n    def __init__(self): sys.exit(0)\n"
+    ),
+    "interrupts_when_made": (
+        "from planted import Sound\n\nclass Thing(Sound):\n    def __init__(self): raise KeyboardInterrupt\n"
+    ),
+}
+"""Modules in the folder where the commands run, by their source."""
+
+
+def options() -> Iterator[Line]:
+    for command in ("run", "show", "report", "compare", "certify", "export", "list", "doctor"):
+        yield [command, "--no-such-option"], 2, ("--no-such-option", f"gnomon {command} --help")
+        yield [command, "--help"], 0, ()
+    yield ["no_such_command"], 2, ("no_such_command", "gnomon --help")
+    yield [""], 2, ("No such command",)
+    yield ["list", "planets"], 2, ("planets", "cases", "checks", "integrators")
+    yield ["list", "cases", "checks"], 2, ("checks",)
+    for command in ("show", "report", "export"):
+        yield [command], 2, ("Missing argument", f"gnomon {command} --help")
+    yield ["compare", "results.sqlite"], 2, ("Missing argument",)
+    for limit in ("0", "-1", "-0.0", "1e-320", "1e308", "1e400", "inf", "-inf", "nan", "1e-7", "1e7"):
+        yield ["run", *RK4, "--limit", limit], 2, ("--limit", "positive number of seconds", "1e-06", "1e+06")
+    for limit in ("", "fast", "1,5", "0x10", "1e", "\u221e"):
+        yield ["run", *RK4, "--limit", limit], 2, ("--limit",)
+    for workers in ("0", "-1", "257", "1" + "0" * 23):
+        yield ["run", *RK4, "--workers", workers], 2, (f"--workers {workers}", "from 1 to 256")
+        yield ["certify", "projectile_parabola", "--workers", workers], 2, (f"--workers {workers}", "from 1 to 256")
+    for workers in ("", "two", "1.5", "9" * 5000):
+        yield ["run", *RK4, "--workers", workers], 2, ("--workers",)
+    for suite in ("", "slow", "STANDARD", "standard ", "../standard"):
+        yield ["run", "--suite", suite], 2, ("no suite is called", "standard")
+        yield ["certify", "--suite", suite], 2, ("no suite is called", "standard")
+    yield ["certify", "projectile_parabola", "--suite", "quick"], 2, ("--suite quick", "not both")
+    for form in ("", "xls", "CSV"):
+        yield ["export", "results.sqlite", "--format", form], 2, ("csv", "json", "parquet")
+
+
+def names() -> Iterator[Line]:
+    for case in ("", " ", "pendulum_simpel", "Pendulum", "../pendulum_simple", "pendulum_simple\n", LONG, "\u03c0"):
+        yield ["run", "--case", case, "--integrator", "RK4"], 2, ("no case is named",)
+        yield ["show", case], 2, ("no case is named",)
+    yield ["run", "--case", "pendulum_simple/separatrx", "--integrator", "RK4"], 2, ("separatrx", "separatrix")
+    yield ["show", "pendulum_simple/"], 2, ("pendulum_simple", "variant")
+    yield ["certify", "pendulum_simple/wrong"], 2, ("no variant 'wrong'",)
+    yield ["certify", ""], 2, ("no case is named",)
+    yield ["run", *RK4, *PENDULUM], 2, ("--case pendulum_simple", "twice")
+    yield ["run", "--case", "moment_equipollent"], 2, ("is a check", "gnomon certify moment_equipollent")
+    yield ["show", "moment_equipollent", "--plot", "a.svg"], 2, ("is a check", "nothing to draw")
+    for integrator in ("", " ", "RK44", "rk4;", LONG, "gnomon:", "\u03c0"):
+        yield ["run", *PENDULUM, "--integrator", integrator], 2, ("no integrator is called",)
+    for integrator in (":", ":X:", "no_such_module:Thing", "os:path", "a b:c"):
+        yield ["run", *PENDULUM, "--integrator", integrator], 2, (integrator, "give package.module:Class")
+    for module, words in (
+        ("exits", "SystemExit: 0"),
+        ("exits_with_text", "SystemExit: all is well"),
+        ("interrupts", "KeyboardInterrupt"),
+        ("raises", "RuntimeError: boom and more"),
+        ("stops", "StopIteration"),
+        ("unwritten", "SyntaxError"),
+        ("imports", "no_such_library"),
+        ("empty", "AttributeError"),
+        ("wrong", "wrong"),
+        ("undeclared", "abstract"),
+        ("ends_when_made", "SystemExit: 0"),
+        ("interrupts_when_made", "KeyboardInterrupt"),
+    ):
+        yield ["run", *PENDULUM, "--integrator", f"{module}:Thing"], 2, (f"{module}:Thing", words)
+    for module, words in (
+        ("exits", "SystemExit: 0"),
+        ("interrupts", "KeyboardInterrupt"),
+        ("raises", "RuntimeError: boom and more"),
+        ("wrong", "no subclass of gnomon.cases.Case"),
+    ):
+        for command in (["run", "--case"], ["show"], ["certify"], ["report", "results.sqlite", "--case"]):
+            yield [*command, f"{module}:Thing"], 2, (f"{module}:Thing", words)
+
+
+def numbers() -> Iterator[Line]:
+    for text in ("", "g", "=", "=9.81", "g=", " = "):
+        yield ["show", "pendulum_simple", "--set", text], 2, (repr(text), "write name=value")
+    yield ["show", "pendulum_simple", "--set", "g=1", "--set", "g=2"], 2, ("--set g", "twice", "1 and 2")
+    yield ["run", *RK4, "--set", "g=1", "--set", " g = 1"], 2, ("--set g", "twice")
+    for reserved in ("variant=long", "initial_state=1", "span=3"):
+        name = reserved.partition("=")[0]
+        yield ["show", "pendulum_simple", "--set", reserved], 2, (f"--set {name}", "not a parameter")
+    yield ["show", "pendulum_simple", "--set", "length=1"], 2, ("no parameter 'length'",)
+    for value in (
+        "-1",
+        "0",
+        "nan",
+        "inf",
+        "1e400",
+        "1e100000000",
+        "1e-400",
+        "1/0",
+        "ten",
+        "1j",
+        "True",
+        "0x1p3",
+        "1__0",
+    ):
+        yield ["show", "pendulum_simple", "--set", f"g={value}"], 2, ("pendulum_simple", "g = ")
+    yield ["show", "pendulum_simple", "--set", "g=" + "9" * 5000], 2, ("pendulum_simple", "g = ")
+
+
+def paths() -> Iterator[Line]:
+    reading = (["report"], ["export"], ["compare", "results.sqlite"])
+    for path, words in (
+        ("", "empty name"),
+        (" ", "empty name"),
+        (LONG, "File name too long"),
+        (ZERO, "null byte"),
+        (HALF, "surrogate"),
+        ("loop.sqlite", "loop.sqlite"),
+    ):
+        for command in (*reading, ["run", *RK4, "--out"]):
+            yield [*command, path], 2, (words,)
+        yield ["certify", "projectile_parabola", "--to", path], 2, (words,)
+    for path in (
+        "no_such_folder",
+        "pipe.sqlite",
+        "folder.sqlite",
+        "notes.sqlite",
+        "empty.sqlite",
+        "notes.txt",
+        "/dev/null",
+    ):
+        for command in reading:
+            yield [*command, path], 2, (path,)
+    for path in ("notes.txt", "notes.sqlite", "folder.sqlite", "pipe.sqlite", "/dev/null"):
+        yield ["run", *RK4, "--out", path], 2, (path,)
+    for path in ("folder", "pipe.sqlite", "/dev/null", "notes.txt/a.json"):
+        yield ["certify", "projectile_parabola", "--to", path], 2, (f"--to {path}",)
+        yield ["certify", "projectile_parabola", "--opponents", path], 2, (f"--opponents {path}",)
+        yield ["export", "results.sqlite", "--to", path], 2, (f"--to {path}",)
+    yield ["certify", "projectile_parabola", "--to", "a.json", "--opponents", "a.json"], 2, ("--opponents a.json",)
+    yield ["export", "results.sqlite", "--to", "results.sqlite"], 2, ("--to results.sqlite", "these are the results")
+    for path in ("notes.txt", "/dev/null", "notes.txt/page"):
+        yield ["report", "results.sqlite", "--to", path], 2, (f"--to {path}",)
+    for path in ("motion.docx", "motion", ".svg/"):
+        yield ["show", "pendulum_simple", "--plot", path], 2, ("a drawing is .svg, .png, .html",)
+    yield ["show", "pendulum_simple", "--plot", "drawing.svg"], 2, ("--plot drawing.svg is a folder",)
+    yield ["show", "pendulum_simple", "--plot", "notes.txt/a.svg"], 2, ("--plot notes.txt/a.svg",)
+    if Path("/proc").is_dir():  # nobody can write there, and permissions say that root could
+        yield ["certify", "projectile_parabola", "--to", "/proc/a.json"], 2, ("--to /proc/a.json", "cannot be written")
+        yield ["run", *RK4, "--out", "/proc/a.sqlite"], 2, ("--out /proc/a.sqlite", "cannot be written")
+        yield ["export", "results.sqlite", "--to", "/proc/a.csv"], 2, ("--to /proc/a.csv", "cannot be written")
+        yield ["report", "results.sqlite", "--to", "/proc/page"], 2, ("--to /proc/page", "cannot be written")
+        yield ["show", "pendulum_simple", "--plot", "/proc/a.svg"], 2, ("--plot /proc/a.svg", "cannot be written")
+
+
+LINES = [*options(), *names(), *numbers(), *paths()]
+CHOSEN = random.Random(17).sample(LINES, len(LINES) // 10)
+"""A tenth of them for the ordinary run."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the commands run: results, modules, and files that are not what their names say."""
+    made = tmp_path_factory.mktemp("commands")
+    synthetic.write(made / "results.sqlite")
+    (made / "notes.txt").write_text("mine")
+    (made / "notes.sqlite").write_text("no database, though it is as long as the header of one would have to be" * 5)
+    (made / "empty.sqlite").touch()
+    for name in ("folder", "folder.sqlite", "drawing.svg"):
+        (made / name).mkdir()
+    os.mkfifo(made / "pipe.sqlite")
+    (made / "loop.sqlite").symlink_to(made / "loop.sqlite")
+    for name, source in MODULES.items():
+        (made / f"{name}.py").write_text(source)
+    return made
+
+
+@pytest.fixture
+def at(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """In that folder, with commands that fail where they would begin to work."""
+
+    def works(*_: Any, **__: Any) -> Any:
+        raise AssertionError("this is work: the command line is wrong, and should have been refused before")
+
+    monkeypatch.chdir(folder)
+    monkeypatch.syspath_prepend(folder)
+    for module, name in ((run, "run"), (certify_all, "certificates"), (images, "write_images")):
+        monkeypatch.setattr(module, name, works)
+    for name in MODULES:
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    return folder
+
+
+def check(line: Line, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    arguments, code, words = line
+    before = listed(folder)
+    monkeypatch.setattr(sys, "argv", ["gnomon", *arguments])
+    with pytest.raises(SystemExit) as end:
+        cli.main()
+    captured = capfd.readouterr()
+    assert end.value.code == code, captured
+    if code == 0:
+        assert captured.err == ""
+        return
+    assert captured.out == ""
+    (told,) = captured.err.splitlines()
+    assert told.startswith("error: ")
+    assert told.isprintable()
+    for word in words:
+        assert word in told
+    assert listed(folder) == before, "what is refused leaves nothing behind"
+
+
+def listed(folder: Path) -> list[str]:
+    """The files in a folder and those below, but for what Python and SQLite put beside files that they read."""
+    names = (str(path.relative_to(folder)) for path in folder.rglob("*"))
+    return sorted(name for name in names if not name.startswith(("__pycache__", "results.sqlite-")))
+
+
+def _named(line: Line) -> str:
+    return json.dumps(" ".join(line[0]))[:60]
+
+
+@pytest.mark.parametrize("line", CHOSEN, ids=_named)
+def test_a_tenth_of_the_command_lines(
+    line: Line, at: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    check(line, at, monkeypatch, capfd)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("line", [line for line in LINES if line not in CHOSEN], ids=_named)
+def test_every_other_command_line(
+    line: Line, at: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    check(line, at, monkeypatch, capfd)
+
+
+def test_there_are_enough_of_them() -> None:
+    """The number that was asked for; no line stands twice."""
+    assert len({json.dumps(arguments) for arguments, _, _ in LINES}) == len(LINES) >= 150
