@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
+import warnings
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -58,6 +59,7 @@ Settings = Annotated[list[str] | None, typer.Option("--set", help="A parameter o
 def main() -> None:
     """Run the command line; wrong usage is one line and exit code 2, never a traceback."""
     sys.path.append(os.getcwd())  # so that a user's own module:Class is found where they stand
+    warnings.showwarning = _warning
     try:
         sys.exit(app(standalone_mode=False) or 0)
     except (ValueError, OSError, ArithmeticError) as error:
@@ -74,6 +76,11 @@ def main() -> None:
         told = f"{error.format_message()} (see {error.ctx.command_path if error.ctx else 'gnomon'} --help)"
     problems.print(f"[bold red]error:[/] {escape(' '.join(told.split()))}")
     sys.exit(2)
+
+
+def _warning(message: Warning | str, *_: Any) -> None:
+    """A warning as one line, without the line of code that it comes from."""
+    problems.print(f"[bold yellow]warning:[/] {escape(' '.join(str(message).split()))}", highlight=False)
 
 
 @app.command("list")
