@@ -193,17 +193,30 @@ def report(
 def compare(
     base: Annotated[Path, typer.Argument(help="The results to compare with.")],
     run: Annotated[Path, typer.Argument(help="The results to check.")],
+    allow_missing: Annotated[
+        bool, typer.Option("--allow-missing", help="Series of the base that the run lacks are no regression.")
+    ] = False,
 ) -> None:
-    """Check a run against a base: status, order, errors and right-hand sides. Exit code 1 where it got worse."""
+    """Check a run against a base: status, order, errors and right-hand sides.
+
+    Exit code 1 where it got worse, where a series of the base is missing, has no setting left that is ok or none that
+    can be compared; 2 where nothing can be compared. A timeout counts once the trial was tried three times, as limits
+    below half a second have it.
+    """
     from gnomon.harness.gate import compare as compare_
+    from gnomon.harness.gate import reasons
     from gnomon.harness.store import load
 
-    verdict = compare_(load(base), load(run))
+    verdict = compare_(load(base), load(run), allow_missing)
     for line in verdict.notes:
         out.print(escape(line))
     for line in verdict.regressions:
         out.print(f"[red]worse[/] {escape(line)}")
-    out.print(f"{verdict.compared} series compared, {len(verdict.regressions)} regressions")
+    left_out = verdict.not_compared
+    if left_out:
+        out.print(f"{left_out.total()} settings of the base not compared: {escape(reasons(left_out))}", highlight=False)
+    compared = f"{verdict.compared} series compared at {verdict.settings} settings"
+    out.print(f"{compared}, {len(verdict.regressions)} regressions")
     if verdict.regressions:
         raise typer.Exit(1)
 
