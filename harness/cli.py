@@ -7,6 +7,7 @@ import os
 import shlex
 import sys
 import tempfile
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from gnomon.harness import interruption, listing
+from gnomon.harness.visible import visible
 
 if TYPE_CHECKING:
     from gnomon.cases import Case, Check
@@ -91,6 +93,7 @@ Settings = Annotated[list[str] | None, typer.Option("--set", help="A parameter o
 def main() -> None:
     """Run the command line; wrong usage is one line and exit code 2, never a traceback; Ctrl-C ends it with 130."""
     sys.path.append(os.getcwd())  # so that a user's own module:Class is found where they stand
+    warnings.showwarning = _warning
     with interruption.acknowledged() as asked:
         code = _exit_code()
         sys.exit(interruption.INTERRUPTED if asked.is_set() else code)
@@ -115,13 +118,18 @@ def _exit_code() -> int:
             error.show()  # `gnomon` alone: its help
             return 2
         told = f"{error.format_message()} (see {error.ctx.command_path if error.ctx else 'gnomon'} --help)"
-    problems.print(f"[bold red]error:[/] {escape(_printable(told))}")
+    problems.print(f"[bold red]error:[/] {escape(_line(told))}")
     return 2
 
 
-def _printable(text: str) -> str:
-    """On one line, with nothing that a terminal would obey or that cannot be encoded."""
-    return "".join(char if char.isprintable() else ascii(char)[1:-1] for char in " ".join(text.split()))
+def _line(text: str) -> str:
+    """On one line, with nothing that a terminal would obey."""
+    return visible(" ".join(text.split()))
+
+
+def _warning(message: Warning | str, *_: Any) -> None:
+    """A warning as one line, without the line of code that it comes from."""
+    problems.print(f"[bold yellow]warning:[/] {escape(_line(str(message)))}", highlight=False)
 
 
 @app.command("list")
@@ -268,17 +276,30 @@ def report(
 def compare(
     base: Annotated[Path, typer.Argument(help="The results to compare with.", parser=_path)],
     run: Annotated[Path, typer.Argument(help="The results to check.", parser=_path)],
+    allow_missing: Annotated[
+        bool, typer.Option("--allow-missing", help="Series of the base that the run lacks are no regression.")
+    ] = False,
 ) -> None:
-    """Check a run against a base: status, order, errors and right-hand sides. Exit code 1 where it got worse."""
+    """Check a run against a base: status, order, errors and right-hand sides.
+
+    Exit code 1 where it got worse, where a series of the base is missing, has no setting left that is ok or none that
+    can be compared; 2 where nothing can be compared. A timeout counts once the trial was tried three times, as limits
+    below half a second have it.
+    """
     from gnomon.harness.gate import compare as compare_
+    from gnomon.harness.gate import reasons
     from gnomon.harness.store import load
 
-    verdict = compare_(load(base), load(run))
+    verdict = compare_(load(base), load(run), allow_missing)
     for line in verdict.notes:
         out.print(escape(line))
     for line in verdict.regressions:
         out.print(f"[red]worse[/] {escape(line)}")
-    out.print(f"{verdict.compared} series compared, {len(verdict.regressions)} regressions")
+    left_out = verdict.not_compared
+    if left_out:
+        out.print(f"{left_out.total()} settings of the base not compared: {escape(reasons(left_out))}", highlight=False)
+    compared = f"{verdict.compared} series compared at {verdict.settings} settings"
+    out.print(f"{compared}, {len(verdict.regressions)} regressions")
     if verdict.regressions:
         raise typer.Exit(1)
 

@@ -1,4 +1,4 @@
-"""Compiling a case's equations: one generated module a function, in the user's cache folder beside its machine code.
+"""Compiling a case's equations: one generated module a function, its machine code in the user's cache folder.
 
 The name of a module is a hash of every source in it, so that an edit anywhere makes another one. Every
 compiled function has the one signature `void(t, y, parameters, out)`, so integrators compiled once take any case by
@@ -10,7 +10,6 @@ from __future__ import annotations
 import ast
 import dis
 import hashlib
-import importlib.util
 import inspect
 import linecache
 import math
@@ -30,7 +29,6 @@ from gnomon.cases import forms
 from gnomon.cases.arithmetic import FUNCTIONS, _names
 from gnomon.harness.integrator import Problem
 from gnomon.harness.source import cached_by_content
-from gnomon.reference import diskcache
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -92,11 +90,9 @@ def announced() -> Iterator[None]:
 
 
 def cache_folder() -> Path:
-    """Where generated modules live; NUMBA_CACHE_DIR is honoured."""
+    """Where machine code is kept; NUMBA_CACHE_DIR is honoured."""
     root = os.environ.get("NUMBA_CACHE_DIR")
-    folder = Path(root or platformdirs.user_cache_dir("gnomon")) / "kernels"
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+    return Path(root or platformdirs.user_cache_dir("gnomon")) / "kernels"
 
 
 def right_hand_side(problem: Problem) -> Kernel:
@@ -296,16 +292,11 @@ def module_name(source: str) -> str:
 
 @cache
 def load_module(source: str) -> types.ModuleType:
-    """Write `source` under a name that is its hash and import it; the file of another process is taken as it is."""
+    """A module of this text, under a name that is its hash. It lies in no file: an edited one would be run."""
     name = module_name(source)
-    content = f"from __future__ import annotations\n{source}".encode()
-    path = cache_folder() / f"{name}.py"
-    if not path.exists() or path.read_bytes() != content:
-        diskcache.replace(path, content)
-    specification = importlib.util.spec_from_file_location(name, path)
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
+    path, content = f"<{name}>", f"from __future__ import annotations\n{source}"
+    linecache.cache[path] = (len(content), None, content.splitlines(keepends=True), path)
+    module = types.ModuleType(name)
     sys.modules[name] = module
-    specification.loader.exec_module(module)
+    exec(compile(content, path, "exec"), module.__dict__)
     return module

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
-import pickle
+import json
 import sys
 from contextlib import suppress
 from dataclasses import dataclass
@@ -20,16 +20,17 @@ from typing import Any
 
 import llvmlite
 import numba
+import numpy as np
 from gnomon.harness.compile import announced, cache_folder, load_module, module_name
-from gnomon.reference import diskcache
+from gnomon.reference import cachefolder
 from llvmlite import binding
-from numba import _dispatcher, _dynfunc
+from numba import _dispatcher, _dynfunc, types
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 from numba.core.typeconv.rules import default_type_manager
 from numba.core.typing.typeof import Purpose, typeof
 
-_DIGEST = 32
+_NUMBERS = {kind.name: kind for kind in (types.boolean, types.int64, types.uint64, types.float64)}
 
 
 @dataclass(frozen=True)
@@ -83,16 +84,18 @@ def address(source: str, name: str, signature: str) -> int:
 @cache
 def compiled(source: str, name: str, signature: str) -> Compiled:
     """A function in memory, from its file where there is a sound one."""
-    path = cache_folder() / f"{module_name(source)}.{name}.{_of_this_machine()}"
+    folder, file = cache_folder(), f"{module_name(source)}.{name}.{_of_this_machine(signature)}"
     with global_compiler_lock:
-        with suppress(OSError, ValueError):
-            return unpacked(path.read_bytes())
+        kept = cachefolder.load(folder, file)
+        if kept is not None:
+            with suppress(ValueError):
+                return unpacked(kept)
         with announced():
             dispatcher = getattr(load_module(source), name)
             if signature:
                 dispatcher.compile(signature)
             (result,) = dispatcher.overloads.values()
-            diskcache.replace(path, packed(result))
+            cachefolder.store_or_warn(folder, file, packed(result))
         begin = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
         return Compiled(begin, result.entry_point, result.signature.args)
 
@@ -105,31 +108,68 @@ def machine() -> str:
     return f"{versions} {cpu_target.target_context.codegen().magic_tuple()} {way}"
 
 
-def _of_this_machine() -> str:
-    return hashlib.sha256(machine().encode()).hexdigest()[:16]
+def _of_this_machine(signature: str) -> str:
+    return hashlib.sha256(f"{machine()}\n{signature}".encode()).hexdigest()[:16]
 
 
 def packed(result: Any) -> bytes:
-    """A function that numba has compiled, as a file holds it."""
+    """A function that numba has compiled, as a file holds it: a line of JSON, and machine code."""
     others = [x for x in result._find_referenced_environments() if x is not result.environment and x.consts]
     if others or result.library.has_dynamic_globals:
         raise ValueError(f"{result.fndesc.qualname} needs objects of this process")
     _, _, (code, _) = result.library.serialize_using_object_code()
-    names = (
-        result.fndesc.llvm_cfunc_wrapper_name,
-        result.fndesc.llvm_cpython_wrapper_name,
-        result.target_context.get_env_name(result.fndesc),
-    )
-    payload = pickle.dumps((code, names, tuple(result.environment.consts), result.signature.args))
-    return digest(payload) + payload
+    head = {
+        "c": result.fndesc.llvm_cfunc_wrapper_name,
+        "python": result.fndesc.llvm_cpython_wrapper_name,
+        "environment": result.target_context.get_env_name(result.fndesc),
+        "constants": [_constant_text(value) for value in result.environment.consts],
+        "arguments": [_described(kind) for kind in result.signature.args],
+    }
+    return json.dumps(head).encode() + b"\n" + code
+
+
+def _constant_text(value: Any) -> str:
+    """A Python object that the code needs: types of arrays are all there are."""
+    if not isinstance(value, np.dtype) or value.hasobject or value.fields is not None:
+        raise ValueError(
+            f"compiled code that needs {value!r} cannot be kept; let it need numbers and arrays of numbers"
+        )
+    return value.str
+
+
+def _described(kind: Any) -> list[Any]:
+    """The type of an argument in words and numbers, for `_argument` to make it of them."""
+    if isinstance(kind, types.Array) and kind.mutable and kind.aligned:
+        return ["array", *_described(kind.dtype), kind.ndim, kind.layout]
+    if isinstance(kind, types.CPointer):
+        return ["pointer", *_described(kind.dtype)]
+    if isinstance(kind, types.UniTuple):
+        return ["tuple", *_described(kind.dtype), kind.count]
+    if _NUMBERS.get(kind.name) != kind:
+        raise ValueError(f"compiled code that takes {kind} cannot be kept; let it take numbers and arrays of numbers")
+    return [kind.name]
+
+
+def _argument(kind: str, *rest: Any) -> Any:
+    if kind not in ("array", "pointer", "tuple"):
+        return _NUMBERS[kind]
+    inner = _NUMBERS[rest[0]]
+    return {"array": types.Array, "pointer": types.CPointer, "tuple": types.UniTuple}[kind](inner, *rest[1:])
 
 
 def unpacked(content: bytes) -> Compiled:
-    """The compiled function of a file. Raises ValueError for one that is damaged."""
-    payload = content[_DIGEST:]
-    if digest(payload) != content[:_DIGEST]:
-        raise ValueError("the file of a compiled function is damaged")
-    code, (c_name, python_name, environment_name), constants, arguments = pickle.loads(payload)
+    """The compiled function of a file. Raises ValueError for one that cannot be read.
+
+    Machine code of any other content may end the process: only what `cachefolder.load` gives belongs here.
+    """
+    text, _, code = content.partition(b"\n")
+    try:
+        head = json.loads(text)
+        c_name, python_name, environment_name = (str(head[name]) for name in ("c", "python", "environment"))
+        constants = [np.dtype(text) for text in head["constants"]]
+        arguments = tuple(_argument(*each) for each in head["arguments"])
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"the file of a compiled function cannot be read: {error!r}") from None
     engine = _engine()
     engine.add_object_file(binding.ObjectFileRef.from_data(code))
     engine.finalize_object()
@@ -149,7 +189,3 @@ def _engine() -> Any:
     context = cpu_target.target_context
     context.load_additional_registries()
     return context.codegen()._engine._ee
-
-
-def digest(payload: bytes) -> bytes:
-    return hashlib.sha256(machine().encode() + b"\0" + payload).digest()

@@ -26,7 +26,9 @@ GRACE_SECONDS = 0.15
 QUEUED_SECONDS = 0.001
 """A wait for the processor above this is taken off the time of a stage: it is the load of the machine."""
 AGAIN_SECONDS = 0.5
-"""Trials with a limit below this may pass it once: a machine that stands still for a fifth of a second is none of theirs."""
+"""Trials with a limit below this are tried TRIES times: a machine that stands still for a fifth of a second is none of
+theirs."""
+TRIES = 3
 
 
 FAILURES = ("refused", "crashed", "not_installed", "out_of_memory", "interrupted")
@@ -53,8 +55,8 @@ class Job(Protocol):
     def done(self, outcome: Outcome) -> None:
         """The order that was handed out last has this outcome."""
 
-    def failed(self, status: str, reason: str, output: str) -> None:
-        """The order that was handed out last failed."""
+    def failed(self, status: str, reason: str, output: str, tries: int | None = None) -> None:
+        """The order that was handed out last failed; a timeout says how often it was tried."""
 
 
 @dataclass
@@ -73,7 +75,9 @@ class _Slot:
     interrupted: tuple[str, float] | None = None
     """The stage in which something is being compiled, and its seconds."""
     again: bool = False
-    """Whether the order is tried a second time."""
+    """Whether the order is repeated because the server of its process was lost."""
+    tries: int = 1
+    """How often the order was tried, this time included."""
     inbox: Inbox = field(default_factory=Inbox)
 
 
@@ -120,7 +124,7 @@ class Pool:
         if order is not None:
             self._launch(job, order)
 
-    def _launch(self, job: Job, order: Order, again: bool = False) -> None:
+    def _launch(self, job: Job, order: Order, again: bool = False, tries: int = 1) -> None:
         self._started += 1
         path = Path(self._folder.name) / str(self._started)
         path.touch()
@@ -130,7 +134,7 @@ class Pool:
         with main_hidden(not job.task.spec.in_main):
             process.start()
         theirs.close()
-        slot = _Slot(job, process, ours, order, 0.0, again=again)
+        slot = _Slot(job, process, ours, order, 0.0, again=again, tries=tries)
         self._slots.append(slot)
         self._send(slot, order)
 
@@ -157,7 +161,7 @@ class Pool:
                 self._late(slot)
 
     def _late(self, slot: _Slot) -> None:
-        """Try the order of a worker that passed its deadline once more where that may be the machine's fault, or fail it."""
+        """Try the order of a worker that passed its deadline again where that may be the machine's fault, or fail it."""
         limit = slot.job.limit_seconds
         waited = queued_seconds(slot.process.pid) - slot.queued
         if waited > QUEUED_SECONDS:
@@ -166,11 +170,11 @@ class Pool:
             return
         if slot.stage == "prepare":
             self._fail(slot, "timeout", f"not prepared within {self.prepare_seconds:g} s")
-        elif slot.again or limit >= AGAIN_SECONDS:
+        elif slot.tries >= TRIES or limit >= AGAIN_SECONDS:
             self._fail(slot, "timeout", f"no answer within {limit:g} s")
         else:
             self._end(slot)
-            self._launch(slot.job, slot.order, again=True)
+            self._launch(slot.job, slot.order, again=slot.again, tries=slot.tries + 1)
 
     def _drain(self, slot: _Slot) -> None:
         try:
@@ -193,7 +197,7 @@ class Pool:
         code = slot.process.exitcode
         if code == LOST and not slot.again:
             self._end(slot)
-            self._launch(slot.job, slot.order, again=True)
+            self._launch(slot.job, slot.order, again=True, tries=slot.tries)
         elif code == LOST:
             self._fail(slot, "interrupted", "the server of the worker processes was lost, twice")
         else:
@@ -237,14 +241,15 @@ class Pool:
         if following is None:
             self._end(slot)
             return False
-        slot.again = False
+        slot.again, slot.tries = False, 1
         self._send(slot, following)
         return True
 
     def _fail(self, slot: _Slot, status: str, reason: str) -> None:
         """Record a failure, end the worker, and go on with the rest of the series in a new one."""
         self._end(slot)
-        slot.job.failed(status, reason, take_output(slot.job.task.output))
+        tries = slot.tries if status == "timeout" else None
+        slot.job.failed(status, reason, take_output(slot.job.task.output), tries)
         self._start(slot.job)
 
     def _end(self, slot: _Slot) -> None:

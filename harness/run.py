@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 import sys
 import tempfile
@@ -24,6 +23,7 @@ from gnomon.harness.progress import Progress
 from gnomon.harness.store import Known, Store
 from gnomon.harness.sweep import Sweep
 from gnomon.harness.truth import CaseSpec, Truth, truths
+from gnomon.reference import cachefolder, diskcache
 
 WORKERS = 2
 
@@ -50,7 +50,7 @@ def run(
     progress = progress or Progress(quiet=True)
     for integrator in integrators:
         declaration.validate(integrator)
-    _check_cache()
+    _check_caches()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
     series = plan.pairs(chosen, integrators, siblings=siblings)
     series = [one for one in series if one.integrator.everywhere or suite.of(one.case).siblings]
@@ -63,6 +63,7 @@ def run(
         method = "fork" if any(registry.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
         Pool(workers, method, prepare_seconds).run(run_.sweeps())
         results.end_run(number)
+    _check_caches()  # the disk may have become full in the meantime
     if broken:
         raise ValueError("; ".join(f"{spec.path} {spec.variant or ''}: {error}" for spec, error in broken.items()))
     return path
@@ -93,17 +94,9 @@ def compare(
         return store.load(run(folder, suite, chosen, found))
 
 
-def _check_cache() -> None:
-    """Raise ValueError where compiled equations cannot be kept: every trial that compiles would crash."""
-    try:
-        folder = cache_folder()
-        writable = os.access(folder, os.W_OK)
-    except OSError as error:
-        folder, writable = Path(error.filename), False
-    if not writable:
-        raise ValueError(
-            f"{folder}: compiled equations cannot be kept here; set XDG_CACHE_HOME to a folder of your own"
-        )
+def _check_caches() -> None:
+    """Warn where a cache cannot be written, which no worker does. Raises ValueError where another user could write one."""
+    cachefolder.check(cache_folder(), diskcache.folder())
 
 
 def _truths(series: Sequence[Series], progress: Progress) -> tuple[dict[CaseSpec, Truth], dict[CaseSpec, str]]:

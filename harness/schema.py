@@ -79,8 +79,8 @@ MEASUREMENT_COLUMNS = {
     "error_start": "REAL",
 }
 """What became of one launch of a trial. `invariant_drift` is JSON by name of the invariant; `output` is what the
-worker's libraries printed. `seconds_low` and `seconds_high` are the 10 and 90 % quantiles of the timed calls;
-`null_seconds` is the time of the series' null call (`gnomon.harness.null_call`), which those times include.
+worker's libraries printed. `repeats` counts the timed calls, of a timeout how often the trial was tried. `seconds_low`
+and `seconds_high` are the 10 and 90 % quantiles of the timed calls; `null_seconds` is the time of the series' null call (`gnomon.harness.null_call`), which those times include.
 
 Where the case has a rotational symmetry, `turned_starts` counts the turned initial states that the errors come from:
 all errors are then those of the turned start with the median `error_max`, `error_low` and `error_high` are the

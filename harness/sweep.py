@@ -127,14 +127,14 @@ class Sweep:
         self._note(measurement["status"], work, trial.setting)
         self._add(trial, measurement, outcome.settings, states if self.launch == 1 else None)
 
-    def failed(self, status: str, reason: str, output: str) -> None:
+    def failed(self, status: str, reason: str, output: str, tries: int | None = None) -> None:
         """Record a trial that has no outcome. What is ended from outside again and again ends itself."""
         trial = self._taken()
         before = self._interruptions.get((trial.key, self.launch), 0)
         if status == "interrupted" and before >= MOST_INTERRUPTIONS:
             status, reason = "crashed", f"{reason}, as {before} times before"
         self._note(status, None)
-        self._add(trial, {"status": status, "reason": reason, "output": output or None})
+        self._add(trial, {"status": status, "reason": reason, "output": output or None, "repeats": tries})
 
     def _taken(self) -> Trial:
         assert self._current is not None

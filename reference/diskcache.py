@@ -8,7 +8,6 @@ import io
 import json
 import os
 import threading
-import warnings
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -19,11 +18,11 @@ from typing import Any
 
 import numpy as np
 import platformdirs
+from gnomon.reference import cachefolder
 from numpy.typing import NDArray
 
 from gnomon import __version__
 
-_DIGEST = 32
 _NOTES = "notes"
 
 
@@ -56,7 +55,7 @@ def cached(key: str, build: Callable[[], Entry]) -> Entry:
     """The entry under `key`, built and kept where there is none or where its file is damaged.
 
     `key` names everything that the result depends on; the version of gnomon is added to it. A folder that cannot be
-    written costs the keeping, not the result.
+    written costs the keeping, not the result. Raises ValueError for a folder that another user could write.
     """
     found = load(key)
     if found is not None:
@@ -68,20 +67,13 @@ def cached(key: str, build: Callable[[], Entry]) -> Entry:
 
 def store_or_warn(key: str, entry: Entry) -> None:
     """Keep an entry, or warn that the folder cannot be written."""
-    try:
-        store(key, entry)
-    except OSError as error:
-        warnings.warn(f"{folder()} cannot be written ({error}); results are computed anew each time", stacklevel=3)
+    cachefolder.store_or_warn(folder(), _name(key), _content(entry))
 
 
 def load(key: str) -> Entry | None:
-    """The entry under `key`, None where there is none or where its checksum is wrong."""
-    try:
-        content = _path(key).read_bytes()
-    except OSError:
-        return None
-    digest, payload = content[:_DIGEST], content[_DIGEST:]
-    if _digest(key, payload) != digest:
+    """The entry under `key`, None where there is none or where its file is damaged or made by somebody else."""
+    payload = cachefolder.load(folder(), _name(key))
+    if payload is None:
         return None
     try:
         with np.load(io.BytesIO(payload), allow_pickle=False) as file:
@@ -94,15 +86,16 @@ def load(key: str) -> Entry | None:
 
 def store(key: str, entry: Entry) -> None:
     """Keep an entry."""
+    cachefolder.store(folder(), _name(key), _content(entry))
+
+
+def _content(entry: Entry) -> bytes:
     if _NOTES in entry.arrays:
         raise ValueError(f"an array may not be called {_NOTES!r}")
     notes = np.frombuffer(json.dumps(entry.notes).encode(), dtype=np.uint8)
     buffer = io.BytesIO()
     np.savez(buffer, allow_pickle=False, **{_NOTES: notes, **entry.arrays})
-    payload = buffer.getvalue()
-    path = _path(key)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    replace(path, _digest(key, payload) + payload)
+    return buffer.getvalue()
 
 
 def replace(path: Path, content: bytes) -> None:
@@ -123,13 +116,5 @@ def whole(target: Path) -> Iterator[Path]:
         part.unlink(missing_ok=True)
 
 
-def _path(key: str) -> Path:
-    return folder() / (hashlib.sha256(_full(key).encode()).hexdigest()[:40] + ".bin")
-
-
-def _digest(key: str, payload: bytes) -> bytes:
-    return hashlib.sha256(_full(key).encode() + b"\0" + payload).digest()
-
-
-def _full(key: str) -> str:
-    return f"gnomon {__version__}\n{key}"
+def _name(key: str) -> str:
+    return hashlib.sha256(f"gnomon {__version__}\n{key}".encode()).hexdigest()[:40] + ".bin"

@@ -16,7 +16,7 @@ from gnomon.harness.integrators.fixed_step import DIGITS, FixedStep, Floats, Loo
 from gnomon.harness.integrators.gauss_steps import gauss_nystrom_step, gauss_step, newton_numbers, newton_step
 from gnomon.harness.integrators.stepping import Step
 from gnomon.harness.source import cached_by_content
-from gnomon.reference import diskcache
+from gnomon.reference import cachefolder
 from gnomon.reference.precision import nearest_double, working
 from numpy.typing import NDArray
 
@@ -101,10 +101,10 @@ class Gauss(FixedStep):
 
 def compiled_once(what: str, make: Callable[[], Any]) -> None:
     """What `make` compiles for a method and equations is to lie on disk before anything is timed; then nothing is loaded."""
-    path = cache_folder() / f"{module_name(what + newton_source())}.newton"
-    if not path.exists():
+    name = f"{module_name(what + newton_source())}.newton"
+    if cachefolder.load(cache_folder(), name) is None:
         make()
-        diskcache.replace(path, b"")
+        cachefolder.store_or_warn(cache_folder(), name, b"")
 
 
 @cache

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import ctypes
+import hashlib
+import hmac
+import pickle
 import subprocess
 import sys
 import weakref
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from gnomon.harness import machine_code
 from gnomon.harness.compile import C_SIGNATURE, IMPORTS, OPTIONS
+from gnomon.reference import cachefolder
 
 SOURCE = "\n".join(
     [
@@ -42,6 +47,13 @@ def forget() -> None:
     """What this process has loaded."""
     machine_code.function.cache_clear()
     machine_code.compiled.cache_clear()
+
+
+def read(path: Path) -> bytes:
+    """What was stored in a file of the cache."""
+    content = cachefolder.load(path.parent, path.name)
+    assert content is not None
+    return content
 
 
 @pytest.fixture
@@ -79,24 +91,113 @@ def test_a_function_keeps_alive_what_it_calls() -> None:
     assert found(np.array([6.0, 4.0]), 5.0) == 7.5
 
 
-@pytest.mark.parametrize("damage", ["byte", "end", "empty"])
-def test_a_damaged_file_is_made_anew(kept: Path, damage: str) -> None:
-    sound = kept.read_bytes()
-    middle = len(sound) // 2
-    broken = {
-        "byte": sound[:middle] + bytes([sound[middle] ^ 1]) + sound[middle + 1 :],
-        "end": sound[:-1],
-        "empty": b"",
-    }
-    kept.write_bytes(broken[damage])
+def test_a_damaged_file_is_made_anew(kept: Path) -> None:
+    kept.write_bytes(kept.read_bytes()[:-1])
     assert machine_code.function(SOURCE, "scaled")(np.array([6.0, 4.0]), 5.0) == 7.5
-    assert machine_code.unpacked(kept.read_bytes()) is not None
+    assert machine_code.unpacked(read(kept)) is not None
+
+
+class Anew(Exception):  # noqa: N818 (it says what happens)
+    """Raised instead of compiling."""
+
+
+def made_anew(monkeypatch: pytest.MonkeyPatch) -> bool:
+    """Whether the function is compiled, not taken from its file."""
+
+    def compiling(source: str) -> None:
+        raise Anew
+
+    monkeypatch.setattr(machine_code, "load_module", compiling)
+    forget()
+    try:
+        machine_code.function(SOURCE, "scaled")
+    except Anew:
+        return True
+    return False
+
+
+def test_no_single_byte_may_change(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A wrong byte of machine code would end the process or give a wrong number: none is ever run."""
+    sound, random = kept.read_bytes(), np.random.default_rng(17)
+    assert not made_anew(monkeypatch)
+    for place in (*range(40), *random.integers(0, len(sound), 400).tolist()):
+        flipped = bytearray(sound)
+        flipped[place] ^= 1 << int(random.integers(8))
+        kept.write_bytes(flipped)
+        assert made_anew(monkeypatch), place
+    for length in (0, 1, 31, 32, 33, len(sound) - 1):
+        kept.write_bytes(sound[:length])
+        assert made_anew(monkeypatch), length
+    kept.write_bytes(sound)
+    assert not made_anew(monkeypatch)
+
+
+class Command:
+    """Unpickled, it makes a file."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self) -> Any:
+        return Path.touch, (self.path,)
+
+
+def test_a_forged_file_is_made_anew(kept: Path, tmp_path: Path) -> None:
+    """Files that anyone can make: a digest without a key, a code of another key; what lies in them is never run."""
+    head = read(kept).partition(b"\n")[0]
+    ran = tmp_path / "ran"
+    pickled = pickle.dumps(Command(ran))
+    garbage = head + b"\n" + b"\xcc" * 20_000
+    key = bytes(32)
+    forged = [
+        hashlib.sha256(machine_code.machine().encode() + b"\0" + pickled).digest() + pickled,
+        pickled,
+        hashlib.sha256(garbage).digest() + garbage,
+        hmac.digest(key, hashlib.sha256(kept.name.encode()).digest() + garbage, "sha256") + garbage,
+    ]
+    for number, content in enumerate(forged):
+        (tmp_path / str(number)).write_bytes(content)
+    program = (
+        "import sys\n"
+        "from pathlib import Path\n"
+        "from gnomon.harness import machine_code\n"
+        "source, kept, *forged = sys.argv[1:]\n"
+        "def anew(source):\n"
+        "    raise KeyError('made anew')\n"
+        "machine_code.load_module = anew\n"
+        "for path in forged:\n"
+        "    Path(kept).write_bytes(Path(path).read_bytes())\n"
+        "    try:\n"
+        "        machine_code.function(source, 'scaled')\n"
+        "    except KeyError as error:\n"
+        "        print(*error.args)\n"
+    )
+    names = [str(tmp_path / str(number)) for number in range(len(forged))]
+    run = subprocess.run([sys.executable, "-c", program, SOURCE, str(kept), *names], capture_output=True, text=True)
+    assert (run.returncode, run.stdout.splitlines()) == (0, ["made anew"] * len(forged)), run.stderr
+    assert not ran.exists()
+
+
+def test_a_folder_that_others_can_write_is_refused(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept.parent.chmod(0o777)
+    with pytest.raises(ValueError, match=r"kernels can be written by other users \(mode 0777\)"):
+        machine_code.function(SOURCE, "scaled")
+
+
+def test_a_cache_that_cannot_be_written_costs_the_keeping_only(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    (tmp_path / "kernels").write_text("a file where the folder should be")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    forget()
+    assert machine_code.function(SOURCE, "scaled")(np.array([6.0, 4.0]), 5.0) == 7.5
+    machine_code.function(SOURCE, "reversed_array", "float64[::1](float64[::1])")
+    (warning,) = recwarn
+    assert "kernels cannot be written" in str(warning.message)
 
 
 def test_another_machine_takes_no_file_of_this_one(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(machine_code, "machine", lambda: "another processor")
-    with pytest.raises(ValueError, match="damaged"):
-        machine_code.unpacked(kept.read_bytes())
     machine_code.function(SOURCE, "scaled")
     assert len(list(kept.parent.glob("*.scaled.*"))) == 2
 

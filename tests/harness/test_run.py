@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import planted
 import pytest
-from gnomon.harness import plan, store
+from gnomon.harness import gate, plan, store
 from gnomon.harness.processes import queued_seconds
 from gnomon.harness.run import compare, run
 
@@ -114,12 +114,26 @@ def test_the_kernel_tells_how_long_the_child_of_a_guard_waited() -> None:
 
 @pytest.mark.parametrize("kind", [planted.Hangs, planted.CompilesAndHangs])
 def test_a_hang_is_a_timeout_under_a_short_limit_too(tmp_path: Path, kind: Any) -> None:
-    """It is tried twice, not for ever, and a compilation before it takes nothing from its limit and adds nothing."""
+    """It is tried three times, not for ever, and a compilation before it takes nothing from its limit and adds nothing."""
     suite = replace(SUITE, limit_seconds=0.2, variant_limit_seconds=0.2)
     rows = of(store.load(run(tmp_path, suite, plan.choose([CASE], True), [kind()])), kind)
     first = list(rows["status"]).index("timeout")
     assert set(rows["status"][:first]) == {"ok"}
     assert rows["reason"][first] == "no answer within 0.2 s"
+    assert rows["repeats"][first] == 3
+
+
+def test_a_hang_is_a_regression(tmp_path: Path) -> None:
+    """Though every setting that both runs answered is as good as in the base."""
+    suite = replace(SUITE, limit_seconds=0.1, variant_limit_seconds=0.1)
+    chosen = plan.choose([CASE], True)
+    sound, hangs = (store.load(run(tmp_path / k.name, suite, chosen, [k()])) for k in (planted.Sound, planted.Hangs))
+    hangs = hangs.assign(integrator_id=sound["integrator_id"].iloc[0])
+    verdict = gate.compare(sound, hangs)
+    assert verdict.settings == (sound["status"] == "ok").sum()
+    assert any("ok became timeout no answer within 0.1 s" in line for line in verdict.regressions)
+    assert any("ok became skipped" in line for line in verdict.regressions)
+    assert gate.compare(sound, sound).regressions == []
 
 
 def test_a_hang_while_preparing_is_a_timeout(frame: Any) -> None:

@@ -44,7 +44,7 @@ def test_another_key_is_another_entry(home):
 def test_damaged_file_is_built_anew(home, damage):
     build = Builder()
     cached("key", build)
-    (path,) = home.iterdir()
+    (path,) = home.glob("*.bin")
     path.write_bytes(damage(path.read_bytes()))
     assert cached("key", build).notes["period"] == "2.5"
     assert build.calls == 2
@@ -53,14 +53,14 @@ def test_damaged_file_is_built_anew(home, damage):
 
 
 def test_file_of_another_key_is_not_taken(home):
-    """A file moved onto another key's name fails its checksum, which covers the key."""
+    """A file moved onto another key's name fails its code, which covers the name."""
     build = Builder()
     cached("a", build)
-    (path,) = home.iterdir()
+    (path,) = home.glob("*.bin")
     content = path.read_bytes()
     path.unlink()
     cached("b", build)
-    (other,) = home.iterdir()
+    (other,) = home.glob("*.bin")
     other.write_bytes(content)
     cached("b", build)
     assert build.calls == 3
