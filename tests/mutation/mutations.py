@@ -229,7 +229,7 @@ IMPLICIT = (
         "stiffly",
         "radau.prepared(problem, max(tolerance, finest), 0.0)",
         "radau.prepared(problem, max(1000 * tolerance, finest), 0.0)",
-        (f"{ON_METHODS}/test_gauss_fast.py::test_stiff_equations_are_handed_over",),
+        (f"{ON_METHODS}/test_gauss_fast.py::test_large_components_are_handed_over_to_the_same_tolerance",),
     ),
     Mutation(
         "gauss fast: small components are handed over at a thousand times the tolerance",
@@ -265,6 +265,32 @@ RUNNING = (
         "heyoka.taylor_adaptive_batch(equations, start, **options)",
         'heyoka.taylor_adaptive_batch(equations, start, **(options | {"tol": 100 * setting}))',
         ("tests/harness/adapters/test_heyoka.py",),
+    ),
+    *(
+        Mutation(
+            f"{name}: a hundred times the tolerance that is recorded",
+            f"harness/adapters/{file}.py",
+            function,
+            before,
+            after,
+            (f"tests/harness/adapters/{tests}.py",),
+        )
+        for name, file, function, before, after, tests in (
+            ("rebound", "rebound_nbody", "Native.prepare", "name, value)", "name, 100 * value)", "test_rebound"),
+            ("rebound ODE", "rebound_ode", "OdeMode.prepare", "name, value)", "name, 100 * value)", "test_rebound"),
+            (
+                *("scipy events", "scipy_events", "trajectory", "events=side.guards, **options,"),
+                *('events=side.guards, **(options | {"rtol": 100 * options["rtol"]}),', "test_scipy"),
+            ),
+        )
+    ),
+    Mutation(
+        "pybullet: other damping, other limits than are recorded",
+        "harness/adapters/pybullet_world.py",
+        "World._extra",
+        "**values)",
+        "**{name: value + 1 for name, value in values.items()})",
+        ("tests/harness/adapters/test_pybullet.py",),
     ),
     Mutation(
         "compare: one setting alone may be as bad as it likes",
