@@ -15,6 +15,7 @@ from gnomon.cases import Case
 from gnomon.cases.forms import FirstOrder
 from gnomon.cases.pendulum import PendulumSimple
 from gnomon.harness import compile as compiling
+from gnomon.harness import worker
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Steps
 
 STOOD = Path(tempfile.gettempdir()) / f"gnomon-stood-still-{os.getuid()}"
@@ -59,6 +60,23 @@ class Sound(Integrator):
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         return runge_kutta(problem, setting)
+
+
+class HalfAMillisecond(Sound):
+    """Each call takes half a millisecond by the worker's clock, which stands still else: whatever the machine does."""
+
+    name = "half a millisecond"
+    passed: ClassVar = 0
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        worker.perf_counter_ns = lambda: HalfAMillisecond.passed  # type: ignore[attr-defined]
+        sound = runge_kutta(problem, setting)
+
+        def solve(initial_states: Any) -> Solution:
+            HalfAMillisecond.passed += 500_000
+            return sound(initial_states)
+
+        return solve
 
 
 class Sibling(Sound):

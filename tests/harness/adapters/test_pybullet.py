@@ -310,6 +310,46 @@ def test_settings_are_recorded_and_differ_from_the_defaults() -> None:
     assert all(recorded[name] != defaults[name] for name in readable)
 
 
+@pytest.mark.parametrize(("name", "label"), [*ENGINES, ("damped_oscillator", None)])
+def test_the_settings_recorded_are_the_settings_used(
+    name: str, label: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the engine was told, by every call that sets anything; and what it says of itself after a run."""
+    told: list[tuple[str, dict[str, Any]]] = []
+
+    def noted(function: str) -> Callable[..., Any]:
+        original = getattr(pybullet, function)
+
+        def call(*arguments: Any, **named: Any) -> Any:
+            told.append((function, named))
+            return original(*arguments, **named)
+
+        return call
+
+    setters = ("setPhysicsEngineParameter", "changeDynamics", "createMultiBody", "setJointMotorControl2")
+    for function in setters:
+        monkeypatch.setattr(pybullet, function, noted(function))
+    case = get(name, label).rounded()
+    step = 1e-2 if label else case.times[0] / 2
+    with running(PyBullet, case, step) as run:
+        run(initial_state(case)[None])
+        says = pybullet.getPhysicsEngineParameters(physicsClientId=run.world.client)
+        recorded = dict(run.settings)
+    assert says["fixedTimeStep"] == step
+    assert all(says[setting] == value for setting, value in recorded.items() if setting in says)
+    declared = {"fixedTimeStep", "numSubSteps", "contactBreakingThreshold", "mass", "localInertiaDiagonal"}
+    declared |= {"restitution", "lateralFriction", "physicsClientId"}
+    given: dict[str, set[Any]] = {}
+    for function, named in told:
+        if function in ("setPhysicsEngineParameter", "changeDynamics"):
+            for setting in named.keys() - declared:
+                given.setdefault(setting, set()).add(named[setting])
+        elif function == "createMultiBody" and named.get("useMaximalCoordinates"):
+            given["useMaximalCoordinates"] = {1}
+    recorded.pop("velocityMotorForce", None)  # an argument without a name; `test_hinge_has_no_motor_and_no_shape`
+    assert given == {setting: {value} for setting, value in recorded.items()}
+
+
 @pytest.mark.parametrize(("name", "label"), ENGINES)
 def test_runs_repeat_to_the_bit(name: str, label: str) -> None:
     case = variant(name, label)

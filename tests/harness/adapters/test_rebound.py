@@ -305,6 +305,30 @@ def test_the_settings_of_each_method(integrator: type[Integrator], setting: floa
     assert settings == dict.fromkeys(names, setting)
 
 
+@every
+def test_the_settings_recorded_are_the_settings_used(
+    integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As the simulation that made the trial says after it; `dt` of adaptive methods is by then that of a later step."""
+    import rebound
+
+    made: list[Any] = []
+    original = rebound.Simulation
+    monkeypatch.setattr(rebound, "Simulation", lambda: made.append(original()) or made[-1])
+    problem, setting = problem_for(integrator), setting_for(integrator)
+    solve = integrator().prepare(problem, setting)
+    solve(START)
+    (simulation,) = made
+    recorded = dict(solve.settings)  # type: ignore[attr-defined]
+    first = recorded.pop("dt")
+    if issubclass(integrator, FixedSteps):
+        assert simulation.dt == first == setting
+    for name, value in recorded.items():
+        holder = simulation if hasattr(simulation, name) else simulation.integrator
+        assert getattr(holder, name) == value, name
+    assert setting in (first, *recorded.values())
+
+
 def test_versions_name_the_library() -> None:
     import rebound
 

@@ -299,6 +299,31 @@ def settings_used(integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch)
     return dict(solve.settings), used[-1]  # type: ignore[attr-defined]
 
 
+@pytest.mark.parametrize("integrator", scipy_events.INTEGRATORS, ids=lambda kind: kind.name)
+def test_the_settings_recorded_with_events_are_those_of_each_segment(
+    integrator: type[scipy_events.SolveIvpEvents], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A solver is made anew after each event: all that were made have the settings that the trial recorded."""
+    made: list[Any] = []
+    kind = METHODS[integrator.method]
+
+    class Noted(kind):  # type: ignore[misc, valid-type]
+        def __init__(self, *arguments: Any, jac: Any = None, **named: Any) -> None:
+            super().__init__(*arguments, **named, **({} if jac is None else {"jac": jac}))
+            inner = self._lsoda_solver._integrator if integrator is scipy_events.LSODA else self
+            made.append((inner.rtol, np.unique(inner.atol).item(), callable(jac)))
+
+    monkeypatch.setitem(METHODS, integrator.method, Noted)
+    case = get("bouncing_ball", span=2).rounded()
+    solve = integrator().prepare(problem_of(case, integrator.accepts), 1e-5)
+    solution = solve(initial_state(case)[None])
+    recorded = dict(solve.settings)  # type: ignore[attr-defined]
+    jacobians = {value == "compiled" for name, value in recorded.items() if name.startswith("jac in ")} or {False}
+    assert recorded["rtol"] == 1e-5
+    assert set(made) == {(1e-5, recorded["atol"], jacobian) for jacobian in jacobians}
+    assert len(made) > len(solution.events) > 2
+
+
 @every
 def test_the_settings_recorded_are_the_settings_used(
     integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch

@@ -1,0 +1,98 @@
+"""What a scene asks of an engine is what the equations of its case say: rates of change of the state, at a moving state.
+
+An engine's motion over many steps hides a wrong force that is small at the start; and scenes that no engine here takes
+are not run at all. So, of all scenes without events that PyBullet takes, one tiny step of it; and of a body on a ball
+joint, Euler's equations about its fixed point, by which an engine that has such a joint would move it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gnomon.cases import Case, get, names
+from gnomon.cases.forms import first_order
+from gnomon.cases.scene import Readings, Scene
+from gnomon.harness.adapters.pybullet import PyBullet
+from gnomon.harness.integrator import Floats
+from gnomon.harness.problem import problem_of
+from scipy.spatial.transform import Rotation
+
+SMOOTH = [name for name in names() if (case := get(name)).scene is not None and case.hybrid is None]
+TAKEN = [name for name in SMOOTH if PyBullet().unsupported(get(name).scene) is None]  # type: ignore[arg-type]
+BALL_JOINT = {"ball_joint", "gyroscopic", "position_force", "velocity_force"}
+ON_A_BALL_JOINT = [name for name in SMOOTH if "ball_joint" in (needs := get(name).scene.needs) and needs <= BALL_JOINT]  # type: ignore[union-attr]
+
+STRONGER = {"foucault_pendulum_nonlinear": "turntable"}
+"""Variants in which a force is no rounding of the others: the Earth turns a few 1e-10 of them."""
+
+
+def moving_state(case: Case) -> Floats:
+    """That of the third sample: no rate need be zero there."""
+    return np.array(list(map(float, case.exact(case.times[2].item()))))
+
+
+def rates_of_the_equations(case: Case, state: Floats) -> Floats:
+    form = next(found for found in map(first_order, case.all_forms()) if found is not None)
+    return np.array(form.equations(0.0, tuple(state.tolist()), tuple(map(float, case.parameter_values()))), dtype=float)
+
+
+def assert_same_rates(case: Case, state: Floats, found: Floats, share: float) -> None:
+    """To a share of what the group of each coordinate has, or of what it changes in one time scale."""
+    expected = rates_of_the_equations(case, state)
+    for group in dict.fromkeys(coordinate.group for coordinate in case.state):
+        members = [i for i, coordinate in enumerate(case.state) if coordinate.group == group]
+        size = max(np.linalg.norm(expected[members]), np.linalg.norm(state[members]) / case.time_scale)
+        assert np.linalg.norm((found - expected)[members]) <= share * size, (group, found, expected)
+
+
+@pytest.mark.parametrize("name", TAKEN)
+def test_one_tiny_step_of_an_engine(name: str) -> None:
+    """Its first step is off by its length over the time scale, times what rates change in that: within a few of 1e-5."""
+    pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
+    case = get(name).rounded()
+    state, step = moving_state(case), 1e-5 * case.fastest_time
+    problem = replace(problem_of(case, PyBullet.accepts), times=np.array([step]))
+    run = PyBullet().prepare(problem, step)
+    try:
+        end = run(state[None]).states[0, 0]
+    finally:
+        run.close()
+    change, angles = end - state, [coordinate.kind == "angle" for coordinate in case.state]
+    change[angles] = np.remainder(change[angles] + np.pi, 2 * np.pi) - np.pi  # turns are not counted
+    assert_same_rates(case, state, change / step, 1e-3)
+
+
+def turned_about_the_origin(scene: Scene, h: float) -> Readings:
+    """What is read of the only body after a short time h, by Euler's equations about the fixed point."""
+    (body,) = scene.bodies
+    r, v = np.array(body.position), np.array(body.velocity)
+    attitude = Rotation.from_quat(body.quaternion)
+    matrix = attitude.as_matrix()
+    inertia = matrix @ np.diag(body.inertia) @ matrix.T + body.mass * (r @ r * np.eye(3) - np.outer(r, r))
+    # A point mass has no spin about its own arm, and no inertia against it.
+    spin = np.array(body.angular_velocity) if any(body.inertia) else np.cross(r, v) / (r @ r)
+    force = body.mass * np.array(scene.gravity)
+    for acting in scene.forces:
+        force = force + np.array(acting.law(0.0, body.position, body.velocity))
+    change = np.linalg.lstsq(inertia, np.cross(r, force) - np.cross(spin, inertia @ spin), rcond=1e-12)[0]
+    turn = Rotation.from_rotvec(h * spin + h * h / 2 * change)
+    place, rate = turn.apply(r), spin + h * change
+    found = (place, (turn * attitude).as_quat(), np.cross(rate, place), rate)
+    return Readings({}, {body.name: tuple(tuple(x.tolist()) for x in found)})  # type: ignore[dict-item]
+
+
+@pytest.mark.parametrize("name", ON_A_BALL_JOINT)
+def test_a_body_on_a_ball_joint(name: str) -> None:
+    """By central differences of 1e-5 time scales: 1e-10 of the rates is left out, and round-off is some ulp over 1e-5."""
+    case = get(name, STRONGER.get(name)).rounded()
+    form, parameters = case.scene, tuple(map(float, case.parameter_values()))
+    assert form is not None
+    state, h = moving_state(case), 1e-5 * case.time_scale
+    scene = form.build(tuple(state.tolist()), parameters)
+    (body,) = scene.bodies
+    if any(body.inertia):
+        assert np.cross(body.angular_velocity, body.position) == pytest.approx(body.velocity, abs=1e-12)
+    ahead, behind = (np.array(form.observe(turned_about_the_origin(scene, x), parameters)) for x in (h, -h))
+    assert_same_rates(case, state, (ahead - behind) / (2 * h), 1e-6)

@@ -1,0 +1,455 @@
+"""Changes of the code that tests must catch, each with the tests that reach it.
+
+What each breaks has gone unnoticed before: in a review, or while the tests for it were written.
+"""
+
+from __future__ import annotations
+
+from mutate import Mutation
+
+METHODS, CASES = "harness/integrators", "cases"
+ON_METHODS, ON_CASES, ON_TRUTH = "tests/harness/integrators", "tests/cases", "tests/reference"
+STAGES = f"{ON_METHODS}/test_stage_equations.py"
+
+STEPPING = (
+    Mutation(
+        "splitting: time stands still within a step",
+        f"{METHODS}/splitting.py",
+        "splitting_step",
+        "now += drift",
+        "now += 0.0 * drift",
+        (f"{ON_METHODS}/test_splitting.py",),
+    ),
+    Mutation(
+        "splitting: symplectic Euler drifts before it kicks",
+        f"{METHODS}/splitting.py",
+        "SymplecticEuler.coefficients",
+        "[[mp.mpf(1)], [mp.mpf(1)]]",
+        "[[mp.mpf(0), mp.mpf(1)], [mp.mpf(1), mp.mpf(0)]]",
+        (f"{ON_METHODS}/test_splitting.py",),
+    ),
+    Mutation(
+        "stormer: one acceleration fewer for the velocity",
+        f"{METHODS}/stormer.py",
+        "Stormer.coefficients",
+        "adams_weights(cls.order + 1)",
+        "[*adams_weights(cls.order), Fraction(0)]",
+        (f"{ON_METHODS}/test_stormer.py",),
+    ),
+    Mutation(
+        "adaptive: sums are not compensated",
+        f"{METHODS}/adaptive.py",
+        "integrate",
+        "low[i] = change[i] - (end[i] - y[i])",
+        "low[i] = 0.0",
+        (f"{ON_METHODS}/test_adaptive.py",),
+    ),
+    Mutation(
+        "embedded: the trial step does not look at the motion",
+        f"{METHODS}/sizes.py",
+        "trial_step",
+        "min(TRIAL * most, 0.01 * slowest) if slowest > 0.0 else TRIAL * most",
+        "TRIAL * most",
+        (f"{ON_METHODS}/test_adaptive.py", f"{ON_METHODS}/test_sizes.py"),
+    ),
+    Mutation(
+        "embedded: the trial step is a hundred times the time of the slowest group",
+        f"{METHODS}/sizes.py",
+        "trial_step",
+        "0.01 * slowest",
+        "100.0 * slowest",
+        (f"{ON_METHODS}/test_adaptive.py", f"{ON_METHODS}/test_sizes.py"),
+    ),
+    Mutation(
+        "embedded: the first step does not look at how the motion turns",
+        f"{METHODS}/embedded.py",
+        "first_step",
+        "turning_time(y, k[0], slope, h, groups, most)",
+        "most",
+        (f"{ON_METHODS}/test_adaptive.py",),
+    ),
+    Mutation(
+        "nystrom: the first step does not look at how the motion turns",
+        f"{METHODS}/nystrom.py",
+        "first_step",
+        "turning_time(y, rates, later, h, groups, most)",
+        "most",
+        (f"{ON_METHODS}/test_adaptive.py",),
+    ),
+    Mutation(
+        "embedded: the absolute rule looks at one end of a step",
+        f"{METHODS}/sizes.py",
+        "one_over",
+        "max(abs(y[i]), abs(end[i]))",
+        "abs(y[i])",
+        (f"{ON_METHODS}/test_adaptive.py",),
+    ),
+    Mutation(
+        "embedded: sizes of the start are kept",
+        f"{METHODS}/adaptive.py",
+        "integrate",
+        "enlarge(end, groups, sizes) or t == 0.0",
+        "t == 0.0",
+        (f"{ON_METHODS}/test_adaptive.py",),
+    ),
+    Mutation(
+        "events: a guard just met, below zero by round-off, fires again",
+        f"{METHODS}/event_stepping.py",
+        "run",
+        "(value == 0.0 or (g == where[FIRED] and value < 0.0))",
+        "value == 0.0",
+        (f"{ON_METHODS}/test_hybrid.py",),
+    ),
+    Mutation(
+        "events: a guard of the next mode that is zero on arrival is passed over",
+        f"{METHODS}/event_stepping.py",
+        "run",
+        "(value == 0.0 or (g == where[FIRED] and value < 0.0))",
+        "(g == where[FIRED] and value <= 0.0)",
+        (f"{ON_METHODS}/test_hybrid.py",),
+    ),
+    Mutation(
+        "events: steps grow sixty times",
+        f"{METHODS}/event_stepping.py",
+        "run",
+        "min(6.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
+        "min(60.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
+        (f"{ON_METHODS}/test_adaptive.py",),
+    ),
+    Mutation(
+        "events: steps do not grow",
+        f"{METHODS}/event_stepping.py",
+        "run",
+        "min(6.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
+        "min(1.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
+        (f"{ON_METHODS}/test_adaptive.py",),
+    ),
+)
+
+IMPLICIT = (
+    Mutation(
+        "gauss: stages are taken whatever their residual",
+        f"{METHODS}/gauss_steps.py",
+        "settled",
+        "if change <= roundoff:",
+        "if change <= 1e-3:",
+        (STAGES,),
+    ),
+    Mutation(
+        "gauss: a cycle of rounds is taken for round-off",
+        f"{METHODS}/gauss_steps.py",
+        "settled",
+        "if iteration == 0 or not change < NOISE * roundoff:",
+        "if iteration == 0:",
+        (STAGES,),
+    ),
+    Mutation(
+        "gauss: no absolute floor in rounds of first order",
+        f"{METHODS}/gauss_steps.py",
+        "gauss_step",
+        "if h * moved > SMALLEST:",
+        "if h * moved > 0.0:",
+        (STAGES,),
+    ),
+    Mutation(
+        "gauss: no absolute floor in rounds of second order",
+        f"{METHODS}/gauss_steps.py",
+        "gauss_nystrom_step",
+        "if h * moved > SMALLEST:",
+        "if h * moved > 0.0:",
+        (STAGES,),
+    ),
+    Mutation(
+        "gauss: no absolute floor in Newton's iteration",
+        f"{METHODS}/gauss_steps.py",
+        "newton_step",
+        "if moved > SMALLEST:",
+        "if moved > 0.0:",
+        (STAGES,),
+    ),
+    Mutation(
+        "rattle: a place is taken whatever it misses the constraint by",
+        f"{METHODS}/rattle.py",
+        "onto_constraint",
+        "if settled(iteration, change, least, stalled, roundoff):",
+        "if change <= 1e-3:",
+        (STAGES,),
+    ),
+    Mutation(
+        "radau: stages are taken whatever their residual",
+        f"{METHODS}/radau_steps.py",
+        "newton",
+        "if norm <= 1e-3 * enough or (iteration > 1 and rate < 1.0 and rate / (1.0 - rate) * norm <= enough):",
+        "if iteration > 1:",
+        (STAGES,),
+    ),
+    Mutation(
+        "radau: stages are taken at thirty times the residual",
+        f"{METHODS}/radau_steps.py",
+        "newton",
+        "enough = max(rest, min(0.03, sqrt(tolerance)))",
+        "enough = max(30.0 * rest, min(0.9, 30.0 * sqrt(tolerance)))",
+        (STAGES,),
+    ),
+    Mutation(
+        "radau: changes that do not shrink are taken for round-off",
+        f"{METHODS}/radau_steps.py",
+        "newton",
+        "if iteration > 1 and rate >= 1.0 and norm <= rest:",
+        "if iteration > 1 and rate >= 1.0 and norm <= enough:",
+        (f"{ON_METHODS}/test_radau.py",),
+    ),
+    Mutation(
+        "radau: a sample is the end of its step",
+        f"{METHODS}/radau_steps.py",
+        "integrate",
+        "out[m, sample, i] = y[i] + (low[i] + between(part, table, z, i))",
+        "out[m, sample, i] = y[i] + (low[i] + z[2, i])",
+        (f"{ON_METHODS}/test_radau.py",),
+    ),
+    Mutation(
+        "radau: every sample is a value of its step's polynomial",
+        f"{METHODS}/radau_steps.py",
+        "integrate",
+        "not smooth(step, table, weight, start, z, norm)",
+        "norm < 0.0",
+        (f"{ON_METHODS}/test_radau.py",),
+    ),
+    Mutation(
+        "radau: steps are not foreseen",
+        f"{METHODS}/radau_steps.py",
+        "integrate",
+        "scale *= min(1.0, step / reach * scale)",
+        "scale *= 1.0",
+        (f"{ON_METHODS}/test_radau.py",),
+    ),
+    Mutation(
+        "gauss fast: stiff equations are handed over at a thousand times the tolerance",
+        f"{METHODS}/gauss_fast.py",
+        "stiffly",
+        "radau.prepared(problem, max(tolerance, finest), 0.0)",
+        "radau.prepared(problem, max(1000 * tolerance, finest), 0.0)",
+        (f"{ON_METHODS}/test_gauss_fast.py::test_large_components_are_handed_over_to_the_same_tolerance",),
+    ),
+    Mutation(
+        "gauss fast: small components are handed over at a thousand times the tolerance",
+        f"{METHODS}/gauss_fast.py",
+        "stiffly",
+        "max(tolerance * smallest, finest)",
+        "max(1000 * tolerance * smallest, finest)",
+        (f"{ON_METHODS}/test_gauss_fast.py::test_stiff_equations_are_handed_over",),
+    ),
+    Mutation(
+        "gauss fast: an ensemble leaves a hundred times as much to the iteration",
+        f"{METHODS}/gauss_fast_ensemble.py",
+        "",
+        "PORTION, HELD, HOLDABLE = 0.1,",
+        "PORTION, HELD, HOLDABLE = 10.0,",
+        (f"{ON_METHODS}/test_gauss_fast.py::test_an_ensemble_is_as_good_as_its_trajectories",),
+    ),
+)
+
+RUNNING = (
+    Mutation(
+        "heyoka: a hundred times the tolerance that is recorded",
+        "harness/adapters/heyoka.py",
+        "Taylor.prepare",
+        "heyoka.taylor_adaptive(equations, [0.0] * problem.dimension, **options)",
+        'heyoka.taylor_adaptive(equations, [0.0] * problem.dimension, **(options | {"tol": 100 * setting}))',
+        ("tests/harness/adapters/test_heyoka.py",),
+    ),
+    Mutation(
+        "heyoka: an ensemble at a hundred times the tolerance that is recorded",
+        "harness/adapters/heyoka.py",
+        "Taylor.prepare",
+        "heyoka.taylor_adaptive_batch(equations, start, **options)",
+        'heyoka.taylor_adaptive_batch(equations, start, **(options | {"tol": 100 * setting}))',
+        ("tests/harness/adapters/test_heyoka.py",),
+    ),
+    *(
+        Mutation(
+            f"{name}: a hundred times the tolerance that is recorded",
+            f"harness/adapters/{file}.py",
+            function,
+            before,
+            after,
+            (f"tests/harness/adapters/{tests}.py",),
+        )
+        for name, file, function, before, after, tests in (
+            ("rebound", "rebound_nbody", "Native.prepare", "name, value)", "name, 100 * value)", "test_rebound"),
+            ("rebound ODE", "rebound_ode", "OdeMode.prepare", "name, value)", "name, 100 * value)", "test_rebound"),
+            (
+                *("scipy events", "scipy_events", "trajectory", "events=side.guards, **options,"),
+                *('events=side.guards, **(options | {"rtol": 100 * options["rtol"]}),', "test_scipy"),
+            ),
+        )
+    ),
+    Mutation(
+        "pybullet: other damping, other limits than are recorded",
+        "harness/adapters/pybullet_world.py",
+        "World._extra",
+        "**values)",
+        "**{name: value + 1 for name, value in values.items()})",
+        ("tests/harness/adapters/test_pybullet.py",),
+    ),
+    Mutation(
+        "compare: one setting alone may be as bad as it likes",
+        "harness/gate.py",
+        "_series",
+        "if ratio > SINGLE_FACTOR:",
+        "if ratio > np.inf:",
+        ("tests/harness/test_gate.py",),
+    ),
+    Mutation(
+        "cache: the fingerprint of sources is a constant",
+        "reference/diskcache.py",
+        "fingerprint",
+        "return found.hexdigest()[:16]",
+        'return "0" * 16',
+        (f"{ON_TRUTH}/test_diskcache.py",),
+    ),
+    Mutation(
+        "cache: the fingerprint does not see subfolders",
+        "reference/diskcache.py",
+        "fingerprint",
+        'root.rglob("*.py")',
+        'root.glob("*.py")',
+        (f"{ON_TRUTH}/test_diskcache.py",),
+    ),
+)
+
+TRUTH = (
+    Mutation(
+        "metric: angles more than half a turn off are not wrapped",
+        f"{CASES}/metric.py",
+        "Group.difference",
+        "np.remainder(raw + math.pi, 2 * math.pi) - math.pi",
+        "raw",
+        (f"{ON_CASES}/test_metric.py",),
+    ),
+    Mutation(
+        "metric: lengths are wrapped like angles",
+        f"{CASES}/metric.py",
+        "Metric.scaled",
+        'wrapped = case.state[members[0]].kind == "angle"',
+        "wrapped = True",
+        (f"{ON_CASES}/test_metric.py",),
+    ),
+    *(
+        Mutation(
+            f"sizes: {file}, {text}, twice as large",
+            f"{CASES}/{file}.py",
+            function,
+            text,
+            f"2 * ({text})",
+            (f"{ON_CASES}/test_scales.py::test_sizes_are_those_of_the_motion",),
+        )
+        for file, function, text in (
+            ("coulomb", "CoulombFrictionOscillator.scales", "max(abs(float(self.initial_state[0])), first)"),
+            ("coulomb", "CoulombFrictionOscillator.scales", "float(motion.fastest())"),
+            ("foucault", "FoucaultLinear.scales", "p + q"),
+            ("foucault", "FoucaultLinear.scales", "p * faster + q * slower"),
+            ("cart_pendulum", "PendulumOnCart.scales", "abs(vx + arm * omega * cos(theta)) + arm * rate"),
+        )
+    ),
+    *(
+        Mutation(
+            f"time scales: {file}, ten times as long",
+            f"{CASES}/{file}.py",
+            f"{kind}.time_scale",
+            f"return {text}",
+            f"return 10 * {text}",
+            (f"{ON_CASES}/test_scales.py::test_time_scales_are_those_of_the_equations",),
+        )
+        for file, kind, text in (
+            ("coulomb", "CoulombFrictionOscillator", 'math.sqrt(float(self.parameters["m"] / self.parameters["k"]))'),
+            ("foucault", "FoucaultLinear", "1 / max(abs(float(rate)) for rate in self.motion().circles()[2:])"),
+            ("foucault_nonlinear", "FoucaultNonlinear", "min(math.sqrt(length / g)"),
+        )
+    ),
+    Mutation(
+        "variants: near_parabolic_bound is a thousand times easier",
+        f"{CASES}/kepler.py",
+        "KeplerOrbit",
+        "2 * (1 - 1e-12)",
+        "2 * (1 - 1e-9)",
+        (f"{ON_CASES}/test_stresses.py",),
+    ),
+    Mutation(
+        "variants: flips_1e12 is flips_1e6",
+        f"{CASES}/euler_top.py",
+        "EulerTopCase",
+        'spinning("1e-12", 1, "1e-12")',
+        'spinning("1e-6", 1, "1e-6")',
+        (f"{ON_CASES}/test_stresses.py",),
+    ),
+    *(
+        Mutation(
+            f"tables: what they hand out may err by {ulp} of an ulp",
+            "reference/tablekernel.py",
+            "",
+            "DOUBT = 2.0**-7",
+            f"DOUBT = {ulp}",
+            (f"{ON_TRUTH}/test_tablekernel.py",),
+        )
+        for ulp in ("2.0**-5", "2.0**-1")
+    ),
+    Mutation(
+        "equations: the gyrocompass is damped twice as much",
+        f"{CASES}/gyrocompass_free.py",
+        "damped_at_any_angle",
+        "c * omega / across",
+        "2 * c * omega / across",
+        (f"{ON_CASES}/test_equations.py",),
+    ),
+    Mutation(
+        "equations: the Earth turns about the other horizontal axis in Foucault's pendulum",
+        f"{CASES}/foucault_nonlinear.py",
+        "foucault_sphere",
+        "oy, oz = rate * cos(lat)",
+        "oy, oz = -rate * cos(lat)",
+        (f"{ON_CASES}/test_equations.py",),
+    ),
+    Mutation(
+        "scenes: the top's weight has no arm",
+        f"{CASES}/top_scene.py",
+        "standing",
+        "place = (arm * r[2], arm * r[5], arm * r[8])",
+        "place = (0.0, 0.0, 0.0)",
+        ("tests/harness/adapters/test_scene_accelerations.py",),
+    ),
+    Mutation(
+        "scenes: the top's weight has half its arm",
+        f"{CASES}/top_scene.py",
+        "standing",
+        "Scene((0.0, 0.0, -weight / arm)",
+        "Scene((0.0, 0.0, -weight / (2 * arm))",
+        ("tests/harness/adapters/test_scene_accelerations.py",),
+    ),
+    Mutation(
+        "scenes: the Earth turns about the other horizontal axis in Foucault's pendulum",
+        f"{CASES}/foucault_nonlinear.py",
+        "bob_scene",
+        "oy, oz = rate * cos(lat)",
+        "oy, oz = -rate * cos(lat)",
+        ("tests/harness/adapters/test_scene_accelerations.py",),
+    ),
+    Mutation(
+        "ladders: small swings of Foucault's pendulum are lifted to above the support",
+        f"{CASES}/foucault_nonlinear.py",
+        "FoucaultNonlinear.ladder",
+        "height = -np.sqrt",
+        "height = np.sqrt",
+        (f"{ON_CASES}/test_ladders.py",),
+    ),
+    Mutation(
+        "ladders: small swings of Foucault's pendulum fall where they should rise",
+        f"{CASES}/foucault_nonlinear.py",
+        "FoucaultNonlinear.ladder",
+        "-(x * u + y * w) / height",
+        "(x * u + y * w) / height",
+        (f"{ON_CASES}/test_ladders.py",),
+    ),
+)
+
+MUTATIONS = (*STEPPING, *IMPLICIT, *RUNNING, *TRUTH)
