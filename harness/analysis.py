@@ -317,13 +317,14 @@ def orders(reduced: pd.DataFrame) -> pd.DataFrame:
     over the first samples: where one passes through zero between two steps, another need not, and errors that grow
     with time in two ways, such as h^5 t^2 and h^4 t, show the order early. `lowest` and `highest` are the slopes of the largest error from one
     of its finest points to the next, nan where fewer than 4 settings lie in the range. `why` says what an order lacks.
+    `margin` is half of the order's interval (`order.mean_slope`).
     """
     rows = []
     fixed = reduced[(reduced["setting_kind"] == "step") & (reduced["status"] == "ok")]
     for key, series in fixed.groupby(SERIES, dropna=False):
         steps, declared = series["setting"].to_numpy(float), float(series["order_declared"].iloc[0])
         attainable = float(np.nanmax([series["conditioning"].max(), series["floor"].max(), 0.0]))
-        order, bent, why = math.nan, (math.nan, math.nan), ""
+        order, margin, bent, why = math.nan, math.nan, (math.nan, math.nan), ""
         for name in ("error_max", "error_rms", "error_end", "error_start"):
             errors = series[name].to_numpy(float)
             floor = max(attainable, _plateau(steps, errors, declared))
@@ -332,10 +333,10 @@ def orders(reduced: pd.DataFrame) -> pd.DataFrame:
                 bent = (slopes(steps.tolist(), errors.tolist(), floor) or (0.0, *bent))[1:]
                 why = why_no_line(errors.tolist(), floor)
             if found is not None:
-                order, why = found, ""
+                (order, margin), why = found, ""
                 break
-        rows.append((*key, order, *bent, declared, why))
-    return pd.DataFrame(rows, columns=[*SERIES, "order", "lowest", "highest", "declared", "why"])
+        rows.append((*key, order, margin, *bent, declared, why))
+    return pd.DataFrame(rows, columns=[*SERIES, "order", "margin", "lowest", "highest", "declared", "why"])
 
 
 def _plateau(steps: Floats, errors: Floats, order: float) -> float:

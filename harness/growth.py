@@ -228,11 +228,17 @@ def fitted(times: Floats, errors: Floats) -> Floats:
     A line through the logarithms of the root mean squares over the octaves of time. One power a start, so that one whose
     period is a simple fraction of the step, where roundings repeat, does not rule the others.
     """
+    centres, sizes = by_octaves(times, errors, math.ceil(DECADES / math.log10(2)))
+    return np.asarray(np.polyfit(centres, sizes, 1)[0])
+
+
+def by_octaves(times: Floats, errors: Floats, count: int) -> tuple[Floats, Floats]:
+    """Of the last `count` octaves of time that have samples, latest first: the means of log time (octaves,), and the
+    logarithms of the root mean squares of errors (series, times): (octaves, series)."""
     octave = np.floor(np.log2(times[-1] / times)).astype(int)
-    chosen = [octave == k for k in range(math.ceil(DECADES / math.log10(2)))]
+    chosen = [octave == k for k in np.unique(octave[octave < count])]
     centres = np.array([np.mean(np.log(times[mask])) for mask in chosen])
-    sizes = np.array([np.sqrt(np.mean(errors[:, mask] ** 2, axis=1)) for mask in chosen])
-    return np.asarray(np.polyfit(centres, np.log(sizes), 1)[0])
+    return centres, np.array([np.log(np.sqrt(np.mean(errors[:, mask] ** 2, axis=1))) for mask in chosen])
 
 
 def interval_of_mean(values: Floats, confidence: float = CONFIDENCE) -> tuple[float, float]:

@@ -21,6 +21,7 @@ from gnomon.harness.integrators.fixed_step import DIGITS, FixedStep
 from gnomon.harness.problem import accepted_form, initial_state, problem_of
 from gnomon.reference.precision import working
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 Floats = NDArray[np.float64]
 
@@ -64,8 +65,9 @@ def slopes(
     return _slope(points), min(pieces), max(pieces)
 
 
-def line(steps: Sequence[float], errors: Sequence[float], floor: float, within: float) -> float | None:
-    """The slope over the finest four successive steps whose slopes from one to the next agree within `within` with it.
+def line(steps: Sequence[float], errors: Sequence[float], floor: float, within: float) -> tuple[float, float] | None:
+    """The slope over the finest four successive steps whose slopes from one to the next agree within `within` with it,
+    and the margin of `mean_slope`: settings that agree with each other may agree on what is not yet the order.
 
     Of errors below 5e-2 and above 20 times `floor`. None without four such steps.
     """
@@ -78,8 +80,19 @@ def line(steps: Sequence[float], errors: Sequence[float], floor: float, within: 
         if len(taken) == FEWEST:
             slope = _slope(taken)
             if all(abs(_slope(pair) - slope) <= within for pair in itertools.pairwise(taken)):
-                return slope
+                return slope, mean_slope(taken)[1]
     return None
+
+
+def mean_slope(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """The mean slope from each point to the next, and half of its 95 % interval, from their spread (Student's t).
+
+    Where the points scatter independently, or are the path of a random walk, neighbouring slopes are not correlated or
+    against each other, and the interval is rather too wide. A line that bends has it wider by what it bends.
+    """
+    pieces = np.array([_slope(pair) for pair in itertools.pairwise(points)])
+    half = stdtrit(len(pieces) - 1, 0.975) * np.std(pieces, ddof=1) / math.sqrt(len(pieces))
+    return float(np.mean(pieces)), float(half)
 
 
 def why_no_line(errors: Sequence[float], floor: float) -> str:

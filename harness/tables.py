@@ -270,7 +270,7 @@ def _order(found: dict[str, Any] | None) -> Cell:
         return Cell("–", kind="none")
     declared = f"declared {found['declared']:.0f}" if math.isfinite(found["declared"]) else ""
     if math.isfinite(found["order"]):
-        return Cell(f"order {found['order']:.2f}", declared)
+        return Cell(f"order {found['order']:.2f} ± {found['margin']:.2f}", declared)
     if found["why"] or not math.isfinite(found["lowest"]):
         return Cell("–", "; ".join(word for word in (found["why"], declared) if word), "none")
     bent = f"slopes from {found['lowest']:.1f} to {found['highest']:.1f}"
@@ -299,15 +299,25 @@ def _drift(laws: list[dict[str, Any]] | None) -> list[Cell]:
     """Two cells: the law of the error's growth, and those of the invariants."""
     if laws is None:
         return [Cell("–", kind="none"), Cell("–", kind="none")]
-    words = {law["quantity"]: (law["law"], law["size"]) for law in laws}
-    error = words.pop("error", None)
-    first = Cell(LAWS.get(error[0], error[0]), f"reaches {error_text(error[1])}") if error else Cell("–", kind="none")
+    words = {law["quantity"]: (*_growth(law), error_text(law["size"])) for law in laws}
+    law, power, size = words.pop("error", ("–", "", ""))
+    note = "; ".join(word for word in (power, f"reaches {size}" if size else "") if word)
+    first = Cell(law, note, "" if size else "none")
     if not words:
         return [first, Cell("–", "no constant invariant", "none")]
     text = "; ".join(
-        f"{name.replace('_', ' ')}: {LAWS.get(law, law)} ({error_text(size)})" for name, (law, size) in words.items()
+        f"{name.replace('_', ' ')}: {', '.join(word for word in (law, power) if word not in ('', '–'))} ({size})"
+        for name, (law, power, size) in words.items()
     )
     return [first, Cell("", text)]
+
+
+def _growth(found: dict[str, Any]) -> tuple[str, str]:
+    """The law, – where the power's interval holds several, and the power with its interval."""
+    power = ""
+    if math.isfinite(found["power"]):
+        power = f"power {found['power']:.2f} ({found['low']:.2f} to {found['high']:.2f})"
+    return LAWS.get(found["law"], found["law"]) or "–", power
 
 
 def failure_groups(failed: pd.DataFrame) -> list[dict[str, Any]]:

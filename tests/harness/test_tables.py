@@ -117,12 +117,15 @@ def _stability(**changed: Any) -> list[tables.Cell]:
     series = {"verdict": "partly", "ok": 3, "settings": 4, "counts": {"ok": 3}, "failure": "diverged", "reason": "why"}
     nothing = {"over_tolerance": math.nan, "worst_over_tolerance": math.nan}
     trial = nothing | {"best": 3e-14, "attainable": 1e-14} | changed.get("trial", {})
-    order = {"order": 3.98, "lowest": 3.95, "highest": 4.01, "declared": 4.0, "why": ""} | changed.get("order", {})
+    order = {"order": 3.98, "margin": 0.05, "lowest": 3.95, "highest": 4.01, "declared": 4.0, "why": ""} | changed.get(
+        "order", {}
+    )
     part = {"error_phase": 2e-6, "error_shape": 3e-7, "events_missing": math.nan, "events_extra": math.nan}
     part |= {"events_time_error": math.nan, "turns": 0} | changed.get("part", {})
     laws = [
-        {"quantity": "error", "law": "t^2", "size": 1e-5},
-        {"quantity": "the_energy", "law": "sqrt t", "size": 2e-9},
+        {"quantity": "error", "law": "t^2", "power": 2.01, "low": 1.9, "high": 2.12, "size": 1e-5},
+        {"quantity": "the_energy", "law": "", "power": 0.6, "low": 0.1, "high": 1.1, "size": 2e-9},
+        {"quantity": "spin", "law": "round-off", "power": math.nan, "low": math.nan, "high": math.nan, "size": 2e-14},
     ]
     frames = [pd.DataFrame([key | row]) for row in (series, trial, order, part)]
     matrix, trusted, orders, parts = frames
@@ -134,10 +137,10 @@ def test_a_row_of_the_stability_table() -> None:
     status, best, knob, parts, growth, drift = _stability()
     assert (status.text, status.note, status.kind) == ("3 of 4 ok", "diverged: why", "partly")
     assert (best.text, best.note) == ("3.0e-14", "3 × attainable")
-    assert (knob.text, knob.note) == ("order 3.98", "declared 4")
+    assert (knob.text, knob.note) == ("order 3.98 ± 0.05", "declared 4")
     assert (parts.text, parts.note) == ("phase 2.0e-6", "shape 3.0e-7")
-    assert (growth.text, growth.note) == ("t²", "reaches 1.0e-5")
-    assert drift.note == "the energy: √t (2.0e-9)"
+    assert (growth.text, growth.note) == ("t²", "power 2.01 (1.90 to 2.12); reaches 1.0e-5")
+    assert drift.note == "the energy: power 0.60 (0.10 to 1.10) (2.0e-9); spin: round-off (2.0e-14)"
 
 
 def test_an_error_below_the_attainable_is_at_it() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import Any
 
@@ -15,7 +16,15 @@ from gnomon.harness.integrators.explicit import RK4
 from gnomon.harness.integrators.fixed_step import FixedStep
 from gnomon.harness.integrators.gauss import Gauss4
 from gnomon.harness.integrators.splitting import KahanLi6, KahanLi8, Yoshida8
-from gnomon.harness.order import fit_order, fit_order_exactly, measure_order, measure_order_exactly, solve_exactly
+from gnomon.harness.order import (
+    fit_order,
+    fit_order_exactly,
+    line,
+    mean_slope,
+    measure_order,
+    measure_order_exactly,
+    solve_exactly,
+)
 from gnomon.harness.orders import WITHIN
 
 
@@ -150,3 +159,26 @@ def test_fit_leaves_out_what_comes_before_a_large_error_or_after_the_floor() -> 
     after = [*(h**2 for h in steps[:8]), 5e-3]
     assert fit_order(steps, after, floor=1e-6) is None
     assert fit_order(steps, [h**2 for h in steps]) == (pytest.approx(2.0), 5)
+
+
+def test_an_order_that_settings_agree_on_has_a_margin_that_holds_the_declared_one() -> None:
+    """An error h^4 (1 + 1.5 h) at h from 1/16 to 1/128: the slopes agree within 0.1, on 4.03; the order is 4."""
+    steps = [2.0**-k for k in range(4, 8)]
+    found = line(steps, [h**4 * (1 + 1.5 * h) / 4 for h in steps], 0.0, 0.1)
+    assert found is not None
+    order, margin = found
+    assert order - margin < 4 < order - 0.02
+    assert line(steps, [h**4 for h in steps], 0.0, 0.1) == (pytest.approx(4), pytest.approx(0, abs=1e-9))
+
+
+def test_the_interval_of_a_mean_slope_holds_it_as_often_as_it_says() -> None:
+    """Of points that scatter independently neighbouring slopes are against each other, and it is wider than it need be."""
+    random = np.random.default_rng(8)
+    held = 0
+    for _ in range(300):
+        slope, margin = mean_slope([(x, 2 * x + y) for x, y in enumerate(0.1 * random.standard_normal(4))])
+        held += abs(slope - 2) <= margin
+    assert held > 0.95 * 300 - 2 * math.sqrt(0.95 * 0.05 * 300)
+    walk = [mean_slope(list(enumerate(np.cumsum(random.standard_normal(4)).tolist()))) for _ in range(1000)]
+    # Of independent slopes it is Student's interval itself: 950 of 1000, give or take 7.
+    assert 930 < sum(abs(slope) <= margin for slope, margin in walk) < 970
