@@ -17,6 +17,8 @@ from gnomon.cases.formulation import Formulation
 from gnomon.cases.metric import Metric
 from gnomon.cases.numbers import (
     DURATION,
+    LARGEST,
+    SMALLEST,
     Coordinate,
     Domain,
     OutOfReachError,
@@ -29,7 +31,7 @@ from gnomon.cases.numbers import (
 from gnomon.cases.scene import SceneForm
 from gnomon.cases.turning import Turning
 from gnomon.reference.motion import Motion
-from gnomon.reference.precision import Number
+from gnomon.reference.precision import Number, exact
 from mpmath import mpf
 from numpy.typing import NDArray
 
@@ -152,13 +154,19 @@ class Case:
         with self._within_reach():
             self.domain.check(self.name, self.numbers)
             wanted = span if span is not None else setting.span
-            self.span = given(wanted if wanted is not None else self.natural_span(), f"{self.name}: span", DURATION)
+            self.span = self._natural() if wanted is None else given(wanted, f"{self.name}: span", DURATION)
         if self.span <= 0:
             raise ValueError(f"{self.name}: span = {show(self.span)} is not positive; give a duration in seconds")
 
     @classmethod
     def _given(cls, name: str, value: Number) -> Fraction:
         return given(value, f"{cls.name}: {name}", cls.domain.ranges.get(name, Range()))
+
+    def _natural(self) -> Fraction:
+        found = exact(self.natural_span(), "its natural span")
+        if not SMALLEST <= found <= LARGEST:
+            raise ArithmeticError(f"its natural span, {show(found)} s, is not within 1e-300 and 1e300 s")
+        return found
 
     @classmethod
     def _variant(cls, name: str | None) -> Variant:

@@ -72,7 +72,17 @@ SCENE = SceneForm(dragged_scene, dragged_reading, frozenset({"hinge", "velocity_
 
 
 def _moves(n: Mapping[str, Fraction]) -> bool:
-    return n["theta"] != 0 or n["v"] != 0
+    return n["w2"] * n["theta"] ** 2 + n["v"] ** 2 >= n["w2"] * LEAST**2
+
+
+def _no_crawl(n: Mapping[str, Fraction]) -> bool:
+    return n["v"] == 0 or n["v"] ** 2 >= n["w2"] * SLOWEST**2
+
+
+SLOWEST = Fraction(1, 10**50)
+"""Of sqrt(w2): a start so slow is at rest for any double, and what it adds to the time is no integral worth the digits."""
+LEAST = Fraction(1, 10**15)
+"""Of rad: what drag takes from a swing is 8 c/3 of its amplitude, so from smaller ones nothing that binary64 shows."""
 
 
 class PendulumQuadraticDamping(Case):
@@ -94,10 +104,14 @@ class PendulumQuadraticDamping(Case):
         {
             "w2": positive(1.0, 10.0),
             "c": Range(low=0.0, high=4.0, low_open=True, typical=(0.02, 0.5)),
-            "theta": Range(typical=(-2.5, 2.5)),
+            # beyond, a double is too coarse to tell where between two tops it is
+            "theta": Range(-1e9, 1e9, typical=(-2.5, 2.5)),
             "v": Range(typical=(-8.0, 8.0)),
         },
-        (Rule("theta and v are not both zero (the pendulum is not at rest below)", _moves),),
+        (
+            Rule("w2 theta^2 + v^2 >= 1e-30 w2 (the pendulum swings by 1e-15 rad or more)", _moves),
+            Rule("v = 0 or v^2 >= 1e-100 w2 (it starts from rest, or at 1e-50 of its natural rate or more)", _no_crawl),
+        ),
     )
     variants = (
         Variant("turns", "goes over the top 5 times before it swings", {"c": "0.05"}, (0, 20)),

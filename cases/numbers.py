@@ -13,8 +13,11 @@ from gnomon.reference.precision import Number, exact
 
 FEW = 20
 """More valid names than this are not all put into an error message."""
-LARGEST, SMALLEST = Fraction(10) ** 300, Fraction(1, 10**300)
-"""The sizes of numbers that are not 0: nearer to the ends of binary64 a square root or a quotient leaves it."""
+LARGEST, SMALLEST = max(Fraction(10) ** 300, Fraction(1e300)), min(Fraction(1, 10**300), Fraction(1e-300))
+"""The sizes of numbers that are not 0, as text and as doubles: nearer to the ends of binary64 a square root or a
+quotient leaves it."""
+TINY = Fraction(1, 10**9)
+"""Of the larger end of its typical range: so small a number is named where there is no exact motion, too."""
 KINDS = (
     "length",
     "velocity",
@@ -123,7 +126,8 @@ class Domain:
         found = []
         for name, value in numbers.items():
             low, high = self.ranges.get(name, Range()).typical
-            if not low <= value <= high:
+            tiny = 0 < abs(value) < TINY * Fraction(max(-low, high))
+            if tiny or not low <= value <= high:
                 found.append(f"{name} = {show(value)} (usual: {low:g} to {high:g})")
         named = ", ".join(found) or ", ".join(f"{name} = {show(value)}" for name, value in numbers.items())
         return f"the exact motion is out of reach for {named}"

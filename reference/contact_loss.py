@@ -107,8 +107,7 @@ class ContactLoss(Motion):
 @lru_cache(maxsize=32)
 def _leaving_time(motion: ContactLoss, digits: int) -> Fraction:
     """Bracketed and bisected roughly, then Newton's method, each step with twice the digits."""
-    scale = (motion.radius / motion.g).limit_denominator(10**6) or Fraction(1, 10**6)
-    step = Fraction(int(float(scale) ** 0.5 * 2**20) + 1, 2**22)
+    step = Fraction(float(motion.radius / motion.g) ** 0.5 / 4)
     target = motion.leaving_angle(20)
 
     def past(t: Fraction) -> bool:

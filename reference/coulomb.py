@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from math import sqrt
 from typing import Any
 
 import flint
@@ -56,12 +55,12 @@ class CoulombOscillator(BallMotion):
             return 0
         if self.mu_k == 0:
             return 1 if self._square <= self.limit**2 else None
-        excess = sqrt(float(self._square)) - float(self.offset + self.limit)
-        turns = max(1, round(excess / float(2 * self.offset)))
+        low, turns = 0, 1
         while not self._stays(turns):
-            turns += 1
-        while turns > 1 and self._stays(turns - 1):
-            turns -= 1
+            low, turns = turns, 2 * turns
+        while turns - low > 1:
+            middle = (low + turns) // 2
+            low, turns = (low, middle) if self._stays(middle) else (middle, turns)
         return turns
 
     def _stays(self, turn: int) -> bool:

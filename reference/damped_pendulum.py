@@ -14,11 +14,13 @@ from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import flint
-from gnomon.reference.balls import BallMotion, ball, precision, sign
+from gnomon.reference.balls import BallMotion, ball, floor_of, sign
 from gnomon.reference.passage import Pace, Track
 
 LONGEST = 0.7
 """Of 1/sqrt(w2): the time between two places of a track."""
+MOST_TURNS = 150
+"""Over the top before it swings: their time is one integral, in parts of `LONGEST`."""
 WIDE = 1e-6
 """Radius of a ball that integration bounds the integrand on, rather than evaluates it at."""
 
@@ -58,10 +60,7 @@ class DampedPendulum(BallMotion):
     def turns(self) -> int:
         """Over the top at first, before it swings; negative backwards."""
         side, start = (1 if self.forward else -1), self.theta if self.forward else -self.theta
-        bottom = self._first_bottom()
-        with precision(64):
-            nearest = int((ball(start) / (2 * flint.arb.pi()) + flint.arb(0.5)).floor().unique_fmpz())
-        return side * (bottom - nearest)
+        return side * (self._first_bottom() - floor_of(lambda: ball(start) / (2 * flint.arb.pi()) + flint.arb(0.5)))
 
     def _balls(self, t: Fraction) -> Sequence[Any]:
         if t == 0:
@@ -99,12 +98,12 @@ class DampedPendulum(BallMotion):
     def _first_bottom(self) -> int:
         """Which bottom u = 2 pi j the first passage is the last to cross or reach: p at the tops before is positive."""
         start = self.theta if self.forward else -self.theta
-        with precision(64):
-            top = int((ball(start) / (2 * flint.arb.pi()) - flint.arb(0.5)).ceil().unique_fmpz())
+        top = -floor_of(lambda: flint.arb(0.5) - ball(start) / (2 * flint.arb.pi()))
         # the first top after the start is (2 top + 1) pi
-        while self._passes(start, top):
-            top += 1
-        return top
+        for turns in range(MOST_TURNS + 1):
+            if not self._passes(start, top + turns):
+                return top + turns
+        raise ArithmeticError(f"it goes over the top more than {MOST_TURNS} times before it swings")
 
     def _passes(self, start: Fraction, top: int) -> bool:
         """Whether p e^(2 c (u - u0)) is positive at u = (2 top + 1) pi."""
