@@ -10,7 +10,7 @@ SUITE ?= standard
 EXTRAS ?= dev
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report certificates test test-all lint types unit bench clean
+.PHONY: report certificates test test-all lint types unit bench docs clean
 
 report: $(INSTALLED)
 	$(BIN)/gnomon certify --to runs/certificates.json --opponents reports/checks.json
@@ -49,6 +49,11 @@ bench: $(INSTALLED)
 	$(BIN)/pytest tests/benchmarks --ignore=tests/benchmarks/test_pairs.py -m "not slow" --benchmark-only \
 	  --benchmark-max-time=0.25 --benchmark-min-rounds=3 --benchmark-json=runs/benchmarks.json
 
+# The documentation site, without a network: site/index.html.
+docs:
+	$(MAKE) $(VENV)/installed-docs EXTRAS=docs
+	$(BIN)/mkdocs build --quiet
+
 # A stale build/ would put files into the package that are no longer in the tree.
 $(INSTALLED): pyproject.toml $(SOURCES) | $(BIN)/python
 	rm -rf build src/gnomon.egg-info
@@ -69,4 +74,4 @@ else
 endif
 
 clean:
-	rm -rf $(VENV) build runs
+	rm -rf $(VENV) build runs site
