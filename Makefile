@@ -12,7 +12,7 @@ EXTRAS ?= dev
 LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report certificates publish test test-all lint types unit bench clean
+.PHONY: report certificates publish test test-all lint types unit bench docs clean
 
 # A first page after minutes, from the suite `quick`; the whole run then goes on in the same file.
 report: $(INSTALLED)
@@ -58,6 +58,11 @@ bench: $(INSTALLED)
 	$(BIN)/pytest tests/benchmarks --ignore=tests/benchmarks/test_pairs.py -m "not slow" --benchmark-only \
 	  --benchmark-max-time=0.25 --benchmark-min-rounds=3 --benchmark-json=runs/timings.json
 
+# The documentation site, without a network: site/index.html.
+docs:
+	$(MAKE) $(VENV)/installed-docs EXTRAS=docs
+	$(BIN)/mkdocs build --quiet
+
 # A stale build/ would put files into the package that are no longer in the tree.
 $(INSTALLED): pyproject.toml $(SOURCES) | $(BIN)/python
 	rm -rf build src/gnomon.egg-info
@@ -78,4 +83,4 @@ else
 endif
 
 clean:
-	rm -rf $(VENV) build runs
+	rm -rf $(VENV) build runs site

@@ -1,0 +1,71 @@
+"""The pages of docs/ are true: their Python runs, their commands exist and run, each page stands in the contents."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PAGES = sorted((ROOT / "docs").rglob("*.md"))
+MEASURES = re.compile(r"^(from gnomon\.harness import compare|table\b.*)$", re.M)
+"""Lines that measure for half a minute: only `make test-all` runs them."""
+
+
+def _blocks(page: Path, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", page.read_text(), re.S)
+
+
+def _commands(page: Path) -> list[list[str]]:
+    lines = "\n".join(_blocks(page, "")).splitlines()
+    return [shlex.split(line, comments=True) for line in lines if line.startswith("gnomon ")]
+
+
+def _run(page: Path, leave_out: re.Pattern[str] | None = None) -> None:
+    names: dict[str, object] = {"__name__": "page"}
+    for block in _blocks(page, "python"):
+        exec(compile(leave_out.sub("", block) if leave_out else block, str(page), "exec"), names)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_the_python_of_a_page_runs(page: Path) -> None:
+    _run(page, MEASURES)
+
+
+@pytest.mark.slow
+def test_the_lines_that_measure_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for page in PAGES:
+        _run(page)
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_pages_run(tmp_path: Path) -> None:
+    """As they stand, in the order of the contents; a page's integrator is saved under the name that the page gives it."""
+    (source,) = (block for block in _blocks(ROOT / "docs" / "integrator.md", "python") if "class " in block)
+    (tmp_path / "euler.py").write_text(source)
+    commands = [words for page in PAGES for words in _commands(page)]
+    assert commands
+    for words in commands:
+        command = [str(Path(sys.executable).parent / words[0]), *words[1:]]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_every_page_stands_in_the_contents() -> None:
+    """A page that is not in the contents is found by nobody."""
+    listed = set(re.findall(r": ([\w/]+\.md)$", (ROOT / "mkdocs.yml").read_text(), re.M))
+    assert listed == {page.relative_to(ROOT / "docs").as_posix() for page in PAGES}
+
+
+def test_every_command_is_described() -> None:
+    """With its name in the table of commands, so that who reads it knows them all."""
+    from gnomon.harness import cli
+
+    described = set(re.findall(r"^\| `gnomon (\w+)", (ROOT / "docs" / "commands.md").read_text(), re.M))
+    names = {command.name or command.callback.__name__ for command in cli.app.registered_commands if command.callback}
+    assert described == names
