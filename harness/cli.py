@@ -426,11 +426,12 @@ def _check_folder(folder: Path, option: str, file: Path | None = None) -> None:
 
 def _check_results(path: Path) -> None:
     """Raise ValueError where the results of a run could not be written, or would go into a file that holds others."""
-    from gnomon.harness.store import results_file
+    from gnomon.harness import opening
 
     file = path if path.suffix == ".sqlite" else path / "results.sqlite"
     if file.is_file() and file.stat().st_size:
-        results_file(file)
+        with opening.reading(file, ()):
+            pass  # results of gnomon's
     else:
         _check_writable(file, "--out")
 
