@@ -84,7 +84,8 @@ def _path(given: str | Path) -> Path:
 
 
 def _cut(text: str) -> str:
-    return text if len(text) <= 60 else f"{text[:57]}..."
+    """A long text by its ends: a path is known by its last part."""
+    return text if len(text) <= 160 else f"{text[:60]}...{text[-60:]}"
 
 
 Settings = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]

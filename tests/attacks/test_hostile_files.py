@@ -19,6 +19,8 @@ from changes import changing
 from gnomon.harness import cli, export, schema, store
 from gnomon.harness.report import write_report
 
+pytestmark = pytest.mark.usefixtures("no_hang")
+
 Change = Callable[..., Path]
 ESCAPE = "\x1b]0;owned\x07\x1b[31m"
 DEEP = "[" * 100_000 + "]" * 100_000
@@ -269,8 +271,6 @@ def test_a_csv_starts_no_formula_and_keeps_its_numbers(change: Change, tmp_path:
 READ = """
 import sys
 from gnomon.harness import store
-
-pytestmark = pytest.mark.usefixtures("no_hang")
 frame = store.load(sys.argv[1])
 print(len(frame), len(store.states(sys.argv[1])), len(store.runs(sys.argv[1])))
 """
