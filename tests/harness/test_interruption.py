@@ -66,6 +66,11 @@ with acknowledged(float(sys.argv[1])):
 """
 
 
+def heard() -> None:
+    """Tests that a shell started in the background inherit that Ctrl-C is ignored, and pass it on."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def started(arguments: list[str], folder: Path) -> subprocess.Popen[str]:
     """A command in a process group of its own, once it computes: terminals send Ctrl-C to a whole group."""
     os.mkfifo(folder / "computing")
@@ -77,6 +82,7 @@ def started(arguments: list[str], folder: Path) -> subprocess.Popen[str]:
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=heard,
     )
     begun, _, _ = select.select([pipe], [], [], BEGUN)
     os.close(pipe)
