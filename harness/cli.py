@@ -332,11 +332,11 @@ def certify(
     if suite is not None and case:
         raise ValueError(f"--suite {suite}: name cases or a suite, not both")
     settings = certify_all.settings(case or (() if suite is None else plan.suite(suite).cases), everything)
-    _check_writable(to, "--to")  # before minutes of work, not after
     if opponents is not None:
-        _check_writable(opponents, "--opponents")
         if opponents.resolve() == to.resolve():
             raise ValueError(f"--opponents {opponents}: the certificates go there; name another file")
+        _check_writable(opponents, "--opponents")  # before minutes of work, not after
+    _check_writable(to, "--to")
     progress = Progress()
     certificates: list[certifying.Certificate] = []
     with progress:

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-ENDING_SECONDS = 4.0
+ENDING_SECONDS = 3.0
 """What work has to end after Ctrl-C, before the process ends without it. Results files are whole at any moment."""
 INTERRUPTED = 130
 """The exit code: 128 and the number of the signal, as shells have it."""
@@ -24,7 +24,8 @@ def acknowledged(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
     A thread of its own sees to it, woken by the system: a compiler or a renderer may keep the main thread from it.
     """
     asked, told = threading.Event(), threading.Lock()
-    if threading.current_thread() is not threading.main_thread():
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # as shells start what runs in the background
+    if ignored or threading.current_thread() is not threading.main_thread():
         yield asked
         return
 

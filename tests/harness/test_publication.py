@@ -6,11 +6,14 @@ import json
 import shutil
 import subprocess
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
+import planted
 import pytest
 import synthetic
-from gnomon.harness import publication, report
+from gnomon.harness import plan, publication, report, store
+from gnomon.harness.run import run
 from gnomon.harness.store import Store
 
 ROOT = Path(__file__).parent.parent.parent
@@ -92,8 +95,8 @@ def remove(name: str) -> Callable[[], None]:
 
 
 def unfinished() -> None:
-    with Store(Path("runs/standard.sqlite")) as store:
-        store.begin_run("catalogue", "gnomon run", {"revision": git("rev-parse", "--short=12", "HEAD")})
+    with Store(Path("runs/standard.sqlite")) as results:
+        results.begin_run("catalogue", "gnomon run", {"revision": git("rev-parse", "--short=12", "HEAD")})
 
 
 def edited() -> None:
@@ -129,6 +132,22 @@ def test_what_is_missing_or_of_another_revision_is_refused_and_nothing_is_writte
     for word in words:
         assert word in line
     assert [path.name for path in Path("reports").iterdir()] == ["local"]
+
+
+@pytest.mark.slow
+def test_the_standard_run_goes_on_where_the_quick_one_ended(tmp_path: Path) -> None:
+    """In one file: what the quick suite measured is kept, what it left out is measured, and nothing is left over."""
+    case, integrators = "planted:Short", [planted.Sound(), planted.Sibling()]
+    quick, whole = (replace(plan.suite(name).within(20.0), launches=1) for name in ("quick", "foundation"))
+    path = run(tmp_path, quick, plan.choose([case], quick.variants), integrators, siblings=False)
+    first = store.load(path)
+    assert set(first["integrator"]) == {"sound"}
+    run(tmp_path, whole, plan.choose([case], whole.variants), integrators, siblings=False)
+    both = store.load(path)
+    alone = store.load(run(tmp_path / "alone", whole, plan.choose([case], whole.variants), integrators, siblings=False))
+    named = ["trial_key", "launch"]
+    assert both[named].sort_values(named).to_numpy().tolist() == alone[named].sort_values(named).to_numpy().tolist()
+    assert set(first["measurement"]) <= set(both["measurement"]), "none was measured again"
 
 
 def planned(target: str) -> list[list[str]]:

@@ -55,3 +55,16 @@ def test_a_base_without_a_name_is_no_entry_point(module: str, monkeypatch: pytes
     monkeypatch.setattr(registry, "entry_points", lambda group: points)
     with pytest.warns(UserWarning, match="Shared does not declare name"):
         assert set(registry.registered()) == {"mine:one"}
+
+
+@pytest.mark.parametrize("source", ["import sys\nsys.exit(0)", "raise KeyboardInterrupt", "raise RuntimeError('boom')"])
+def test_an_entry_point_that_ends_what_imports_it_ends_no_run(
+    source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An installed package is looked at by every run, whatever that is to measure."""
+    (tmp_path / "ends_its_import.py").write_text(source)
+    monkeypatch.syspath_prepend(tmp_path)
+    points = [EntryPoint("broken", "ends_its_import:Thing", registry.GROUP)]
+    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    with pytest.warns(UserWarning, match=r"broken \(ends_its_import:Thing\) cannot be loaded: \w+: "):
+        assert registry.registered() == {}
