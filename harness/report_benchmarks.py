@@ -166,7 +166,7 @@ def _law(row: dict[str, Any]) -> dict[str, str]:
 
 def _interval(row: dict[str, Any]) -> tuple[float, float]:
     """Of the power of time, with 95 % confidence: of older files, which lack it, two standard errors to either side."""
-    if "low" in row:
+    if "low" in row and "high" in row:
         return row["low"], row["high"]
     return row["power"] - 2 * row["uncertainty"], row["power"] + 2 * row["uncertainty"]
 

@@ -16,7 +16,7 @@ from pathlib import Path
 import pandas
 import pytest
 from changes import changing
-from gnomon.harness import cli, export, schema, store
+from gnomon.harness import cli, export, report, schema, store
 from gnomon.harness.report import write_report
 
 Change = Callable[..., Path]
@@ -216,8 +216,9 @@ def test_a_first_write_that_was_killed_is_taken_back(tmp_path: Path) -> None:
 SHOWN = f"{ESCAPE}<script>alert(1)</script>=1+1|`[x](http://e.vil)*\u202e\n# x"
 
 
+@pytest.mark.parametrize("figures", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_names_are_shown_as_the_text_that_they_are(
-    change: Change, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    figures: bool, change: Change, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """In the terminal, the page, the summary and a spreadsheet: nothing in a name is a command, a tag or a formula."""
     columns = [
@@ -231,6 +232,9 @@ def test_names_are_shown_as_the_text_that_they_are(
     ]
     path = change(*changes, seal=tuple(schema.TABLES))
     to = tmp_path / "report"
+    if not figures:  # they and the drawing library take most of the time
+        monkeypatch.setattr(report, "write_figures", lambda *_: None)
+        monkeypatch.setattr(report.vl_convert, "javascript_bundle", lambda _: "")
     page = write_report(path, to)
     for text in (
         page.read_text(encoding="utf-8").partition("<body")[2],
