@@ -288,7 +288,11 @@ def _namespaces() -> bool:
 
 
 @pytest.mark.skipif(not _namespaces(), reason="needs util-linux's `unshare`, and leave to make a namespace of mounts")
-@pytest.mark.parametrize("beside", [(), ("-wal",), ("-wal", "-shm")], ids=["alone", "with its log", "with both"])
+@pytest.mark.parametrize(
+    "beside",
+    [(), ("-wal",), pytest.param(("-wal", "-shm"), marks=pytest.mark.slow)],
+    ids=["alone", "with its log", "with both"],
+)
 def test_results_on_a_medium_that_cannot_be_written_are_read(
     results: Path, tmp_path: Path, beside: tuple[str, ...]
 ) -> None:
