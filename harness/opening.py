@@ -56,7 +56,7 @@ def reading(path: str | Path, tables: Iterable[str]) -> Iterator[sqlite3.Connect
         raise ValueError(
             f"{found}: damaged ({error}); restore it from a copy, or run it again into another file"
         ) from None
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:
         told = visible(str(error))
         if str(error).startswith("file is not a database"):
             raise ValueError(f"{found}: not a readable results file of gnomon ({told})") from None
@@ -96,7 +96,7 @@ def recover(path: Path) -> None:
     db = sqlite3.connect(path, timeout=30)
     try:
         db.execute("SELECT count(*) FROM sqlite_master").fetchone()
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: a write into it was broken off ({visible(str(error))}); remove both files") from None
     finally:
         db.close()

@@ -23,7 +23,7 @@ KEPT = {
 
 BENCHMARKS, GROWTH, ORDERS = "benchmarks.json", "growth.json", "orders.json"
 
-_BENCHMARKS = {"launches": WHOLE, "environment": TEXTS, "rows": [{}]}
+_BENCHMARKS: dict[str, Any] = {"launches": WHOLE, "environment": TEXTS, "rows": [{}]}
 _TIMES = {"median": POSITIVE, "low": POSITIVE, "high": POSITIVE}
 _SINGLE = {"group": TEXT, "first_name": TEXT, **_TIMES}
 _PAIR = {
@@ -83,7 +83,7 @@ def growth(*folders: Path) -> dict[str, Any] | None:
     path = _first(GROWTH, *folders)
     if path is None:
         return None
-    found = sidecars.read(path, _GROWTH)
+    found: dict[str, Any] = sidecars.read(path, _GROWTH)
     return found | {"rows": [_law(row) for row in found["rows"]]}
 
 
@@ -92,7 +92,7 @@ def orders(*folders: Path) -> dict[str, Any] | None:
     path = _first(ORDERS, *folders)
     if path is None:
         return None
-    found = sidecars.read(path, _ORDERS)
+    found: dict[str, Any] = sidecars.read(path, _ORDERS)
     return found | {"rows": [_measured(row) for row in found["rows"]]}
 
 
@@ -166,7 +166,7 @@ def _law(row: dict[str, Any]) -> dict[str, str]:
 
 def _interval(row: dict[str, Any]) -> tuple[float, float]:
     """Of the power of time, with 95 % confidence: of older files, which lack it, two standard errors to either side."""
-    if "low" in row:
+    if "low" in row and "high" in row:
         return row["low"], row["high"]
     return row["power"] - 2 * row["uncertainty"], row["power"] + 2 * row["uncertainty"]
 

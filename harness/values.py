@@ -45,14 +45,23 @@ _RULES = {
         "launch": f"{{0}} BETWEEN 1 AND {MOST_LAUNCHES}",
         "status": "{0} IN (" + ", ".join(f"'{status}'" for status in STATUSES) + ")",
     }
-    | {
-        name: _COUNT
-        for name, declared in schema.MEASUREMENT_COLUMNS.items()
-        if declared == "REAL" or name in ("turns", "events_missing", "events_extra", "rhs_calls", "steps", "repeats")
-    },
+    | {name: _COUNT for name, declared in schema.MEASUREMENT_COLUMNS.items() if declared in ("REAL", "INTEGER")},
     "sampled_states": {"dimension": f"{{0}} BETWEEN 1 AND {MOST_DIMENSION}"},
 }
 """What holds for values that are not null, beside their type; `{0}` is the column."""
+_TOGETHER = {
+    "trials": (
+        "SELECT max(row) FROM (SELECT max(rowid) AS row FROM trials"
+        " GROUP BY integrator_id HAVING count(DISTINCT library) > 1)",
+        "its integrator_id stands with another library too",
+    ),
+    "measurements": (
+        "SELECT max(measurement) FROM measurements JOIN trials USING (trial_key)"
+        " WHERE setting IS NULL AND status IN ('ok', 'inaccurate', 'diverged')",
+        "its trial has an answer, and no setting",
+    ),
+}
+"""What holds of several values together: a query of the last row where it does not, null without one, and the words."""
 
 
 def verify(db: sqlite3.Connection, table: str) -> None:
@@ -65,13 +74,13 @@ def verify(db: sqlite3.Connection, table: str) -> None:
             ((fine, value),) = db.execute(f'SELECT {holds[name]}, "{name}" FROM {table} WHERE rowid = ?', wrong)
             if not fine:
                 raise Damaged(f"table {table}, row {wrong[0]}: {name} = {_shown(value)} is not what this column holds")
+    if table in _TOGETHER:
+        query, words = _TOGETHER[table]
+        ((row,),) = db.execute(query)
+        if row is not None:
+            raise Damaged(f"table {table}, row {row}: {words}")
     if table == "trials":
         _verify_numbers(db)
-        twice = db.execute(
-            "SELECT max(rowid), integrator_id FROM trials GROUP BY integrator_id HAVING count(DISTINCT library) > 1"
-        ).fetchone()
-        if twice is not None:
-            raise Damaged(f"table trials, row {twice[0]}: {_shown(twice[1])} is an integrator of two libraries")
 
 
 def _condition(table: str, name: str) -> str:

@@ -16,7 +16,7 @@ from pathlib import Path
 import pandas
 import pytest
 from changes import changing
-from gnomon.harness import cli, export, schema, store
+from gnomon.harness import cli, export, report, schema, store
 from gnomon.harness.report import write_report
 
 pytestmark = pytest.mark.usefixtures("no_hang")
@@ -218,8 +218,9 @@ def test_a_first_write_that_was_killed_is_taken_back(tmp_path: Path) -> None:
 SHOWN = f"{ESCAPE}<script>alert(1)</script>=1+1|`[x](http://e.vil)*\u202e\n# x"
 
 
+@pytest.mark.parametrize("figures", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_names_are_shown_as_the_text_that_they_are(
-    change: Change, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    figures: bool, change: Change, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """In the terminal, the page, the summary and a spreadsheet: nothing in a name is a command, a tag or a formula."""
     columns = [
@@ -233,6 +234,9 @@ def test_names_are_shown_as_the_text_that_they_are(
     ]
     path = change(*changes, seal=tuple(schema.TABLES))
     to = tmp_path / "report"
+    if not figures:  # they and the drawing library take most of the time
+        monkeypatch.setattr(report, "write_figures", lambda *_: None)
+        monkeypatch.setattr(report.vl_convert, "javascript_bundle", lambda _: "")
     page = write_report(path, to)
     for text in (
         page.read_text(encoding="utf-8").partition("<body")[2],
@@ -286,7 +290,11 @@ def _namespaces() -> bool:
 
 
 @pytest.mark.skipif(not _namespaces(), reason="needs util-linux's `unshare`, and leave to make a namespace of mounts")
-@pytest.mark.parametrize("beside", [(), ("-wal",), ("-wal", "-shm")], ids=["alone", "with its log", "with both"])
+@pytest.mark.parametrize(
+    "beside",
+    [(), ("-wal",), pytest.param(("-wal", "-shm"), marks=pytest.mark.slow)],
+    ids=["alone", "with its log", "with both"],
+)
 def test_results_on_a_medium_that_cannot_be_written_are_read(
     results: Path, tmp_path: Path, beside: tuple[str, ...]
 ) -> None:

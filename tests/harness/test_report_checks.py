@@ -55,7 +55,7 @@ def test_the_summary_counts_and_names_what_is_not_confirmed(folders: tuple[Path,
     assert certified_lines(*folders) == [
         "default settings: 1 of 1 confirmed, the fewest digits are 48.0, of pendulum_simple",
         "hard variants: 1 of 2 confirmed, the fewest digits are 20.5, of euler_top/flat",
-        "**not confirmed**: euler_top/flat, 20.5 digits",
+        "not confirmed: euler_top/flat, 20.5 digits",
     ]
 
 
