@@ -194,10 +194,12 @@ def libraries(equal: pd.DataFrame) -> list[Row]:
 def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, list[Row]]:
     """By case, time at equal error of every integrator that ran its default scene, fastest at 1e-6 first.
 
-    Times are without the null call, which is named with the range over launches.
+    Times are without the null call, which is named with the range over launches. The last cell is the median time of a
+    preparation: what is computed there is in none of the others.
     """
     reached = _by_key(equal[equal["variant"] == ""], *SCENE_AND_NAME, "target")
     ran = reduced[(reduced["variant"] == "") & ~reduced["status"].isin(NEVER_RAN)]
+    preparing = ran.groupby(list(SCENE_AND_NAME))["prepare_seconds"].median().to_dict()
     found: dict[str, list[tuple[Any, Row]]] = {}
     for case, formulation, name in sorted(_by_key(ran, *SCENE_AND_NAME)):
         cells, place = [], [math.inf] * len(TARGETS)
@@ -212,6 +214,8 @@ def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, li
             ratio = "fastest" if at["ratio"] == 1 else "on a par" if at["tied"] else f"{ratio_text(at['ratio'])} ×"
             aside = f" ·{overhead_text(at['overhead'])} · {spread}" if math.isfinite(at["overhead"]) else f" · {spread}"
             cells.append(Cell(text, ratio, "best" if at["tied"] else "", aside))
+        preparation = preparing[case, formulation, name]
+        cells.append(Cell(time_text(preparation)) if math.isfinite(preparation) else Cell("–", kind="none"))
         row = Row(str(name), cells, group=str(formulation))
         found.setdefault(case, []).append(((formulation, place[1], place[0], place[2]), row))
     return {case: [row for _, row in sorted(rows, key=lambda pair: pair[0])] for case, rows in found.items()}

@@ -95,7 +95,9 @@ def test_times_of_a_case_say_whether_they_are_bounds_and_from_how_many_launches(
     never = pd.DataFrame(
         [{"case": "a", "integrator_id": "x:no", "variant": "", "formulation": "", "status": "refused"}]
     )
-    rows = {row.head: row for row in tables.equal_error_rows(EQUAL, pd.concat([names, never]))["a"]}
+    ran = pd.concat([names.assign(prepare_seconds=0.013), never.assign(prepare_seconds=math.nan)])
+    rows = {row.head: row for row in tables.equal_error_rows(EQUAL, ran)["a"]}
+    assert [row.cells[-1].text for row in rows.values()] == ["13.0 ms"] * 3 + ["–"], "what they prepare is beside it"
     assert list(rows) == ["x:one", "x:two", "y:three", "x:no"]
     cells = {name: row.cells[SIX] for name, row in rows.items()}
     assert [cell.note for cell in cells.values()] == ["fastest", "on a par", "3.0 ×", ""]
@@ -108,6 +110,7 @@ def test_a_time_without_its_null_call_has_that_beside_it() -> None:
     first, *_ = tables.fastest(named, [("a", "")])
     assert first.cells[SIX].note == "1.00 ms + 342 µs a call · on a par: x:two"
     ran = named[["case", "integrator_id"]].drop_duplicates().assign(variant="", formulation="", status="ok")
+    ran = ran.assign(prepare_seconds=0.013)
     rows = {row.head: row for row in tables.equal_error_rows(named, ran)["a"]}
     assert rows["x:one"].cells[SIX].aside == " · + 342 µs a call · 900 µs – 1.10 ms"
 
