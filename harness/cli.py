@@ -78,7 +78,7 @@ def main() -> None:
     sys.exit(2)
 
 
-def _warning(message: Warning | str, *_: Any) -> None:
+def _warning(message: Warning | str, *_: Any, **__: Any) -> None:
     """A warning as one line, without the line of code that it comes from."""
     problems.print(f"[bold yellow]warning:[/] {escape(' '.join(str(message).split()))}", highlight=False)
 
