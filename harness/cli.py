@@ -128,7 +128,7 @@ def _line(text: str) -> str:
     return visible(" ".join(text.split()))
 
 
-def _warning(message: Warning | str, *_: Any) -> None:
+def _warning(message: Warning | str, *_: Any, **__: Any) -> None:
     """A warning as one line, without the line of code that it comes from."""
     problems.print(f"[bold yellow]warning:[/] {escape(_line(str(message)))}", highlight=False)
 

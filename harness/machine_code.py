@@ -117,7 +117,7 @@ def packed(result: Any) -> bytes:
     others = [x for x in result._find_referenced_environments() if x is not result.environment and x.consts]
     if others or result.library.has_dynamic_globals:
         raise ValueError(f"{result.fndesc.qualname} needs objects of this process")
-    _, _, (code, _) = result.library.serialize_using_object_code()
+    code: bytes = result.library.serialize_using_object_code()[2][0]
     head = {
         "c": result.fndesc.llvm_cfunc_wrapper_name,
         "python": result.fndesc.llvm_cpython_wrapper_name,
