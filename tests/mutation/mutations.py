@@ -42,7 +42,7 @@ STEPPING = (
         "integrate",
         "low[i] = change[i] - (end[i] - y[i])",
         "low[i] = 0.0",
-        (f"{ON_METHODS}/test_adaptive.py",),
+        (f"{ON_METHODS}/test_adaptive.py::test_sums_are_compensated",),
     ),
     Mutation(
         "embedded: the trial step does not look at the motion",
@@ -50,7 +50,7 @@ STEPPING = (
         "trial_step",
         "min(TRIAL * most, 0.01 * slowest) if slowest > 0.0 else TRIAL * most",
         "TRIAL * most",
-        (f"{ON_METHODS}/test_adaptive.py", f"{ON_METHODS}/test_sizes.py"),
+        (f"{ON_METHODS}/test_adaptive.py::test_the_pericentre_of_a_long_ellipse_sets_the_first_step",),
     ),
     Mutation(
         "embedded: the trial step is a hundred times the time of the slowest group",
@@ -58,7 +58,7 @@ STEPPING = (
         "trial_step",
         "0.01 * slowest",
         "100.0 * slowest",
-        (f"{ON_METHODS}/test_adaptive.py", f"{ON_METHODS}/test_sizes.py"),
+        (f"{ON_METHODS}/test_adaptive.py::test_the_pericentre_of_a_long_ellipse_sets_the_first_step",),
     ),
     Mutation(
         "embedded: the first step does not look at how the motion turns",
@@ -66,7 +66,7 @@ STEPPING = (
         "first_step",
         "turning_time(y, k[0], slope, h, groups, most)",
         "most",
-        (f"{ON_METHODS}/test_adaptive.py",),
+        (f"{ON_METHODS}/test_adaptive.py::test_the_first_step_needs_no_search",),
     ),
     Mutation(
         "nystrom: the first step does not look at how the motion turns",
@@ -74,7 +74,7 @@ STEPPING = (
         "first_step",
         "turning_time(y, rates, later, h, groups, most)",
         "most",
-        (f"{ON_METHODS}/test_adaptive.py",),
+        (f"{ON_METHODS}/test_adaptive.py::test_the_first_step_needs_no_search",),
     ),
     Mutation(
         "embedded: the absolute rule looks at one end of a step",
@@ -82,7 +82,7 @@ STEPPING = (
         "one_over",
         "max(abs(y[i]), abs(end[i]))",
         "abs(y[i])",
-        (f"{ON_METHODS}/test_adaptive.py",),
+        (f"{ON_METHODS}/test_adaptive.py::test_the_absolute_rule_takes_the_larger_of_both_ends",),
     ),
     Mutation(
         "embedded: sizes of the start are kept",
@@ -90,7 +90,7 @@ STEPPING = (
         "integrate",
         "enlarge(end, groups, sizes) or t == 0.0",
         "t == 0.0",
-        (f"{ON_METHODS}/test_adaptive.py",),
+        (f"{ON_METHODS}/test_adaptive.py::test_a_motion_that_grows_is_measured_by_the_size_that_it_has",),
     ),
     Mutation(
         "events: a guard just met, below zero by round-off, fires again",
@@ -106,7 +106,7 @@ STEPPING = (
         "run",
         "(value == 0.0 or (g == where[FIRED] and value < 0.0))",
         "(g == where[FIRED] and value <= 0.0)",
-        (f"{ON_METHODS}/test_hybrid.py",),
+        (f"{ON_METHODS}/test_hybrid.py::test_a_guard_of_the_next_mode_that_is_zero_on_arrival_counts",),
     ),
     Mutation(
         "events: steps grow sixty times",
@@ -114,7 +114,7 @@ STEPPING = (
         "run",
         "min(6.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
         "min(60.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
-        (f"{ON_METHODS}/test_adaptive.py",),
+        (f"{ON_METHODS}/test_adaptive.py::test_a_step_without_error_is_followed_by_one_six_times_as_long",),
     ),
     Mutation(
         "events: steps do not grow",
@@ -122,7 +122,7 @@ STEPPING = (
         "run",
         "min(6.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
         "min(1.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
-        (f"{ON_METHODS}/test_adaptive.py",),
+        (f"{ON_METHODS}/test_adaptive.py::test_a_step_without_error_is_followed_by_one_six_times_as_long",),
     ),
 )
 
@@ -197,7 +197,7 @@ IMPLICIT = (
         "newton",
         "if iteration > 1 and rate >= 1.0 and norm <= rest:",
         "if iteration > 1 and rate >= 1.0 and norm <= enough:",
-        (f"{ON_METHODS}/test_radau.py",),
+        (f"{ON_METHODS}/test_radau.py::test_changes_that_do_not_shrink_are_no_solution",),
     ),
     Mutation(
         "radau: a sample is the end of its step",
@@ -205,7 +205,7 @@ IMPLICIT = (
         "integrate",
         "out[m, sample, i] = y[i] + (low[i] + between(part, table, z, i))",
         "out[m, sample, i] = y[i] + (low[i] + z[2, i])",
-        (f"{ON_METHODS}/test_radau.py",),
+        (f"{ON_METHODS}/test_radau.py::test_samples_of_what_is_not_stiff_cost_nothing",),
     ),
     Mutation(
         "radau: every sample is a value of its step's polynomial",
@@ -213,7 +213,7 @@ IMPLICIT = (
         "integrate",
         "not smooth(step, table, weight, start, z, norm)",
         "norm < 0.0",
-        (f"{ON_METHODS}/test_radau.py",),
+        (f"{ON_METHODS}/test_radau.py::test_a_sample_is_as_good_as_a_step",),
     ),
     Mutation(
         "radau: steps are not foreseen",
@@ -221,7 +221,7 @@ IMPLICIT = (
         "integrate",
         "scale *= min(1.0, step / reach * scale)",
         "scale *= 1.0",
-        (f"{ON_METHODS}/test_radau.py",),
+        (f"{ON_METHODS}/test_radau.py::test_steps_follow_the_predictive_controller",),
     ),
     Mutation(
         "gauss fast: stiff equations are handed over at a thousand times the tolerance",

@@ -168,16 +168,16 @@ def restoring(t: float, q: Values, parameters: Values) -> Values:
     return (-speed * speed * q[0],)
 
 
-@pytest.mark.parametrize("span", [10.0, 1e6])
-def test_the_pericentre_of_a_long_ellipse_sets_the_first_step(span: float) -> None:
+@pytest.mark.parametrize("most", [1.0, 1e4, 1e8])
+def test_the_pericentre_of_a_long_ellipse_sets_the_first_step(most: float) -> None:
     """e = 0.99 from pericentre, where the motion turns within sqrt(r^3 / mu) / 2 or so: a thousandth of a radian of the
-    whole period, whatever the span."""
+    whole period, whatever span and time scale are, by a millionth of which the motion may go round many times."""
     groups, r = np.array([0, 0, 1, 1]), 0.01
     y = np.array([r, 0.0, 0.0, math.sqrt(1.99 / r)])
 
     def rates(y: np.ndarray) -> np.ndarray:
         return np.array(attracted(0.0, tuple(y), ()))
 
-    h = sizes.trial_step(y, rates(y), groups, min(span, 1.0))
-    found = sizes.turning_time(y, rates(y), rates(y + h * rates(y)), h, groups, min(span, 1.0))
+    h = sizes.trial_step(y, rates(y), groups, most)
+    found = sizes.turning_time(y, rates(y), rates(y + h * rates(y)), h, groups, most)
     assert 0.3 * r**1.5 < found < 3 * r**1.5
