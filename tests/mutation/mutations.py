@@ -50,7 +50,7 @@ STEPPING = (
         "trial_step",
         "min(TRIAL * most, 0.01 * slowest) if slowest > 0.0 else TRIAL * most",
         "TRIAL * most",
-        (f"{ON_METHODS}/test_adaptive.py::test_the_pericentre_of_a_long_ellipse_sets_the_first_step",),
+        (f"{ON_METHODS}/test_adaptive.py::test_the_trial_step_is_short_beside_the_motion",),
     ),
     Mutation(
         "embedded: the trial step is a hundred times the time of the slowest group",
@@ -58,7 +58,7 @@ STEPPING = (
         "trial_step",
         "0.01 * slowest",
         "100.0 * slowest",
-        (f"{ON_METHODS}/test_adaptive.py::test_the_pericentre_of_a_long_ellipse_sets_the_first_step",),
+        (f"{ON_METHODS}/test_adaptive.py::test_the_trial_step_is_short_beside_the_motion",),
     ),
     Mutation(
         "embedded: the first step does not look at how the motion turns",
@@ -66,7 +66,7 @@ STEPPING = (
         "first_step",
         "turning_time(y, k[0], slope, h, groups, most)",
         "most",
-        (f"{ON_METHODS}/test_adaptive.py::test_the_first_step_needs_no_search",),
+        (f"{ON_METHODS}/test_adaptive.py::test_the_first_step_is_a_part_of_the_time_in_which_the_motion_turns",),
     ),
     Mutation(
         "nystrom: the first step does not look at how the motion turns",
@@ -74,7 +74,7 @@ STEPPING = (
         "first_step",
         "turning_time(y, rates, later, h, groups, most)",
         "most",
-        (f"{ON_METHODS}/test_adaptive.py::test_the_first_step_needs_no_search",),
+        (f"{ON_METHODS}/test_adaptive.py::test_the_first_step_is_a_part_of_the_time_in_which_the_motion_turns",),
     ),
     Mutation(
         "embedded: the absolute rule looks at one end of a step",
@@ -205,7 +205,7 @@ IMPLICIT = (
         "integrate",
         "out[m, sample, i] = y[i] + (low[i] + between(part, table, z, i))",
         "out[m, sample, i] = y[i] + (low[i] + z[2, i])",
-        (f"{ON_METHODS}/test_radau.py::test_samples_of_what_is_not_stiff_cost_nothing",),
+        (f"{ON_METHODS}/test_radau.py",),
     ),
     Mutation(
         "radau: every sample is a value of its step's polynomial",
@@ -229,7 +229,9 @@ IMPLICIT = (
         "stiffly",
         "radau.prepared(problem, max(tolerance, finest), 0.0)",
         "radau.prepared(problem, max(1000 * tolerance, finest), 0.0)",
-        (f"{ON_METHODS}/test_gauss_fast.py::test_large_components_are_handed_over_to_the_same_tolerance",),
+        (
+            f"{ON_METHODS}/test_gauss_fast_scale.py::test_stiff_motion_is_handed_over_with_the_tolerance_that_was_asked_for",
+        ),
     ),
     Mutation(
         "gauss fast: small components are handed over at a thousand times the tolerance",
@@ -237,7 +239,9 @@ IMPLICIT = (
         "stiffly",
         "max(tolerance * smallest, finest)",
         "max(1000 * tolerance * smallest, finest)",
-        (f"{ON_METHODS}/test_gauss_fast.py::test_stiff_equations_are_handed_over",),
+        (
+            f"{ON_METHODS}/test_gauss_fast_scale.py::test_stiff_motion_is_handed_over_with_the_tolerance_that_was_asked_for",
+        ),
     ),
     Mutation(
         "gauss fast: an ensemble leaves a hundred times as much to the iteration",
@@ -245,7 +249,7 @@ IMPLICIT = (
         "",
         "PORTION, HELD, HOLDABLE = 0.1,",
         "PORTION, HELD, HOLDABLE = 10.0,",
-        (f"{ON_METHODS}/test_gauss_fast.py::test_an_ensemble_is_as_good_as_its_trajectories",),
+        (f"{ON_METHODS}/test_gauss_fast_scale.py::test_an_ensembles_iteration_leaves_a_part_of_the_tolerance",),
     ),
 )
 
