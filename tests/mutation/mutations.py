@@ -98,7 +98,7 @@ STEPPING = (
         "run",
         "(value == 0.0 or (g == where[FIRED] and value < 0.0))",
         "value == 0.0",
-        (f"{ON_METHODS}/test_hybrid.py",),
+        (f"{ON_METHODS}/test_hybrid.py::test_a_flight_that_starts_a_rounding_below_the_floor_ends_on_it",),
     ),
     Mutation(
         "events: a guard of the next mode that is zero on arrival is passed over",
