@@ -299,7 +299,7 @@ RUNNING = (
     Mutation(
         "compare: one setting alone may be as bad as it likes",
         "harness/gate.py",
-        "_series",
+        "",
         "if ratio > SINGLE_FACTOR:",
         "if ratio > np.inf:",
         ("tests/harness/test_gate.py",),
