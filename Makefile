@@ -12,7 +12,7 @@ EXTRAS ?= dev
 LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report certificates publish test test-all lint types unit bench docs clean
+.PHONY: report certificates publish test test-all mutation lint types unit bench docs clean
 
 # A first page after minutes, from the suite `quick`; the whole run then goes on in the same file.
 report: $(INSTALLED)
@@ -45,6 +45,10 @@ unit: $(INSTALLED)
 
 test-all: lint types
 	$(BIN)/pytest -n auto --dist loadfile --benchmark-disable
+
+# Is each of some sixty changes of the code caught by a test that reaches it? About half an hour on 2 cores.
+mutation: $(INSTALLED)
+	$(BIN)/python tests/mutation/mutate.py
 
 # Claims of speed in five launches, then measured orders and growth laws, then every other benchmark once; the next `make report` shows them.
 LAUNCHES := 1 2 3 4 5

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from gnomon.cases.forms import FirstOrder, Hybrid, Mode, SecondOrder, Values
 from gnomon.harness.integrator import Integrator, Problem
-from gnomon.harness.integrators import sizes
+from gnomon.harness.integrators import embedded, nystrom, sizes
 from gnomon.harness.integrators.adaptive import GROW_MOST
 from gnomon.harness.integrators.dop853 import Dop853
 from gnomon.harness.integrators.explicit_pairs import BogackiShampine3, DormandPrince5
@@ -168,16 +168,47 @@ def restoring(t: float, q: Values, parameters: Values) -> Values:
     return (-speed * speed * q[0],)
 
 
-@pytest.mark.parametrize("span", [10.0, 1e6])
-def test_the_pericentre_of_a_long_ellipse_sets_the_first_step(span: float) -> None:
+@pytest.mark.parametrize("most", [1.0, 1e4, 1e8])
+def test_the_pericentre_of_a_long_ellipse_sets_the_first_step(most: float) -> None:
     """e = 0.99 from pericentre, where the motion turns within sqrt(r^3 / mu) / 2 or so: a thousandth of a radian of the
-    whole period, whatever the span."""
+    whole period, whatever span and time scale are, by a millionth of which the motion may go round many times."""
     groups, r = np.array([0, 0, 1, 1]), 0.01
     y = np.array([r, 0.0, 0.0, math.sqrt(1.99 / r)])
 
     def rates(y: np.ndarray) -> np.ndarray:
         return np.array(attracted(0.0, tuple(y), ()))
 
-    h = sizes.trial_step(y, rates(y), groups, min(span, 1.0))
-    found = sizes.turning_time(y, rates(y), rates(y + h * rates(y)), h, groups, min(span, 1.0))
+    h = sizes.trial_step(y, rates(y), groups, most)
+    found = sizes.turning_time(y, rates(y), rates(y + h * rates(y)), h, groups, most)
     assert 0.3 * r**1.5 < found < 3 * r**1.5
+
+
+@pytest.mark.parametrize("most", [10.0, 1e4, 1e8])
+def test_the_trial_step_is_short_beside_the_motion(most: float) -> None:
+    """y' = y^2 from 1, where y'' = 2: it leaves its tangent in the time 1, whatever the time scale. Over a trial step of
+    100 the rate grows a hundred times as fast."""
+    groups, y = np.zeros(1, dtype=np.int64), np.ones(1)
+    h = sizes.trial_step(y, y**2, groups, most)
+    assert sizes.turning_time(y, y**2, (y + h * y**2) ** 2, h, groups, most) == pytest.approx(1.0, rel=0.01)
+
+
+@pytest.mark.parametrize("most", [10.0, 1e6])
+@pytest.mark.parametrize("speed", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("module", [embedded, nystrom])
+def test_the_first_step_is_a_part_of_the_time_in_which_the_motion_turns(
+    module: Any, speed: float, most: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That of an oscillator from rest is a radian, however long the span: an error of order 8 is then a hundredth of the
+    tolerance."""
+    monkeypatch.setattr(embedded, "ORDER", 8)
+    second_order = module is nystrom
+
+    def called(f: Any, t: float, y: Any, p: Any, slope: Any) -> None:
+        slope[:] = restoring(t, y, (speed,)) if second_order else oscillating(t, y, (speed,))
+
+    monkeypatch.setattr(module, "call", called)
+    width, y, tolerance = 1 if second_order else 2, np.array([1.0, 0.0]), 1e-8
+    k, x, slope = np.empty((1, width)), np.empty(width), np.empty(width)
+    groups = np.array([0, 1])
+    found = module.first_step(None, y, np.zeros(0), k, x, slope, tolerance, most / speed, groups)
+    assert found == pytest.approx((0.01 * tolerance) ** (1 / 8) / speed, rel=0.01)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from math import sin
 from typing import Any
 
@@ -367,3 +368,28 @@ def test_the_estimates_of_dop853_are_combined_as_its_authors_do(dimension: int, 
         return step_error(0.5, table, 2, np.ones((2, size)), np.ones(size))
 
     assert estimate(ratio, dimension) == pytest.approx(estimate(0.0, 1) / np.sqrt(1 + 0.01 * ratio**2))
+
+
+def thrown_back(t: Any, state: Values, parameters: Values) -> Values:
+    """From where it was found, a rounding above the floor or below."""
+    x, v = state
+    return x, -v
+
+
+def third_of_height(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0] / 3 - 1 / 3,)
+
+
+@pytest.mark.parametrize("height_of_fall", [0.3, 0.7, 1.1, 1.9])
+def test_a_flight_that_starts_a_rounding_below_the_floor_ends_on_it(height_of_fall: float) -> None:
+    """Flights of one to four seconds, each a parabola, which the method follows exactly, and several within a step."""
+    transition = Transition("floor", "flight", third_of_height, -1, thrown_back, "flight")
+    form = Hybrid(modes=(Mode("flight", fall),), start=lambda t, state, parameters: "flight", transitions=(transition,),
+                  settle=1e-9)  # fmt: skip
+    problem = Problem(form, 2, np.zeros(0), np.arange(1, 5) * 16.0, 1.0)
+    solution = RK4Events().prepare(problem, 16.0)(np.array([[1 + height_of_fall, 0.0]]))
+    assert solution.events is not None
+    half = math.sqrt(2 * height_of_fall)
+    expected = half * (1 + 2 * np.arange(len(solution.events)))
+    assert len(solution.events) == 1 + int((64 / half - 1) // 2)
+    assert [time for time, _ in solution.events] == pytest.approx(expected.tolist(), abs=1e-9)

@@ -122,7 +122,11 @@ def follow(t: Any, state: Values, parameters: Values) -> Values:
 @pytest.mark.parametrize("rate", [1e2, 1e4, 1e6, 1e8])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-7, 1e-10])
 def test_a_sample_is_as_good_as_a_step(rate: float, tolerance: float) -> None:
-    """The polynomial of steps of half a radian to five, at a rate that asks for no shorter ones, misses by up to 1."""
+    """The polynomial of steps of half a radian to five, at a rate that asks for no shorter ones, misses by up to 1.
+
+    A sample is compared with the same time as the end of a run of its own, with other steps before it: the largest and
+    the root mean square over the same 64 times. Single ones differ by more, as errors pass through zero.
+    """
     times = np.arange(1, 65) * (10 / 64)
 
     def errors(chosen: Any) -> Any:
@@ -131,9 +135,11 @@ def test_a_sample_is_as_good_as_a_step(rate: float, tolerance: float) -> None:
         assert solution.stopped is None
         return np.abs(solution.states[0, :, 0] - np.cos(chosen))
 
-    as_steps = max(float(errors(times[k : k + 1])[0]) for k in range(64))
-    # Each sample as the last step of a run of its own, with other steps before it.
-    assert np.max(errors(times)) < 3 * as_steps
+    as_steps = np.array([float(errors(times[k : k + 1])[0]) for k in range(64)])
+    found = errors(times)
+    # Measured: 0.36 to 1.00 and 0.53 to 1.00.
+    assert np.max(found) < 1.5 * np.max(as_steps)
+    assert np.mean(found**2) < 1.5**2 * np.mean(as_steps**2)
 
 
 @pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit", "damped_oscillator"])

@@ -238,6 +238,11 @@ def fall_jacobian(x: Any) -> Any:
     return np.stack([np.stack(row, -1) for row in rows], -2)
 
 
+@cache
+def radau_falls() -> tuple[NDArray[np.float64], Extended]:
+    return falls(3400, radau_tableau())
+
+
 def falls(count: int, tableau: Tableau) -> tuple[NDArray[np.float64], Extended]:
     source = np.random.default_rng(4)
     start = np.stack([source.uniform(-2, 2, count), 10 ** source.uniform(-2, 7, count)], 1)
@@ -399,12 +404,13 @@ def test_radau_solves_linear_steps() -> None:
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-8])
 def test_adaptive_radau_solves_its_stages_to_a_part_of_its_tolerance(tolerance: float) -> None:
-    """Steps of 1, the first of their runs, that error control accepts: iteration leaves a few per cent of the tolerance.
+    """10,200 steps of 1 in all, the first of their runs; iteration leaves a few per cent of the tolerance in those that
+    error control accepts.
 
     The norm is a mean over six numbers, of which the last stage takes two: 3.5. The rate of the first two changes, which
     is what is known after them, has been seen three times below that of the later ones.
     """
-    start, exact = falls(600, radau_tableau())
+    start, exact = radau_falls()
     solve = Radau5().prepare(one_step(FirstOrder(relax), 2, time_scale=1e6), tolerance)
     inner = 0.1 * tolerance ** (2 / 3)
     enough = max(2e-15 / inner, min(0.03, math.sqrt(inner)))
@@ -415,4 +421,4 @@ def test_adaptive_radau_solves_its_stages_to_a_part_of_its_tolerance(tolerance: 
         if solution.steps == 1:
             accepted += 1
             assert abs(solution.states[0, 0, 0] - end[0]) < 3.5 * 4 * enough * inner * (1 + abs(state[0]))
-    assert accepted > 20
+    assert accepted > 100
