@@ -27,44 +27,61 @@ def boris_step(
     """
     turning, light = table[1, 0], table[1, 1]
     for i in range(6):
-        increment[i] = 0.0
+        increment[i] = store[0, i]
+        store[0, i] = 0.0
     now = t
     for j in range(table.shape[1]):
         length = table[0, j] * h
         if length == 0.0:
             continue
         half = length / 2
-        drift(half, y, light, increment)
+        drift(half, y, light, store, increment)
         for i in range(3):
             x[i] = y[i] + increment[i]
         call(f, now + half, x, p, slope)
-        for i in range(3):
-            increment[3 + i] += half * slope[i]
-        turn(half, y, slope, turning, light, increment)
-        for i in range(3):
-            increment[3 + i] += half * slope[i]
-        drift(half, y, light, increment)
+        push(half, slope, store, increment)
+        turn(half, y, slope, turning, light, store, increment)
+        push(half, slope, store, increment)
+        drift(half, y, light, store, increment)
         now += length
     return True
 
 
-def drift(length: Any, y: Any, light: Any, increment: Any) -> None:
+def push(half: Any, fields: Any, store: Any, increment: Any) -> None:
+    """Over `half` E changes u. What rounding takes goes to `store`, and from the last push of a step to the next step.
+
+    A uniform E pushes by the same number in every step, and what a sum with it rounds is the same wherever the sum is
+    between the same powers of two: left out, it would drift as t.
+    """
+    for i in range(3):
+        pushed, first = product(half, fields[i])
+        increment[3 + i], second = sum_of(increment[3 + i], pushed)
+        store[0, 3 + i] += first + second
+
+
+def drift(length: Any, y: Any, light: Any, store: Any, increment: Any) -> None:
     """The place moves by u/gamma."""
-    u1, u2, u3 = y[3] + increment[3], y[4] + increment[4], y[5] + increment[5]
+    u1, lost1 = sum_of(y[3], increment[3])
+    u2, lost2 = sum_of(y[4], increment[4])
+    u3, lost3 = sum_of(y[5], increment[5])
+    lost1, lost2, lost3 = lost1 + store[0, 3], lost2 + store[0, 4], lost3 + store[0, 5]
     scale = length
     if light > 0.0:
         scale = length / sqrt(1 + (u1 * u1 + u2 * u2 + u3 * u3) / (light * light))
-    increment[0] += scale * u1
-    increment[1] += scale * u2
-    increment[2] += scale * u3
+    increment[0] += scale * u1 + scale * lost1
+    increment[1] += scale * u2 + scale * lost2
+    increment[2] += scale * u3 + scale * lost3
 
 
-def turn(half: Any, y: Any, fields: Any, turning: Any, light: Any, increment: Any) -> None:
+def turn(half: Any, y: Any, fields: Any, turning: Any, light: Any, store: Any, increment: Any) -> None:
     """Over twice `half` the magnetic field turns u about itself: u + (u + u x T) x S, S = 2 T/(1 + T^2).
 
     It is a rotation by 2 atan |T|, so |u| stays.
     """
-    u1, u2, u3 = y[3] + increment[3], y[4] + increment[4], y[5] + increment[5]
+    u1, lost1 = sum_of(y[3], increment[3])
+    u2, lost2 = sum_of(y[4], increment[4])
+    u3, lost3 = sum_of(y[5], increment[5])
+    lost1, lost2, lost3 = lost1 + store[0, 3], lost2 + store[0, 4], lost3 + store[0, 5]
     a, b, c = half * fields[3], half * fields[4], half * fields[5]
     square = a * a + b * b + c * c
     if square == 0.0:
@@ -81,7 +98,9 @@ def turn(half: Any, y: Any, fields: Any, turning: Any, light: Any, increment: An
         angle = sqrt(square) * scale
         scale = scale * tan(angle) / angle
     a, b, c = a * scale, b * scale, c * scale
-    v1, v2, v3 = u1 + u2 * c - u3 * b, u2 + u3 * a - u1 * c, u3 + u1 * b - u2 * a
+    v1 = u1 + ((u2 * c - u3 * b) + (lost1 + (lost2 * c - lost3 * b)))
+    v2 = u2 + ((u3 * a - u1 * c) + (lost2 + (lost3 * a - lost1 * c)))
+    v3 = u3 + ((u1 * b - u2 * a) + (lost3 + (lost1 * b - lost2 * a)))
     w1, w2, w3 = v2 * c - v3 * b, v3 * a - v1 * c, v1 * b - v2 * a
     share, lost = share_of(a, b, c)
     increment[3] += share * w1 + lost * w1

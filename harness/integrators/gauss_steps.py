@@ -25,7 +25,7 @@ def gauss_step(
     stages = (table.shape[0] - 3) // 2
     weights = 2 * stages
     start_stages(f, t, y, p, table, x, slope, store, stages, y.size)
-    before, least, stalled = 0.0, 0.0, 0
+    before, least, stalled, beyond = 0.0, 0.0, 0, store[0, 0]
     for iteration in range(MOST_ITERATIONS):
         change = 0.0
         for j in range(stages):
@@ -39,7 +39,8 @@ def gauss_step(
                     return False
                 if h * moved > SMALLEST:
                     change = max(change, h * moved / (abs(y[i]) + h * abs(slope[i])))
-                store[j + 1, i] = slope[i]
+                store[j + 1, i] = slope[i] + beyond * (slope[i] - store[j + 1, i])
+        beyond = 0.0
         stalled = stalled + 1 if change >= least else 0
         if settled(iteration, change, least, stalled, table[weights, 0]):
             for i in range(y.size):
@@ -47,6 +48,10 @@ def gauss_step(
             return True
         if iteration > 1 and change > before and change > FAR:
             return False
+        if iteration == 1:
+            store[0, 0] = -store[0, 0]
+        elif iteration == 2:
+            store[0, 0] = as_far(store[0, 0], change / before)
         least = change if iteration == 0 else min(least, change)
         before = change
     return False
@@ -61,7 +66,7 @@ def gauss_nystrom_step(
     stages = (table.shape[0] - 5) // 2
     weights = 2 * stages
     start_stages(f, t, y, p, table, x, slope, store, stages, half)
-    before, least, stalled = 0.0, 0.0, 0
+    before, least, stalled, beyond = 0.0, 0.0, 0, store[0, 0]
     for iteration in range(MOST_ITERATIONS):
         change = 0.0
         for j in range(stages):
@@ -76,7 +81,8 @@ def gauss_nystrom_step(
                     return False
                 if h * moved > SMALLEST:
                     change = max(change, h * moved / (abs(y[half + i]) + h * abs(slope[i])))
-                store[j + 1, i] = slope[i]
+                store[j + 1, i] = slope[i] + beyond * (slope[i] - store[j + 1, i])
+        beyond = 0.0
         stalled = stalled + 1 if change >= least else 0
         if settled(iteration, change, least, stalled, table[weights, 0]):
             for i in range(half):
@@ -86,6 +92,10 @@ def gauss_nystrom_step(
             return True
         if iteration > 1 and change > before and change > FAR:
             return False
+        if iteration == 1:
+            store[0, 0] = -store[0, 0]
+        elif iteration == 2:
+            store[0, 0] = as_far(store[0, 0], change / before)
         least = change if iteration == 0 else min(least, change)
         before = change
     return False
@@ -96,7 +106,7 @@ def start_stages(
 ) -> None:
     """First guesses of the slopes: the last step's polynomial carried on; at the very first step the slope at t."""
     if store[0, 0] == 0.0:
-        store[0, 0] = 1.0
+        store[0, 0] = FIRST_SIDE
         for i in range(width):
             x[i] = y[i]
         call(f, t, x, p, slope)
@@ -110,6 +120,13 @@ def start_stages(
         for j in range(stages):
             for i in range(width):
                 store[j + 1, i] = weighted_sum(0.0, table, stages + j, store, stages + 1, i, stages)
+
+
+def as_far(beyond: Any, rate: Any) -> Any:
+    """By what share of its first change the next step's iteration goes beyond it, of the sign of `beyond`: three times
+    what is left of it, so that it comes to the solution from the other side."""
+    share = max(3.0 * min(rate, 0.1), 1e-6)
+    return share if beyond > 0.0 else -share
 
 
 def weighted_sum(total: Any, table: Any, row: int, k: Any, first: int, i: int, stages: int) -> Any:
@@ -229,12 +246,12 @@ def settled(iteration: int, change: Any, least: Any, stalled: int, roundoff: Any
     """Whether the stages are as good as the arithmetic.
 
     `change` is the last round's, relative to the state: the residual of the stages before it. `least` is the smallest of
-    the changes before, and for `stalled` rounds none was smaller. The residual of what is accepted is at most `roundoff`,
-    or what the next round would change is far below it; or it is below CLOSE units of round-off and shrinks no more; or
+    the changes before, and for `stalled` rounds none was smaller. Accepted is what does not change, or what the next round
+    would change by far less than round-off; or it is below CLOSE units of round-off and shrinks no more; or
     it is below NOISE units and has not shrunk for PATIENCE rounds: round-off of the equations themselves, where large
     terms cancel. One round that shrinks little is not enough for that: changes of an oscillation rise and fall.
     """
-    if change <= roundoff:
+    if change == 0.0:
         return True
     if iteration == 0 or not change < NOISE * roundoff:
         return False
@@ -243,8 +260,9 @@ def settled(iteration: int, change: Any, least: Any, stalled: int, roundoff: Any
     return bool(change * change / least < FAR_BELOW * roundoff)
 
 
-FAR_BELOW = 2.5e-4
-"""What is left of the iteration has a sign that lasts: over 1e7 steps it must stay below the walk of their round-off."""
+FAR_BELOW = 2e-6
+"""What is left of the iteration has a sign that lasts: over 1e6 steps it must stay below the walk of their round-off. A
+change below round-off is not enough: implicit midpoint lost or gained 0.025 units in each step of the oscillator."""
 
 LARGEST = 1e300
 """A slope, or a change of a stage, beyond this or not a number ends the iteration."""
@@ -255,6 +273,10 @@ CLOSE, NOISE, PATIENCE = 16.0, 1e6, 20
 SMALLEST = 2.0**-1022
 """The smallest normal number: changes of the state up to it are none, however small the state is, and what decays comes to
 rest."""
+
+FIRST_SIDE = 0.1
+"""The iteration goes this share of its first change beyond it, or short of it, in turn from step to step. Where rounding
+stops it short of the solution, it stops on the side that it comes from, which would otherwise be the same in every step."""
 
 FAR = 0.1
 """A third change, or a later one, that is larger than the one before and than this part of the state's size ends the
