@@ -90,6 +90,7 @@ class FoucaultNonlinear(IntegratedCase):
         Parameter("lat", "rad", "0.8526", "latitude"),
     )
     default_state = ("0.28", 0, "-0.96", 0, 0, 0)
+    longest = 700
     domain = Domain(
         {
             "g": positive(5.0, 15.0),

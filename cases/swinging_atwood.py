@@ -97,6 +97,11 @@ class SwingingAtwood(IntegratedCase):
         """A third of sqrt(r/g): the string is short on the way."""
         return sqrt(float(self.initial_state[0]) / float(self.parameters["g"])) / 3
 
+    @property
+    def fastest_time(self) -> float:
+        """A heavy weight pulls the mass past the pulley at r/sqrt(mu), where it turns by sqrt(mu) rad at once."""
+        return self.time_scale / max(1.0, sqrt(float(self.parameters["mu"])) / 2)
+
     def natural_span(self) -> Number:
         return 14.3 * self.time_scale
 

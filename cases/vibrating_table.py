@@ -100,10 +100,8 @@ class BouncingBallTable(Case):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        try:
+        with self._within_reach():
             _ = self.count
-        except ArithmeticError as error:
-            raise ValueError(f"{self.name}: span = {float(self.span):g} s holds {error}; give a shorter span") from None
 
     @cached_property
     def _exact(self) -> VibratingTable:
@@ -116,7 +114,10 @@ class BouncingBallTable(Case):
     @cached_property
     def count(self) -> int:
         """How many impacts the span holds."""
-        return self._exact.impacts(self.span)
+        try:
+            return self._exact.impacts(self.span)
+        except ArithmeticError as error:
+            raise ArithmeticError(f"span = {float(self.span):g} s holds {error}; give a shorter span") from None
 
     @property
     def forms(self) -> tuple[Hybrid, ...]:

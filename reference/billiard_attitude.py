@@ -18,6 +18,9 @@ from gnomon.reference.precision import publish, working
 from gnomon.reference.top_attitude import Quaternion, matrix, product
 
 NOTHING = (flint.arb(0),) * 3
+PIECE = 16
+"""Of the bound of half the angle, in rad: one series over more would take digits in proportion to it."""
+MOST_PIECES = 256
 
 
 @dataclass(frozen=True)
@@ -53,11 +56,22 @@ class BilliardAttitude(BallMotion):
 
 
 def turned(rate: Sequence[Any], growth: Sequence[Any], time: Any) -> Quaternion:
-    """The rotation after a time at the rate `rate` + `growth` t, both in space."""
+    """The rotation after a time at the rate `rate` + `growth` t, both in space, by halves where it is long."""
     zero = flint.arb(0)
+    square = sum(w * w for w in rate)
+    if growth is NOTHING and square > 0:
+        half = square.sqrt() * time / 2
+        sine = half.sinc() * time / 2
+        return (half.cos(), *(w * sine for w in rate))  # type: ignore[return-value]
     first: Quaternion = (zero, *(w * time / 2 for w in rate))  # type: ignore[assignment]
     second: Quaternion = (zero, *(a * time * time / 2 for a in growth))  # type: ignore[assignment]
     size = sum(x * x for x in first).sqrt() + 2 * sum(x * x for x in second).sqrt()
+    if size > MOST_PIECES * PIECE:
+        most = 2 * MOST_PIECES * PIECE
+        raise ArithmeticError(f"the ball turns by up to {float(2 * size):.3g} rad as it slides; give at most {most}")
+    if size > PIECE:
+        middle = [w + a * time / 2 for w, a in zip(rate, growth, strict=True)]
+        return product(turned(middle, growth, time / 2), turned(rate, growth, time / 2))
     # Beyond n terms of exp(a + b), a and b the sizes, less than e^(2a + 4b) 2^(1 - n) is left (Cauchy, on |z| = 2).
     count = flint.ctx.prec + int(float(size.mid()) * 6) + 16
     before: Quaternion = (zero, zero, zero, zero)

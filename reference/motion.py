@@ -50,10 +50,16 @@ class Motion(ABC):
     """
 
     def state(self, t: Number, digits: int = 15) -> tuple[Any, ...]:
-        """State at time t, correct to `digits` significant digits relative to the size of the motion."""
+        """State at time t, correct to `digits` significant digits relative to the size of the motion.
+
+        Raises ArithmeticError where the formula gives no number.
+        """
         time = exact(t, "t")
         with working(digits + self._guard(time)) as mp:
-            return publish(self._state(mp, time), digits)
+            state = self._state(mp, time)
+            if not all(map(mp.isfinite, state)):
+                raise ArithmeticError(f"no finite state at t = {float(time):g} s with {mp.dps} digits")
+            return publish(state, digits)
 
     @abstractmethod
     def _state(self, mp: Any, t: Fraction) -> Sequence[Any]: ...

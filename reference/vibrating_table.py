@@ -18,6 +18,8 @@ from gnomon.reference.balls import BallMotion, ball, precision
 
 MOST = 500
 """Impacts within a span; with e < 1 they may crowd without end."""
+SHORTEST = 2.0**-40
+"""Of the time so far: where flights are shorter, the ball comes to rest on the table."""
 ROUGH_BITS = 64
 CLOSE = 1e-12
 """How well the times of impacts (s) are known when these are counted."""
@@ -70,6 +72,9 @@ class VibratingTable(BallMotion):
             flights.append(self._following(flights[-1]))
             if not flights[-1].begin.is_finite():
                 break  # the balls have grown past all bounds: more precision is asked for
+            before, now = (flight.begin.mid() for flight in flights[-2:])
+            if now - before < SHORTEST * now:
+                raise ArithmeticError(f"impacts without end near t = {float(now):g} s")
         return [flight for flight in flights if not flight.begin.mid() > more]
 
     def _following(self, flight: Flight) -> Flight:
