@@ -45,7 +45,7 @@ class FirstTrial:
     def done(self, outcome: Outcome) -> None:
         self.passed = True
 
-    def failed(self, status: str, reason: str, output: str) -> None:
+    def failed(self, status: str, reason: str, output: str, tries: int | None = None) -> None:
         self.passed = status != "crashed"  # what is refused, or takes long, is for the run to show
         self.crashes.append(output.strip() if "Traceback (most recent call last)" in output else reason)
 
