@@ -202,7 +202,7 @@ def test_a_module_that_cannot_be_used_is_one_line(
     [
         (None, 0, "an empty file"),
         (schema.APPLICATION_ID, schema.SCHEMA_VERSION + 1, "upgrade gnomon"),
-        (schema.APPLICATION_ID, schema.SCHEMA_VERSION, "damaged (no such table"),
+        (schema.APPLICATION_ID, schema.SCHEMA_VERSION, "damaged (it holds the table t, which gnomon does not make"),
     ],
 )
 def test_results_that_cannot_be_read_are_one_line(
