@@ -15,7 +15,11 @@ import numpy as np
 import pandas as pd
 import pytest
 from gnomon.harness import store
-from planted_attacks import ATTACKS
+
+FOLDERS = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "harness")]
+sys.path[:0] = FOLDERS
+
+from planted_attacks import ATTACKS  # noqa: E402 (found by the line above)
 
 SCRIPT = """
 import sys
@@ -48,8 +52,7 @@ def attacked(names: Sequence[str], folder: Path) -> pd.DataFrame:
 
 
 def _run(names: Sequence[str], folder: Path, temporary: Path) -> None:
-    folders = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "harness")]
-    (folder / "job.py").write_text(SCRIPT.format(folders=folders, names=list(names)))
+    (folder / "job.py").write_text(SCRIPT.format(folders=FOLDERS, names=list(names)))
     own = {"GNOMON_ATTACKS": str(folder / "tokens"), "TMPDIR": str(temporary)}
     process = subprocess.Popen(
         [sys.executable, "job.py"], cwd=folder, env=os.environ | own, stderr=subprocess.PIPE, start_new_session=True
