@@ -131,7 +131,7 @@ IMPLICIT = (
         "gauss: stages are taken whatever their residual",
         f"{METHODS}/gauss_steps.py",
         "settled",
-        "if change <= roundoff:",
+        "if change == 0.0:",
         "if change <= 1e-3:",
         (STAGES,),
     ),
