@@ -331,7 +331,7 @@ def orders(reduced: pd.DataFrame) -> pd.DataFrame:
             found = line(steps.tolist(), errors.tolist(), floor, ON_A_LINE)
             if name == "error_max":
                 bent = (slopes(steps.tolist(), errors.tolist(), floor) or (0.0, *bent))[1:]
-                why = why_no_line(errors.tolist(), floor)
+                why = why_no_line(errors.tolist(), floor) or ("" if bent[0] < math.inf else "no four settings agree")
             if found is not None:
                 (order, margin), why = found, ""
                 break

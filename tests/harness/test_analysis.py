@@ -192,6 +192,7 @@ def test_an_error_that_passes_through_zero_leaves_the_order_to_another(name: str
         ([1e-2, 1e-6, 1e-10, 1e-14, 1e-15], "3 settings between an error of 0.05 and round-off, 4 are needed"),
         ([1e-2, 1e-3, 1e-6, 2e-7, 1e-9], ""),
         ([1e-2, 2.5e-3, 6.25e-4, 1.5625e-4], ""),
+        ([4e-2, 2e-2, 5e-4, 3e-5], "no four settings agree"),
     ],
 )
 def test_an_order_that_is_not_measured_has_its_reason(errors: list[float], why: str) -> None:
