@@ -26,8 +26,9 @@ def _equal(*rows: tuple[str, str, float]) -> pd.DataFrame:
     """Ratios at 1e-6 by case and integrator."""
     table = pd.DataFrame(rows, columns=["case", "integrator_id", "ratio"])
     return table.assign(
-        target=1e-6, variant="", formulation="", library=table["integrator_id"].str[0], tied=table["ratio"] < 1.2
-    )
+        target=1e-6, variant="", formulation="", library=table["integrator_id"].str[0], tied=table["ratio"] < 1.2,
+        preparation=table["case"].map({"a": 0.01, "b": 0.03, "c": math.nan}),
+    )  # fmt: skip
 
 
 EQUAL = _equal(
@@ -174,6 +175,7 @@ def test_every_integrator_on_one_line() -> None:
         "cases": ("2", ""),
         "fastest at 1e-6": ("1", "of 2"),
         "time over the fastest’s": ("2.0 ×", ""),
+        "preparation": ("20.0 ms", ""),
         "digits at best": ("10.0", ""),
         "short of attainable": ("2.0", ""),
         "order": ("3.95", "on 2, declared 4"),
@@ -181,7 +183,7 @@ def test_every_integrator_on_one_line() -> None:
         "hard variants held": ("50 %", "1 of 2"),
         "energy in the long run": ("–", ""),  # the laws are those of gnomon's own
     }
-    assert [cell.text for cell in new.cells] == ["1", *["–"] * 8]
+    assert [cell.text for cell in new.cells] == ["1", *["–"] * 9]
     assert [cell.sorts for cell in new.cells[:3]] == ["1", "0", ""]
     trusted["integrator_id"] = "gnomon:one"
     bench = {"rows": [{"name": "one", "order": "16.03", "declared": "16"}]}
