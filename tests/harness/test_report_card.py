@@ -136,7 +136,7 @@ def test_digits_of_what_is_exact_or_better_than_attainable() -> None:
     trusted = pd.DataFrame([("a", "x:one", 0.0, 1e-12, math.nan)], columns=columns).assign(variant="", formulation="")
     empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "order", "declared"])
     (row,) = card(EQUAL, trusted, empty, MATRIX, None, None)
-    assert [cell.text for cell in row.cells[3:5]] == ["17.0", "0.0"]
+    assert [cell.text for cell in row.cells[4:6]] == ["17.0", "0.0"]
 
 
 def test_kinds_with_one_answer_are_one_part_of_the_sentence() -> None:
@@ -189,7 +189,7 @@ def test_every_integrator_on_one_line() -> None:
     bench = {"rows": [{"name": "one", "order": "16.03", "declared": "16"}]}
     (mine,) = card(EQUAL, trusted, orders, MATRIX, growth, bench)
     assert mine.cells[-1].text == "t"
-    assert (mine.cells[5].text, mine.cells[5].note) == ("16.03", "declared 16")
+    assert (mine.cells[6].text, mine.cells[6].note) == ("16.03", "declared 16")
 
 
 @pytest.mark.parametrize("growth", [None, {"rows": []}])
