@@ -154,12 +154,19 @@ def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> 
     return (math.nan if math.isnan(there) else min(there, *(float(seconds[k]) for k in reached.tolist()))), loosest
 
 
+def preparations(rows: pd.DataFrame) -> pd.Series:
+    """By series, the median seconds of a preparation over its settings, of the first launch of each."""
+    ran = rows[~rows["status"].isin(NEVER_RAN)].drop_duplicates([*SERIES, "setting"])
+    return ran.groupby(list(SERIES))["prepare_seconds"].median().rename("preparation")
+
+
 def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.DataFrame:
     """Time at equal error: one row a series and target, with the ratio to the fastest of the same case and formulation.
 
     `seconds` is the median over launches of the time without the null call, `low` and `high` their range, `overhead` the
     median of the null calls, nan where none was measured; `at_loosest` says that the sweep begins below
-    the target, so that the time is an upper bound; `tied` marks the fastest and all that are within 1.2 times of it.
+    the target, so that the time is an upper bound; `tied` marks the fastest and all that are within 1.2 times of it;
+    `preparation` is what no time holds (see `preparations`).
 
     A setting that diverged has answered, and wrongly: its error counts as infinite. One that gave no answer has no say.
     """
@@ -190,7 +197,8 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     named = [*SERIES, "target", "seconds", "low", "high", "launches", "at_loosest", "overhead"]
     table = pd.DataFrame(rows, columns=named)
     fastest = table.groupby(["case", "variant", "formulation", "target"])["seconds"].transform("min")
-    return table.assign(ratio=table["seconds"] / fastest, tied=table["seconds"] < CLAIM * fastest)
+    table = table.assign(ratio=table["seconds"] / fastest, tied=table["seconds"] < CLAIM * fastest)
+    return table.join(preparations(frame), on=list(SERIES))
 
 
 def trust(reduced: pd.DataFrame) -> pd.DataFrame:

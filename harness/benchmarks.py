@@ -3,8 +3,8 @@
 `make bench` launches tests/benchmarks/test_pairs.py in fresh processes, each of which leaves a pytest-benchmark file,
 and then `python -m gnomon.harness.benchmarks LAUNCH... --to reports/local/benchmarks.json`. A benchmark's `extra_info` holds
 `rows`: dictionaries of what was compared (`group`, `problem`, `level`) and, of a pair, the seconds of both (`first` and
-`second`, null where one has no result at the level) and of their null calls (`first_null`, `second_null`); of a single
-time its `value` in `unit`.
+`second`, null where one has no result at the level) and of their null calls and preparations (`first_null`,
+`first_prepare` and so on); of a single time its `value` in `unit`.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def reduced(members: Sequence[dict[str, Any]]) -> dict[str, Any]:
     result: dict[str, Any] = {"launches": len(members)}
     if "value" in members[0]:
         return result | spread([row["value"] for row in members])
-    for side in ("first", "second", "first_null", "second_null"):
+    for side in ("first", "second", "first_null", "second_null", "first_prepare", "second_prepare"):
         times = [row[side] for row in members]
         result[side] = None if None in times else median(times)
     if result["first"] is None or result["second"] is None:

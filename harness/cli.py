@@ -264,10 +264,13 @@ def report(
 ) -> None:
     """Write the report of a run: one offline page, a summary and the figures."""
     from gnomon.cases.registry import case_class
+    from gnomon.harness import opening
     from gnomon.harness.report import write_report
     from gnomon.harness.store import results_file
 
     database, given = results_file(run), {name: case_class(name) for name in case or ()}
+    with opening.reading(database, ()):
+        pass  # results of gnomon's, else no folder is made
     _check_folder(to, "--to")
     page = write_report(database, to, given)
     out.print(f"The report is {page}")

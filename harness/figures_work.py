@@ -181,12 +181,16 @@ def _limit_words(rules: alt.Chart, small: dict[str, Any], floor: bool, halo: boo
 
 
 def drawn(specification: dict[str, Any], points: pd.DataFrame, limits: dict[str, float]) -> dict[str, Any]:
-    """A diagram: `specification` is what `work_precision` returns, the legend has what stands out among `points`."""
+    """A diagram: `specification` is what `work_precision` returns, the legend has what stands out among `points`.
+
+    Where nothing does, as all failed, the legend has all, as on the page: a figure with an empty one has no width.
+    """
     data = {
         "points": records(points),
         "limits": [{"limit": name, "at": math.log10(value)} for name, value in limits.items() if value > 0],
     }
-    cut: dict[str, Any] = _restricted(specification, set(points.loc[points["front"], "series"]))
+    kept = set(points.loc[points["front"], "series"]) or set(points["series"])
+    cut: dict[str, Any] = _restricted(specification, kept)
     return cut | {"datasets": specification["datasets"] | data}
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import gc
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from time import perf_counter_ns
 from typing import Any
 
@@ -34,11 +34,20 @@ NEXT_TO_NOTHING = 2.0**-40
 
 @dataclass(frozen=True)
 class Side:
-    """One integrator of a pair: the errors of its settings, loosest first, what solves at each, and its null call."""
+    """One integrator of a pair: the errors of its settings, loosest first, what solves at each, its null call, and the
+    seconds that each preparation took."""
 
     errors: list[float]
     solves: list[Solve]
     null: Solve
+    prepares: list[float] = field(default_factory=list)
+
+    def prepare(self, integrator: Integrator, problem: Problem, tolerance: float) -> Solve:
+        """What solves at a tolerance; the time of its preparation is kept."""
+        begin = perf_counter_ns()
+        solve = integrator.prepare(problem, tolerance)
+        self.prepares.append((perf_counter_ns() - begin) * 1e-9)
+        return solve
 
     def near(self, targets: Sequence[float]) -> list[int]:
         """The settings that the times at these errors are interpolated between."""
@@ -65,7 +74,7 @@ def swept(
     start = judge.truth.start[None]
     side = Side([], [], null_call(integrator, problem, tolerances[0]))
     for tolerance in tolerances:
-        solve = integrator.prepare(problem, tolerance)
+        solve = side.prepare(integrator, problem, tolerance)
         solution = solve(start.copy())
         if solution.stopped is None:
             distances = judge.metric.distance(judge.decoded(solution.states[0]), judge.truth.exact, judge.truth.times)

@@ -29,6 +29,7 @@ _SINGLE = {"group": TEXT, "first_name": TEXT, **_TIMES}
 _PAIR = {
     **{"group": TEXT, "problem": TEXT, "level": NUMERAL, "first_name": TEXT, "second_name": TEXT},
     **{"first": POSITIVE.or_null(), "second": POSITIVE.or_null()},
+    **{"first_prepare": Optional(SIZE.or_null()), "second_prepare": Optional(SIZE.or_null())},
 }
 _BOTH = {"first_null": SIZE.or_null(), "second_null": SIZE.or_null(), **_TIMES}
 """What a pair has besides, where both have a time."""
@@ -116,6 +117,8 @@ def _pair(row: dict[str, Any]) -> dict[str, str]:
     words["level"] = f"{float(row['level']):.0e}".replace("e-0", "e-")
     for side in ("first", "second"):
         words[side] = "–" if row[side] is None else tables.time_text(row[side])
+        prepare = row.get(f"{side}_prepare")
+        words[f"{side}_prepare"] = "" if prepare is None else tables.preparation_text(prepare)
     missed = [str(row[f"{side}_name"]) for side in ("first", "second") if row[side] is None]
     if missed:
         return words | {"ratio": "–", "range": "", "note": f"not so accurate: {' and '.join(missed)}"}

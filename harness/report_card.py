@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.analysis import NEVER_RAN, TARGETS
-from gnomon.harness.tables import Cell, Row, ratio_text, short_text
+from gnomon.harness.tables import Cell, Row, ratio_text, short_text, time_text
 
 KINDS = (
     (("Hybrid", "Impact", "Friction"), "Impact, friction and changing contact"),
@@ -118,6 +118,7 @@ CARD = (
     "cases",
     "fastest at 1e-6",
     "time over the fastest’s",
+    "preparation",
     "digits at best",
     "short of attainable",
     "order",
@@ -142,6 +143,7 @@ def card(
     own = trusted[(trusted["variant"] == "") & (trusted["formulation"] == "")]
     at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & (equal["target"] == TARGETS[1])]
     counts, (hard, _) = _counts(at), held(matrix)
+    preparing = at.groupby("integrator_id")["preparation"].median()
     laws: dict[str, list[str]] = {}
     for row in (growth or {"rows": []})["rows"]:
         laws.setdefault(f"gnomon:{row['name']}", []).append(str(row["law"]))
@@ -158,6 +160,7 @@ def card(
             Number(str(len(part)), len(part)),
             Number("–", 0) if speed is None else Number(f"{speed['wins']}", speed["wins"], f"of {speed['reached']}"),
             Number("–", math.nan) if speed is None else Number(f"{ratio_text(speed['ratio'])} ×", speed["ratio"]),
+            Number(time_text(prepared := preparing.get(name, math.nan)), prepared),
             _median(digits, "{:.1f}"),
             _median(lost, "{:.1f}"),
             _order(slopes.get(str(name)), bench.get(str(name))),

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.analysis import NEVER_RAN, SERIES, STATUSES, TARGETS
+from gnomon.harness.analysis import NEVER_RAN, SERIES, STATUSES, TARGETS, preparations
 
 MEANINGS = {
     "ok": "ran, and its error is a true measure of its accuracy at this setting",
@@ -70,6 +70,11 @@ def overhead_text(seconds: float) -> str:
     return f" + {time_text(seconds)} a call" if math.isfinite(seconds) else ""
 
 
+def preparation_text(seconds: float) -> str:
+    """What was computed before the time beside it; nothing where none was measured."""
+    return f"prepared in {time_text(seconds)}" if math.isfinite(seconds) else ""
+
+
 def spread_text(row: Mapping[str, Any]) -> str:
     """The range of the error over turned starts, where the error is their median; else nothing."""
     if not row.get("turned_starts", 0) > 0:
@@ -123,7 +128,7 @@ class Row:
 def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]:
     """Per case and formulation, the fastest integrator at each target, with all that tie with it.
 
-    Times are without the null call, which is named beside them.
+    Times are without the null call, which is named beside them, as is the time of a preparation.
     """
     own = equal[equal["variant"] == ""].sort_values("seconds")
     found = {key: part.to_dict("records") for key, part in own.groupby(["case", "formulation", "target"], sort=False)}
@@ -139,8 +144,8 @@ def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]
             others = ", ".join(tied[1:4]) + (" …" if len(tied) > 4 else "")
             bound = "≤ " if at[0]["at_loosest"] else ""
             time = bound + time_text(at[0]["seconds"]) + overhead_text(at[0]["overhead"])
-            note = time + (f" · on a par: {others}" if others else "")
-            cells.append(Cell(str(at[0]["integrator_id"]), note))
+            notes = time, preparation_text(at[0]["preparation"]), f"on a par: {others}" if others else ""
+            cells.append(Cell(str(at[0]["integrator_id"]), " · ".join(filter(None, notes))))
         rows.append(Row(case, cells, note=formulation))
     return rows
 
@@ -149,7 +154,7 @@ def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
     """Over all default scenes, the integrators that are most often fastest or on a par at some error, and how often.
 
     The `shown` first at each error; the note says on how many cases each gets there, and the median of its time over
-    the fastest's there.
+    the fastest's there. The row's note is the median time of a preparation, over the cases where it gets to any error.
     """
     own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     cases = own.groupby("target")["case"].nunique()
@@ -160,6 +165,7 @@ def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
         at = counts[counts.index.get_level_values("target") == target]
         chosen |= {name for name, _ in at[at["wins"] > 0].nlargest(shown, ["wins", "reached"]).index}
     found = {(str(name), target): row for (name, target), row in counts.to_dict("index").items()}
+    preparing = own.drop_duplicates(["integrator_id", "case"]).groupby("integrator_id")["preparation"].median()
     rows = []
     for name in sorted(chosen):
         cells, wins = [], []
@@ -168,7 +174,7 @@ def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
             wins.append(int(at["wins"]))
             note = f"reaches {at['reached']} of {cases.get(target, 0)} · {ratio_text(at['ratio'])}\N{NO-BREAK SPACE}×"
             cells.append(Cell(f"fastest on {at['wins']}" if at["wins"] else "–", note, "" if at["reached"] else "none"))
-        rows.append((-wins[1], -sum(wins), Row(name, cells)))
+        rows.append((-wins[1], -sum(wins), Row(name, cells, note=preparation_text(preparing[name]))))
     return [row for *_, row in sorted(rows, key=lambda each: each[:2])]
 
 
@@ -199,7 +205,7 @@ def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, li
     """
     reached = _by_key(equal[equal["variant"] == ""], *SCENE_AND_NAME, "target")
     ran = reduced[(reduced["variant"] == "") & ~reduced["status"].isin(NEVER_RAN)]
-    preparing = ran.groupby(list(SCENE_AND_NAME))["prepare_seconds"].median().to_dict()
+    preparing = preparations(ran).groupby(list(SCENE_AND_NAME)).first().to_dict()
     found: dict[str, list[tuple[Any, Row]]] = {}
     for case, formulation, name in sorted(_by_key(ran, *SCENE_AND_NAME)):
         cells, place = [], [math.inf] * len(TARGETS)

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from statistics import median
 from time import perf_counter
 from typing import Any
 
@@ -82,9 +83,10 @@ def compare(
         for side in pair
     )
     times, nulls = at_equal_error((first, second), start, errors, repeats)
+    prepares = median(first.prepares), median(second.prepares)
     said = [f"{name}/{variant}", formulation.name if formulation else "", f"{spans} spans" if spans > 1 else ""]
     benchmark.extra_info["rows"] = rows(
-        f"against {pair[1].id}", ", ".join(filter(None, said)), pair, errors, times, nulls
+        f"against {pair[1].id}", ", ".join(filter(None, said)), pair, errors, times, nulls, prepares
     )
     benchmark.pedantic(first.solves[-1], (start,), rounds=repeats)
     assert any(one and other for one, other in times), "no comparison was possible"
@@ -97,12 +99,14 @@ def rows(
     errors: Sequence[float],
     times: Sequence[tuple[float | None, float | None]],
     nulls: tuple[float, float],
+    prepares: tuple[float, float],
     share: int = 1,
 ) -> list[dict[str, Any]]:
-    """As `gnomon.harness.benchmarks` reads them; seconds of each of `share` trajectories."""
+    """As `gnomon.harness.benchmarks` reads them; seconds of each of `share` trajectories, prepared together."""
     named = {
         "group": group, "problem": problem, "unit": "s", "first_name": pair[0].name, "second_name": pair[1].id,
         "first_null": nulls[0] / share, "second_null": nulls[1] / share,
+        "first_prepare": prepares[0], "second_prepare": prepares[1],
     }  # fmt: skip
     return [
         named | {"level": f"{error:g}", "first": one and one / share, "second": other and other / share}
@@ -146,7 +150,7 @@ def test_an_ensemble_against_heyoka_in_batches(benchmark: Any) -> None:
         problem = problem_of(case, integrator.accepts)
         found = Side([], [], null_call(integrator, problem, tolerances[0]))
         for tolerance in tolerances:
-            solve = integrator.prepare(problem, tolerance)
+            solve = found.prepare(integrator, problem, tolerance)
             solution = solve(starts)
             assert solution.stopped is None
             distances = [
@@ -161,8 +165,9 @@ def test_an_ensemble_against_heyoka_in_batches(benchmark: Any) -> None:
     sides = side(pair[0]), side(pair[1])
     errors = (1e-6, 1e-9, 1e-12)
     times, nulls = at_equal_error(sides, starts, errors, turns)
+    prepares = median(sides[0].prepares), median(sides[1].prepares)
     group, problem = f"against {pair[1].id} in batches", "1e4 pendulums, a trajectory"
-    benchmark.extra_info["rows"] = rows(group, problem, pair, errors, times, nulls, count)
+    benchmark.extra_info["rows"] = rows(group, problem, pair, errors, times, nulls, prepares, count)
     benchmark.pedantic(sides[0].solves[0], (starts,), rounds=1)
     assert any(one and other for one, other in times), "no comparison was possible"
 

@@ -87,7 +87,7 @@ def row(**values: Any) -> dict[str, Any]:
 def published(tmp_path: Path) -> Path:
     """Three launches: a ratio with its range, the same with much overhead, one not so accurate, one single time."""
     for launch, ratio in enumerate((3.0, 2.0, 5.0)):
-        nulls = {"first_null": 5e-5, "second_null": 5e-5}
+        nulls = {"first_null": 5e-5, "second_null": 5e-5, "first_prepare": 0.01 * ratio, "second_prepare": 0.2}
         rows = [
             row(first=1e-3, second=ratio * 1e-3, **nulls),
             row(level="1e-04", first=1e-3, second=ratio * 1e-3, **nulls | {"first_null": 1.5e-4}),
@@ -107,6 +107,7 @@ def test_launches_are_gathered(published: Path) -> None:
     reached, _, missed, single = found["rows"]
     assert (reached["median"], reached["low"], reached["high"]) == (3.0, 2.0, 5.0)
     assert reached["first_null"] == 5e-5
+    assert reached["first_prepare"] == pytest.approx(0.03), "the median"
     assert missed["second"] is None
     assert missed["median"] is None
     assert single["median"] == 0.003
@@ -117,6 +118,7 @@ def test_the_report_claims_what_was_measured(published: Path) -> None:
     assert found is not None
     reached, short, missed = found["pairs"]
     assert (reached["ratio"], reached["range"], reached["note"]) == ("3.00", "2.00 – 5.00", "")
+    assert (reached["first_prepare"], reached["second_prepare"]) == ("prepared in 30.0 ms", "prepared in 200 ms")
     assert short["note"] == "15 % of the time of o is overhead of its call; no difference is claimed"
     assert missed["note"] == "not so accurate: x"
     assert found["singles"][0]["median"] == "3.00 ms"

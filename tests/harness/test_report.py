@@ -22,12 +22,14 @@ import vl_convert
 from gnomon.cases import case_class
 from gnomon.harness.analysis import not_run
 from gnomon.harness.figures import broken_scenes
-from gnomon.harness.figures_work import EXACT, front
+from gnomon.harness.figures_work import EXACT, drawn, front, work_precision
 from gnomon.harness.images import leaner
 from gnomon.harness.png import smaller
 from gnomon.harness.report import write_report
 from gnomon.harness.report_card import held
+from gnomon.harness.report_charts import work_scenes
 from gnomon.harness.report_pack import packed_json
+from gnomon.harness.report_run import Run
 from gnomon.harness.store import Store
 
 LARGEST_PAGE = 3_000_000
@@ -246,6 +248,17 @@ def test_in_pictures_of_many_colours_the_rare_ones_take_the_nearest() -> None:
     # the 32 bins of 8 greys each fit into the palette
     assert np.max(np.abs(found - pixels[:, :, :3])) < 8
     np.testing.assert_array_equal(found[:-8, 50:], 255)
+
+
+def test_a_run_in_which_all_failed_is_reported(written: Path, tmp_path: Path) -> None:
+    """Its figure shows the failed trials; with nothing in the legend it had a width of 1.8e308, which no PNG has."""
+    run = Run.read(written.parent / "results.sqlite")
+    points = work_scenes(run)["pendulum_simple"]["default"]["points"]
+    failed = points.assign(failed=True, front=False, status="diverged")
+    svg = vl_convert.vegalite_to_svg(drawn(work_precision(run.look, "time"), failed, {}))
+    width = re.search(r'width="([^"]*)"', svg)
+    assert width is not None
+    assert 300 < float(width[1]) < 3000
 
 
 def test_drawings_get_leaner_and_look_the_same() -> None:

@@ -26,8 +26,9 @@ def _equal(*rows: tuple[str, str, float]) -> pd.DataFrame:
     """Ratios at 1e-6 by case and integrator."""
     table = pd.DataFrame(rows, columns=["case", "integrator_id", "ratio"])
     return table.assign(
-        target=1e-6, variant="", formulation="", library=table["integrator_id"].str[0], tied=table["ratio"] < 1.2
-    )
+        target=1e-6, variant="", formulation="", library=table["integrator_id"].str[0], tied=table["ratio"] < 1.2,
+        preparation=table["case"].map({"a": 0.01, "b": 0.03, "c": math.nan}),
+    )  # fmt: skip
 
 
 EQUAL = _equal(
@@ -135,7 +136,7 @@ def test_digits_of_what_is_exact_or_better_than_attainable() -> None:
     trusted = pd.DataFrame([("a", "x:one", 0.0, 1e-12, math.nan)], columns=columns).assign(variant="", formulation="")
     empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "order", "declared"])
     (row,) = card(EQUAL, trusted, empty, MATRIX, None, None)
-    assert [cell.text for cell in row.cells[3:5]] == ["17.0", "0.0"]
+    assert [cell.text for cell in row.cells[4:6]] == ["17.0", "0.0"]
 
 
 def test_kinds_with_one_answer_are_one_part_of_the_sentence() -> None:
@@ -174,6 +175,7 @@ def test_every_integrator_on_one_line() -> None:
         "cases": ("2", ""),
         "fastest at 1e-6": ("1", "of 2"),
         "time over the fastest’s": ("2.0 ×", ""),
+        "preparation": ("20.0 ms", ""),
         "digits at best": ("10.0", ""),
         "short of attainable": ("2.0", ""),
         "order": ("3.95", "on 2, declared 4"),
@@ -181,13 +183,13 @@ def test_every_integrator_on_one_line() -> None:
         "hard variants held": ("50 %", "1 of 2"),
         "energy in the long run": ("–", ""),  # the laws are those of gnomon's own
     }
-    assert [cell.text for cell in new.cells] == ["1", *["–"] * 8]
+    assert [cell.text for cell in new.cells] == ["1", *["–"] * 9]
     assert [cell.sorts for cell in new.cells[:3]] == ["1", "0", ""]
     trusted["integrator_id"] = "gnomon:one"
     bench = {"rows": [{"name": "one", "order": "16.03", "declared": "16"}]}
     (mine,) = card(EQUAL, trusted, orders, MATRIX, growth, bench)
     assert mine.cells[-1].text == "t"
-    assert (mine.cells[5].text, mine.cells[5].note) == ("16.03", "declared 16")
+    assert (mine.cells[6].text, mine.cells[6].note) == ("16.03", "declared 16")
 
 
 @pytest.mark.parametrize("growth", [None, {"rows": []}])

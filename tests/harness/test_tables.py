@@ -53,7 +53,9 @@ def _equal(*rows: tuple[str, str, float, float, float, bool]) -> pd.DataFrame:
     table = pd.DataFrame(rows, columns=columns).assign(variant="", formulation="", launches=5)
     library = table["integrator_id"].str.partition(":")[0]
     low, high = table["seconds"] * 0.9, table["seconds"] * 1.1
-    return table.assign(library=library, tied=table["ratio"] < 1.2, low=low, high=high, overhead=math.nan)
+    preparation = table["integrator_id"].map({"x:one": 0.03, "x:two": 0.02})
+    known = {"library": library, "low": low, "high": high, "overhead": math.nan, "preparation": preparation}
+    return table.assign(tied=table["ratio"] < 1.2, **known)
 
 
 EQUAL = _equal(
@@ -69,8 +71,11 @@ SIX = TARGETS.index(1e-6)
 
 def test_the_fastest_is_named_with_its_time_and_all_on_a_par() -> None:
     first, second, third = tables.fastest(EQUAL, [("a", ""), ("b", ""), ("d", "")])
-    assert (first.cells[SIX].text, first.cells[SIX].note) == ("x:one", "1.00 ms · on a par: x:two")
-    assert (second.cells[SIX].text, second.cells[SIX].note) == ("x:two", "≤ 2.00 ms")
+    assert (first.cells[SIX].text, first.cells[SIX].note) == (
+        "x:one",
+        "1.00 ms · prepared in 30.0 ms · on a par: x:two",
+    )
+    assert (second.cells[SIX].text, second.cells[SIX].note) == ("x:two", "≤ 2.00 ms · prepared in 20.0 ms")
     assert third.cells[SIX].text == first.cells[0].text == "not reached"
 
 
@@ -82,6 +87,11 @@ def test_over_all_cases_wins_are_counted_and_ratios_are_medians() -> None:
         "y:three": ("fastest on 1", "reaches 3 of 3 · 3.0 ×"),
     }
     assert tables.overall(EQUAL)[0].head == "x:two"
+    assert {row.head: row.note for row in tables.overall(EQUAL)} == {
+        "x:one": "prepared in 30.0 ms",
+        "x:two": "prepared in 20.0 ms",
+        "y:three": "",
+    }
 
 
 def test_a_library_is_as_fast_as_its_fastest_on_each_case() -> None:
@@ -91,11 +101,14 @@ def test_a_library_is_as_fast_as_its_fastest_on_each_case() -> None:
 
 
 def test_times_of_a_case_say_whether_they_are_bounds_and_from_how_many_launches() -> None:
-    names = EQUAL[["case", "integrator_id"]].drop_duplicates().assign(variant="", formulation="", status="ok")
+    names = (
+        EQUAL[["case", "integrator_id", "library"]].drop_duplicates().assign(variant="", formulation="", status="ok")
+    )
     never = pd.DataFrame(
         [{"case": "a", "integrator_id": "x:no", "variant": "", "formulation": "", "status": "refused"}]
     )
-    ran = pd.concat([names.assign(prepare_seconds=0.013), never.assign(prepare_seconds=math.nan)])
+    never = never.assign(library="x", prepare_seconds=math.nan)
+    ran = pd.concat([names.assign(prepare_seconds=0.013), never]).assign(setting=1e-6)
     rows = {row.head: row for row in tables.equal_error_rows(EQUAL, ran)["a"]}
     assert [row.cells[-1].text for row in rows.values()] == ["13.0 ms"] * 3 + ["–"], "what they prepare is beside it"
     assert list(rows) == ["x:one", "x:two", "y:three", "x:no"]
@@ -108,9 +121,9 @@ def test_times_of_a_case_say_whether_they_are_bounds_and_from_how_many_launches(
 def test_a_time_without_its_null_call_has_that_beside_it() -> None:
     named = EQUAL.assign(overhead=342e-6)
     first, *_ = tables.fastest(named, [("a", "")])
-    assert first.cells[SIX].note == "1.00 ms + 342 µs a call · on a par: x:two"
-    ran = named[["case", "integrator_id"]].drop_duplicates().assign(variant="", formulation="", status="ok")
-    ran = ran.assign(prepare_seconds=0.013)
+    assert first.cells[SIX].note == "1.00 ms + 342 µs a call · prepared in 30.0 ms · on a par: x:two"
+    ran = named[["case", "integrator_id", "library"]].drop_duplicates().assign(variant="", formulation="", status="ok")
+    ran = ran.assign(prepare_seconds=0.013, setting=1e-6)
     rows = {row.head: row for row in tables.equal_error_rows(named, ran)["a"]}
     assert rows["x:one"].cells[SIX].aside == " · + 342 µs a call · 900 µs – 1.10 ms"
 

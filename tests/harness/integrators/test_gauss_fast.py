@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from math import cos, sin
 from types import FunctionType
 from typing import Any
@@ -207,17 +208,17 @@ def test_first_guesses_are_the_best_of_their_bandwidth(width: float) -> None:
         c = nodes(mpmath.mp, 8)
         weights = mpmath.matrix(foreseen(mpmath.mp, c, width))
 
-        def covariance(x: Any, y: Any) -> Any:
-            # The mean of cos(w x + phase) cos(w y + phase), by its integral over frequencies.
-            density = mpmath.npdf
-            return mpmath.quad(lambda w: mpmath.cos(width * w * (x - y)) * density(w), [-12, -4, 0, 4, 12]) / 2
+        @cache  # the integrals are the test's time, and three stages ask for the same ones
+        def covariance(apart: Any) -> Any:
+            # The mean of cos(w x + phase) cos(w y + phase) by the distance of x and y: half the integral over all
+            # frequencies, whose two sides are equal.
+            return mpmath.quad(lambda w: mpmath.cos(width * w * apart) * mpmath.npdf(w), [0, 4, 12])
 
-        between = [[covariance(c[j], c[k]) if k <= j else None for k in range(8)] for j in range(8)]
         for stage in (0, 3, 7):
             target = 1 + c[stage]
             slopes = [
-                mpmath.fsum(weights[stage, k] * between[max(j, k)][min(j, k)] for k in range(8))
-                - covariance(c[j], target)
+                mpmath.fsum(weights[stage, k] * covariance(abs(c[j] - c[k])) for k in range(8))
+                - covariance(abs(c[j] - target))
                 for j in range(8)
             ]
             assert max(map(abs, slopes)) < 1e-20, "as well as these integrals are known"
