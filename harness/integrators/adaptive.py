@@ -27,7 +27,7 @@ from gnomon.cases.forms import SecondOrder
 from gnomon.harness import compile as compiling
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
 from gnomon.harness.integrators.fixed_step import DIGITS, Table, rounded
-from gnomon.harness.integrators.sizes import enlarge, invert, nudge, roughen, soften, start
+from gnomon.harness.integrators.sizes import enlarge, first_sizes, invert, nudge, roughen, soften
 from gnomon.harness.integrators.stepping import blank, call, compiled_whole
 from numpy.typing import NDArray
 
@@ -195,7 +195,7 @@ def integrate(
             if t == 0.0:
                 for i in range(dimension):
                     change[i] = step * (k[0, i - dimension + width] if i >= dimension - width else y[width + i])
-                start(y, change, groups, sizes, inverse)
+                first_sizes(y, change, groups, sizes, inverse)
             if noisy:
                 if t > 0.0:
                     invert(groups, sizes, inverse)

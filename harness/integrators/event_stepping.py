@@ -16,7 +16,7 @@ import numpy as np
 from gnomon.cases.forms import Equations, Hybrid, Mode, Transition
 from gnomon.harness.compile import IMPORTS, OPTIONS, address, check_values, gather_into, unpacked
 from gnomon.harness.integrators.event_location import dip, guard_after, locate, one_step, part, step_error
-from gnomon.harness.integrators.sizes import enlarge, invert, start
+from gnomon.harness.integrators.sizes import enlarge, first_sizes, invert
 from gnomon.harness.integrators.stepping import compiled_whole
 from gnomon.harness.source import cached_by_content
 from numpy.typing import NDArray
@@ -117,7 +117,7 @@ def run(
             if where[STEPS] == 0:
                 for i in range(y.size):
                     slope[i] = length * k[0, i]
-                start(y, slope, groups, sizes, inverse)
+                first_sizes(y, slope, groups, sizes, inverse)
             error = step_error(length, table, stages, k, inverse) / tolerance
             if not error <= 1.0:
                 clock[2] = length * (max(0.2, 0.9 * error ** (-1 / 8)) if error < np.inf else 0.1)

@@ -17,7 +17,7 @@ from gnomon.harness.integrators.adaptive import (
 )
 from gnomon.harness.integrators.embedded import first_step
 from gnomon.harness.integrators.fixed_step import Table
-from gnomon.harness.integrators.sizes import enlarge, invert, nudge, one_over, roughen, soften, start
+from gnomon.harness.integrators.sizes import enlarge, first_sizes, invert, nudge, one_over, roughen, soften
 from gnomon.harness.integrators.stepping import call
 from numpy.typing import NDArray
 
@@ -109,7 +109,7 @@ def integrate(
             if t == 0.0:
                 for i in range(dimension):
                     now[i] = step * first[0, i]
-                start(y, now, groups, sizes, inverse)
+                first_sizes(y, now, groups, sizes, inverse)
             if noisy:
                 if t > 0.0:
                     invert(groups, sizes, inverse)

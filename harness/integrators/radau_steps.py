@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.harness.integrators.linear import factor, substitute
-from gnomon.harness.integrators.sizes import enlarge, invert, nudge, soften
+from gnomon.harness.integrators.sizes import enlarge, first_sizes, invert, nudge, soften
 from gnomon.harness.integrators.stepping import call
 from numpy.typing import NDArray
 
@@ -107,7 +107,9 @@ def integrate(
                 if not aside:
                     if ABSOLUTE == 0:
                         if t == 0.0:
-                            first_sizes(y, start, real, pivots, error, groups, sizes, inverse)
+                            error[:] = start
+                            substitute(real, pivots, error)
+                            first_sizes(y, error, groups, sizes, inverse)
                         elif noisy:
                             invert(groups, sizes, inverse)
                         if noisy:
@@ -192,21 +194,6 @@ def integrate(
         if reason != 0 and stop[0] == 0:
             stop[0], stop[1] = reason, sample
     return taken
-
-
-def first_sizes(
-    y: Any, start: Any, real: Any, pivots: Any, change: Any, groups: Any, sizes: Any, inverse: Any
-) -> None:  # fmt: skip
-    """Sizes from the initial state; the inverses take in, too, what the real system makes of the rates at the start: a
-    fast mode moves no farther than to where it comes to rest."""
-    change[:] = start
-    substitute(real, pivots, change)
-    sizes[:] = 0.0
-    enlarge(change, groups, sizes)
-    enlarge(y, groups, sizes)
-    invert(groups, sizes, inverse)
-    sizes[:] = 0.0
-    enlarge(y, groups, sizes)
 
 
 def noise(

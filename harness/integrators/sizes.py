@@ -6,6 +6,15 @@ is rejected, the rates are evaluated once more at the state moved by its round-o
 makes of a step is none that a shorter step could mend (a pendulum that stands upright has no other motion). All of this is
 the same in any units: with lengths or times scaled by a power of two the steps are the same, scaled.
 
+No size shrinks again. Compared with 1 + |y| (`absolute`) at equal error, that takes 8 % fewer right-hand sides with DOP853
+and 12 % fewer with Radau IIA 5, in the geometric mean over pendulums, Kepler's orbits of e = 0.3 to 0.999, Duffing's
+oscillator, tops and damped oscillators; 12 to 55 % fewer at e = 0.99, where the error of a slow body far out matters least.
+Dormand and Prince's 5(4) and extrapolation take as many, within 2 %: where a tolerance gives a larger error, it gives less
+work. Sizes that fall with the state to 1/4 or 1/16 of the largest, or by half in 32 steps, lose most of that gain or all of
+it, and take up to 28 % more on oscillators, whose states pass through zero. The exception is a relaxation oscillation: the
+phase of Van der Pol's oscillator (mu = 10 and 100) hangs on its slow parts, whose rates are a hundredth of the largest, and
+most adaptive methods take 7 to 35 % more than with `absolute`: use that there, in units in which slow rates are about 1.
+
 `groups` (dim,) numbers the group of each component, `sizes` (dim,) holds the size of each group, `inverse` (dim,) one
 over the size of each component's group.
 """
@@ -47,7 +56,7 @@ def invert(groups: Integers, sizes: Floats, inverse: Floats) -> None:
         inverse[i] = 1.0 / max(size, SMALLEST) if size > 0.0 else 0.0
 
 
-def start(y: Floats, changes: Floats, groups: Integers, sizes: Floats, inverse: Floats) -> None:
+def first_sizes(y: Floats, changes: Floats, groups: Integers, sizes: Floats, inverse: Floats) -> None:
     """Sizes from the initial state `y`; the inverses take in the `changes` of a first step at the rates of the start."""
     sizes[:] = 0.0
     enlarge(changes, groups, sizes)

@@ -10,6 +10,7 @@ import pytest
 from gnomon.harness import plan
 from gnomon.harness.integrator import Integrator, Tolerance
 from gnomon.harness.judge import Judge
+from gnomon.harness.registry import own
 from gnomon.harness.store import Known
 from gnomon.harness.sweep import REPEATED_SECONDS, SECONDS_EACH, Sweep
 from gnomon.harness.truth import CaseSpec, truth
@@ -129,6 +130,16 @@ def test_what_is_skipped_follows_from_counts_and_never_from_the_clock(judge: Jud
         settings.append(order.setting)
         later.answer(clock, 0)
     assert settings == [0.1], "4 hundredths of a second are 2000 right-hand sides"
+
+
+def test_estimates_are_of_what_an_integrator_counts() -> None:
+    """A step of Taylor's method is dozens of right-hand sides: an estimate that is shared is of one or of the other."""
+    counted: dict[str, set[bool]] = {}
+    for integrator in own().values():
+        key = integrator.id if integrator.id in SECONDS_EACH else integrator.library
+        counted.setdefault(key, set()).add(integrator.counts_rhs)
+    assert counted.keys() == SECONDS_EACH.keys(), "each is used, and none is missing"
+    assert {key: kinds for key, kinds in counted.items() if len(kinds) > 1} == {}
 
 
 def test_what_nobody_knows_the_price_of_is_run(judge: Judge) -> None:

@@ -7,6 +7,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
+from gnomon.cases.case import Case
 from gnomon.cases.forms import FirstOrder, Hybrid, Mode, SecondOrder, Values
 from gnomon.cases.registry import get
 from gnomon.harness.integrator import Integrator, Problem
@@ -119,6 +120,26 @@ def test_the_absolute_rule_is_an_option() -> None:
     """In megametres its tolerance of 1e-8 m is a hundredth of the orbit: what is measured by sizes errs far less."""
     assert orbit_error(Absolute, "1e-6") > 1e3 * orbit_error(Dop853, "1e-6")
     assert orbit_error(Absolute, "1") < 10 * orbit_error(Dop853, "1")
+
+
+def test_sizes_that_do_not_shrink_save_work_on_an_eccentric_orbit() -> None:
+    """From e = 0.99 and apocentre on, speeds range over 200: to hold the slow part to its own speed costs right-hand sides
+    and gains nothing. Judged at equal error; a tolerance means another error in each rule."""
+    case = get("kepler_orbit", initial_state=(1.99, 0, 0, sqrt(0.01 / 1.99))).rounded()
+    exact = case.sample(case.times)
+    assert work_at_equal_error(Dop853, case, exact) < 0.9 * work_at_equal_error(Absolute, case, exact)
+
+
+def work_at_equal_error(method: type[Integrator], case: Case, exact: np.ndarray) -> float:
+    """Right-hand sides at an error of 1e-4, by a line through the logarithms of both over many tolerances."""
+    errors, calls = [], []
+    for tolerance in np.geomspace(1e-10, 1e-6, 17):
+        problem = problem_of(case, method.accepts, counted=True)
+        found = method().prepare(problem, float(tolerance))(initial_state(case)[None]).states[0]
+        errors.append(np.log(np.max(case.metric.distance(found, exact))))
+        calls.append(np.log(problem.buffer[-1]))
+    slope, constant = np.polyfit(errors, calls, 1)
+    return float(np.exp(slope * np.log(1e-4) + constant))
 
 
 def pulse(t: float, state: Values, parameters: Values) -> Values:
