@@ -41,7 +41,7 @@ largest, and one to six times the median, of what was measured on ten cases from
 time on a busy machine. What is run follows from these numbers and from counts, which are the same on
 every machine, however busy; measured times would decide otherwise in each run. Trials of other libraries are run, each
 until it passes the limit."""
-RELAUNCHED_SECONDS = 0.04
+RELAUNCHED_SECONDS = 0.08
 """Trials that take longer by that estimate are launched once: what is that slow is on nobody's Pareto front, and would
 fill the run."""
 REPEATED_SECONDS = 0.001
