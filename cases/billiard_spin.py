@@ -22,9 +22,9 @@ from gnomon.cases.billiard_scene import ATTITUDE_SCENE, DRILL_SCENE
 from gnomon.cases.case import Case, Event, Invariant, Rung, Variant, same
 from gnomon.cases.euler_top import ORTHOGONAL, EulerTopCase
 from gnomon.cases.forms import FirstOrder, Hybrid, Values
-from gnomon.cases.numbers import Domain, Parameter, Rule, positive
+from gnomon.cases.numbers import Domain, Parameter, Rule, positive, show
 from gnomon.cases.scene import SceneForm
-from gnomon.reference.billiard_attitude import BilliardAttitude
+from gnomon.reference.billiard_attitude import MOST_TURN, BilliardAttitude
 from gnomon.reference.drilling_ball import DrillingBall
 from gnomon.reference.precision import Number
 
@@ -127,7 +127,17 @@ class BilliardBallAttitude(Case):
         return min(scale, 1 / rate) if rate else scale
 
     def natural_span(self) -> Number:
-        return self._plain.natural_span()
+        """That of the ball; ValueError where the ball turns too far in it for the exact motion."""
+        span = float(self._plain.natural_span())
+        mu, g, radius = (self.parameters[name] for name in ("mu", "g", "R"))
+        slid = min(span, float(self._plain._exact.rolling_time())) if self._plain._ends else 0.0
+        turn = math.hypot(*map(float, self.initial_state[4:7])) * slid + 5 * float(mu * g / radius) * slid * slid
+        if turn > MOST_TURN:
+            raise ValueError(
+                f"{self.name}: with mu = {show(mu)}, g = {show(g)} and R = {show(radius)} it slides for {slid:.3g} s and "
+                f"turns by up to {turn:.3g} rad, more than {MOST_TURN}; give a shorter span, or other numbers"
+            )
+        return span
 
     @property
     def forms(self) -> tuple[Hybrid, ...]:

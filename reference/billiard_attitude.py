@@ -21,6 +21,8 @@ NOTHING = (flint.arb(0),) * 3
 PIECE = 16
 """Of the bound of half the angle, in rad: one series over more would take digits in proportion to it."""
 MOST_PIECES = 256
+MOST_TURN = 2 * MOST_PIECES * PIECE
+"""Of the bound of the whole angle, in rad."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +69,9 @@ def turned(rate: Sequence[Any], growth: Sequence[Any], time: Any) -> Quaternion:
     second: Quaternion = (zero, *(a * time * time / 2 for a in growth))  # type: ignore[assignment]
     size = sum(x * x for x in first).sqrt() + 2 * sum(x * x for x in second).sqrt()
     if size > MOST_PIECES * PIECE:
-        most = 2 * MOST_PIECES * PIECE
-        raise ArithmeticError(f"the ball turns by up to {float(2 * size):.3g} rad as it slides; give at most {most}")
+        raise ArithmeticError(
+            f"the ball turns by up to {float(2 * size):.3g} rad as it slides; give at most {MOST_TURN}"
+        )
     if size > PIECE:
         middle = [w + a * time / 2 for w, a in zip(rate, growth, strict=True)]
         return product(turned(middle, growth, time / 2), turned(rate, growth, time / 2))
