@@ -24,8 +24,9 @@ Phi = Callable[[int, Any], Matrix]
 def exponential_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: c_1 ... c_s; then for each stage and the end, row by row, exp(c h L) - 1 and h a_1 ... h a_s; what
-    rounding has taken from exp(h L) - 1: without it the linear part alone would grow or shrink as t."""
+    """Rows of `table`: c_1 ... c_s; then for each stage and the end, row by row, exp(c h L) - 1 and h a_1 ... h a_s; those
+    of the end once more: what is left of them beyond the leading bits. Without it the linear part alone would grow or
+    shrink, and what a constant slope adds be wrong, as t."""
     n = y.size
     stages = store.shape[0]
     for j in range(stages + 1):
@@ -33,13 +34,8 @@ def exponential_step(
         for i in range(n):
             total = 0.0
             if j == stages:
-                for k in range(n):
-                    total += table[table.shape[0] - 1, i * n + k] * y[k]
-            for k in range(n):
-                total += table[first, i * n + k] * y[k]
-            for m in range(min(j, stages)):
-                for k in range(n):
-                    total += table[first + 1 + m, i * n + k] * store[m, k]
+                total = combined(total, table, first + stages + 1, i, y, store, j)
+            total = combined(total, table, first, i, y, store, j)
             increment[i] = total
         if j < stages:
             for i in range(n):
@@ -48,6 +44,20 @@ def exponential_step(
             for i in range(n):
                 store[j, i] = slope[i]
     return True
+
+
+def combined(total: Any, table: Any, first: Any, i: Any, y: Any, store: Any, count: Any) -> Any:
+    """`total` and component i of the state and of the first `count` slopes, times the matrices in the rows from `first`.
+
+    The state comes last: slopes may be the same in every step, and so would be what rounding takes from their sum.
+    """
+    n = y.size
+    for m in range(count):
+        for k in range(n):
+            total += table[first + 1 + m, i * n + k] * store[m, k]
+    for k in range(n):
+        total += table[first, i * n + k] * y[k]
+    return total
 
 
 class ExponentialRungeKutta(FixedStep):
@@ -100,8 +110,9 @@ class ExponentialRungeKutta(FixedStep):
             less_one = known[c][0] - np.eye(n, dtype=int)
             blanks = [less_one * 0] * (len(self.nodes) - len(row))
             flat += [less_one, *(h * a for a in row), *blanks]
-        _, taken = halves(mp, list((known[1][0] - np.eye(n, dtype=int)).ravel()), roundoff)
-        return [*table, *(list(matrix.ravel()) for matrix in flat), taken]
+        flattened = [list(matrix.ravel()) for matrix in flat]
+        end = [halves(mp, row, roundoff) for row in flattened[-len(self.nodes) - 1 :]]
+        return [*table, *flattened[: -len(end)], *(high for high, _ in end), *(low for _, low in end)]
 
 
 def phi_functions(mp: Any, z: Matrix, count: int = 4) -> list[Matrix]:
