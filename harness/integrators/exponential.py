@@ -10,9 +10,10 @@ import numpy as np
 from gnomon.cases.forms import Form, SemiLinear
 from gnomon.harness.compile import Kernel, check_values, function_kernel
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solve
+from gnomon.harness.integrators.boris import sum_of
 from gnomon.harness.integrators.fixed_step import DIGITS, FixedStep, Floats, Table, kept
 from gnomon.harness.integrators.gauss import halves
-from gnomon.harness.integrators.stepping import call
+from gnomon.harness.integrators.stepping import call, product
 from gnomon.reference.precision import working
 
 Matrix = Any
@@ -26,16 +27,28 @@ def exponential_step(
 ) -> bool:
     """Rows of `table`: c_1 ... c_s; then for each stage and the end, row by row, exp(c h L) - 1 and h a_1 ... h a_s; those
     of the end once more: what is left of them beyond the leading bits. Without it the linear part alone would grow or
-    shrink, and what a constant slope adds be wrong, as t."""
+    shrink, and what a constant slope adds be wrong, as t.
+
+    A constant slope adds the same numbers in every step, and what sums with them round may be the same: it is carried
+    on, to the sum with the state and, in the last row of `store`, to the next step.
+    """
     n = y.size
-    stages = store.shape[0]
+    stages = store.shape[0] - 1
     for j in range(stages + 1):
         first = 1 + j * (stages + 1)
         for i in range(n):
-            total = 0.0
             if j == stages:
-                total = combined(total, table, first + stages + 1, i, y, store, j)
-            total = combined(total, table, first, i, y, store, j)
+                total = combined(store[stages, i], table, first + stages + 1, i, y, store, j)
+                slopes = 0.0
+                for m in range(stages):
+                    for k in range(n):
+                        added, first_lost = product(table[first + 1 + m, i * n + k], store[m, k])
+                        slopes, second_lost = sum_of(slopes, added)
+                        total += first_lost + second_lost
+                total = combined(total, table, first, i, y, store, 0)
+                total, store[stages, i] = sum_of(total, slopes)
+            else:
+                total = combined(0.0, table, first, i, y, store, j)
             increment[i] = total
         if j < stages:
             for i in range(n):
@@ -47,10 +60,7 @@ def exponential_step(
 
 
 def combined(total: Any, table: Any, first: Any, i: Any, y: Any, store: Any, count: Any) -> Any:
-    """`total` and component i of the state and of the first `count` slopes, times the matrices in the rows from `first`.
-
-    The state comes last: slopes may be the same in every step, and so would be what rounding takes from their sum.
-    """
+    """`total` and component i of the first `count` slopes and of the state, times the matrices in the rows from `first`."""
     n = y.size
     for m in range(count):
         for k in range(n):
@@ -91,7 +101,7 @@ class ExponentialRungeKutta(FixedStep):
         return function_kernel(problem.form.rest, n, known, n, problem.counted)
 
     def rows(self, form: Form) -> int:
-        return len(self.nodes)
+        return len(self.nodes) + 1
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         if not problem.uniform:
