@@ -20,8 +20,8 @@ from gnomon.reference import cachefolder
 from gnomon.reference.precision import nearest_double, working
 from numpy.typing import NDArray
 
-SHORT = 26
-"""Significant bits of the leading part of a coefficient: half of those of binary64."""
+SHORT = 42
+"""Significant bits of the leading part of a coefficient: what is left is up to 2^10 times what 53 bits would leave."""
 
 
 class Gauss(FixedStep):
@@ -46,7 +46,7 @@ class Gauss(FixedStep):
         return gauss_nystrom_step if isinstance(form, SecondOrder) else gauss_step
 
     def rows(self, form: Form) -> int:
-        return 1 + 2 * self.stages
+        return 1 + (2 if isinstance(form, SecondOrder) else 3) * self.stages
 
     def table(self, mp: Any, form: Form, parameters: Any, roundoff: Any) -> Table:
         second = isinstance(form, SecondOrder)

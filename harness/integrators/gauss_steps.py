@@ -14,10 +14,11 @@ def gauss_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
     """One step for y' = f(t, y). Rows of `table`: c_j, a_j1 ... a_js for each stage; 0 and the coefficients that carry
-    the last step's slopes on, for each stage; the unit round-off, b_1 ... b_s; what its rounding has taken from them;
-    what rounding has taken from the sums of a_j.
+    the last step's slopes on, for each stage; the unit round-off, b_1 ... b_s; 0 and what is left of these beyond their
+    leading bits; for each stage 0 and what is left of a_j1 ... a_js.
 
-    `store` holds a flag, the slopes k_1 ... k_s and a copy of the last step's. The iteration ends when its next change
+    `store` holds a flag, the slopes k_1 ... k_s, a copy of the last step's, and for each stage what the slopes give by
+    the rest of its coefficients. The iteration ends when its next change
     would be far below round-off, or when round-off stops it from shrinking. Coefficients are rounded the same way in
     every step, and so is what is left of the iteration: either would make the energy drift as t (Hairer, McLachlan,
     Razakarivony, BIT 48, 2008).
@@ -26,11 +27,16 @@ def gauss_step(
     weights = 2 * stages
     start_stages(f, t, y, p, table, x, slope, store, stages, y.size)
     before, least, stalled, accepted, beyond = 0.0, 0.0, 0, 0, store[0, 0]
+    near = False
     for iteration in range(MOST_ITERATIONS):
+        renew = iteration > 0 and not near
+        near = renew and before < NEAR
         change = 0.0
         for j in range(stages):
             for i in range(y.size):
-                rest = weighted_sum(0.0, table, weights + 2 + j, store, 1, i, stages)
+                if renew:
+                    store[weights + 1 + j, i] = weighted_sum(0.0, table, weights + 2 + j, store, 1, i, stages)
+                rest = store[weights + 1 + j, i]
                 x[i] = y[i] + h * weighted_sum(rest, table, j, store, 1, i, stages)
             call(f, t + table[j, 0] * h, x, p, slope)
             for i in range(y.size):
@@ -265,6 +271,9 @@ def settled(iteration: int, change: Any, least: Any, stalled: int, roundoff: Any
 FAR_BELOW = 2e-6
 """What is left of the iteration has a sign that lasts: over 1e6 steps it must stay below the walk of their round-off. A
 change below round-off is not enough: implicit midpoint lost or gained 0.025 units in each step of the oscillator."""
+
+NEAR = 1e-6
+"""After a change below it the slopes are near enough for what they give by the rest of the coefficients."""
 
 MORE_ROUNDS = 2
 """Where rounding stops the iteration from shrinking, the round in which that shows depends on the rounding itself: what is
