@@ -18,10 +18,9 @@ def gauss_step(
     leading bits; for each stage 0 and what is left of a_j1 ... a_js.
 
     `store` holds a flag, the slopes k_1 ... k_s, a copy of the last step's, and for each stage what the slopes give by
-    the rest of its coefficients. The iteration ends when its next change
-    would be far below round-off, or when round-off stops it from shrinking. Coefficients are rounded the same way in
-    every step, and so is what is left of the iteration: either would make the energy drift as t (Hairer, McLachlan,
-    Razakarivony, BIT 48, 2008).
+    the rest of its coefficients. The iteration ends when its next change would be far below round-off, or when round-off
+    stops it from shrinking. Coefficients are rounded the same way in every step, and so is what is left of the
+    iteration: either would make the energy drift as t (Hairer, McLachlan, Razakarivony, BIT 48, 2008).
     """
     stages = (table.shape[0] - 2) // 3
     weights = 2 * stages
