@@ -10,9 +10,10 @@ import numpy as np
 from gnomon.cases.forms import Form, SemiLinear
 from gnomon.harness.compile import Kernel, check_values, function_kernel
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solve
+from gnomon.harness.integrators.boris import sum_of
 from gnomon.harness.integrators.fixed_step import DIGITS, FixedStep, Floats, Table, kept
 from gnomon.harness.integrators.gauss import halves
-from gnomon.harness.integrators.stepping import call
+from gnomon.harness.integrators.stepping import call, product
 from gnomon.reference.precision import working
 
 Matrix = Any
@@ -24,22 +25,30 @@ Phi = Callable[[int, Any], Matrix]
 def exponential_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: c_1 ... c_s; then for each stage and the end, row by row, exp(c h L) - 1 and h a_1 ... h a_s; what
-    rounding has taken from exp(h L) - 1: without it the linear part alone would grow or shrink as t."""
+    """Rows of `table`: c_1 ... c_s; then for each stage and the end, row by row, exp(c h L) - 1 and h a_1 ... h a_s; those
+    of the end once more: what is left of them beyond the leading bits. Without it the linear part alone would grow or
+    shrink, and what a constant slope adds be wrong, as t.
+
+    A constant slope adds the same numbers in every step, and what sums with them round may be the same: it is carried
+    on, to the sum with the state and, in the last row of `store`, to the next step.
+    """
     n = y.size
-    stages = store.shape[0]
+    stages = store.shape[0] - 1
     for j in range(stages + 1):
         first = 1 + j * (stages + 1)
         for i in range(n):
-            total = 0.0
             if j == stages:
-                for k in range(n):
-                    total += table[table.shape[0] - 1, i * n + k] * y[k]
-            for k in range(n):
-                total += table[first, i * n + k] * y[k]
-            for m in range(min(j, stages)):
-                for k in range(n):
-                    total += table[first + 1 + m, i * n + k] * store[m, k]
+                total = combined(store[stages, i], table, first + stages + 1, i, y, store, j)
+                slopes = 0.0
+                for m in range(stages):
+                    for k in range(n):
+                        added, first_lost = product(table[first + 1 + m, i * n + k], store[m, k])
+                        slopes, second_lost = sum_of(slopes, added)
+                        total += first_lost + second_lost
+                total = combined(total, table, first, i, y, store, 0)
+                total, store[stages, i] = sum_of(total, slopes)
+            else:
+                total = combined(0.0, table, first, i, y, store, j)
             increment[i] = total
         if j < stages:
             for i in range(n):
@@ -48,6 +57,17 @@ def exponential_step(
             for i in range(n):
                 store[j, i] = slope[i]
     return True
+
+
+def combined(total: Any, table: Any, first: Any, i: Any, y: Any, store: Any, count: Any) -> Any:
+    """`total` and component i of the first `count` slopes and of the state, times the matrices in the rows from `first`."""
+    n = y.size
+    for m in range(count):
+        for k in range(n):
+            total += table[first + 1 + m, i * n + k] * store[m, k]
+    for k in range(n):
+        total += table[first, i * n + k] * y[k]
+    return total
 
 
 class ExponentialRungeKutta(FixedStep):
@@ -81,7 +101,7 @@ class ExponentialRungeKutta(FixedStep):
         return function_kernel(problem.form.rest, n, known, n, problem.counted)
 
     def rows(self, form: Form) -> int:
-        return len(self.nodes)
+        return len(self.nodes) + 1
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         if not problem.uniform:
@@ -100,8 +120,9 @@ class ExponentialRungeKutta(FixedStep):
             less_one = known[c][0] - np.eye(n, dtype=int)
             blanks = [less_one * 0] * (len(self.nodes) - len(row))
             flat += [less_one, *(h * a for a in row), *blanks]
-        _, taken = halves(mp, list((known[1][0] - np.eye(n, dtype=int)).ravel()), roundoff)
-        return [*table, *(list(matrix.ravel()) for matrix in flat), taken]
+        flattened = [list(matrix.ravel()) for matrix in flat]
+        end = [halves(mp, row, roundoff) for row in flattened[-len(self.nodes) - 1 :]]
+        return [*table, *flattened[: -len(end)], *(high for high, _ in end), *(low for _, low in end)]
 
 
 def phi_functions(mp: Any, z: Matrix, count: int = 4) -> list[Matrix]:

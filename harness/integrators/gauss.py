@@ -20,6 +20,9 @@ from gnomon.reference import cachefolder
 from gnomon.reference.precision import nearest_double, working
 from numpy.typing import NDArray
 
+SHORT = 42
+"""Significant bits of the leading part of a coefficient: what is left is up to 2^10 times what 53 bits would leave."""
+
 
 class Gauss(FixedStep):
     """The Gauss-Legendre method of `stages` stages, order 2s (Kuntzmann 1961, Butcher, Math. Comp. 18, 1964).
@@ -43,13 +46,19 @@ class Gauss(FixedStep):
         return gauss_nystrom_step if isinstance(form, SecondOrder) else gauss_step
 
     def rows(self, form: Form) -> int:
-        return 1 + 2 * self.stages
+        return 1 + (2 if isinstance(form, SecondOrder) else 3) * self.stages
 
     def table(self, mp: Any, form: Form, parameters: Any, roundoff: Any) -> Table:
         second = isinstance(form, SecondOrder)
         rows, weights, nystrom = stage_rows(mp, self.stages, second, mp.prec)
-        last = [[roundoff, *weights], *([nystrom] if second else [])]
-        return [*rows, *what_is_taken(mp, rows[: self.stages], last, second, roundoff)]
+        if second:
+            return [*rows, *what_is_taken(mp, rows[: self.stages], [[roundoff, *weights], nystrom], second, roundoff)]
+        split = [halves(mp, row[1:], roundoff) for row in rows[: self.stages]]
+        stages = [[row[0], *high] for row, (high, _) in zip(rows, split, strict=False)]
+        b, fine = halves(mp, weights, roundoff)
+        zero = mp.mpf(0)
+        last = [[zero, *low] for _, low in split]
+        return [*stages, *rows[self.stages :], [roundoff, *b], [zero, *fine], *last]
 
     def loop(self, problem: Problem, h: float, substeps: int) -> Loop:
         fixed_point = super().loop(problem, h, substeps)
@@ -149,15 +158,25 @@ def what_is_taken(mp: Any, rows: Table, last: Table, second_order: bool, roundof
     """The `last` rows of a table, each with what rounding takes from it; then what it takes from each stage's row: from
     the sum of its coefficients, or, for second-order equations, from its node."""
     halved = [half for row in last for half in halves(mp, row, roundoff)]
-    return [*halved, [mp.fsum(halves(mp, row[:1] if second_order else row[1:], roundoff)[1]) for row in rows]]
+    return [*halved, [mp.fsum(rounding_residuals(mp, row[:1] if second_order else row[1:], roundoff)) for row in rows]]
 
 
 def halves(mp: Any, row: Sequence[Any], roundoff: Any) -> tuple[list[Any], list[Any]]:
-    """A row of numbers and what rounding to binary64 takes from it: nothing where the step runs in the context's digits."""
+    """A row of numbers to SHORT bits, and the rest: nothing where the step runs in the context's digits.
+
+    Sums begin with the rest. Next to a number of all 53 bits it would be a fraction of the last one, which a product by a
+    simple number, such as 1/4 or 5/18, rounds the same way in every step: it would be lost, and the energy drift as t.
+    """
     if roundoff <= mp.eps:
         return list(row), [mp.mpf(0)] * len(row)
-    high = [mp.mpf(nearest_double(value)) for value in row]
-    return high, [value - double for value, double in zip(row, high, strict=True)]
+    with mp.workprec(SHORT):
+        high = [+value for value in row]
+    return high, [value - short for value, short in zip(row, high, strict=True)]
+
+
+def rounding_residuals(mp: Any, row: Sequence[Any], roundoff: Any) -> list[Any]:
+    """What rounding to binary64 takes from numbers: nothing where the step runs in the context's digits."""
+    return [mp.mpf(0) if roundoff <= mp.eps else value - mp.mpf(nearest_double(value)) for value in row]
 
 
 @cache

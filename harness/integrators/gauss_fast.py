@@ -15,7 +15,7 @@ from gnomon.cases.forms import FirstOrder, SecondOrder, first_order
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
 from gnomon.harness.integrators import gauss, gauss_fast_kernel, gauss_fast_text, radau
 from gnomon.harness.integrators.fixed_step import DIGITS, Table, kept, rounded
-from gnomon.harness.integrators.gauss import halves, integrals, lagrange, nodes
+from gnomon.harness.integrators.gauss import integrals, lagrange, nodes, rounding_residuals
 from gnomon.harness.integrators.gauss_fast_text import SCRATCH, SCRATCH_ROWS
 from gnomon.harness.integrators.stepping import blank
 from gnomon.reference.precision import nearest_double, working
@@ -200,7 +200,7 @@ def rows(mp: Any, second_order: bool, width: float) -> Table:
         *([mp.fsum(m[j][i] * ahead[i][k] for i in s) for j in s] for m in (a, once) for k in s),
         few,
         [node - high for node, high in zip(c, few, strict=True)],
-        *(halves(mp, row, mp.mpf(2) ** -52)[1] for row in (b, positions)),
+        *(rounding_residuals(mp, row, mp.mpf(2) ** -52) for row in (b, positions)),
         *([mp.fsum(m[j][i] * c[i] ** k for i in s) for j in s] for m in (a, once) for k in s),
         lagrange(mp, c, [mp.mpf(1)])[0],
         *([legendre[n][j] for n in s] for j in s),

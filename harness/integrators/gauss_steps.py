@@ -14,24 +14,29 @@ def gauss_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
     """One step for y' = f(t, y). Rows of `table`: c_j, a_j1 ... a_js for each stage; 0 and the coefficients that carry
-    the last step's slopes on, for each stage; the unit round-off, b_1 ... b_s; what its rounding has taken from them;
-    what rounding has taken from the sums of a_j.
+    the last step's slopes on, for each stage; the unit round-off, b_1 ... b_s; 0 and what is left of these beyond their
+    leading bits; for each stage 0 and what is left of a_j1 ... a_js.
 
-    `store` holds a flag, the slopes k_1 ... k_s and a copy of the last step's. The iteration ends when its next change
-    would be far below round-off, or when round-off stops it from shrinking. Coefficients are rounded the same way in
-    every step, and so is what is left of the iteration: either would make the energy drift as t (Hairer, McLachlan,
-    Razakarivony, BIT 48, 2008).
+    `store` holds a flag, the slopes k_1 ... k_s, a copy of the last step's, and for each stage what the slopes give by
+    the rest of its coefficients. The iteration ends when its next change would be far below round-off, or when round-off
+    stops it from shrinking. Coefficients are rounded the same way in every step, and so is what is left of the
+    iteration: either would make the energy drift as t (Hairer, McLachlan, Razakarivony, BIT 48, 2008).
     """
-    stages = (table.shape[0] - 3) // 2
+    stages = (table.shape[0] - 2) // 3
     weights = 2 * stages
     start_stages(f, t, y, p, table, x, slope, store, stages, y.size)
-    before, least, stalled, beyond = 0.0, 0.0, 0, store[0, 0]
+    before, least, stalled, accepted, beyond = 0.0, 0.0, 0, 0, store[0, 0]
+    near = False
     for iteration in range(MOST_ITERATIONS):
+        renew = iteration > 0 and not near
+        near = renew and before < NEAR
         change = 0.0
         for j in range(stages):
             for i in range(y.size):
-                lost = table[weights + 2, j] * store[j + 1, i]
-                x[i] = y[i] + h * weighted_sum(lost, table, j, store, 1, i, stages)
+                if renew:
+                    store[weights + 1 + j, i] = weighted_sum(0.0, table, weights + 2 + j, store, 1, i, stages)
+                rest = store[weights + 1 + j, i]
+                x[i] = y[i] + h * weighted_sum(rest, table, j, store, 1, i, stages)
             call(f, t + table[j, 0] * h, x, p, slope)
             for i in range(y.size):
                 moved = abs(slope[i] - store[j + 1, i])
@@ -42,7 +47,8 @@ def gauss_step(
                 store[j + 1, i] = slope[i] + beyond * (slope[i] - store[j + 1, i])
         beyond = 0.0
         stalled = stalled + 1 if change >= least else 0
-        if settled(iteration, change, least, stalled, table[weights, 0]):
+        accepted = accepted + 1 if accepted > 0 or settled(iteration, change, least, stalled, table[weights, 0]) else 0
+        if change == 0.0 or accepted > MORE_ROUNDS:
             for i in range(y.size):
                 increment[i] = h * full_sum(table, weights, store, i, stages)
             return True
@@ -66,7 +72,7 @@ def gauss_nystrom_step(
     stages = (table.shape[0] - 5) // 2
     weights = 2 * stages
     start_stages(f, t, y, p, table, x, slope, store, stages, half)
-    before, least, stalled, beyond = 0.0, 0.0, 0, store[0, 0]
+    before, least, stalled, accepted, beyond = 0.0, 0.0, 0, 0, store[0, 0]
     for iteration in range(MOST_ITERATIONS):
         change = 0.0
         for j in range(stages):
@@ -84,7 +90,8 @@ def gauss_nystrom_step(
                 store[j + 1, i] = slope[i] + beyond * (slope[i] - store[j + 1, i])
         beyond = 0.0
         stalled = stalled + 1 if change >= least else 0
-        if settled(iteration, change, least, stalled, table[weights, 0]):
+        accepted = accepted + 1 if accepted > 0 or settled(iteration, change, least, stalled, table[weights, 0]) else 0
+        if change == 0.0 or accepted > MORE_ROUNDS:
             for i in range(half):
                 weighted = full_sum(table, weights + 2, store, i, stages)
                 increment[i] = h * (h * weighted) + h * y[half + i]
@@ -263,6 +270,13 @@ def settled(iteration: int, change: Any, least: Any, stalled: int, roundoff: Any
 FAR_BELOW = 2e-6
 """What is left of the iteration has a sign that lasts: over 1e6 steps it must stay below the walk of their round-off. A
 change below round-off is not enough: implicit midpoint lost or gained 0.025 units in each step of the oscillator."""
+
+NEAR = 1e-6
+"""After a change below it the slopes are near enough for what they give by the rest of the coefficients."""
+
+MORE_ROUNDS = 2
+"""Where rounding stops the iteration from shrinking, the round in which that shows depends on the rounding itself: what is
+left would be of one sign more often. After so many rounds more it is not."""
 
 LARGEST = 1e300
 """A slope, or a change of a stage, beyond this or not a number ends the iteration."""

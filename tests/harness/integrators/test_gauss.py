@@ -197,7 +197,8 @@ def test_what_rounding_takes_from_the_coefficients_is_given_back(
             exact[1] = mp.mpf(1) / 4
         off = [abs(a - b) for a, b in zip(increment, exact, strict=True)]
         rounded = [1, 3] if newton and second_order else [1] if newton else []
-        assert all(error < (1e-15 if i in rounded else 1e-30) for i, error in enumerate(off))
+        # Both parts of a coefficient have 42 + 53 bits, 2.5e-29; without the second one it would be off by up to 1e-13.
+        assert all(error < (1e-15 if i in rounded else 1e-27) for i, error in enumerate(off))
 
 
 def tumble(t: Any, state: Values, parameters: Values) -> Values:
