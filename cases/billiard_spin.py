@@ -22,7 +22,7 @@ from gnomon.cases.billiard_scene import ATTITUDE_SCENE, DRILL_SCENE
 from gnomon.cases.case import Case, Event, Invariant, Rung, Variant, same
 from gnomon.cases.euler_top import ORTHOGONAL, EulerTopCase
 from gnomon.cases.forms import FirstOrder, Hybrid, Values
-from gnomon.cases.numbers import Domain, Parameter, Rule, positive
+from gnomon.cases.numbers import Domain, Parameter, Rule, positive, show
 from gnomon.cases.scene import SceneForm
 from gnomon.reference.billiard_attitude import BilliardAttitude
 from gnomon.reference.drilling_ball import DrillingBall
@@ -199,7 +199,8 @@ class BilliardBallDrill(Case):
         end = float(self._exact.end_time())
         if self.span >= end:
             raise ValueError(
-                f"{self.name}: the ball neither slides nor drills from t = {end:.9g} s on; give a span below"
+                f"{self.name}: span = {show(self.span)} s: the ball neither slides nor drills from t = {end:.9g} s on; "
+                "give a span below"
             )
 
     @cached_property
