@@ -209,7 +209,8 @@ class BilliardBallDrill(Case):
         end = float(self._exact.end_time())
         if self.span >= end:
             raise ValueError(
-                f"{self.name}: the ball neither slides nor drills from t = {end:.9g} s on; give a span below"
+                f"{self.name}: span = {show(self.span)} s: the ball neither slides nor drills from t = {end:.9g} s on; "
+                "give a span below"
             )
 
     @cached_property

@@ -36,6 +36,8 @@ from mpmath import mpf
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+MOST_EVENTS = 10_000
+"""Within a span: each costs a millisecond or so."""
 
 
 @dataclass(frozen=True)
@@ -153,8 +155,10 @@ class Case:
         self.initial_state = tuple(map(self._given, names, start))
         with self._within_reach():
             self.domain.check(self.name, self.numbers)
+            self._span_given = False
             wanted = span if span is not None else setting.span
             self.span = self._natural() if wanted is None else given(wanted, f"{self.name}: span", DURATION)
+        self._span_given = wanted is not None
         if self.span <= 0:
             raise ValueError(f"{self.name}: span = {show(self.span)} is not positive; give a duration in seconds")
 
@@ -228,6 +232,15 @@ class Case:
         """What `events` gives: a hybrid case overrides this."""
         return ()
 
+    def _few(self, events: float, most: int = MOST_EVENTS) -> None:
+        """Raise ArithmeticError where the span holds about `events`, and these are too many."""
+        if events > most:
+            span = float(self.span)
+            raise ArithmeticError(
+                f"span = {show(self.span)} s holds about {events:.2g} events, and at most {most:,} are listed; "
+                f"give at most {span * (most / events):g} s"
+            )
+
     def between(self, t: float) -> Between:
         """Where t stands among the events, to 20 digits."""
         times = [event.time for event in self.events(20)]
@@ -280,7 +293,9 @@ class Case:
         except (ArithmeticError, ValueError, RecursionError) as error:
             if isinstance(error, ValueError) and str(error).startswith(f"{self.name}: "):
                 raise
-            raise OutOfReachError(f"{self.name}: {self.domain.unusual(self.numbers)}: {error}") from error
+            given_span = f", span = {show(self.span)} s" if self._span_given and "span = " not in str(error) else ""
+            unusual = self.domain.unusual(self.numbers)
+            raise OutOfReachError(f"{self.name}: {unusual}{given_span}: {error}") from error
 
     @property
     def id(self) -> str:

@@ -85,6 +85,10 @@ LEAST = Fraction(1, 10**15)
 """Of rad: what drag takes from a swing is 8 c/3 of its amplitude, so from smaller ones nothing that binary64 shows."""
 
 
+MOST_RESTS = 500
+"""Within a span: each costs two integrals."""
+
+
 class PendulumQuadraticDamping(Case):
     name = "pendulum_quadratic_damping"
     title = "Pendulum with quadratic damping: a first integral for each half swing"
@@ -173,7 +177,8 @@ class PendulumQuadraticDamping(Case):
         return float(self._exact.turning_point(wanted)[0]) + 0.37 * half
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
-        """The rests."""
+        """The rests, at most one a small half swing."""
+        self._few(float(self.span) * math.sqrt(float(self.parameters["w2"])) / math.pi, MOST_RESTS)
         found: list[Event] = []
         while True:
             time, angle = self._exact.turning_point(len(found) + 1, digits)

@@ -193,6 +193,7 @@ class PlanetTunnelCase(Case):
         motion, found = self._exact, list[Event]()
         if motion.inside:
             return ()
+        self._few(4 * float(self.span) / float(motion.period()))
         ends = {side: motion.number(side * motion.R, digits) for side in (1, -1)}
         speed = motion.surface_speed(digits)
         for time, enters, side in motion.crossings(self.span, digits):

@@ -30,6 +30,8 @@ def sample_times(case: Case) -> Floats:
     if case.variant is not None and case.variant.startswith("engines"):
         return np.array([round(k * case.span / SAMPLES * 100) / 100 for k in range(1, SAMPLES + 1)], dtype=np.float64)
     mantissa, exponent = _interval(case.span / SAMPLES)
+    if case.hybrid is not None:
+        _check_last_flight(case)
     while case.hybrid is not None and not _clear(case, Fraction(mantissa) * Fraction(2) ** exponent):
         mantissa -= 1
     return np.arange(1, SAMPLES + 1, dtype=np.float64) * math.ldexp(mantissa, exponent)
@@ -39,6 +41,13 @@ def _interval(length: Fraction) -> tuple[int, int]:
     """The length as mantissa * 2**exponent with a mantissa of 20 bits, rounded to nearest."""
     exponent = math.frexp(float(length))[1] - INTERVAL_BITS
     return round(length / Fraction(2) ** exponent), exponent
+
+
+def _check_last_flight(case: Case) -> None:
+    """Raise ArithmeticError where nearly all of the span is so small a part of the last flight that no time is clear."""
+    end = case.between(float(case.span))
+    if end.past and end.last < float(case.span) / (2 * SAMPLES) and float(case.span) - end.last < end.gap / 1000:
+        raise ArithmeticError("its samples cannot stay clear of its last event; give a longer span")
 
 
 def _clear(case: Case, interval: Fraction) -> bool:

@@ -126,6 +126,7 @@ class WorkEnergySpringBlock(Case):
         motion, found, n = self._exact, list[Event](), 1
         if not motion.leaves:
             return ()
+        self._few(2 * float(self.span) / float(motion.period()))
         u = motion.speed(digits)
         down, up = (mpf(0), fneg(u, exact=True)), (mpf(0), u)
         while True:

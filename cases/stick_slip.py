@@ -166,6 +166,8 @@ class StickSlipBelt(Case):
         motion, found = self._exact, list[Event]()
         if motion.slips_for_good:
             return ()
+        if motion.repeats:
+            self._few(2 * float(self.span) / float(motion.period()))
         belt = motion.number(motion.V, digits)
 
         def add(time: Any, name: str, place: Any) -> bool:

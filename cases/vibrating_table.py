@@ -143,8 +143,8 @@ class BouncingBallTable(Case):
         return min(fall, 1 / float(self.parameters["w"])) if self.parameters["A"] else fall
 
     def natural_span(self) -> Number:
-        """Of a start of one's own 1.9 falls: for any restitution few impacts."""
-        if self.initial_state == tuple(map(Fraction, ("0.2", "0"))):
+        """Of a start of one's own, or with less restitution, 1.9 falls: few impacts whatever the restitution."""
+        if self.initial_state == tuple(map(Fraction, ("0.2", "0"))) and self.parameters["e"] >= Fraction("0.8"):
             return self.default_span
         (z, u), G = map(float, self.initial_state), float(self._exact.pull)
         return 1.9 * (u + sqrt(u * u + 2 * G * z)) / G

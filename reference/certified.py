@@ -27,6 +27,8 @@ COARSE = 24
 LEVELS = (40, 56, 78, 150, 240)
 """Working digits: few levels, so that one integration serves many questions."""
 MARGIN = 4
+MOST_WORK = 25_000
+"""Steps times nodes of the equations that the coarse integration may take, some 3 s; hard variants take up to 17,000."""
 COMPARED = 16
 
 
@@ -34,6 +36,7 @@ class Path:
     """One integration from t = 0 forward (or backward), each step's truncation below 10**-digits of the state."""
 
     def __init__(self, flow: Field, start: Sequence[Fraction], digits: int, backward: bool) -> None:
+        self.digits = digits
         self.bits = math.ceil((digits + 10) * math.log2(10))
         self.order = math.ceil(digits * math.log(10) / 2) + 2
         self.sign = -1 if backward else 1
@@ -61,6 +64,10 @@ class Path:
         self.here = [_value(coefficients, self.sign * step) for coefficients in series]
         self.series.append(series)
         self.ends.append(self.ends[-1] + step)
+        if self.digits == COARSE and len(self.series) * len(self.flow.tape.nodes) > MOST_WORK:
+            raise ArithmeticError(
+                f"{len(self.series)} Taylor steps reach t = {float(now):g} s only; give a shorter span"
+            )
         if len(self.series) > MAX_STEPS:
             raise ArithmeticError(f"more than {MAX_STEPS} Taylor steps, at t = {float(now):g}")
 

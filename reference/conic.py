@@ -83,8 +83,8 @@ class Conic(Motion):
             return time, (mp.mpf(1), time, time, time), r0  # relative to nothing Newton's method does not end
         sign = -1 if time < 0 else 1  # backwards: the motion from the reversed velocity
         target, s0 = root * abs(time), sign * s0
-        dps = mp.dps
-        with working(20):
+        dps, lost = mp.dps, 0 if self.conic > 0 or s0 >= 0 else 2 * mp.log10(1 - alpha * r0)
+        with working(20 + lost):  # towards the pericentre of a hyperbola F cancels
             chi = rough_root(mp, r0, alpha, s0, target)
         for _ in range(60):
             u = universal_functions(mp, alpha, chi)

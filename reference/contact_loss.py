@@ -116,7 +116,7 @@ def _leaving_time(motion: ContactLoss, digits: int) -> Fraction:
 
     low, high = Fraction(0), step
     while not past(high):
-        low, high = high, high + step
+        low, high, step = high, high + step, step * Fraction(5, 4)
     for _ in range(14):
         middle = (low + high) / 2
         low, high = (low, middle) if past(middle) else (middle, high)

@@ -19,6 +19,9 @@ from gnomon.reference.motion import MANY, Cycle, Floats, Turn
 
 Row = Sequence[Any]
 
+FARTHEST = 2 ** (8 * 200)
+"""1e60 to the eighth: so far out, precision enough takes seconds."""
+
 
 class LinearMotion(BallMotion):
     """A subclass states `_system()`; the state is the first `dimension` components of y."""
@@ -70,7 +73,11 @@ class Strobed(BallMotion):
 def _exponential(rows: Sequence[Row], t: Fraction) -> Any:
     """exp(A t)."""
     matrix = flint.arb_mat(len(rows), len(rows), [_entry(x) for row in rows for x in row])
-    return (matrix * ball(t)).exp()
+    grown = matrix * ball(t)
+    # whatever the units, entries of the eighth power go as the eighth power of the rates
+    if any(abs(x.mid()) > FARTHEST for x in ((grown * grown) ** 4).entries()):
+        raise ArithmeticError(f"t = {float(t):g} s is more than 1e60 times its fastest time; give a shorter span")
+    return grown.exp()
 
 
 def _entry(x: Any) -> Any:

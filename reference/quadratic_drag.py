@@ -21,6 +21,7 @@ STEP = 0.05
 """Of s, in the rough inversion of t(s) that Newton's method starts from."""
 MILESTONE = 0.5
 """Of s: integrals up to multiples of it are kept."""
+MOST_MILESTONES = 500
 STEEPEST = -300.0
 """Beyond this s the fall is vertical to 1e-260 and t(s) is linear."""
 
@@ -92,6 +93,8 @@ class QuadraticDragPlane(BallMotion):
         """A slope close to that at time t, an exact number, and the time, way across and rise until there."""
         with precision(64):
             rough = self._newton(ball(t), flint.arb(self._rough_slope(float(t))))
+        if not rough > float(self._start().mid()) - MILESTONE * MOST_MILESTONES:
+            raise ArithmeticError("the fall is vertical to more digits than are computed with; give a shorter span")
         past = max(0, int(float(self._start().mid() - rough) / MILESTONE))
         slope, *until = _milestone(self, past, flint.ctx.prec)
         near = self._newton(ball(t) - until[0], rough, slope)

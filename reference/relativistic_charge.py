@@ -18,6 +18,7 @@ from gnomon.reference.gyration import cross
 
 Vector = tuple[Fraction, Fraction, Fraction]
 ROUGH_BITS = 128
+LONGEST = 10**40
 
 
 def _dot(a: Vector, b: Vector) -> Fraction:
@@ -128,6 +129,11 @@ class RelativisticCharge(BallMotion):
 
     def _near(self, t: Fraction) -> Any:
         """A proper time close to that at time t, an exact number: Newton's method, first in a bracket."""
+        largest = max(map(abs, (*(e / self.c for e in self.electric), *self.magnetic)))
+        if abs(self.q_m * largest * t) > LONGEST:
+            raise ArithmeticError(f"t = {float(t):g} s is more than 1e40 times what its fields take to turn the charge")
+        if max(map(abs, self.proper)) > LONGEST * self.c:
+            raise ArithmeticError("its Lorentz factor is more than 1e40")
         with precision(ROUGH_BITS):
             goal = ball(self.c * t)
             low, high = min(flint.arb(0), ball(t)), max(flint.arb(0), ball(t))

@@ -55,12 +55,12 @@ def rough_root(mp: Any, r0: Any, alpha: Any, s0: Any, target: Any) -> Any:
     """The root of F for a target >= 0 to about 10 digits: Laguerre's method, held in a shrinking bracket."""
     low, high = mp.mpf(0), _bound(mp, r0, alpha, s0, target)
     chi = min(target * alpha, high) if alpha > 0 else high
-    for _ in range(200):
+    for k in range(200):
         u = universal_functions(mp, alpha, chi)
         value = r0 * u[1] + s0 * u[2] + u[3] - target
         low, high = (chi, high) if value < 0 else (low, chi)
         new = chi - laguerre_step(mp, r0, alpha, s0, target, u)
-        if not low <= new <= high:
+        if not low <= new <= high or (k > 20 and k % 2):  # far out on a hyperbola each step takes off 5/3 of w chi only
             new = (low + high) / 2
         done = abs(new - chi) <= abs(new) * mp.mpf("1e-10")
         chi = new
@@ -79,4 +79,8 @@ def _bound(mp: Any, r0: Any, alpha: Any, s0: Any, target: Any) -> Any:
         bound = min(bound, max(mp.mpf(11) / 5, mp.asinh(2 * target * w**3)) / w)
     if s0 >= 0:
         return min(bound, target / r0)
-    return bound + (mp.atanh(-s0 * w / (1 - alpha * r0)) / w if w else -s0)
+    if not w:
+        return bound - s0
+    # e sinh(w chi) = -s0 w at the pericentre, where e cosh(w chi) = 1 - alpha r0; their quotient may round to 1
+    eccentricity = mp.sqrt(max(mp.one, (1 - alpha * r0) ** 2 - (w * s0) ** 2))
+    return bound + mp.asinh(-s0 * w / eccentricity) / w

@@ -4,6 +4,7 @@ from fractions import Fraction
 import mpmath
 import pytest
 from gnomon.reference.kepler import Kepler
+from gnomon.reference.precision import exact
 from mpmath import mpf
 
 
@@ -171,3 +172,24 @@ def test_impossible_starts():
         orbit(1, 0, 0, 0, 1)
     with pytest.raises(ValueError, match="only an ellipse has a period"):
         orbit(2, 1, 0, 0, 2).period()
+
+
+FAST = [
+    ("1e-19", "1e20", 1), (1, "1e12", 1), (1, "1e30", 1), ("1e-300", "1e200", "1e-200"), ("1e300", "1e200", "1e-200"),
+    (3, "1e300", "1e-300"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("mu", "speed", "across"), FAST)
+def test_a_fast_point_is_deflected_as_rutherford_says(mu, speed, across):
+    """From (1, 0) past the centre at the distance b: turned by 2 atan(mu/(v^2 b)), its path two straight lines.
+
+    That is so to the angle b/r at the start, 1e-12 here at most. In 20 digits e cosh F and e sinh F of the start are equal.
+    """
+    mu, speed, across = map(exact, (mu, speed, across))
+    found = Kepler(mu, Fraction(1), Fraction(0), -speed, across).state(22 / speed, 30)
+    with mpmath.workdps(30):
+        turn = 2 * mpmath.atan(mpf(mu / (speed * across)))
+        v = mpf(speed)
+        expected = [a * b for a in (21, v) for b in (-mpmath.cos(turn), -mpmath.sin(turn))]
+        assert far(found, expected) < mpf("1e-11")
