@@ -118,7 +118,8 @@ def _exit_code() -> int:
         if len(sys.argv) == 1:
             error.show()  # `gnomon` alone: its help
             return 2
-        told = f"{error.format_message()} (see {error.ctx.command_path if error.ctx else 'gnomon'} --help)"
+        message = error.format_message().replace("Value error, ", "")  # words of a library beneath, for nobody
+        told = f"{message} (see {error.ctx.command_path if error.ctx else 'gnomon'} --help)"
     problems.print(f"[bold red]error:[/] {escape(_line(told))}")
     return 2
 
