@@ -129,7 +129,7 @@ def test_what_is_skipped_follows_from_counts_and_never_from_the_clock(judge: Jud
         assert not order.count
         settings.append(order.setting)
         later.answer(clock, 0)
-    assert settings == [0.1], "4 hundredths of a second are 2000 right-hand sides"
+    assert settings == [0.1, 0.05], "8 hundredths of a second are 4000 right-hand sides"
 
 
 def test_estimates_are_of_what_an_integrator_counts() -> None:

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
-from gnomon.harness import truth
+from gnomon.harness import processes, truth
 from gnomon.harness.truth import CaseSpec
 
 from gnomon import cases
@@ -19,6 +19,8 @@ def test_an_interruption_begins_no_other_truth(monkeypatch: pytest.MonkeyPatch) 
     shutting_down = threading.Event()
 
     class Pool(ThreadPoolExecutor):
+        _processes = None
+
         def __init__(self, *_: Any, **__: Any) -> None:
             super().__init__(1)
 
@@ -35,7 +37,7 @@ def test_an_interruption_begins_no_other_truth(monkeypatch: pytest.MonkeyPatch) 
     def interrupt() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(truth, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(processes, "ProcessPoolExecutor", Pool)
     monkeypatch.setattr(truth, "truth", compute)
     monkeypatch.setattr(truth.diskcache, "load", lambda _key: None)
     specs = [CaseSpec.of(cases.get("harmonic_oscillator", k=k).rounded(), None) for k in range(1, 9)]
