@@ -34,7 +34,7 @@ _CERTIFICATES = [
     {
         **{"case": TEXT, "variant": TEXT, "ways": NUMBERS, "digits": NUMBER, "passed": FLAG},
         **{"required": Optional(NUMBER.or_null()), "worst": Optional(TEXT), "note": Optional(TEXT)},
-        "revision": Optional(TEXT),
+        "revision": Optional(TEXT.or_null()),  # null where it was made without git
     }
 ]
 _CHECKS = [

@@ -51,6 +51,12 @@ def test_the_last_certificate_of_a_setting_counts_and_defaults_come_first(folder
     ]
 
 
+def test_certificates_that_were_made_without_git_have_no_revision(folders: tuple[Path, Path]) -> None:
+    without = certificate("pendulum_simple", "default", 47.0) | {"revision": None}
+    (folders[0] / "certificates.json").write_text(json.dumps([without]))
+    assert certificate_rows(*folders)[0]["digits"] == 47.0
+
+
 def test_the_summary_counts_and_names_what_is_not_confirmed(folders: tuple[Path, Path]) -> None:
     assert certified_lines(*folders) == [
         "default settings: 1 of 1 confirmed, the fewest digits are 48.0, of pendulum_simple",
