@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.order import line, slopes, why_no_line
+from gnomon.harness.values import SCORED
 from gnomon.harness.values import STATUSES as STATUSES
 from numpy.typing import NDArray
 
@@ -171,7 +172,7 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     A setting that diverged has answered, and wrongly: its error counts as infinite. One that gave no answer has no say.
     """
     rows = []
-    usable = frame[frame["status"].isin(["ok", "inaccurate", "diverged"]) & (frame["seconds_median"] > 0)]
+    usable = frame[frame["status"].isin(SCORED) & (frame["seconds_median"] > 0)]
     usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != "diverged", math.inf))
     columns = ("launch", "setting", "error_max", "seconds_net", "null_seconds")
     for key, series in _series(usable.sort_values("setting", ascending=False), *columns):

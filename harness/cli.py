@@ -471,9 +471,10 @@ def _chosen_check(name: str, parameters: list[str] | None) -> Check:
 
 
 def _summarize(path: Path, names: set[str], integrators: Sequence[Integrator]) -> None:
-    from gnomon.harness.first_trials import users_own
-    from gnomon.harness.run_table import ANSWERED, run_table, shortcomings
+    from gnomon.harness.registry import users_own
+    from gnomon.harness.run_table import run_table, shortcomings
     from gnomon.harness.store import load
+    from gnomon.harness.values import SCORED
 
     frame = load(path)
     frame = frame[frame["case"].isin(names) & frame["integrator_id"].isin([one.id for one in integrators])]
@@ -487,7 +488,7 @@ def _summarize(path: Path, names: set[str], integrators: Sequence[Integrator]) -
         text = f"{len(interrupted)} trials were interrupted ({reasons}); the same command runs them again"
         problems.print(escape(text), highlight=False)
     out.print(f"results: {path}", highlight=False)
-    if frame["status"].isin(ANSWERED).any():
+    if frame["status"].isin(SCORED).any():
         out.print(f"its report: gnomon report {shlex.quote(str(path))}", highlight=False)
     failed = shortcomings(frame, [one for one in integrators if users_own(one)])
     for text in failed:

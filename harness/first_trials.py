@@ -11,14 +11,10 @@ from gnomon.harness.integrator import Integrator
 from gnomon.harness.plan import Suite
 from gnomon.harness.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.problem import problem_of
+from gnomon.harness.registry import users_own
 from gnomon.harness.sweep import task_of
 from gnomon.harness.truth import CaseSpec, Truth, truths
 from gnomon.harness.worker import Order, Outcome, Task
-
-
-def users_own(integrator: Integrator) -> bool:
-    """Whether an integrator does not come with gnomon."""
-    return not type(integrator).__module__.startswith("gnomon.")
 
 
 @dataclass

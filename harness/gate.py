@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from gnomon.harness.values import SCORED, TRIES
 
 SERIES = ["case", "variant", "formulation", "integrator_id"]
 COLUMNS = [
@@ -25,10 +26,7 @@ SINGLE_FACTOR = 30.0
 CALLS_FACTOR = 1.1
 """Right-hand sides are exact on one machine and vary by .3 % between builds."""
 ORDER_LOSS = 0.3
-TRIES = 3
-"""A timeout is a regression where the trial was tried so often: one alone may be a stall of the machine."""
-RANK = {"ok": 0, "inaccurate": 1, "diverged": 2}
-SCORED = tuple(RANK)
+RANK = {status: rank for rank, status in enumerate(SCORED)}
 ANSWERED = (*SCORED, "refused", "crashed", "out_of_memory")
 """The statuses in which the integrator had its say; in the others the clock, the machine or the plan had."""
 STOPPED = ("timeout", "skipped")

@@ -17,6 +17,7 @@ from gnomon.harness.locks import temporary_folder
 from gnomon.harness.memory import worker_bytes
 from gnomon.harness.messages import Garbled, Inbox, Message
 from gnomon.harness.processes import context, main_hidden, queued_seconds
+from gnomon.harness.values import TRIES
 from gnomon.harness.worker import Order, Outcome, Task, serve, take_output
 
 PREPARE_SECONDS = 60.0
@@ -26,9 +27,7 @@ GRACE_SECONDS = 0.15
 QUEUED_SECONDS = 0.001
 """A wait for the processor above this is taken off the time of a stage: it is the load of the machine."""
 AGAIN_SECONDS = 0.5
-"""Trials with a limit below this are tried TRIES times: a machine that stands still for a fifth of a second is none of
-theirs."""
-TRIES = 3
+"""Trials with a limit below this are tried TRIES times: the machine can stand still for a fifth of a second."""
 
 
 FAILURES = ("refused", "crashed", "not_installed", "out_of_memory", "interrupted")

@@ -12,6 +12,7 @@ import pandas as pd
 from gnomon.harness import analysis
 from gnomon.harness.integrator import Integrator
 from gnomon.harness.tables import error_text, scene_name, time_text
+from gnomon.harness.values import SCORED
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
@@ -20,8 +21,6 @@ MOST_SERIES = 40
 """Of more series than these there is one line an integrator, with medians over its series."""
 REASON = 100
 """Characters of a reason that are shown."""
-ANSWERED = ("ok", "inaccurate", "diverged")
-"""Statuses of trials whose error was measured."""
 NOT_BROKEN = ("ok", "skipped", "interrupted", *analysis.NEVER_RAN)
 
 
@@ -80,7 +79,7 @@ def shortcomings(frame: pd.DataFrame, own: Sequence[Integrator]) -> list[str]:
     why = analysis.nothing_ran(frame)
     if why is not None:
         return [f"nothing ran ({why})"]
-    if not frame["status"].isin(ANSWERED).any():
+    if not frame["status"].isin(SCORED).any():
         counts: Any = frame["status"].value_counts().items()
         return [f"nothing was measured: {', '.join(f'{n} {status}' for status, n in counts)}; see the reasons above"]
     found = []

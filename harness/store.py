@@ -18,6 +18,7 @@ from gnomon.harness.opening import results_file as results_file
 from gnomon.harness.reading import load as load
 from gnomon.harness.reading import runs as runs
 from gnomon.harness.reading import states as states
+from gnomon.harness.values import SCORED
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -36,7 +37,7 @@ class Known(NamedTuple):
     def settles(self, limit_seconds: float, turned: bool = False) -> bool:
         """Whether the trial need not run again: a higher limit reopens what a lower one cut short, and a run that wants
         `turned` starts what has an error of one start."""
-        if turned and not self.turned and self.status in ("ok", "inaccurate", "diverged"):
+        if turned and not self.turned and self.status in SCORED:
             return False
         if self.status == "interrupted":
             return False

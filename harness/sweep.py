@@ -13,6 +13,7 @@ from gnomon.harness.plan import Series, Suite, Trial
 from gnomon.harness.registry import reference
 from gnomon.harness.store import Known
 from gnomon.harness.truth import CaseSpec, Truth
+from gnomon.harness.values import SCORED
 from gnomon.harness.worker import FEWEST_CALLS, Order, Outcome, Task
 from numpy.typing import NDArray
 
@@ -175,7 +176,7 @@ class Sweep:
 
     def _worth_relaunching(self, trial: Trial) -> bool:
         first = self._history.get((trial.key, 1))
-        if first is None or first.status not in ("ok", "inaccurate", "diverged"):
+        if first is None or first.status not in SCORED:
             return False
         return (first.work or 0) * self._seconds_each <= RELAUNCHED_SECONDS
 

@@ -24,12 +24,16 @@ STATUSES = (
     "unsupported",
     "not_installed",
 )
+SCORED = ("ok", "inaccurate", "diverged")
+"""The statuses of a trial that answered, so that it has an error."""
+TRIES = 3
+"""How often a trial with a short limit is tried before it is a timeout: one alone may be a stall of the machine."""
 MOST_LAUNCHES, MOST_ORDER, MOST_DIMENSION = 10**6, 10**3, 10**6
 _FRACTION = re.compile(r"[+-]?[0-9]{1,4300}(/0*[1-9][0-9]{0,4200})?")
 """A number as `str` writes a Fraction, of no more digits than Python takes."""
 
 _KINDS = {"TEXT": "text", "INTEGER": "integer", "REAL": "real", "BLOB": "blob"}
-_POSITIVE, _FINITE = "{0} > 0", "{0} > 0 AND {0} < 1e308"
+_FINITE = "{0} > 0 AND {0} < 1e308"
 _COUNT = "{0} >= 0"
 _RULES = {
     "trials": {
@@ -43,7 +47,7 @@ _RULES = {
     },
     "measurements": {
         "launch": f"{{0}} BETWEEN 1 AND {MOST_LAUNCHES}",
-        "status": "{0} IN (" + ", ".join(f"'{status}'" for status in STATUSES) + ")",
+        "status": f"{{0}} IN {STATUSES}",
     }
     | {name: _COUNT for name, declared in schema.MEASUREMENT_COLUMNS.items() if declared in ("REAL", "INTEGER")},
     "sampled_states": {"dimension": f"{{0}} BETWEEN 1 AND {MOST_DIMENSION}"},
@@ -57,7 +61,7 @@ _TOGETHER = {
     ),
     "measurements": (
         "SELECT max(measurement) FROM measurements JOIN trials USING (trial_key)"
-        " WHERE setting IS NULL AND status IN ('ok', 'inaccurate', 'diverged')",
+        f" WHERE setting IS NULL AND status IN {SCORED}",
         "its trial has an answer, and no setting",
     ),
 }

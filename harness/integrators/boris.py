@@ -12,7 +12,7 @@ from gnomon.harness.compile import Kernel, function_kernel
 from gnomon.harness.integrator import Integrator, Problem
 from gnomon.harness.integrators.fixed_step import FixedStep, Table, given
 from gnomon.harness.integrators.splitting import KahanLi6, Suzuki4
-from gnomon.harness.integrators.stepping import call, product
+from gnomon.harness.integrators.stepping import call, product, sum_of
 
 RATIONAL, EXACT, MEAN = 0, 1, 2
 """How the magnetic field turns u: by 2 atan(angle/2); by the angle; by the first with gamma of the mean u."""
@@ -123,13 +123,6 @@ def share_of(a: Any, b: Any, c: Any) -> tuple[Any, Any]:
     two, lost = product(share, whole)
     left = (2 - two) - lost - share * (third + (second + (first + (lost_a + lost_b + lost_c))))
     return share, left * share / 2
-
-
-def sum_of(a: Any, b: Any) -> tuple[Any, Any]:
-    """a + b, rounded, and what rounding has taken from it (Knuth, The Art of Computer Programming 2, 4.2.2)."""
-    found = a + b
-    part = found - a
-    return found, (a - (found - part)) + (b - part)
 
 
 class ChargeMethod(FixedStep):

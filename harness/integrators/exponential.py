@@ -10,10 +10,9 @@ import numpy as np
 from gnomon.cases.forms import Form, SemiLinear
 from gnomon.harness.compile import Kernel, check_values, function_kernel
 from gnomon.harness.integrator import Integrator, Problem, Refused, Solve
-from gnomon.harness.integrators.boris import sum_of
 from gnomon.harness.integrators.fixed_step import DIGITS, FixedStep, Floats, Table, kept
 from gnomon.harness.integrators.gauss import halves
-from gnomon.harness.integrators.stepping import call, product
+from gnomon.harness.integrators.stepping import call, product, sum_of
 from gnomon.reference.precision import working
 
 Matrix = Any

@@ -50,6 +50,13 @@ def product(a: Any, b: Any) -> tuple[Any, Any]:
     return a * b, a * 0
 
 
+def sum_of(a: Any, b: Any) -> tuple[Any, Any]:
+    """a + b, rounded, and what rounding has taken from it (Knuth, The Art of Computer Programming 2, 4.2.2)."""
+    found = a + b
+    part = found - a
+    return found, (a - (found - part)) + (b - part)
+
+
 PRODUCT = '''
 @intrinsic
 def product(typing, a, b):

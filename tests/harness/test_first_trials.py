@@ -10,7 +10,7 @@ import pandas as pd
 import planted
 import pytest
 from gnomon.harness import first_trials, plan, store
-from gnomon.harness.registry import own
+from gnomon.harness.registry import own, users_own
 from gnomon.harness.run_table import MOST_SERIES, run_table, shortcomings
 from gnomon.harness.tables import error_text
 from rich.console import Console
@@ -38,8 +38,8 @@ def test_only_what_crashes_at_both_settings_is_named_with_where_it_raised() -> N
 
 
 def test_the_integrators_of_gnomon_are_not_tried() -> None:
-    assert not any(first_trials.users_own(integrator) for integrator in own().values())
-    assert first_trials.users_own(planted.Sound())
+    assert not any(users_own(integrator) for integrator in own().values())
+    assert users_own(planted.Sound())
 
 
 def test_a_run_of_code_that_raises_stops_with_the_traceback(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
