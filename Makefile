@@ -28,7 +28,7 @@ certificates: $(INSTALLED)
 
 # Measures nothing: refuses with one line where something is missing, or of other sources than these.
 publish: $(INSTALLED)
-	$(BIN)/python -m gnomon.harness.publication runs/$(SUITE).sqlite --from $(LOCAL) --to reports
+	$(BIN)/python -m gnomon.harness.reporting.publication runs/$(SUITE).sqlite --from $(LOCAL) --to reports
 
 test: lint types unit
 
@@ -56,9 +56,9 @@ bench: $(INSTALLED)
 	for launch in $(LAUNCHES); do \
 	  $(BIN)/pytest tests/benchmarks/test_pairs.py -q --benchmark-only --benchmark-json=runs/launch_$$launch.json || exit 1; \
 	done
-	$(BIN)/python -m gnomon.harness.benchmarks $(LAUNCHES:%=runs/launch_%.json) --to $(LOCAL)/benchmarks.json
-	$(BIN)/python -m gnomon.harness.orders --to $(LOCAL)/orders.json
-	$(BIN)/python -m gnomon.harness.growth --to $(LOCAL)/growth.json
+	$(BIN)/python -m gnomon.harness.studies.benchmarks $(LAUNCHES:%=runs/launch_%.json) --to $(LOCAL)/benchmarks.json
+	$(BIN)/python -m gnomon.harness.studies.orders --to $(LOCAL)/orders.json
+	$(BIN)/python -m gnomon.harness.studies.growth --to $(LOCAL)/growth.json
 	$(BIN)/pytest tests/benchmarks --ignore=tests/benchmarks/test_pairs.py -m "not slow" --benchmark-only \
 	  --benchmark-max-time=0.25 --benchmark-min-rounds=3 --benchmark-json=runs/timings.json
 

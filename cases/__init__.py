@@ -1,7 +1,7 @@
 """The scenes: each one initial value problem whose exact motion is known, and checks without motion."""
 
-from gnomon.cases.case import Case
-from gnomon.cases.check import Check
-from gnomon.cases.registry import case_class, check_class, checks, get, get_check, names
+from gnomon.cases.core.case import Case
+from gnomon.cases.core.check import Check
+from gnomon.cases.core.registry import case_class, check_class, checks, get, get_check, names
 
 __all__ = ["Case", "Check", "case_class", "check_class", "checks", "get", "get_check", "names"]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gnomon.harness.run import compare
-    from gnomon.harness.store import load
+    from gnomon.harness.results.store import load
+    from gnomon.harness.running.run import compare
 
 __all__ = ["compare", "load"]
 
@@ -14,11 +14,11 @@ __all__ = ["compare", "load"]
 def __getattr__(name: str) -> Any:
     """`compare` and `load`, imported on first use: everything else here starts faster without them."""
     if name == "compare":
-        from gnomon.harness.run import compare
+        from gnomon.harness.running.run import compare
 
         return compare
     if name == "load":
-        from gnomon.harness.store import load
+        from gnomon.harness.results.store import load
 
         return load
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

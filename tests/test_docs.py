@@ -64,7 +64,7 @@ def test_every_page_stands_in_the_contents() -> None:
 
 def test_every_command_is_described() -> None:
     """With its name in the table of commands, so that who reads it knows them all."""
-    from gnomon.harness import cli
+    from gnomon.harness.commands import cli
 
     described = set(re.findall(r"^\| `gnomon (\w+)", (ROOT / "docs" / "commands.md").read_text(), re.M))
     names = {command.name or command.callback.__name__ for command in cli.app.registered_commands if command.callback}

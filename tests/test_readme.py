@@ -69,7 +69,7 @@ def _commands() -> list[list[str]]:
 
 
 def test_the_options_of_the_readme_exist(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    from gnomon.harness import cli
+    from gnomon.harness.commands import cli
 
     monkeypatch.setenv("COLUMNS", "200")
     for _, command, *arguments in _commands():

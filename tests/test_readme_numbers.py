@@ -17,8 +17,10 @@ import mpmath
 import numpy as np
 import pytest
 from gnomon.cases import checks, get, names
-from gnomon.cases.sampling import SAMPLES
-from gnomon.harness import analysis, plan, style
+from gnomon.cases.core.sampling import SAMPLES
+from gnomon.harness.reporting import style
+from gnomon.harness.results import analysis
+from gnomon.harness.running import plan
 
 README = Path(__file__).parent.parent / "README.md"
 REPORTS = README.parent / "reports"

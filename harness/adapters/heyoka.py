@@ -33,9 +33,9 @@ from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.arithmetic import FUNCTIONS, rebind
-from gnomon.cases.forms import FirstOrder
-from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.cases.core.arithmetic import FUNCTIONS, rebind
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
 
 ENSEMBLE, BATCH = 16, 8
 """From so many trajectories on they go through batches of so many: the lanes of its vectors, 8 with AVX-512."""

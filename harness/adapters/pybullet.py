@@ -11,10 +11,10 @@ from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.forms import Form
-from gnomon.cases.scene import Body, Hinge, Readings, Scene, SceneForm, Slider, Vector
+from gnomon.cases.core.forms import Form
+from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.harness.adapters.pybullet_world import World
-from gnomon.harness.integrator import Floats, Integrator, Problem, Refused, Solution, Steps
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Steps
 
 
 class PyBullet(Integrator):

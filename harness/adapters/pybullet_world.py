@@ -7,7 +7,7 @@ from functools import partial
 from math import atan2, cos, sin, sqrt
 from typing import Any
 
-from gnomon.cases.scene import (
+from gnomon.cases.core.scene import (
     IDENTITY,
     Body,
     Contact,

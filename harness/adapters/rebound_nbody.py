@@ -32,8 +32,8 @@ from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.forms import NBody
-from gnomon.harness.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Steps, Tolerance
+from gnomon.cases.core.forms import NBody
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Steps, Tolerance
 
 FIRST_STEP = 0.01
 """First step of adaptive methods, in time scales; they find their own from there."""

@@ -24,10 +24,10 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from gnomon.cases.forms import FirstOrder
+from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.rebound_nbody import FIRST_STEP, interrupt_kept
-from gnomon.harness.compile import OPTIONS, address, right_hand_side
-from gnomon.harness.integrator import Floats, Integrator, Problem, Solution, Solve, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solve, Tolerance
+from gnomon.harness.kernels.equations import OPTIONS, address, right_hand_side
 
 SOURCE = """\
 {source}

@@ -7,10 +7,10 @@ from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.forms import FirstOrder, Hybrid, Mode, Transition
+from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition
 from gnomon.harness.adapters.scipy_ivp import ABSOLUTE, SMALLEST, jacobian_of, recorded
-from gnomon.harness.compile import function_kernel
-from gnomon.harness.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.kernels.equations import function_kernel
 
 PROBE = 1e-9
 """Fraction of a time scale after which a guard that is zero at the very start is looked at again."""

@@ -33,10 +33,10 @@ from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.forms import FirstOrder
-from gnomon.harness.compile import ARRAY_SIGNATURE, OPTIONS, compiled, right_hand_side
-from gnomon.harness.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Tolerance
-from gnomon.harness.integrators.graph import jacobian_text, module_text
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.kernels.equations import ARRAY_SIGNATURE, OPTIONS, compiled, right_hand_side
+from gnomon.harness.kernels.graph import jacobian_text, module_text
 
 ABSOLUTE = 1e-3
 """atol over rtol."""

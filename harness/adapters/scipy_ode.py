@@ -21,9 +21,9 @@ from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.forms import FirstOrder
+from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.scipy_ivp import right_hand_side_of
-from gnomon.harness.integrator import Floats, Integrator, Problem, Solution, Solve, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solve, Tolerance
 
 ABSOLUTE = 1e-6
 """atol over rtol."""

@@ -22,11 +22,11 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from gnomon.cases.forms import FirstOrder
+from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.scipy_ivp import ABSOLUTE, SMALLEST, jacobian_of, recorded, right_hand_side_of
 from gnomon.harness.adapters.scipy_ode import STEPS
-from gnomon.harness.compile import right_hand_side
-from gnomon.harness.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.kernels.equations import right_hand_side
 
 SUCCESS = "Integration successful."
 

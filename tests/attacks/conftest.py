@@ -11,8 +11,9 @@ from pathlib import Path
 from types import FrameType
 
 import pytest
-from gnomon.harness import plan, registry
-from gnomon.harness.run import run
+from gnomon.harness.registry import lookup as registry
+from gnomon.harness.running import plan
+from gnomon.harness.running.run import run
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "harness"))  # the planted integrators
@@ -60,7 +61,7 @@ def results(measured: Path, tmp_path: Path) -> Path:
 @pytest.fixture
 def change(results: Path) -> Callable[..., Path]:
     """Run statements in the copy and seal its rows as their author would."""
-    from gnomon.harness import schema
+    from gnomon.harness.results import schema
 
     def changed(*statements: str | tuple[str, tuple[object, ...]], seal: tuple[str, ...] = ()) -> Path:
         with changing(results) as db:

@@ -23,8 +23,8 @@ from typing import Any
 
 import mpmath
 import numpy as np
-from gnomon.harness import messages
-from gnomon.harness.integrator import Problem, Refused, Solution, Solve
+from gnomon.harness.contract.integrator import Problem, Refused, Solution, Solve
+from gnomon.harness.running import messages
 from planted import Sound, runge_kutta
 
 FOLDER = os.environ.get("GNOMON_ATTACKS", "")
@@ -350,7 +350,7 @@ def replaces_the_clock(solution: Solution, _: Problem) -> Any:
 
 @attack("crashed")
 def replaces_the_clock_of_the_worker(solution: Solution, _: Problem) -> Any:
-    from gnomon.harness import worker
+    from gnomon.harness.running import worker
 
     worker.perf_counter_ns = lambda: 0  # type: ignore[attr-defined]
     return solution

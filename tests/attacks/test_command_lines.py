@@ -14,7 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from gnomon.harness import certify_all, cli, images, run
+from gnomon.harness.certification import certify_all
+from gnomon.harness.commands import cli
+from gnomon.harness.reporting import images
+from gnomon.harness.running import run
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "harness"))
 
@@ -39,7 +42,7 @@ MODULES = {
     "imports": "import no_such_library",
     "empty": "",
     "wrong": "class Thing: pass",
-    "undeclared": "from gnomon.harness.integrator import Integrator\n\nclass Thing(Integrator): name = 'x'",
+    "undeclared": "from gnomon.harness.contract.integrator import Integrator\n\nclass Thing(Integrator): name = 'x'",
     "ends_when_made": (
         "import sys\nfrom planted import Sound\n\nclass Thing(Sound):\n    def __init__(self): sys.exit(0)\n"
     ),

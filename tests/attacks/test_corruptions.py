@@ -12,7 +12,7 @@ from typing import Any
 import pandas
 import pytest
 from changes import changing
-from gnomon.harness import schema, store
+from gnomon.harness.results import schema, store
 
 pytestmark = pytest.mark.usefixtures("no_hang")
 

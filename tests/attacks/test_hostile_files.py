@@ -16,8 +16,10 @@ from pathlib import Path
 import pandas
 import pytest
 from changes import changing
-from gnomon.harness import cli, export, report, schema, store
-from gnomon.harness.report import write_report
+from gnomon.harness.commands import cli
+from gnomon.harness.reporting import report
+from gnomon.harness.reporting.report import write_report
+from gnomon.harness.results import export, schema, store
 
 pytestmark = pytest.mark.usefixtures("no_hang")
 
@@ -274,7 +276,7 @@ def test_a_csv_starts_no_formula_and_keeps_its_numbers(change: Change, tmp_path:
 
 READ = """
 import sys
-from gnomon.harness import store
+from gnomon.harness.results import store
 frame = store.load(sys.argv[1])
 print(len(frame), len(store.states(sys.argv[1])), len(store.runs(sys.argv[1])))
 """

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from gnomon.harness import report_benchmarks, report_checks
+from gnomon.harness.reporting import report_benchmarks, report_checks
 
 PAIR = {
     "group": "against heyoka:Taylor", "problem": "pendulum_simple/speed", "level": "1e-06", "unit": "s",

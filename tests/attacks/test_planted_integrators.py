@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from gnomon.harness import store
+from gnomon.harness.results import store
 
 FOLDERS = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "harness")]
 sys.path[:0] = FOLDERS
@@ -26,8 +26,8 @@ import sys
 sys.path[:0] = {folders!r}
 import planted, planted_attacks
 from dataclasses import replace
-from gnomon.harness import plan
-from gnomon.harness.run import run
+from gnomon.harness.running import plan
+from gnomon.harness.running.run import run
 if __name__ == "__main__":
     suite = replace(plan.suite("quick"), block_seconds=0.0, repeats=2, siblings=True).within(2.0)
     attacks = [one for one in planted_attacks.ATTACKS if one.name in {names!r}]

@@ -9,8 +9,8 @@ import pytest
 from gnomon.cases import get
 from gnomon.harness.adapters import heyoka, rebound_nbody, rebound_ode, scipy_ivp, scipy_ode
 from gnomon.harness.adapters.rebound_nbody import FixedSteps
-from gnomon.harness.integrator import Integrator, Tolerance
-from gnomon.harness.problem import counting, initial_state, problem_of
+from gnomon.harness.contract.integrator import Integrator, Tolerance
+from gnomon.harness.contract.problem import counting, initial_state, problem_of
 
 SMOOTH = (*scipy_ivp.INTEGRATORS, *scipy_ode.INTEGRATORS, *rebound_ode.INTEGRATORS, *heyoka.INTEGRATORS)
 

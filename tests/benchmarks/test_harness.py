@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from gnomon.harness import plan
-from gnomon.harness.judge import Judge
-from gnomon.harness.pool import Pool
-from gnomon.harness.store import Store
-from gnomon.harness.sweep import Sweep
-from gnomon.harness.truth import CaseSpec, truth
-from gnomon.harness.worker import Outcome
+from gnomon.harness.results.store import Store
+from gnomon.harness.running import plan
+from gnomon.harness.running.pool import Pool
+from gnomon.harness.running.sweep import Sweep
+from gnomon.harness.running.worker import Outcome
+from gnomon.harness.scoring.reference_solution import CaseSpec, truth
+from gnomon.harness.scoring.score import Judge
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "harness"))
 

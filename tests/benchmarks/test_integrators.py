@@ -6,20 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.registry import get
-from gnomon.harness.integrator import Integrator
-from gnomon.harness.integrators import (
-    dop853,
-    explicit,
-    explicit_pairs,
-    extrapolation,
-    gauss,
-    lie,
-    nystrom,
-    splitting,
-    stormer,
-)
-from gnomon.harness.problem import initial_state, problem_of
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.integrators.gauss import gauss
+from gnomon.harness.integrators.geometric import lie, splitting
+from gnomon.harness.integrators.multistep_extrapolation import extrapolation, stormer
+from gnomon.harness.integrators.runge_kutta import dop853, explicit, explicit_pairs, nystrom
 
 ADAPTIVE = (
     *explicit_pairs.INTEGRATORS, *dop853.INTEGRATORS, *nystrom.INTEGRATORS, *extrapolation.INTEGRATORS,

@@ -1,6 +1,6 @@
 """Claims of speed, in pairs in one process; `make bench` launches this file five times and publishes the medians.
 
-`extra_info["rows"]` of each benchmark holds its comparisons, as `gnomon.harness.benchmarks` reads them. Without
+`extra_info["rows"]` of each benchmark holds its comparisons, as `gnomon.harness.studies.benchmarks` reads them. Without
 `--benchmark-only` or with `--benchmark-disable` each is run once, on a short sweep, to see that it works.
 """
 
@@ -16,27 +16,27 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.registry import get
+from gnomon.cases.core.registry import get
 from gnomon.harness.adapters import heyoka, scipy_ivp, scipy_ode, scipy_odeint
-from gnomon.harness.integrator import Integrator
-from gnomon.harness.integrators.boris import Boris
-from gnomon.harness.integrators.dop853 import Dop853
-from gnomon.harness.integrators.explicit import RK4
-from gnomon.harness.integrators.exponential import HochbruckOstermann4
-from gnomon.harness.integrators.extrapolation import GraggBulirschStoer
-from gnomon.harness.integrators.gauss import Gauss4
-from gnomon.harness.integrators.gauss_fast import GaussFast
-from gnomon.harness.integrators.hybrid import Dop853Events
-from gnomon.harness.integrators.lie import AxisSplitting2, MuntheKaas4
-from gnomon.harness.integrators.moreau import Moreau
-from gnomon.harness.integrators.nystrom import DormandPrinceNystrom12
-from gnomon.harness.integrators.radau import Radau5
-from gnomon.harness.integrators.rattle import Rattle
-from gnomon.harness.integrators.splitting import KahanLi8
-from gnomon.harness.integrators.stormer import Stormer12
-from gnomon.harness.integrators.taylor import Taylor
-from gnomon.harness.pairs import Side, at_equal_error, interleaved, null_call, swept
-from gnomon.harness.problem import counting, initial_state, problem_of
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.contract.problem import counting, initial_state, problem_of
+from gnomon.harness.integrators.events.hybrid import Dop853Events
+from gnomon.harness.integrators.events.moreau import Moreau
+from gnomon.harness.integrators.gauss.gauss import Gauss4
+from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
+from gnomon.harness.integrators.gauss.radau import Radau5
+from gnomon.harness.integrators.geometric.boris import Boris
+from gnomon.harness.integrators.geometric.exponential import HochbruckOstermann4
+from gnomon.harness.integrators.geometric.lie import AxisSplitting2, MuntheKaas4
+from gnomon.harness.integrators.geometric.rattle import Rattle
+from gnomon.harness.integrators.geometric.splitting import KahanLi8
+from gnomon.harness.integrators.multistep_extrapolation.extrapolation import GraggBulirschStoer
+from gnomon.harness.integrators.multistep_extrapolation.stormer import Stormer12
+from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
+from gnomon.harness.integrators.runge_kutta.explicit import RK4
+from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom12
+from gnomon.harness.integrators.taylor.taylor import Taylor
+from gnomon.harness.studies.pairs import Side, at_equal_error, interleaved, null_call, swept
 
 HALF_DECADES = [10.0 ** (-k / 2) for k in range(4, 33)]
 DECADES = [10.0**-k for k in range(6, 16)]
@@ -102,7 +102,7 @@ def rows(
     prepares: tuple[float, float],
     share: int = 1,
 ) -> list[dict[str, Any]]:
-    """As `gnomon.harness.benchmarks` reads them; seconds of each of `share` trajectories, prepared together."""
+    """As `gnomon.harness.studies.benchmarks` reads them; seconds of each of `share` trajectories, prepared together."""
     named = {
         "group": group, "problem": problem, "unit": "s", "first_name": pair[0].name, "second_name": pair[1].id,
         "first_null": nulls[0] / share, "second_null": nulls[1] / share,
@@ -231,7 +231,7 @@ def test_first_call_with_a_warm_cache(benchmark: Any) -> None:
 
 def first_call(name: str) -> None:
     """Print the seconds of the first call, without imports. numba has compiled before: that is its own start, once."""
-    from gnomon.harness import machine_code  # noqa: F401
+    from gnomon.harness.kernels import machine_code  # noqa: F401
     from numba import cfunc
 
     cfunc("float64(float64)")(identity)

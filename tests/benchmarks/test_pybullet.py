@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from gnomon.cases import get
 from gnomon.harness.adapters.pybullet import PyBullet, PyBulletMaximal
-from gnomon.harness.problem import initial_state, problem_of
+from gnomon.harness.contract.problem import initial_state, problem_of
 
 pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
 

@@ -17,8 +17,8 @@ import independent_oscillators
 import independent_particles
 import independent_pendulums
 import independent_rolling
-from gnomon.cases.arithmetic import rebind
-from gnomon.reference.taylor import flint_arithmetic
+from gnomon.cases.core.arithmetic import rebind
+from gnomon.reference.numerics.taylor import flint_arithmetic
 from independent_mechanics import DIGITS
 
 SCENES = (

@@ -9,8 +9,8 @@ from typing import Any
 
 import mpmath
 from gnomon.cases import Case, get, names
-from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
-from gnomon.harness.agreement import first_order_equations
+from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
+from gnomon.harness.certification.agreement import first_order_equations
 
 mp = mpmath.mp
 DIGITS = 40

@@ -6,9 +6,9 @@ from fractions import Fraction
 
 import pytest
 from gnomon.cases import check_class, checks, get_check
-from gnomon.cases.check import Check
-from gnomon.cases.numbers import Range
-from gnomon.harness.certify_checks import REQUIRED, certify_check
+from gnomon.cases.core.check import Check
+from gnomon.cases.core.numbers import Range
+from gnomon.harness.certification.certify_checks import REQUIRED, certify_check
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -131,7 +131,7 @@ class Wrong(Check):
     domain = check_class("com_rigid_body").domain.__class__({})
 
     def formulas(self, p: object) -> dict[str, object]:
-        from gnomon.reference.balls import ball
+        from gnomon.reference.numerics.balls import ball
 
         return {"x": ball(1 + Fraction(1, 10**30))}
 

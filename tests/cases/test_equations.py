@@ -12,7 +12,7 @@ from typing import Any
 import flint
 import pytest
 from gnomon.cases import get, names
-from gnomon.cases.forms import Transition, first_order
+from gnomon.cases.core.forms import Transition, first_order
 from independent import ROUNDED, STATES, TOLERANCE, evaluated, many_digits, same
 from independent_mechanics import SMALL, coefficient
 from independent_models import MODELS, drawn

@@ -9,10 +9,10 @@ from typing import Any
 import mpmath
 import pytest
 from gnomon.cases import Case, case_class, get, names
-from gnomon.cases.forms import FirstOrder
-from gnomon.cases.numbers import Range
-from gnomon.harness import agreement, certify
-from gnomon.reference.precision import exact, working
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.cases.core.numbers import Range
+from gnomon.harness.certification import agreement, certify
+from gnomon.reference.numerics.precision import exact, working
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 

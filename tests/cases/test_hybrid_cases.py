@@ -9,8 +9,8 @@ import mpmath
 import numpy as np
 import pytest
 from gnomon.cases import Case, case_class, get
-from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
-from gnomon.reference.precision import exact as exact_number
+from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
+from gnomon.reference.numerics.precision import exact as exact_number
 
 ALL = [
     (name, variant)

@@ -7,8 +7,8 @@ import itertools
 import mpmath
 import pytest
 from gnomon.cases import case_class, get, names
-from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
-from gnomon.harness.agreement import sizes
+from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
+from gnomon.harness.certification.agreement import sizes
 
 ASKED = 45
 SCENES = [

@@ -8,8 +8,8 @@ import mpmath
 import numpy as np
 import pytest
 from gnomon.cases import get
-from gnomon.reference.precision import exact
-from gnomon.reference.taylor import ball, integrate
+from gnomon.reference.numerics.precision import exact
+from gnomon.reference.numerics.taylor import ball, integrate
 
 
 def as_mpf(number):

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases import Case, get, names
-from gnomon.cases.forms import first_order
-from gnomon.cases.metric import RATES
+from gnomon.cases.core.forms import first_order
+from gnomon.cases.core.metric import RATES
 
 LADDERS = [name for name in names() if get(name).ladder]
 ANOTHER_START = {("spring_pendulum", "pendulum_simple"): "a rod is as long as the spring at rest, which is stretched"}

@@ -9,8 +9,8 @@ import mpmath
 import numpy as np
 import pytest
 from gnomon.cases import case_class, get
-from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
-from gnomon.reference.precision import working
+from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
+from gnomon.reference.numerics.precision import working
 
 OSCILLATORS = ("pendulum_simple", "harmonic_oscillator", "duffing_unforced", "damped_oscillator", "cycloidal_pendulum")
 VARIANTS = [(name, variant.name) for name in OSCILLATORS for variant in case_class(name).variants]

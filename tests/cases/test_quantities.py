@@ -12,7 +12,7 @@ import look_vibrations
 import mpmath
 import pytest
 from gnomon.cases import case_class, get
-from gnomon.cases.arithmetic import mpmath_arithmetic, rebind
+from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from outside import DIGITS, HYBRID, SMOOTH, Outside, judge, settings
 
 LOOKS = (look_returns, look_turns, look_vibrations, look_forces, look_fields, look_events, look_losses)

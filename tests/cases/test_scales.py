@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases import Case, case_class, get, names
-from gnomon.cases.forms import first_order
+from gnomon.cases.core.forms import first_order
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from gnomon.cases import case_class, names
-from gnomon.cases.euler_top_scene import matrix, quaternion
-from gnomon.cases.scene import Readings, Scene
+from gnomon.cases.core.scene import Readings, Scene
+from gnomon.cases.rigid_bodies.euler_top_scene import matrix, quaternion
 
 EPS = np.finfo(float).eps
 VARIANTS = [

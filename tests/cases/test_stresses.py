@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases import Case, case_class, get, names
-from gnomon.cases.forms import FirstOrder
+from gnomon.cases.core.forms import FirstOrder
 
 
 def smallest_tilt(case: Any) -> float:

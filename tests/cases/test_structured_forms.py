@@ -9,8 +9,8 @@ from typing import Any
 import flint
 import pytest
 from gnomon.cases import get, names
-from gnomon.cases.arithmetic import rebind
-from gnomon.cases.forms import (
+from gnomon.cases.core.arithmetic import rebind
+from gnomon.cases.core.forms import (
     Charged,
     Constrained,
     FirstOrder,
@@ -21,7 +21,7 @@ from gnomon.cases.forms import (
     SemiLinear,
     Separable,
 )
-from gnomon.reference.taylor import flint_arithmetic
+from gnomon.reference.numerics.taylor import flint_arithmetic
 from independent import STATES, evaluated, many_digits, same
 from independent_mechanics import Vec, coefficient, cross, dot, length, sqrt
 from independent_models import MODELS, drawn

@@ -6,8 +6,8 @@ from math import sqrt
 from typing import Any
 
 import numpy as np
-from gnomon.cases.forms import FirstOrder, Values
-from gnomon.harness.integrator import Problem
+from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.harness.contract.integrator import Problem
 
 
 def scalar(equations: Any) -> Problem:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import Any
 
-from gnomon.cases.forms import (
+from gnomon.cases.core.forms import (
     Charged,
     Constrained,
     FirstOrder,

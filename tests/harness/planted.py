@@ -12,11 +12,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases import Case
-from gnomon.cases.forms import FirstOrder
-from gnomon.cases.pendulum import PendulumSimple
-from gnomon.harness import compile as compiling
-from gnomon.harness import worker
-from gnomon.harness.integrator import Integrator, Problem, Refused, Solution, Solve, Steps
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Steps
+from gnomon.harness.kernels import equations as compiling
+from gnomon.harness.running import worker
 
 STOOD = Path(tempfile.gettempdir()) / f"gnomon-stood-still-{os.getuid()}"
 """Beside every process: there once an integrator has stood still."""

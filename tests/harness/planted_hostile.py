@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gnomon.harness.integrator import Problem, Solution, Solve
+from gnomon.harness.contract.integrator import Problem, Solution, Solve
 from planted import Sound, runge_kutta
 
 FOLDER = Path(tempfile.gettempdir()) / f"gnomon-hostile-{os.getuid()}"

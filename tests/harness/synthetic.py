@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gnomon.harness.store import Store
+from gnomon.harness.results.store import Store
 
 CASES = {
     "pendulum_simple": ("Simple pendulum", "7.10", 2, ("default", "separatrix", "long")),

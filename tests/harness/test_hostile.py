@@ -13,10 +13,12 @@ import numpy as np
 import planted
 import planted_hostile as hostile
 import pytest
-from gnomon.harness import plan, registry, store
-from gnomon.harness.declaration import validate
-from gnomon.harness.integrator import Steps, Tolerance
-from gnomon.harness.run import run
+from gnomon.harness.contract.integrator import Steps, Tolerance
+from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry.declaration import validate
+from gnomon.harness.results import store
+from gnomon.harness.running import plan
+from gnomon.harness.running.run import run
 
 SUITE = replace(plan.suite("quick"), limit_seconds=2.0, block_seconds=0.002, repeats=5, siblings=True)
 FAULTS = {
@@ -151,8 +153,8 @@ def test_every_integrator_of_our_own_has_a_sound_declaration() -> None:
 
 
 def test_numbers_of_numpy_are_counts_too() -> None:
-    from gnomon.harness import answers
-    from gnomon.harness.integrator import Solution
+    from gnomon.harness.contract import validation as answers
+    from gnomon.harness.contract.integrator import Solution
 
     found = answers.checked(Solution(np.zeros((1, 2, 3), dtype=np.float32), np.int32(7), None, [(1, "x")]), (1, 2, 3))
     assert (found.steps, found.states.dtype, found.events) == (7, np.float64, ((1.0, "x"),))

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 import synthetic
-from gnomon.harness import schema
-from gnomon.harness.report import write_report
-from gnomon.harness.report_charts import MANIFEST, slug
+from gnomon.harness.reporting.report import write_report
+from gnomon.harness.reporting.report_charts import MANIFEST, slug
+from gnomon.harness.results import schema
 
 MODULE = """
 import pathlib, sys

@@ -17,8 +17,8 @@ from typing import Any
 import pytest
 import synthetic
 from gnomon.cases import case_class
-from gnomon.harness import schema
-from gnomon.harness.report import write_report
+from gnomon.harness.reporting.report import write_report
+from gnomon.harness.results import schema
 
 CHROMIUM = next(
     (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None

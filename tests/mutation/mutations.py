@@ -298,15 +298,15 @@ RUNNING = (
     ),
     Mutation(
         "compare: one setting alone may be as bad as it likes",
-        "harness/gate.py",
+        "harness/results/regression.py",
         "",
         "if ratio > SINGLE_FACTOR:",
         "if ratio > np.inf:",
-        ("tests/harness/test_gate.py",),
+        ("tests/harness/results/test_regression.py",),
     ),
     Mutation(
         "cache: the fingerprint of sources is a constant",
-        "reference/diskcache.py",
+        "reference/storage/diskcache.py",
         "fingerprint",
         "return found.hexdigest()[:16]",
         'return "0" * 16',
@@ -314,7 +314,7 @@ RUNNING = (
     ),
     Mutation(
         "cache: the fingerprint does not see subfolders",
-        "reference/diskcache.py",
+        "reference/storage/diskcache.py",
         "fingerprint",
         'root.rglob("*.py")',
         'root.glob("*.py")',
@@ -390,7 +390,7 @@ TRUTH = (
     *(
         Mutation(
             f"tables: what they hand out may err by {ulp} of an ulp",
-            "reference/tablekernel.py",
+            "reference/numerics/tablekernel.py",
             "",
             "DOUBT = 2.0**-7",
             f"DOUBT = {ulp}",

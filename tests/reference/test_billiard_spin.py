@@ -7,11 +7,11 @@ from fractions import Fraction
 import mpmath
 import pytest
 from gnomon.cases import get
-from gnomon.reference.billiard import BilliardBall
-from gnomon.reference.billiard_attitude import BilliardAttitude
-from gnomon.reference.drilling_ball import DrillingBall
-from gnomon.reference.euler_top import IDENTITY
-from gnomon.reference.precision import exact
+from gnomon.reference.contact.billiard_attitude import BilliardAttitude
+from gnomon.reference.contact.billiard_ball import BilliardBall
+from gnomon.reference.contact.drilling_ball import DrillingBall
+from gnomon.reference.numerics.precision import exact
+from gnomon.reference.rigid_bodies.euler_top import IDENTITY
 
 NONE = Fraction(0)
 

@@ -6,12 +6,12 @@ from fractions import Fraction
 
 import mpmath
 import pytest
-from gnomon.reference.bouncing_ball import BouncingBall
-from gnomon.reference.bouncing_incline import BouncingIncline
-from gnomon.reference.foucault_centrifugal import FoucaultCentrifugal
-from gnomon.reference.harmonic import HarmonicMotion
-from gnomon.reference.precision import exact
-from gnomon.reference.springs import HangingSprings
+from gnomon.reference.contact.bouncing_ball import BouncingBall
+from gnomon.reference.contact.bouncing_ball_incline import BouncingIncline
+from gnomon.reference.numerics.precision import exact
+from gnomon.reference.oscillators.hanging_springs import HangingSprings
+from gnomon.reference.oscillators.harmonic_oscillator import HarmonicMotion
+from gnomon.reference.pendulums.foucault_pendulum_centrifugal import FoucaultCentrifugal
 
 
 def test_hanging_springs_swing_about_their_sag():

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.forms import FirstOrder, Values
-from gnomon.cases.kepler import KeplerOrbit
-from gnomon.cases.registry import get
+from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.registry import get
+from gnomon.cases.orbits.kepler_orbit import KeplerOrbit
 from gnomon.harness.adapters.heyoka import INTEGRATORS, FastTaylor, Taylor, system
-from gnomon.harness.integrator import Problem, Refused
-from gnomon.harness.problem import initial_state, problem_of
+from gnomon.harness.contract.integrator import Problem, Refused
+from gnomon.harness.contract.problem import initial_state, problem_of
 
 heyoka = pytest.importorskip("heyoka", reason="heyoka is optional: pip install 'gnomon[peers]'")
 

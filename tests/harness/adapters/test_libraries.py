@@ -6,10 +6,10 @@ import subprocess
 import sys
 
 import pytest
-from gnomon.cases.registry import get
+from gnomon.cases.core.registry import get
 from gnomon.harness.adapters import heyoka, rebound_nbody, rebound_ode, scipy_ivp, scipy_ode, scipy_odeint
-from gnomon.harness.integrator import Integrator
-from gnomon.harness.problem import problem_of
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.contract.problem import problem_of
 
 MODULES = (scipy_ivp, scipy_ode, scipy_odeint, rebound_nbody, rebound_ode, heyoka)
 ALL = tuple(kind for module in MODULES for kind in module.INTEGRATORS)

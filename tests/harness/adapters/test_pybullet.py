@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases import Case, get, names
-from gnomon.cases.forms import FirstOrder
-from gnomon.cases.scene import Readings, Scene, SceneForm
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.cases.core.scene import Readings, Scene, SceneForm
 from gnomon.harness.adapters.pybullet import (
     INTEGRATORS,
     PyBullet,
@@ -27,8 +27,8 @@ from gnomon.harness.adapters.pybullet import (
     step_counts,
 )
 from gnomon.harness.adapters.pybullet_world import World, _turned
-from gnomon.harness.integrator import Floats, Refused
-from gnomon.harness.problem import initial_state, problem_of
+from gnomon.harness.contract.integrator import Floats, Refused
+from gnomon.harness.contract.problem import initial_state, problem_of
 
 pybullet = pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.forms import FirstOrder, NBody, Values
-from gnomon.cases.kepler import KeplerOrbit
-from gnomon.cases.registry import get
+from gnomon.cases.core.forms import FirstOrder, NBody, Values
+from gnomon.cases.core.registry import get
+from gnomon.cases.orbits.kepler_orbit import KeplerOrbit
 from gnomon.harness.adapters import rebound_nbody, rebound_ode
 from gnomon.harness.adapters.rebound_nbody import (
     IAS15,
@@ -24,8 +24,8 @@ from gnomon.harness.adapters.rebound_nbody import (
     step_counts,
 )
 from gnomon.harness.adapters.rebound_ode import OdeMode
-from gnomon.harness.integrator import Floats, Integrator, Problem, Refused
-from gnomon.harness.problem import counting, initial_state, problem_of
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused
+from gnomon.harness.contract.problem import counting, initial_state, problem_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:At least 10 predictor corrector loops:RuntimeWarning")
 

@@ -12,11 +12,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from gnomon.cases import Case, get, names
-from gnomon.cases.forms import first_order
-from gnomon.cases.scene import Readings, Scene
+from gnomon.cases.core.forms import first_order
+from gnomon.cases.core.scene import Readings, Scene
 from gnomon.harness.adapters.pybullet import PyBullet
-from gnomon.harness.integrator import Floats
-from gnomon.harness.problem import problem_of
+from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.contract.problem import problem_of
 from scipy.spatial.transform import Rotation
 
 SMOOTH = [name for name in names() if (case := get(name)).scene is not None and case.hybrid is None]

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.forms import FirstOrder, Values
-from gnomon.cases.registry import get
+from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.registry import get
 from gnomon.harness.adapters import scipy_events, scipy_ivp, scipy_ode, scipy_odeint
 from gnomon.harness.adapters.scipy_events import PROBE, Guard, set_latch
-from gnomon.harness.integrator import Integrator, Problem, Refused
-from gnomon.harness.problem import counting, initial_state, problem_of
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused
+from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from scipy.integrate import _odepack_py, ode, odeint, solve_ivp
 from scipy.integrate._ivp.ivp import METHODS
 

@@ -20,13 +20,13 @@ from bad_forms import (
     flight,
     height_until_1,
 )  # fmt: skip
-from gnomon.cases.forms import FirstOrder, Hybrid
-from gnomon.harness.integrator import Integrator, Problem, Refused, Solution
-from gnomon.harness.integrators.gauss_fast import GaussFast
-from gnomon.harness.integrators.hybrid import EventRungeKutta
-from gnomon.harness.integrators.radau import Radau5
-from gnomon.harness.integrators.taylor import Taylor
-from gnomon.harness.registry import own
+from gnomon.cases.core.forms import FirstOrder, Hybrid
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution
+from gnomon.harness.integrators.events.hybrid import EventRungeKutta
+from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
+from gnomon.harness.integrators.gauss.radau import Radau5
+from gnomon.harness.integrators.taylor.taylor import Taylor
+from gnomon.harness.registry.lookup import own
 
 ALL = [method for method in own().values() if ".integrators." in type(method).__module__]
 EVENTS = [method for method in ALL if isinstance(method, EventRungeKutta)]

@@ -9,21 +9,21 @@ from typing import Any
 import numpy as np
 import pytest
 from bad_equations import none_at_all, raising, scalar, squared, stiff, too_many, undefined
-from gnomon.cases.forms import SecondOrder, Values
-from gnomon.cases.registry import get
-from gnomon.harness.integrator import Integrator, Problem, Refused
-from gnomon.harness.integrators.dop853 import MOST_STEPS, Dop853
-from gnomon.harness.integrators.explicit import RK4
-from gnomon.harness.integrators.explicit_pairs import DormandPrince5, Verner9
-from gnomon.harness.integrators.extrapolation import GraggBulirschStoer
-from gnomon.harness.integrators.gauss import Gauss4
-from gnomon.harness.integrators.gauss_fast import GaussFast
-from gnomon.harness.integrators.nystrom import DormandPrinceNystrom6, DormandPrinceNystrom12
-from gnomon.harness.integrators.radau import Radau5
-from gnomon.harness.integrators.splitting import StormerVerlet
-from gnomon.harness.integrators.stormer import Stormer8
-from gnomon.harness.integrators.taylor import Taylor
-from gnomon.harness.problem import problem_of
+from gnomon.cases.core.forms import SecondOrder, Values
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused
+from gnomon.harness.contract.problem import problem_of
+from gnomon.harness.integrators.gauss.gauss import Gauss4
+from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
+from gnomon.harness.integrators.gauss.radau import Radau5
+from gnomon.harness.integrators.geometric.splitting import StormerVerlet
+from gnomon.harness.integrators.multistep_extrapolation.extrapolation import GraggBulirschStoer
+from gnomon.harness.integrators.multistep_extrapolation.stormer import Stormer8
+from gnomon.harness.integrators.runge_kutta.dop853 import MOST_STEPS, Dop853
+from gnomon.harness.integrators.runge_kutta.explicit import RK4
+from gnomon.harness.integrators.runge_kutta.explicit_pairs import DormandPrince5, Verner9
+from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom6, DormandPrinceNystrom12
+from gnomon.harness.integrators.taylor.taylor import Taylor
 
 
 @pytest.mark.parametrize("step", [0.0, -0.1, math.nan, math.inf])

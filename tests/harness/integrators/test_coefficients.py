@@ -8,14 +8,16 @@ from math import factorial
 from typing import Any
 
 import pytest
-from gnomon.cases.forms import FirstOrder, SecondOrder
-from gnomon.harness.integrators import dop853_table, explicit, gauss, splitting
-from gnomon.harness.integrators.dop853 import DENSE, ERROR_3, ERROR_5, LAST, rows
-from gnomon.harness.integrators.explicit import RungeKutta
-from gnomon.harness.integrators.fixed_step import rounded
-from gnomon.harness.integrators.gauss import Gauss
-from gnomon.harness.integrators.splitting import Composition, Splitting
-from gnomon.reference.precision import working
+from gnomon.cases.core.forms import FirstOrder, SecondOrder
+from gnomon.harness.integrators.base.fixed_step import rounded
+from gnomon.harness.integrators.gauss import gauss
+from gnomon.harness.integrators.gauss.gauss import Gauss
+from gnomon.harness.integrators.geometric import splitting
+from gnomon.harness.integrators.geometric.splitting import Composition, Splitting
+from gnomon.harness.integrators.runge_kutta import dop853_table, explicit
+from gnomon.harness.integrators.runge_kutta.dop853 import DENSE, ERROR_3, ERROR_5, LAST, rows
+from gnomon.harness.integrators.runge_kutta.explicit import RungeKutta
+from gnomon.reference.numerics.precision import working
 from order_conditions import matrix, nystrom_residuals, nystrom_trees, rk_residuals, trees
 
 SIXTY = 1e-57

@@ -6,8 +6,8 @@ import subprocess
 import sys
 
 import pytest
-from gnomon.harness.integrator import Integrator
-from gnomon.harness.registry import MODULES, own
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.registry.lookup import MODULES, own
 
 IN_HOUSE = [name for name in MODULES if name.startswith("gnomon.harness.integrators.")]
 ALL = [method for method in own().values() if type(method).__module__ in IN_HOUSE]

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from gnomon.cases.registry import get
-from gnomon.harness.growth import STRETCH, fitted, in_extended_precision, period_of, twenty_bits
-from gnomon.harness.integrator import Problem
-from gnomon.harness.integrators.gauss_fast import GaussFast
-from gnomon.harness.problem import accepted_form, initial_state
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.contract.problem import accepted_form, initial_state
+from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
+from gnomon.harness.studies.growth import STRETCH, fitted, in_extended_precision, period_of, twenty_bits
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.forms import FirstOrder, SecondOrder
-from gnomon.cases.registry import get
-from gnomon.harness.integrator import Problem, Solution
-from gnomon.harness.integrators import gauss_fast_kernel, gauss_fast_text, radau
-from gnomon.harness.integrators.gauss_fast import GaussFast
-from gnomon.harness.problem import initial_state, problem_of
+from gnomon.cases.core.forms import FirstOrder, SecondOrder
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Problem, Solution
+from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.integrators.gauss import gauss_fast_kernel, gauss_fast_text, radau
+from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -178,7 +178,7 @@ def test_an_ensembles_iteration_leaves_a_part_of_the_tolerance() -> None:
 def test_functions_of_lanes_have_names_of_their_own() -> None:
     """Machine code of one process is linked in another by name and by how many functions the process had compiled: of two
     of one name, each the first that its process needed, one would be taken for the other."""
-    from gnomon.harness.integrators import lanes_math
+    from gnomon.harness.integrators.gauss import lanes_math
 
     functions = [math.tan, math.asin, math.atanh, math.log, math.atan2, math.hypot]
     for function in functions:

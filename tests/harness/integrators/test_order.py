@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.case import Case
-from gnomon.cases.forms import FirstOrder, Values
-from gnomon.cases.registry import get
-from gnomon.harness.integrator import Integrator, Problem, Solution, Solve, Steps
-from gnomon.harness.integrators.explicit import RK4
-from gnomon.harness.integrators.fixed_step import FixedStep
-from gnomon.harness.integrators.gauss import Gauss4
-from gnomon.harness.integrators.splitting import KahanLi6, KahanLi8, Yoshida8
-from gnomon.harness.order import (
+from gnomon.cases.core.case import Case
+from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solve, Steps
+from gnomon.harness.integrators.base.fixed_step import FixedStep
+from gnomon.harness.integrators.gauss.gauss import Gauss4
+from gnomon.harness.integrators.geometric.splitting import KahanLi6, KahanLi8, Yoshida8
+from gnomon.harness.integrators.runge_kutta.explicit import RK4
+from gnomon.harness.results.convergence_order import (
     fit_order,
     fit_order_exactly,
     line,
@@ -25,7 +25,7 @@ from gnomon.harness.order import (
     measure_order_exactly,
     solve_exactly,
 )
-from gnomon.harness.orders import WITHIN
+from gnomon.harness.studies.orders import WITHIN
 
 
 class WrongWeight(RK4):

@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.registry import get
-from gnomon.harness.integrators import adaptive, dop853, explicit_pairs, nystrom
-from gnomon.harness.integrators.adaptive import Adaptive, tabulated
-from gnomon.harness.integrators.embedded import Embedded, full
-from gnomon.harness.integrators.fixed_step import DIGITS, rounded
-from gnomon.harness.integrators.nystrom import DormandPrinceNystrom12, Nystrom
-from gnomon.harness.order import measure_order_exactly
-from gnomon.harness.order_twins import at_fixed_steps
-from gnomon.harness.problem import initial_state, problem_of
-from gnomon.reference.precision import working
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.integrators.base import step_control as adaptive
+from gnomon.harness.integrators.base.fixed_step import DIGITS, rounded
+from gnomon.harness.integrators.base.step_control import Adaptive, tabulated
+from gnomon.harness.integrators.runge_kutta import dop853, explicit_pairs, nystrom
+from gnomon.harness.integrators.runge_kutta.embedded import Embedded, full
+from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom12, Nystrom
+from gnomon.harness.results.convergence_order import measure_order_exactly
+from gnomon.harness.studies.order_twins import at_fixed_steps
+from gnomon.reference.numerics.precision import working
 from order_conditions import matrix, nystrom_residuals, rk_residuals
 
 RUNGE_KUTTA: tuple[type[Embedded], ...] = explicit_pairs.INTEGRATORS  # type: ignore[assignment]

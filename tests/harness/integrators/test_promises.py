@@ -16,11 +16,11 @@ import gnomon.harness
 import gnomon.reference
 import numpy as np
 import pytest
-from gnomon.cases.case import Case
-from gnomon.cases.registry import get
-from gnomon.harness.integrator import Integrator, Refused
-from gnomon.harness.problem import accepted_form, initial_state, problem_of
-from gnomon.harness.registry import own
+from gnomon.cases.core.case import Case
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Integrator, Refused
+from gnomon.harness.contract.problem import accepted_form, initial_state, problem_of
+from gnomon.harness.registry.lookup import own
 
 ALL = [method for method in own().values() if ".integrators." in type(method).__module__]
 EVERY = pytest.mark.parametrize("method", ALL, ids=lambda method: method.id)

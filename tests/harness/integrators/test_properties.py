@@ -9,26 +9,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.forms import FirstOrder, SecondOrder, Values
-from gnomon.cases.registry import get
-from gnomon.harness.integrator import Integrator, Problem
-from gnomon.harness.integrators import (
-    dop853,
-    explicit,
-    explicit_pairs,
-    extrapolation,
-    gauss,
-    nystrom,
-    splitting,
-    stormer,
-)
-from gnomon.harness.integrators.explicit import RK4, ExplicitEuler
-from gnomon.harness.integrators.fixed_step import FixedStep
-from gnomon.harness.integrators.gauss import Gauss2, Gauss4
-from gnomon.harness.integrators.splitting import KahanLi6, KahanLi8, StormerVerlet, SymplecticEuler
-from gnomon.harness.order import solve_exactly
-from gnomon.harness.problem import counting, initial_state, problem_of
-from gnomon.reference.precision import working
+from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Integrator, Problem
+from gnomon.harness.contract.problem import counting, initial_state, problem_of
+from gnomon.harness.integrators.base.fixed_step import FixedStep
+from gnomon.harness.integrators.gauss import gauss
+from gnomon.harness.integrators.gauss.gauss import Gauss2, Gauss4
+from gnomon.harness.integrators.geometric import splitting
+from gnomon.harness.integrators.geometric.splitting import KahanLi6, KahanLi8, StormerVerlet, SymplecticEuler
+from gnomon.harness.integrators.multistep_extrapolation import extrapolation, stormer
+from gnomon.harness.integrators.runge_kutta import dop853, explicit, explicit_pairs, nystrom
+from gnomon.harness.integrators.runge_kutta.explicit import RK4, ExplicitEuler
+from gnomon.harness.results.convergence_order import solve_exactly
+from gnomon.reference.numerics.precision import working
 
 FIXED = (*explicit.INTEGRATORS, *splitting.INTEGRATORS, *gauss.INTEGRATORS, *stormer.INTEGRATORS)
 ADAPTIVE = (

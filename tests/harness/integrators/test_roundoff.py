@@ -11,16 +11,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.forms import Charged, FirstOrder, Form, SecondOrder, SemiLinear, Values
-from gnomon.harness.growth import STRETCH, fitted, twenty_bits
-from gnomon.harness.integrator import Problem
-from gnomon.harness.integrators import boris, exponential, gauss, splitting, stormer
-from gnomon.harness.integrators.exponential import HochbruckOstermann4
-from gnomon.harness.integrators.fixed_step import FixedStep
-from gnomon.harness.integrators.gauss import ImplicitMidpoint
-from gnomon.harness.integrators.stormer import Stormer, Stormer8, adams_weights, stormer_weights
-from gnomon.harness.order import solve_exactly
-from gnomon.reference.precision import working
+from gnomon.cases.core.forms import Charged, FirstOrder, Form, SecondOrder, SemiLinear, Values
+from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.integrators.base.fixed_step import FixedStep
+from gnomon.harness.integrators.gauss import gauss
+from gnomon.harness.integrators.gauss.gauss import ImplicitMidpoint
+from gnomon.harness.integrators.geometric import boris, exponential, splitting
+from gnomon.harness.integrators.geometric.exponential import HochbruckOstermann4
+from gnomon.harness.integrators.multistep_extrapolation import stormer
+from gnomon.harness.integrators.multistep_extrapolation.stormer import Stormer, Stormer8, adams_weights, stormer_weights
+from gnomon.harness.results.convergence_order import solve_exactly
+from gnomon.harness.studies.growth import STRETCH, fitted, twenty_bits
+from gnomon.reference.numerics.precision import working
 from scipy import stats
 
 METHODS = (*splitting.INTEGRATORS, *stormer.INTEGRATORS, *boris.INTEGRATORS, *exponential.INTEGRATORS)

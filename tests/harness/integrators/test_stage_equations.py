@@ -15,12 +15,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.forms import FirstOrder, Form, SecondOrder, Values
-from gnomon.cases.registry import get
-from gnomon.harness.integrator import Problem
-from gnomon.harness.integrators import radau, rattle
-from gnomon.harness.integrators.fixed_step import FixedStep
-from gnomon.harness.integrators.gauss import (
+from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.integrators.base.fixed_step import FixedStep
+from gnomon.harness.integrators.gauss import radau
+from gnomon.harness.integrators.gauss.gauss import (
     INTEGRATORS,
     Gauss,
     Gauss2,
@@ -30,10 +31,10 @@ from gnomon.harness.integrators.gauss import (
     newton_rows,
     nodes,
 )
-from gnomon.harness.integrators.gauss_steps import CLOSE, NOISE, PATIENCE, settled
-from gnomon.harness.integrators.radau import Radau5
-from gnomon.harness.problem import initial_state, problem_of
-from gnomon.reference.precision import working
+from gnomon.harness.integrators.gauss.gauss_steps import CLOSE, NOISE, PATIENCE, settled
+from gnomon.harness.integrators.gauss.radau import Radau5
+from gnomon.harness.integrators.geometric import rattle
+from gnomon.reference.numerics.precision import working
 from numpy.typing import NDArray
 
 METHODS = pytest.mark.parametrize("method", [method for method in INTEGRATORS if issubclass(method, Gauss)])

@@ -1,0 +1,1 @@
+"""Cases. Friction, impact and loss of contact."""

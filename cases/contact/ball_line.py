@@ -1,0 +1,361 @@
+"""Balls that collide on one line: a chain of three of any masses, and Newton's cradle."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Event, Invariant, Variant
+from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition, Values
+from gnomon.cases.core.impact_scene import ball_line
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.reference.contact.impacts import BallLine
+from gnomon.reference.numerics.precision import Number, publish, quantity, working
+from mpmath import mpf
+
+
+def three_uniform(t: Any, state: Values, parameters: Values) -> Values:
+    _, _, _, v1, v2, v3 = state
+    return v1, v2, v3, 0, 0, 0
+
+
+def gap_12(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[1] - state[0],)
+
+
+def gap_23(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[2] - state[1],)
+
+
+def impact_12(t: Any, state: Values, parameters: Values) -> Values:
+    """v1' = ((m1 - e m2) v1 + (1 + e) m2 v2)/(m1 + m2), and v2' likewise."""
+    x1, x2, x3, v1, v2, v3 = state
+    m1, m2, _m3, e = parameters
+    total = m1 + m2
+    after1 = ((m1 - e * m2) * v1 + (1 + e) * m2 * v2) / total
+    after2 = ((m2 - e * m1) * v2 + (1 + e) * m1 * v1) / total
+    return x1, x2, x3, after1, after2, v3
+
+
+def impact_23(t: Any, state: Values, parameters: Values) -> Values:
+    x1, x2, x3, v1, v2, v3 = state
+    _m1, m2, m3, e = parameters
+    total = m2 + m3
+    after2 = ((m2 - e * m3) * v2 + (1 + e) * m3 * v3) / total
+    after3 = ((m3 - e * m2) * v3 + (1 + e) * m2 * v2) / total
+    return x1, x2, x3, v1, after2, after3
+
+
+def touching_12(t: Any, state: Values, parameters: Values) -> Values:
+    x1, x2, x3, v1, v2, v3 = state
+    return (x1 + x2) / 2, (x1 + x2) / 2, x3, v1, v2, v3
+
+
+def touching_23(t: Any, state: Values, parameters: Values) -> Values:
+    x1, x2, x3, v1, v2, v3 = state
+    return x1, (x2 + x3) / 2, (x2 + x3) / 2, v1, v2, v3
+
+
+def chain_kinetic(t: Any, state: Values, parameters: Values) -> Values:
+    _, _, _, v1, v2, v3 = state
+    m1, m2, m3, _ = parameters
+    return ((m1 * v1 * v1 + m2 * v2 * v2 + m3 * v3 * v3) / 2,)
+
+
+def chain_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    _, _, _, v1, v2, v3 = state
+    m1, m2, m3, _ = parameters
+    return (m1 * v1 + m2 * v2 + m3 * v3,)
+
+
+def five_uniform(t: Any, state: Values, parameters: Values) -> Values:
+    _, _, _, _, _, v1, v2, v3, v4, v5 = state
+    return v1, v2, v3, v4, v5, 0, 0, 0, 0, 0
+
+
+def cradle_gap_1(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[1] - state[0],)
+
+
+def cradle_gap_2(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[2] - state[1],)
+
+
+def cradle_gap_3(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[3] - state[2],)
+
+
+def cradle_gap_4(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[4] - state[3],)
+
+
+def cradle_hit_1(t: Any, state: Values, parameters: Values) -> Values:
+    """Of equal masses: the mean, minus and plus e times half the difference."""
+    x1, x2, x3, x4, x5, v1, v2, v3, v4, v5 = state
+    mean, part = (v1 + v2) / 2, parameters[0] * (v1 - v2) / 2
+    return x1, x2, x3, x4, x5, mean - part, mean + part, v3, v4, v5
+
+
+def cradle_hit_2(t: Any, state: Values, parameters: Values) -> Values:
+    x1, x2, x3, x4, x5, v1, v2, v3, v4, v5 = state
+    mean, part = (v2 + v3) / 2, parameters[0] * (v2 - v3) / 2
+    return x1, x2, x3, x4, x5, v1, mean - part, mean + part, v4, v5
+
+
+def cradle_hit_3(t: Any, state: Values, parameters: Values) -> Values:
+    x1, x2, x3, x4, x5, v1, v2, v3, v4, v5 = state
+    mean, part = (v3 + v4) / 2, parameters[0] * (v3 - v4) / 2
+    return x1, x2, x3, x4, x5, v1, v2, mean - part, mean + part, v5
+
+
+def cradle_hit_4(t: Any, state: Values, parameters: Values) -> Values:
+    x1, x2, x3, x4, x5, v1, v2, v3, v4, v5 = state
+    mean, part = (v4 + v5) / 2, parameters[0] * (v4 - v5) / 2
+    return x1, x2, x3, x4, x5, v1, v2, v3, mean - part, mean + part
+
+
+def cradle_touch_1(t: Any, state: Values, parameters: Values) -> Values:
+    x1, x2, x3, x4, x5, v1, v2, v3, v4, v5 = state
+    return (x1 + x2) / 2, (x1 + x2) / 2, x3, x4, x5, v1, v2, v3, v4, v5
+
+
+def cradle_touch_2(t: Any, state: Values, parameters: Values) -> Values:
+    x1, x2, x3, x4, x5, v1, v2, v3, v4, v5 = state
+    return x1, (x2 + x3) / 2, (x2 + x3) / 2, x4, x5, v1, v2, v3, v4, v5
+
+
+def cradle_touch_3(t: Any, state: Values, parameters: Values) -> Values:
+    x1, x2, x3, x4, x5, v1, v2, v3, v4, v5 = state
+    return x1, x2, (x3 + x4) / 2, (x3 + x4) / 2, x5, v1, v2, v3, v4, v5
+
+
+def cradle_touch_4(t: Any, state: Values, parameters: Values) -> Values:
+    x1, x2, x3, x4, x5, v1, v2, v3, v4, v5 = state
+    return x1, x2, x3, (x4 + x5) / 2, (x4 + x5) / 2, v1, v2, v3, v4, v5
+
+
+def cradle_kinetic(t: Any, state: Values, parameters: Values) -> Values:
+    """Over the mass."""
+    _, _, _, _, _, v1, v2, v3, v4, v5 = state
+    return ((v1 * v1 + v2 * v2 + v3 * v3 + v4 * v4 + v5 * v5) / 2,)
+
+
+def cradle_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """Over the mass."""
+    _, _, _, _, _, v1, v2, v3, v4, v5 = state
+    return (v1 + v2 + v3 + v4 + v5,)
+
+
+def never_touching(t: Any, state: Values, parameters: Values) -> str:
+    return "free"
+
+
+class _BallLineCase(Case):
+    _FREE: Equations
+    _SCENE: ClassVar[SceneForm]
+    _PAIRS: ClassVar[tuple[tuple[Equations, Equations, Equations], ...]]
+    """Guard, reset and nearest state on the guard of each pair of neighbours."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        with self._within_reach():
+            _ = self._exact.legs  # raises where three balls meet at once
+
+    @property
+    def _masses(self) -> tuple[Fraction, ...]:
+        raise NotImplementedError
+
+    @cached_property
+    def _exact(self) -> BallLine:
+        count = len(self.state) // 2
+        start = self.initial_state
+        return BallLine(self._masses, self.parameters["e"], start[:count], start[count:])
+
+    def motion(self) -> BallLine:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (
+            Hybrid(
+                modes=(Mode("free", self._FREE),),
+                start=never_touching,
+                transitions=tuple(
+                    Transition(f"impact_{i}{i + 1}", "free", guard, -1, reset, "free", onto)
+                    for i, (guard, reset, onto) in enumerate(self._PAIRS, start=1)
+                ),
+                settle=1e-9 * self.time_scale,
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return self._SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """The length of the line over the largest speed; 1 s where all are at rest."""
+        count = len(self.state) // 2
+        places, speeds = self.initial_state[:count], self.initial_state[count:]
+        fastest = max(map(abs, speeds))
+        return float((places[-1] - places[0]) / fastest) if fastest else 1.0
+
+    def natural_span(self) -> Number:
+        """A third longer than until the last impact."""
+        return float(BallLine(*self._numbers).legs[-1].time) * 4 / 3 or self.time_scale
+
+    @property
+    def _numbers(self) -> tuple[Any, ...]:
+        count = len(self.state) // 2
+        return self._masses, self.parameters["e"], self.initial_state[:count], self.initial_state[count:]
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """One for each impact, named by the balls."""
+        found, legs = [], self._exact.legs
+
+        def published(values: tuple[Fraction, ...]) -> tuple[Any, ...]:
+            with working(digits + 5) as mp:
+                return publish(map(mp.mpf, values), digits)
+
+        for before, after in itertools.pairwise(legs):
+            if after.time > self.span:
+                break
+            assert after.pair is not None
+            places = published(after.places)
+            there = places + published(before.velocities), places + published(after.velocities)
+            name = f"impact_{after.pair + 1}{after.pair + 2}"
+            found.append(Event(published((after.time,))[0], name, *there))
+        return tuple(found)
+
+    def same_course(self, other: Case) -> bool:
+        return [event.name for event in other.events()] == [event.name for event in self.events()]
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self._exact
+        lost = sum((motion.energy_lost(n) for n in range(1, len(motion.legs))), Fraction(0))
+        return {
+            "impacts": mpf(len(motion.legs) - 1),
+            "energy_lost": motion._quantity(digits, lambda mp: mp.mpf(lost)),
+            "last_speed": motion._quantity(digits, lambda mp: mp.mpf(motion.legs[-1].velocities[-1])),
+        }
+
+
+def _line(count: int) -> tuple[Coordinate, ...]:
+    return (
+        *(Coordinate(f"x{n}", "m", "length") for n in range(1, count + 1)),
+        *(Coordinate(f"v{n}", "m/s", "velocity") for n in range(1, count + 1)),
+    )
+
+
+def _ordered(count: int) -> Rule:
+    def holds(n: Mapping[str, Fraction]) -> bool:
+        return all(n[f"x{i}"] < n[f"x{i + 1}"] for i in range(1, count))
+
+    return Rule("the balls stand in order and apart: x1 < x2 < ...", holds)
+
+
+def _few(n: Mapping[str, Fraction]) -> bool:
+    """Between heavy balls a light one bounces to and fro: two impacts turn the relative velocities, seen as a vector, by
+    an angle a, and 4 e cos^2(a/2) is the left-hand side over the masses on the right; beyond that they only shrink.
+    """
+    return 1000 * (1 + n["e"]) ** 2 * n["m1"] * n["m3"] <= 3996 * n["e"] * (n["m1"] + n["m2"]) * (n["m2"] + n["m3"])
+
+
+class ThreeBallChain(_BallLineCase):
+    name = "three_ball_chain"
+    title = "A ball strikes a second, and that a third"
+    section = "8.13"
+    conventions = (
+        "Places count so that neighbours touch where they are equal. The third ball leaves fastest where "
+        "m2 = sqrt(m1 m3); each impact loses (1 - e^2)/2 of the reduced mass times the squared speed of approach."
+    )
+    state = _line(3)
+    parameter_list = (
+        Parameter("m1", "kg", 4, "mass of the striking ball"),
+        Parameter("m2", "kg", 2, "mass of the ball between"),
+        Parameter("m3", "kg", 1, "mass of the last ball"),
+        Parameter("e", "1", "0.8", "coefficient of restitution"),
+    )
+    default_state = (0, 1, 2, 1, 0, 0)
+    domain = Domain(
+        {name: positive(0.5, 4.0) for name in ("m1", "m2", "m3")}
+        | {"e": Range(low=0.2, high=1.0, typical=(0.5, 1.0))}
+        | {"x1": Range(typical=(-0.5, 0.2)), "x2": Range(typical=(0.5, 1.0)), "x3": Range(typical=(1.5, 2.0))}
+        | {"v1": Range(typical=(0.5, 2.0)), "v2": Range(typical=(-0.3, 0.3)), "v3": Range(typical=(-0.3, 0.3))},
+        (
+            _ordered(3),
+            Rule(
+                "(1 + e)^2 m1 m3 <= 3.996 e (m1 + m2)(m2 + m3) (at most 100 impacts; from 4 e on infinitely many)", _few
+            ),
+        ),
+    )
+    variants = (
+        Variant("elastic", "e = 1: energy is kept through both impacts", {"e": 1}),
+        Variant(
+            "heavy_last", "light balls before a heavy one: the middle one goes to and fro", {"m1": 1, "m2": "0.01"}
+        ),
+        Variant("close", "1e-9 m between the last two: impacts 1e-9 s apart", {}, (0, 1, 1.000000001, 1, 0, 0)),
+        Variant("light_last", "m3 = 1e-9: leaves at nearly (1 + e)^2 m1/(m1 + m2) v1", {"m3": "1e-9"}),
+    )
+    invariants: ClassVar = {"energy": Invariant(chain_kinetic, "decays"), "momentum": Invariant(chain_momentum)}
+    _FREE = staticmethod(three_uniform)
+    _SCENE = ball_line(lambda parameters: parameters[:3], lambda parameters: parameters[3])
+    _PAIRS = ((gap_12, impact_12, touching_12), (gap_23, impact_23, touching_23))
+
+    @property
+    def _masses(self) -> tuple[Fraction, ...]:
+        return self.parameter_values()[:3]
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`best_m2` is the mass between that makes the last ball fastest, for one impact each."""
+        product = self.parameters["m1"] * self.parameters["m3"]
+        best = quantity(digits, lambda mp: mp.sqrt(mp.mpf(product)))
+        return super().quantities(digits) | {"best_m2": best}
+
+
+class NewtonsCradle(_BallLineCase):
+    name = "newtons_cradle"
+    title = "Newton's cradle: equal balls in a row"
+    section = "8.13"
+    conventions = (
+        "One stroke of the cradle, along the line at the lowest point: five equal balls, a little apart. Places count so "
+        "that neighbours touch where they are equal. As many leave as come in, where e = 1."
+    )
+    state = _line(5)
+    parameter_list = (Parameter("e", "1", 1, "coefficient of restitution"),)
+    default_state = (0, "0.5", "0.75", 1, "1.125", 1, 0, 0, 0, 0)
+    domain = Domain(
+        {"e": Range(low=0.2, high=1.0, typical=(0.8, 1.0))}
+        | {f"x{n}": Range(typical=(n - 0.3, n + 0.3)) for n in range(1, 6)}
+        | {f"v{n}": Range(typical=(-0.2, 0.2)) for n in range(2, 6)}
+        | {"v1": Range(typical=(0.5, 2.0))},
+        (_ordered(5),),
+    )
+    variants = (
+        Variant("two_balls", "two come in, two leave: 6 impacts in waves", {}, (0, "0.25", 1, "1.5", 2, 1, 1, 0, 0, 0)),
+        Variant(
+            "nearly_touching",
+            "1e-9 m apart: four impacts within 3e-9 s, in order",
+            {},
+            (0, 1, 1 + 2.0**-30, 1 + 2.0**-29, 1 + 3 * 2.0**-30, 1, 0, 0, 0, 0),
+        ),
+        Variant("lossy", "e = 0.75: all move in the end, in many impacts", {"e": "0.75"}),
+        Variant("both_sides", "one from each end: they meet in the middle", {}, (0, 1, 2, 3, "3.75", 1, 0, 0, 0, -1)),
+    )
+    invariants: ClassVar = {"energy": Invariant(cradle_kinetic, "decays"), "momentum": Invariant(cradle_momentum)}
+    _FREE = staticmethod(five_uniform)
+    _SCENE = ball_line(lambda parameters: (1.0,) * 5, lambda parameters: parameters[0])
+    _PAIRS = (
+        (cradle_gap_1, cradle_hit_1, cradle_touch_1),
+        (cradle_gap_2, cradle_hit_2, cradle_touch_2),
+        (cradle_gap_3, cradle_hit_3, cradle_touch_3),
+        (cradle_gap_4, cradle_hit_4, cradle_touch_4),
+    )
+
+    @property
+    def _masses(self) -> tuple[Fraction, ...]:
+        return (Fraction(1),) * 5

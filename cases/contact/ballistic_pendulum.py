@@ -1,0 +1,160 @@
+"""A ballistic pendulum: the bullet's speed from the height of the swing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from functools import cached_property
+from math import sin, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Event, Invariant, Variant
+from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.pendulums.blow_scene import BALLISTIC
+from gnomon.reference.contact.ballistic_pendulum import BallisticPendulum
+from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.pendulums.pendulum_simple import Pendulum
+from mpmath import mpf
+
+
+def bullet_flies(t: Any, state: Values, parameters: Values) -> Values:
+    _, _, u, omega = state
+    g, length, _m, _M = parameters
+    return u, omega, 0, -g / length * sin(state[1])
+
+
+def bullet_way(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0],)
+
+
+def block_swallows(t: Any, state: Values, parameters: Values) -> Values:
+    """The angular momentum about the pivot is kept; the bullet stays where the block is."""
+    _, theta, u, omega = state
+    _g, length, m, M = parameters
+    return 0, theta, 0, omega + m * (u / length - omega) / (m + M)
+
+
+def at_the_block(t: Any, state: Values, parameters: Values) -> Values:
+    _, theta, u, omega = state
+    return 0, theta, u, omega
+
+
+def bullet_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """From the lowest position. The bullet's way along its path has no energy of its own once it is inside."""
+    _, theta, u, omega = state
+    g, length, m, M = parameters
+    half, speed = sin(theta / 2), length * omega
+    return ((m * u * u + (m + M) * speed * speed) / 2 + 2 * (m + M) * g * length * half * half,)
+
+
+def in_flight(t: Any, state: Values, parameters: Values) -> str:
+    return "flight" if state[0] < 0 else "swing"
+
+
+def _number(value: Fraction) -> Callable[[Any], Any]:
+    return lambda mp: mp.mpf(value)
+
+
+class BallisticPendulumCase(Case):
+    name = "ballistic_pendulum"
+    title = "Ballistic pendulum: an impulsive impact, then the exact swing"
+    section = "7.2, 7.3"
+    conventions = (
+        "x is the bullet's way to the block, which hangs at rest, and 0 once it is inside; theta from the downward "
+        "vertical. A light block on a rod of length L: the bullet's weight counts from the impact on."
+    )
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("theta", "rad", "angle"),
+        Coordinate("u", "m/s", "velocity"),
+        Coordinate("omega", "rad/s", "angular velocity"),
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("L", "m", 2, "length of the rod"),
+        Parameter("m", "kg", "0.01", "mass of the bullet"),
+        Parameter("M", "kg", "1.99", "mass of the block"),
+    )
+    default_state = (-10, 0, 400, 0)
+    domain = Domain(
+        {
+            "g": positive(1.0, 10.0),
+            "L": positive(0.5, 3.0),
+            "m": positive(0.01, 0.1),
+            "M": positive(0.5, 3.0),
+            "x": Range(high=0.0, high_open=True, typical=(-20.0, -1.0)),
+            "theta": Range(low=0.0, high=0.0, typical=(0.0, 0.0)),
+            "u": positive(50.0, 300.0),
+            "omega": Range(low=0.0, high=0.0, typical=(0.0, 0.0)),
+        }
+    )
+    variants = (
+        Variant("slow", "a clod as heavy as the block: half of the energy stays", {"m": 1, "M": 1}, (-3, 0, 4, 0)),
+        Variant("over", "fast enough to go round", {}, (-10, 0, 2000, 0)),
+        Variant(
+            "to_the_top",
+            "exactly the energy of the top, omega^2 = 4 g/L: an impact error decides on which side it ends",
+            {"g": "9.8125", "L": "9.8125", "m": 1, "M": 1},
+            (-2, 0, "39.25", 0),
+        ),
+        Variant("light_bullet", "m/M = 1e-9 at 1e6 m/s: swings by 0.2 mrad", {"m": "2e-9"}, (-(10**5), 0, 10**6, 0)),
+    )
+    invariants: ClassVar = {"energy": Invariant(bullet_energy, "decays")}
+
+    @cached_property
+    def _exact(self) -> BallisticPendulum:
+        x, _, u, _ = self.initial_state
+        g, length, m, M = self.parameter_values()
+        return BallisticPendulum(g, length, m, M, x, u)
+
+    def motion(self) -> BallisticPendulum:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (
+            Hybrid(
+                modes=(Mode("flight", bullet_flies), Mode("swing", bullet_flies)),
+                start=in_flight,
+                transitions=(Transition("impact", "flight", bullet_way, 1, block_swallows, "swing", at_the_block),),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"swing"}),
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return BALLISTIC
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(L/g), the time of the flight, or a radian of the swing, whichever is shortest."""
+        length, g = float(self.parameters["L"]), float(self.parameters["g"])
+        return min(sqrt(length / g), float(self._exact.impact_time), 1 / float(self._exact.rate))
+
+    def natural_span(self) -> Number:
+        """2.37 periods after the impact; 4 sqrt(L/g) where there is none."""
+        swing = self._exact.swing
+        small = sqrt(float(self.parameters["L"] / self.parameters["g"]))
+        after = 4 * small if swing.regime == Pendulum.SEPARATRIX else 2.37 * float(swing.period())
+        return float(self._exact.impact_time) + after
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        motion = self._exact
+        if motion.impact_time > self.span:
+            return ()
+        with working(digits + 5) as mp:
+            time, u, omega = publish(map(mp.mpf, (motion.impact_time, motion.u, motion.rate)), digits)
+        zero = mpf(0)
+        return (Event(time, "impact", (zero, zero, u, zero), (zero, zero, zero, omega)),)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`rise` is the height that the block reaches: with it u = (m + M)/m sqrt(2 g rise)."""
+        motion = self._exact
+        g, length, _, _ = self.parameter_values()
+        rise = min((motion.rate * length) ** 2 / (2 * g), 2 * length)
+        exact = {"rate": motion.rate, "rise": rise, "energy_lost": motion.energy_lost}
+        found = {name: motion._quantity(digits, _number(value)) for name, value in exact.items()}
+        return found | {"swing_angle": motion.swing.amplitude(digits)}

@@ -1,0 +1,223 @@
+"""The billiard ball: oblique sliding with spin, then rolling."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from math import sqrt
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.contact.billiard_ball_scene import SCENE
+from gnomon.cases.core.case import Case, Event, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.flight.projectile_parabola import ProjectileParabola
+from gnomon.reference.contact.billiard_ball import BilliardBall
+from gnomon.reference.numerics.precision import Number
+
+
+def slip_velocity(state: Values, radius: Any) -> Values:
+    """Velocity of the lowest point."""
+    return state[2] - radius * state[5], state[3] + radius * state[4]
+
+
+def ball_sliding(t: Any, state: Values, parameters: Values) -> Values:
+    """v' = -mu g s/|s|. (ax, ay) is the axis nearest to the slip: s/(s.a) is the same vector all the way to s = 0.
+
+    So nothing turns round where a trial step runs past the end of the sliding.
+    """
+    radius, mu, g, ax, ay = parameters
+    sx, sy = slip_velocity(state, radius)
+    along = sx * ax + sy * ay
+    cx, cy = sx / along, sy / along
+    push = mu * g / sqrt(cx * cx + cy * cy)
+    dx, dy = -push * cx, -push * cy
+    return state[2], state[3], dx, dy, 5 * dy / (2 * radius), -5 * dx / (2 * radius), 0 * push
+
+
+def ball_rolling(t: Any, state: Values, parameters: Values) -> Values:
+    return state[2], state[3], 0, 0, 0, 0, 0
+
+
+def slip_east(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[2] - parameters[0] * state[5],)
+
+
+def slip_north(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[3] + parameters[0] * state[4],)
+
+
+def start_rolling(t: Any, state: Values, parameters: Values) -> Values:
+    """No slip is left: it rolls with the angular momentum about the point of contact, which no friction changes.
+
+    Where the slip ends its direction is round-off, and the last stage of a step that ends there pushes anywhere. That
+    leaves a slip and no other trace: of the state only the momentum is to be believed.
+    """
+    radius = parameters[0]
+    vx, vy = (5 * state[2] + 2 * radius * state[5]) / 7, (5 * state[3] - 2 * radius * state[4]) / 7
+    return (*state[:2], vx, vy, -vy / radius, vx / radius, *state[6:])
+
+
+def slip_mode(t: Any, state: Values, parameters: Values) -> str:
+    sx, sy = slip_velocity(state, parameters[0])
+    if sx == 0 and sy == 0:
+        return "roll"
+    if abs(sx) >= abs(sy):
+        return "slide_east" if sx > 0 else "slide_west"
+    return "slide_north" if sy > 0 else "slide_south"
+
+
+def until_it_rolls(sliding: Equations, rolling: Equations, start: Equations, settle: float) -> Hybrid:
+    """Sliding in four modes, by the axis nearest to the slip, then rolling."""
+    axes = {"east": (1.0, 0.0), "west": (-1.0, 0.0), "north": (0.0, 1.0), "south": (0.0, -1.0)}
+    guards = {"east": (slip_east, -1), "west": (slip_east, 1), "north": (slip_north, -1), "south": (slip_north, 1)}
+    return Hybrid(
+        modes=(*(Mode(f"slide_{way}", sliding, axis) for way, axis in axes.items()), Mode("roll", rolling)),
+        start=slip_mode,
+        transitions=tuple(
+            Transition(f"rolls_{way}", f"slide_{way}", guard, direction, start, "roll")
+            for way, (guard, direction) in guards.items()
+        ),
+        settle=settle,
+        terminal=frozenset({"roll"}),
+    )
+
+
+def ball_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy over the mass."""
+    _x, _y, vx, vy, wx, wy, wz = state
+    radius = parameters[0]
+    return ((vx * vx + vy * vy) / 2 + radius * radius * (wx * wx + wy * wy + wz * wz) / 5,)
+
+
+class BilliardBallCase(Case):
+    name = "billiard_ball"
+    title = "Billiard ball: oblique sliding with spin, then rolling"
+    section = "10.15"
+    conventions = (
+        "z up; a solid sphere, I = (2/5) m R^2; w in space; no friction against the drill wz, none of rolling."
+    )
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("y", "m", "length"),
+        Coordinate("vx", "m/s", "velocity"),
+        Coordinate("vy", "m/s", "velocity"),
+        *(Coordinate(f"w{axis}", "rad/s", "angular velocity") for axis in "xyz"),
+    )
+    parameter_list = (
+        Parameter("R", "m", "0.03", "radius"),
+        Parameter("mu", "1", "0.2", "coefficient of friction"),
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+    )
+    default_state = (0, 0, 2, "0.5", 20, -30, 10)
+    domain = Domain(
+        {
+            "R": positive(0.02, 0.5),
+            "mu": Range(low=0.0, typical=(0.0, 1.0)),
+            "g": positive(1.0, 15.0),
+            **{name: Range(typical=(-3.0, 3.0)) for name in ("x", "y", "vx", "vy")},
+            **{name: Range(typical=(-30.0, 30.0)) for name in ("wx", "wy", "wz")},
+        }
+    )
+    variants = (
+        Variant("draw", "back spin: stops, and returns rolling", initial_state=(0, 0, 1, 0, 0, -150, 0)),
+        Variant("masse", "side spin bends the way", initial_state=(0, 0, 1, 0, -100, 40, 50)),
+        Variant("dead_stop", "spin and speed balance: ends exactly at rest", {"R": "0.03125"}, (0, 0, 1, 0, 0, -80, 0)),
+        Variant(
+            "almost_rolling",
+            "a slip of 1e-12 m/s: its direction is soon lost in round-off",
+            initial_state=(0, 0, 3, "1e-12", 0, 100, 0),
+            span=2,
+        ),
+        Variant("rolls", "rolls from the start", {"R": "0.03125"}, (0, 0, 1, 0, 0, 32, 5)),
+        Variant("smooth", "mu = 0: nothing changes", {"mu": 0}),
+        Variant(
+            "engines",
+            "the numbers of engine tests: 3 m/s without spin, 2 s",
+            {"R": "0.1"},
+            (0, 0, 3, 0, 0, 0, 0),
+            2,
+        ),
+    )
+    invariants: ClassVar[Mapping[str, Invariant]] = {"energy": Invariant(ball_energy, "decays")}
+
+    @cached_property
+    def _exact(self) -> BilliardBall:
+        return BilliardBall(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> BilliardBall:
+        return self._exact
+
+    @property
+    def _ends(self) -> bool:
+        """Whether the ball slides at first and rolls later."""
+        return self._exact.slides and self._exact.will_roll
+
+    @property
+    def time_scale(self) -> float:
+        """The time of the sliding, at least that of a fall through the radius."""
+        fall = math.sqrt(float(self.parameters["R"] / self.parameters["g"]))
+        return max(fall, float(self._exact.rolling_time())) if self._ends else fall
+
+    def natural_span(self) -> Number:
+        """2.3 times the sliding; 20 time scales without it."""
+        return (2.3 if self._ends else 20) * self.time_scale
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (until_it_rolls(ball_sliding, ball_rolling, start_rolling, 1e-9 * self.time_scale),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """Uniform deceleration against the slip of the start, for ever: a throw, seen along and across the slip."""
+        sx, sy = map(float, self._exact.slip)
+        size = math.hypot(sx, sy)
+        if not size:
+            return ()
+        along, radius = (sx / size, sy / size), float(self.parameters["R"])
+        start = np.array([float(x) for x in self.initial_state])
+        turn = np.array([[-along[1], along[0]], along])
+        thrown = ProjectileParabola(
+            initial_state=[*(turn @ start[:2]).tolist(), *(turn @ start[2:4]).tolist()],
+            span=self.span,
+            g=self.parameters["mu"] * self.parameters["g"],
+        )
+
+        def spun(states: Floats) -> Floats:
+            place, velocity = states[:, :2] @ turn, states[:, 2:] @ turn
+            gained = 5 / (2 * radius) * (velocity - start[2:4])
+            rates = np.stack([start[4] + gained[:, 1], start[5] - gained[:, 0], 0 * gained[:, 0] + start[6]], axis=1)
+            return np.concatenate([place, velocity, rates], axis=1)
+
+        return (Rung(thrown, spun, "sliding only, with the slip's direction of the start"),)
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """The end of the sliding."""
+        if not self._ends or self._exact.rolling_time(20) > self.span:
+            return ()
+        there = self._exact.rolling_state(digits)
+        mode = slip_mode(0, self.initial_state, self.parameter_values())
+        return (Event(self._exact.rolling_time(digits), mode.replace("slide", "rolls"), there, there),)
+
+    def same_course(self, other: Case) -> bool:
+        mine, theirs = (slip_mode(0, case.initial_state, case.parameter_values()) for case in (self, other))
+        return mine == theirs
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`energy_loss` is per unit mass."""
+        if not self._ends:
+            return {}
+        state = self._exact.rolling_state(digits)
+        return {
+            "rolling_time": self._exact.rolling_time(digits),
+            "rolling_vx": state[2],
+            "rolling_vy": state[3],
+            "energy_loss": self._exact.energy_loss(digits),
+        }

@@ -1,0 +1,251 @@
+"""More of the billiard ball: its attitude, and the friction against its drill."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import cached_property
+from math import sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.contact.billiard_ball import (
+    BilliardBallCase,
+    ball_energy,
+    ball_rolling,
+    ball_sliding,
+    slip_mode,
+    start_rolling,
+    until_it_rolls,
+)
+from gnomon.cases.contact.billiard_ball_scene import ATTITUDE_SCENE, DRILL_SCENE
+from gnomon.cases.core.case import Case, Event, Invariant, Rung, Variant, same
+from gnomon.cases.core.forms import FirstOrder, Hybrid, Values
+from gnomon.cases.core.numbers import Domain, Parameter, Rule, positive, show
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.rigid_bodies.euler_top import ORTHOGONAL, EulerTopCase
+from gnomon.reference.contact.billiard_attitude import MOST_TURN, BilliardAttitude
+from gnomon.reference.contact.drilling_ball import DrillingBall
+from gnomon.reference.numerics.precision import Number
+
+IDENTITY = (1, 0, 0, 0, 1, 0, 0, 0, 1)
+
+
+def turning(state: Values) -> Values:
+    """R' = hat(w) R, w in space."""
+    wx, wy, wz, r11, r12, r13, r21, r22, r23, r31, r32, r33 = state[4:]
+    return (
+        wy * r31 - wz * r21,
+        wy * r32 - wz * r22,
+        wy * r33 - wz * r23,
+        wz * r11 - wx * r31,
+        wz * r12 - wx * r32,
+        wz * r13 - wx * r33,
+        wx * r21 - wy * r11,
+        wx * r22 - wy * r12,
+        wx * r23 - wy * r13,
+    )
+
+
+def sliding_and_turning(t: Any, state: Values, parameters: Values) -> Values:
+    return (*ball_sliding(t, state[:7], parameters), *turning(state))
+
+
+def rolling_and_turning(t: Any, state: Values, parameters: Values) -> Values:
+    return (*ball_rolling(t, state[:7], parameters), *turning(state))
+
+
+def turning_energy(t: Any, state: Values, parameters: Values) -> Values:
+    return ball_energy(t, state[:7], parameters)
+
+
+def drilling_ball(t: Any, state: Values, parameters: Values) -> Values:
+    """Force and drill torque over the mass, -p s and -p rho^2 wz, p = mu g/(|s| + rho |wz|)."""
+    _x, _y, vx, vy, wx, wy, wz = state
+    radius, mu, g, rho = parameters
+    sx, sy = vx - radius * wy, vy + radius * wx
+    push = mu * g / (sqrt(sx * sx + sy * sy) + rho * sqrt(wz * wz))
+    ax, ay = -push * sx, -push * sy
+    twice = 2 * radius
+    return vx, vy, ax, ay, 5 * ay / twice, -5 * ax / twice, -10 * push * rho * rho * wz / (twice * twice)
+
+
+def kept_velocity_x(t: Any, state: Values, parameters: Values) -> Values:
+    """vx + (2/5) R wy: about the point of contact nothing turns the ball."""
+    return (state[2] + 2 * parameters[0] * state[5] / 5,)
+
+
+def kept_velocity_y(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[3] - 2 * parameters[0] * state[4] / 5,)
+
+
+class BilliardBallAttitude(Case):
+    name = "billiard_ball_attitude"
+    title = "Billiard ball with its attitude: sliding, then rolling"
+    section = "10.15"
+    conventions = (
+        "As billiard_ball; w in space; R, row by row, takes body components to space, R' = hat(w) R. R(0) need not be "
+        "orthogonal."
+    )
+    state = (*BilliardBallCase.state, *EulerTopCase.state[3:])
+    parameter_list = BilliardBallCase.parameter_list
+    default_state = (*BilliardBallCase.default_state, *IDENTITY)
+    domain = Domain(
+        dict(BilliardBallCase.domain.ranges) | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)}
+    )
+    variants = tuple(
+        Variant(
+            variant.name,
+            f"{variant.stresses}; the attitude turns about an axis that moves",
+            variant.parameters,
+            (*(variant.initial_state or BilliardBallCase.default_state), *IDENTITY),
+            variant.span,
+        )
+        for variant in BilliardBallCase.variants
+        if variant.name in ("draw", "masse", "dead_stop", "rolls")
+    )
+    invariants: ClassVar[Mapping[str, Invariant]] = {"energy": Invariant(turning_energy, "decays")}
+
+    @cached_property
+    def _plain(self) -> BilliardBallCase:
+        named: dict[str, Any] = dict(self.parameters)
+        return BilliardBallCase(initial_state=self.initial_state[:7], span=1, **named)
+
+    @cached_property
+    def _exact(self) -> BilliardAttitude:
+        return BilliardAttitude(self._plain._exact, self.initial_state[7:])
+
+    def motion(self) -> BilliardAttitude:
+        return self._exact
+
+    @property
+    def time_scale(self) -> float:
+        """That of the ball, or a radian of its fastest turn where that is shorter."""
+        scale, rate = self._plain.time_scale, math.hypot(*map(float, self.initial_state[4:7]))
+        if self._plain._ends:
+            rate = max(rate, math.hypot(*map(float, self._plain._exact.rolling_state()[4:7])))
+        return min(scale, 1 / rate) if rate else scale
+
+    def natural_span(self) -> Number:
+        """That of the ball; ValueError where the ball turns too far in it for the exact motion."""
+        span = float(self._plain.natural_span())
+        mu, g, radius = (self.parameters[name] for name in ("mu", "g", "R"))
+        slid = min(span, float(self._plain._exact.rolling_time())) if self._plain._ends else 0.0
+        turn = math.hypot(*map(float, self.initial_state[4:7])) * slid + 5 * float(mu * g / radius) * slid * slid
+        if turn > MOST_TURN:
+            raise ValueError(
+                f"{self.name}: with mu = {show(mu)}, g = {show(g)} and R = {show(radius)} it slides for {slid:.3g} s and "
+                f"turns by up to {turn:.3g} rad, more than {MOST_TURN}; give a shorter span, or other numbers"
+            )
+        return span
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (until_it_rolls(sliding_and_turning, rolling_and_turning, start_rolling, 1e-9 * self.time_scale),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return ATTITUDE_SCENE
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        motion = self._plain._exact
+        if not self._plain._ends or motion.rolling_time(20) > self.span:
+            return ()
+        there = self._exact.rolling_state(digits)
+        mode = slip_mode(0, self.initial_state[:7], self.parameter_values())
+        return (Event(motion.rolling_time(digits), mode.replace("slide", "rolls"), there, there),)
+
+    def same_course(self, other: Case) -> bool:
+        mine, theirs = (slip_mode(0, case.initial_state[:7], case.parameter_values()) for case in (self, other))
+        return mine == theirs
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        return self._plain.quantities(digits)
+
+
+def _motion(n: Mapping[str, Fraction]) -> DrillingBall:
+    names = ("R", "mu", "g", "rho", "x", "y", "vx", "vy", "wx", "wy", "wz")
+    return DrillingBall(*(n[name] for name in names))
+
+
+class BilliardBallDrill(Case):
+    name = "billiard_ball_drill"
+    title = "Billiard ball with friction against its drill, until it ends"
+    section = "10.15"
+    conventions = (
+        "[inferred] As billiard_ball, on a patch of contact of effective radius rho: over the mass, the force "
+        "-mu g s/(|s| + rho |wz|) at the lowest point and the torque -mu g rho^2 wz/(|s| + rho |wz|) about the vertical "
+        "(Zhuravlev's quotients for Contensou's integrals, with one length). Slip and drill end together; the span ends "
+        "before."
+    )
+    state = BilliardBallCase.state
+    parameter_list = (
+        *BilliardBallCase.parameter_list,
+        Parameter("rho", "m", "0.012", "effective radius of the patch of contact, as on a soft cloth"),
+    )
+    default_state = (0, 0, 2, "0.5", 20, -30, 80)
+    domain = Domain(
+        dict(BilliardBallCase.domain.ranges)
+        | {"R": positive(0.02, 0.05), "mu": positive(0.1, 1.0), "rho": positive(0.01, 0.02)},
+        (
+            Rule("the ball drills (wz is not 0), else it is billiard_ball", lambda n: n["wz"] != 0),
+            Rule("the ball slides at the start (the slip is not 0)", lambda n: any(_motion(n).slip)),
+        ),
+    )
+    variants = (
+        Variant("little", "rho = R/3e4: the plain ball, but for the last 1e-4 of the slip", {"rho": "1e-6"}, span="0.4"),
+        Variant("top", "stands and spins, hardly slides", initial_state=(0, 0, "0.01", 0, 0, 0, 150)),
+        Variant("masse", "side spin bends the way longer than without drill", initial_state=(0, 0, 1, 0, -100, 40, 200)),
+        Variant("to_the_end", "over 0.99 of the time until all friction ends", initial_state=(0, 0, 1, 0, 0, 0, 50)),
+    )  # fmt: skip
+    invariants: ClassVar[Mapping[str, Invariant]] = {
+        "energy": Invariant(ball_energy, "decays"),
+        "velocity_x": Invariant(kept_velocity_x),
+        "velocity_y": Invariant(kept_velocity_y),
+    }
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        end = float(self._exact.end_time())
+        if self.span >= end:
+            raise ValueError(
+                f"{self.name}: span = {show(self.span)} s: the ball neither slides nor drills from t = {end:.9g} s on; "
+                "give a span below"
+            )
+
+    @cached_property
+    def _exact(self) -> DrillingBall:
+        return _motion(self.numbers)
+
+    def motion(self) -> DrillingBall:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(drilling_ball),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return DRILL_SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """The time in which the slip would end without the drill, and that of a fall through the radius at least."""
+        n = self.parameters
+        slide = 2 * math.hypot(*map(float, self._exact.slip)) / (7 * float(n["mu"] * n["g"]))
+        return max(slide, math.sqrt(float(n["R"] / n["g"])))
+
+    def natural_span(self) -> Number:
+        """0.9 of the time until all friction ends."""
+        return (0.99 if self.variant == "to_the_end" else 0.9) * float(self._exact.end_time())
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`end_time`: when the ball neither slides nor drills; then it rolls with the final velocity."""
+        vx, vy = self._exact.final_velocity(digits)
+        return {"end_time": self._exact.end_time(digits), "final_vx": vx, "final_vy": vy}
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        numbers: dict[str, Any] = {name: self.parameters[name] for name in ("R", "mu", "g")}
+        plain = BilliardBallCase(initial_state=self.initial_state, span=self.span, **numbers)
+        return (*plain.ladder, Rung(plain, same, "rolls when the slip ends; no friction against the drill"))

@@ -1,0 +1,228 @@
+"""A block on an incline with Coulomb friction: it stops, and then holds or slides back."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from functools import cached_property
+from math import cos, sin
+from typing import Any, ClassVar
+
+from gnomon.cases.contact.block_incline_friction_scene import scene_of
+from gnomon.cases.core.case import Case, Event, Invariant, Variant
+from gnomon.cases.core.forms import Friction, Mode, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.reference.contact.block_incline_friction import BlockIncline, holds
+from gnomon.reference.numerics.precision import Number, exact
+from mpmath import mpf
+
+
+def sliding(t: Any, state: Values, parameters: Values) -> Values:
+    """s' = v, v' = -g (sin(alpha) + sign mu_k cos(alpha)); the sign of v belongs to the mode."""
+    _, v = state
+    g, alpha, mu_k, _, sign = parameters
+    return v, -g * (sin(alpha) + sign * mu_k * cos(alpha))
+
+
+def friction_bounds(t: Any, state: Values, parameters: Values) -> Values:
+    g, alpha, mu_k, mu_s = parameters
+    return g * mu_k * cos(alpha), g * mu_s * cos(alpha)
+
+
+def sticking(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0
+
+
+def speed(t: Any, state: Values, parameters: Values) -> Values:
+    _, v = state
+    return (v,)
+
+
+def standstill(t: Any, state: Values, parameters: Values) -> Values:
+    """At rest where it is."""
+    s, _ = state
+    return s, 0
+
+
+def energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy over the mass."""
+    s, v = state
+    g, alpha, _, _ = parameters
+    return (g * s * sin(alpha) + v * v / 2,)
+
+
+def after_stop(t: Any, state: Values, parameters: Values) -> str:
+    """Sticks where tan(alpha) <= mu_s.
+
+    Decided exactly for the numbers given, because one double either side of tan(alpha) is enough to move the block and
+    `math.tan` is right to an ulp only.
+    """
+    _, alpha, _, mu_s, *_ = parameters
+    return "stick" if holds(exact(alpha), exact(mu_s)) else "down"
+
+
+def first_mode(t: Any, state: Values, parameters: Values) -> str:
+    _, v = state
+    if v > 0:
+        return "up"
+    return "down" if v < 0 else after_stop(t, state, parameters)
+
+
+class BlockInclineFriction(Case):
+    """A block thrown up an incline, braked by Coulomb friction."""
+
+    name = "block_incline_friction"
+    title = "Block thrown up an incline with Coulomb friction: stop, hold or slide back"
+    section = "5.11.3, 5.11.4, 7.4.2"
+    conventions = "s up the slope; at v = 0 the block sticks where tan(alpha) <= mu_s. 0 <= alpha < pi/2, mu_k <= mu_s."
+    state = (Coordinate("s", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("alpha", "rad", "0.4", "angle of the incline"),
+        Parameter("mu_k", "1", "0.3", "coefficient of kinetic friction"),
+        Parameter("mu_s", "1", "0.4", "coefficient of static friction"),
+    )
+    default_state = (0, 4)
+    domain = Domain(
+        {
+            "g": positive(),
+            # the double nearest to pi/2 lies below pi/2
+            "alpha": Range(0.0, math.pi / 2, typical=(0.0, 1.3)),
+            "mu_k": Range(low=0.0, typical=(0.0, 1.0)),
+            "mu_s": Range(low=0.0, typical=(0.0, 1.5)),
+            "s": Range(typical=(-5.0, 5.0)),
+            "v": Range(typical=(-5.0, 5.0)),
+        },
+        (Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),),
+    )
+    variants = (
+        Variant("holds", "stops and stays: the mode changes and nothing moves any more", {"mu_s": "0.5"}),
+        Variant(
+            "limit_above",
+            "mu_s is the double just above tan(alpha): holds",
+            {"alpha": 0.4, "mu_s": 0.42279321873816184},
+        ),
+        Variant(
+            "limit_below",
+            "mu_s is the double just below tan(alpha): slides back",
+            {"alpha": 0.4, "mu_s": 0.4227932187381618},
+        ),
+        Variant(
+            "gap",
+            "mu_k < tan(alpha) < mu_s: holds, though kinetic friction could not stop a slide",
+            {"mu_k": "0.1", "mu_s": "0.6"},
+        ),
+        Variant("rest_slides", "at rest on a slope that is too steep: slides from t = 0", initial_state=(0, 0)),
+        Variant("rest_sticks", "at rest on a slope that holds it: must not creep", {"mu_s": "0.5"}, (0, 0)),
+        Variant("thrown_down", "thrown down a slope that brakes it", {"mu_k": "0.6", "mu_s": "0.7"}, (0, -4)),
+        Variant(
+            "end_stop",
+            "level, numbers exact in binary: comes to rest exactly at s = 0, as before an end stop",
+            {"g": 10, "alpha": 0, "mu_k": "0.5", "mu_s": "0.5"},
+            (-10, 10),
+        ),
+        Variant(
+            "engines_stop",
+            "the numbers of engine tests: level, v0 = 3, stops after v0^2/(2 mu g)",
+            {"alpha": 0, "mu_k": "0.3", "mu_s": "0.3"},
+            (0, 3),
+            "1.28",
+        ),
+        Variant(
+            "engines_slide",
+            "the numbers of engine tests: slides down 30 degrees from rest",
+            {"alpha": math.radians(30), "mu_k": "0.3", "mu_s": "0.3"},
+            (0, 0),
+            1,
+        ),
+        Variant(
+            "engines_stick",
+            "the numbers of engine tests: holds at 16 degrees, limit 16.7",
+            {"alpha": math.radians(16), "mu_k": "0.3", "mu_s": "0.3"},
+            (0, 0),
+            10,
+        ),
+    )
+    invariants: ClassVar = {"energy": Invariant(energy, "decays")}
+
+    @cached_property
+    def _exact(self) -> BlockIncline:
+        return BlockIncline(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> BlockIncline:
+        return self._exact
+
+    @property
+    def time_scale(self) -> float:
+        """|v0|/g, the time in which gravity takes up the speed; from rest sqrt(1 m/g)."""
+        g, v0 = float(self.parameters["g"]), abs(float(self.initial_state[1]))
+        return v0 / g or math.sqrt(1 / g)
+
+    def natural_span(self) -> Number:
+        """Past the return to the start; or well past the stop; or ten time scales."""
+        motion = self._exact
+        if not motion.stops:
+            return 10 * self.time_scale
+        stop = float(motion.stop_time())
+        return min(1.5 * float(motion.return_time()), 10 * stop) if motion.slides_back else 2.5 * stop
+
+    @property
+    def forms(self) -> tuple[Friction, ...]:
+        return (
+            Friction(
+                modes=(Mode("up", sliding, (1.0,)), Mode("down", sliding, (-1.0,)), Mode("stick", sticking)),
+                start=first_mode,
+                transitions=(
+                    Transition("stop_up", "up", speed, -1, standstill, after_stop),
+                    Transition("stop_down", "down", speed, 1, standstill, "stick"),
+                ),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"stick"}),
+                sliding=sliding,
+                bounds=friction_bounds,
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return scene_of(self.parameter_values())
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """The stop, `stop_up` or `stop_down` by the direction of the motion that ends."""
+        motion, zero = self._exact, mpf(0)
+        if not motion.stops or motion.stop_time(20) > self.span:
+            return ()
+        there = (motion.stop_position(digits), zero)
+        return (Event(motion.stop_time(digits), "stop_up" if motion.v0 > 0 else "stop_down", there, there),)
+
+    def same_course(self, other: Case) -> bool:
+        """One double across the friction limit the block does the opposite."""
+        theirs = BlockIncline(*other.parameter_values(), *other.initial_state)
+        return (theirs.holds, theirs.stops) == (self._exact.holds, self._exact.stops)
+
+    def scales(self) -> dict[str, float]:
+        """In closed form: extremes are at the start, the stop and the end."""
+        times = [
+            Fraction(0),
+            Fraction(float(self.times[-1])),
+            *(Fraction(float(event.time)) for event in self.events()),
+        ]
+        states = [self.exact(t) for t in times]
+        lengths, speeds = (float(max(abs(state[i]) for state in states)) for i in (0, 1))
+        return {"length": lengths or 1.0, "velocity": speeds or 1.0}
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`friction_work` is per unit mass, until the stop; `friction_angle` is atan(mu_s)."""
+        motion = self._exact
+        found = {"friction_angle": motion.friction_angle(digits)}
+        if motion.stops:
+            found |= {
+                "stop_time": motion.stop_time(digits),
+                "stop_distance": motion.stop_distance(digits),
+                "stop_position": motion.stop_position(digits),
+                "friction_work": motion.friction_work(digits),
+            }
+        if motion.stops and motion.v0 > 0 and motion.slides_back:
+            found |= {"return_time": motion.return_time(digits), "return_speed": motion.return_speed(digits)}
+        return found

@@ -1,0 +1,227 @@
+"""The bouncing ball: impacts, and the Zeno limit where infinitely many of them end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.contact.bouncing_ball_scene import SCENE
+from gnomon.cases.core.case import Between, Case, Event, Invariant, Variant
+from gnomon.cases.core.forms import Impact, Mode, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.reference.contact.bouncing_ball import BouncingBall as Motion
+from gnomon.reference.numerics.precision import Number
+from mpmath import fneg, mpf
+
+
+def flight(t: Any, state: Values, parameters: Values) -> Values:
+    """y' = v, v' = -g."""
+    _, v = state
+    g, _ = parameters
+    return v, -g
+
+
+def resting(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0
+
+
+def height(t: Any, state: Values, parameters: Values) -> Values:
+    y, _ = state
+    return (y,)
+
+
+def gap(t: Any, place: Values, parameters: Values) -> Values:
+    return (place[0],)
+
+
+def upward(t: Any, place: Values, parameters: Values) -> Values:
+    return (1,)
+
+
+def restitution(parameters: Values) -> Values:
+    return (parameters[1],)
+
+
+def rebound(t: Any, state: Values, parameters: Values) -> Values:
+    """v -> -e v on the plane."""
+    _, v = state
+    _, e = parameters
+    return 0, -e * v
+
+
+def come_to_rest(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0
+
+
+def impact_state(t: Any, state: Values, parameters: Values) -> Values:
+    """Where the flight through a state meets the plane, by its energy."""
+    y, v = state
+    g, _ = parameters
+    return 0, -sqrt(v * v + 2 * g * y)
+
+
+def energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy over the mass."""
+    y, v = state
+    g, _ = parameters
+    return (g * y + v * v / 2,)
+
+
+def first_mode(t: Any, state: Values, parameters: Values) -> str:
+    y, v = state
+    return "rest" if y == 0 and v == 0 else "flight"
+
+
+class BouncingBall(Case):
+    """A ball that falls on a horizontal plane and keeps the fraction e of its speed at each impact."""
+
+    name = "bouncing_ball"
+    title = "Bouncing ball with restitution, Zeno limit"
+    section = "8.13, 7.2.1"
+    conventions = "y is the height of the lowest point above the plane; rest (0, 0) from t_inf on."
+    state = (Coordinate("y", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("e", "1", "0.8", "coefficient of restitution"),
+    )
+    default_state = (1, 0)
+    domain = Domain(
+        {
+            "g": positive(),
+            "e": Range(0.0, 1.0, typical=(0.05, 0.95)),
+            "y": Range(low=0.0, typical=(0.0, 5.0)),
+            "v": Range(typical=(-5.0, 5.0)),
+        },
+        (
+            Rule(
+                "on the plane (y = 0) the ball does not move down (v >= 0)",
+                lambda numbers: numbers["y"] > 0 or numbers["v"] >= 0,
+            ),
+        ),
+    )
+    variants = (
+        Variant("zeno", "e = 0.999: 20,000 impacts, ever closer, before the ball rests", {"e": "0.999"}),
+        Variant(
+            "before_limit",
+            "ends 8e-6 s before the Zeno limit; numbers exact in binary, impacts at rational times",
+            {"g": 2, "e": "0.75"},
+            (1, 0),
+            Fraction(7 * 2**17 - 1, 2**17),
+        ),
+        Variant("elastic", "e = 1: 10,000 impacts without loss; every error of an impact time stays", {"e": 1}),
+        Variant("elastic_1e6", "e = 1: 1,000,000 impacts", {"e": 1}),
+        Variant("dead", "e = 0: the first impact is the limit", {"e": 0}),
+        Variant("upward", "thrown upward, so that the first event is far away", initial_state=(1, 5)),
+        Variant("from_plane", "starts on the plane: the guard is exactly zero at the start", initial_state=(0, 3)),
+        Variant("engines_e1", "the numbers of engine tests: elastic, ten impacts", {"e": 1}, span=9),
+        Variant("engines_e08", "the numbers of engine tests: e = 0.8, ten impacts", span="3.6"),
+    )
+    invariants: ClassVar = {"energy": Invariant(energy, "decays")}
+
+    _FLIGHTS: ClassVar = {"elastic": 10_000, "elastic_1e6": 1_000_000}
+
+    @cached_property
+    def _exact(self) -> Motion:
+        return Motion(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> Motion:
+        return self._exact
+
+    @property
+    def time_scale(self) -> float:
+        """Speed of the first impact over g: the time of a fall."""
+        return float(self._exact.impact_speed()) / float(self.parameters["g"]) or 1.0
+
+    def natural_span(self) -> Number:
+        """A quarter past the limit; for e near 1 a number of flights."""
+        flights = (self._FLIGHTS.get(self.variant or "", 10) + 0.37) * 2 * self.time_scale
+        if self._exact.rests or self.parameters["e"] == 1:
+            return flights
+        limit = 1.25 * float(self._exact.limit_time())
+        return limit if self.variant == "zeno" else min(limit, 8 * flights)
+
+    @property
+    def forms(self) -> tuple[Impact, ...]:
+        bounce = Transition("bounce", "flight", height, -1, rebound, "flight", impact_state)
+        return (
+            Impact(
+                modes=(Mode("flight", flight), Mode("rest", resting)),
+                start=first_mode,
+                transitions=(bounce,),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"rest"}),
+                limits=(("bounce", "rest", come_to_rest),),
+                free=flight,
+                gap=gap,
+                normal=upward,
+                restitution=restitution,
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """Impacts (`bounce`) up to the last sample or the first gap below `settle`, after which comes `limit`."""
+        motion, zero, e = self._exact, mpf(0), self.parameters["e"]
+        end = Fraction(float(self.times[-1]))
+        impacts = motion.impact_list(Fraction(self.forms[0].settle), end, digits)
+        found = []
+        before = after = (zero, zero)
+        for n, (time, speed) in enumerate(impacts, start=1):
+            if n == 1 or e < 1:
+                # fneg, because a minus sign would round to the caller's precision
+                before, after = (zero, fneg(speed, exact=True)), (zero, motion.speed_after(n, digits))
+            found.append(Event(time, "bounce", before, after))
+        if e < 1 and not motion.rests and motion.impacts(end) is None:
+            found.append(Event(motion.limit_time(digits), "limit", (zero, zero), (zero, zero)))
+        return tuple(found)
+
+    def between(self, t: float) -> Between:
+        """In closed form, whether listed or not."""
+        motion = self._exact
+        if motion.rests:
+            return Between(0, mpf(0), mpf("inf"), mpf("inf"))
+        past = motion.impacts(Fraction(t))
+        if past is None:
+            limit = motion.limit_time(20)
+            return Between(1, limit, mpf("inf"), limit)
+        last, following = motion.impact_time(past, 20) if past else mpf(0), motion.impact_time(past + 1, 20)
+        return Between(past, last, following, following - last)
+
+    def event_time(self, n: int, digits: int = 15) -> Any:
+        """Time of impact n, whether listed or not."""
+        return self._exact.impact_time(n, digits)
+
+    def scales(self) -> dict[str, float]:
+        """In closed form: the highest apex, the hardest impact."""
+        motion, end = self._exact, Fraction(float(self.times[-1]))
+        if motion.rests:
+            return {"length": 1.0, "velocity": 1.0}
+        apexes = (self.initial_state[1] / self.parameters["g"], Fraction(float(motion.apex_after(1))))
+        times = (Fraction(0), end, *apexes)
+        states = [self.exact(t) for t in times if 0 <= t <= end]
+        speeds = [abs(v) for _, v in states] + [motion.impact_speed()] * (motion.impacts(end) != 0)
+        return {"length": float(max(y for y, _ in states)) or 1.0, "velocity": float(max(speeds)) or 1.0}
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`bounces` counts the impacts within the span, infinite where the limit is."""
+        motion = self._exact
+        count = motion.impacts(self.span)
+        found = {"bounces": mpf(0 if motion.rests else "inf" if count is None else count)}
+        if not motion.rests:
+            found |= {"first_impact": motion.impact_time(1, digits), "impact_speed": motion.impact_speed(digits)}
+        if self.parameters["e"] < 1:
+            found |= {"t_inf": motion.limit_time(digits), "path_length": motion.path_length(digits)}
+        elif not motion.rests:
+            found["period"] = motion.flight_time(1, digits)
+        return found
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
+        y, v = state
+        return ((y, -v), self.parameters) if self.parameters["e"] == 1 and y > 0 else None

@@ -1,0 +1,200 @@
+"""The bouncing ball on a smooth incline: infinitely many impacts, after which it slides."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from math import sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.contact.bouncing_ball import BouncingBall
+from gnomon.cases.core.case import Between, Case, Event, Invariant, Variant
+from gnomon.cases.core.forms import Impact, Mode, Transition, Values
+from gnomon.cases.core.impact_scene import INCLINE
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.reference.contact.bouncing_ball_incline import BouncingIncline
+from gnomon.reference.numerics.precision import Number
+
+
+def incline_flight(t: Any, state: Values, parameters: Values) -> Values:
+    _x, _y, vx, vy = state
+    along, normal, _e = parameters
+    return vx, vy, along, -normal
+
+
+def incline_slide(t: Any, state: Values, parameters: Values) -> Values:
+    _x, _y, vx, _vy = state
+    along, _normal, _e = parameters
+    return vx, 0, along, 0
+
+
+def incline_height(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[1],)
+
+
+def incline_gap(t: Any, place: Values, parameters: Values) -> Values:
+    return (place[1],)
+
+
+def incline_normal(t: Any, place: Values, parameters: Values) -> Values:
+    return 0, 1
+
+
+def incline_restitution(parameters: Values) -> Values:
+    return (parameters[2],)
+
+
+def incline_rebound(t: Any, state: Values, parameters: Values) -> Values:
+    """v_y -> -e v_y; a smooth incline leaves v_x alone."""
+    x, _y, vx, vy = state
+    _along, _normal, e = parameters
+    return x, 0, vx, -e * vy
+
+
+def keep_sliding(t: Any, state: Values, parameters: Values) -> Values:
+    x, _y, vx, _vy = state
+    return x, 0, vx, 0
+
+
+def incline_impact(t: Any, state: Values, parameters: Values) -> Values:
+    """Where the flight through a state meets the incline."""
+    x, y, vx, vy = state
+    along, normal, _e = parameters
+    speed = sqrt(vy * vy + 2 * normal * y)
+    wait = (vy + speed) / normal
+    return x + wait * (vx + along * wait / 2), 0, vx + along * wait, -speed
+
+
+def incline_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy over the mass."""
+    x, y, vx, vy = state
+    along, normal, _e = parameters
+    return ((vx * vx + vy * vy) / 2 + normal * y - along * x,)
+
+
+def along_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """vx^2/2 - a x, which no smooth impact changes."""
+    x, _y, vx, _vy = state
+    along, _normal, _e = parameters
+    return (vx * vx / 2 - along * x,)
+
+
+def first_incline_mode(t: Any, state: Values, parameters: Values) -> str:
+    return "slide" if state[1] == 0 and state[3] == 0 else "flight"
+
+
+class BouncingBallIncline(Case):
+    name = "bouncing_ball_incline"
+    title = "Bouncing ball on a smooth incline: Zeno limit, then sliding"
+    section = "8.13"
+    conventions = (
+        "x down the incline, y off it; gravity is given by its components g sin(a) along and g cos(a) across, "
+        "which are the exact numbers here. From t_inf on the ball slides."
+    )
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("y", "m", "length"),
+        Coordinate("vx", "m/s", "velocity"),
+        Coordinate("vy", "m/s", "velocity"),
+    )
+    parameter_list = (
+        Parameter("g_along", "m/s^2", "4.905", "gravity down the incline (30 degrees)"),
+        Parameter("g_across", "m/s^2", "8.496", "gravity into the incline"),
+        Parameter("e", "1", "0.7", "coefficient of restitution"),
+    )
+    default_state = (0, 1, 0, 0)
+    domain = Domain(
+        {
+            "g_along": Range(low=0.0, typical=(0.0, 10.0)),
+            "g_across": positive(),
+            "e": Range(0.0, 1.0, typical=(0.05, 0.95)),
+            "y": Range(low=0.0, typical=(0.0, 5.0)),
+            "vx": Range(typical=(-5.0, 5.0)),
+            "vy": Range(typical=(-5.0, 5.0)),
+        },
+        (
+            Rule(
+                "on the incline (y = 0) the ball does not move into it (vy >= 0)", lambda n: n["y"] > 0 or n["vy"] >= 0
+            ),
+        ),
+    )
+    variants = (
+        Variant("uphill", "thrown uphill: turns back while it bounces", initial_state=(0, 1, -6, 2)),
+        Variant("elastic", "e = 1: ever longer hops, no limit", {"e": 1}),
+        Variant("dead", "e = 0: slides from the first impact on", {"e": 0}),
+    )
+    invariants: ClassVar = {"energy": Invariant(incline_energy, "decays"), "along": Invariant(along_momentum)}
+
+    @cached_property
+    def _ball(self) -> BouncingBall:
+        """The motion across the incline, a case of its own with the same events."""
+        _, y, _, vy = self.initial_state
+        return BouncingBall(
+            initial_state=(y, vy), span=self.span, g=self.parameters["g_across"], e=self.parameters["e"]
+        )
+
+    @cached_property
+    def _exact(self) -> BouncingIncline:
+        x, _, vx, _ = self.initial_state
+        return BouncingIncline(self._ball.motion(), self.parameters["g_along"], x, vx)
+
+    def motion(self) -> BouncingIncline:
+        return self._exact
+
+    @property
+    def time_scale(self) -> float:
+        """Speed of the first impact over gravity across: the time of a fall."""
+        y, vy = float(self.initial_state[1]), float(self.initial_state[3])
+        normal = float(self.parameters["g_across"])
+        return sqrt(vy * vy + 2 * normal * y) / normal or 1.0
+
+    def natural_span(self) -> Number:
+        """A quarter past the limit, at most 83 falls; 10.37 flights for e = 1."""
+        e = float(self.parameters["e"])
+        falls = 20.74 if e == 1 else min(83.0, 1.25 * (2 + 2 * e / (1 - e)))
+        return falls * self.time_scale
+
+    @property
+    def forms(self) -> tuple[Impact, ...]:
+        bounce = Transition("bounce", "flight", incline_height, -1, incline_rebound, "flight", incline_impact)
+        return (
+            Impact(
+                modes=(Mode("flight", incline_flight), Mode("slide", incline_slide)),
+                start=first_incline_mode,
+                transitions=(bounce,),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"slide"}),
+                limits=(("bounce", "slide", keep_sliding),),
+                free=incline_flight,
+                gap=incline_gap,
+                normal=incline_normal,
+                restitution=incline_restitution,
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return INCLINE
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """Impacts, and the `limit` after which the ball slides."""
+        found = []
+        for event in self._ball.events(digits):
+            x, vx = self._exact.place(event.time, digits)
+            (y, vy), (later, after) = event.before, event.after
+            found.append(Event(event.time, event.name, (x, y, vx, vy), (x, later, vx, after)))
+        return tuple(found)
+
+    def between(self, t: float) -> Between:
+        return self._ball.between(t)
+
+    def event_time(self, n: int, digits: int = 15) -> Any:
+        return self._ball.event_time(n, digits)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """Those of the ball across the incline; where it comes to slide, and how fast."""
+        found = {k: v for k, v in self._ball.quantities(digits).items() if k != "path_length"}
+        if "t_inf" in found:
+            x, vx = self._exact.place(self._ball.motion().limit_time(2 * digits), digits)
+            found |= {"slide_x": x, "slide_speed": vx}
+        return found

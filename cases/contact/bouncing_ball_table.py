@@ -1,0 +1,167 @@
+"""A ball that bounces on a table which vibrates or is accelerated: regular, or chaotic."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import cached_property
+from math import sin, sqrt
+from typing import Any
+
+from gnomon.cases.core.case import Case, Event, Variant
+from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.core.impact_scene import TABLE
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.reference.contact.bouncing_ball_table import VibratingTable
+from gnomon.reference.numerics.precision import Number
+from mpmath import mpf
+
+
+def over_the_table(t: Any, state: Values, parameters: Values) -> Values:
+    """z'' = -g - b + A w^2 sin(w t)."""
+    _, u = state
+    g, _e, b, A, w = parameters
+    return u, A * w * w * sin(w * t) - b - g
+
+
+def height_over_table(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0],)
+
+
+def off_the_table(t: Any, state: Values, parameters: Values) -> Values:
+    """u -> -e u."""
+    _, u = state
+    return 0, -parameters[1] * u
+
+
+def onto_the_table(t: Any, state: Values, parameters: Values) -> Values:
+    """Where the flight through a state meets the table, by the mean acceleration."""
+    z, u = state
+    g, _e, b, _A, _w = parameters
+    return 0, -sqrt(u * u + 2 * (g + b) * z)
+
+
+def always_over(t: Any, state: Values, parameters: Values) -> str:
+    return "flight"
+
+
+def _never_lifts(n: Mapping[str, Fraction]) -> bool:
+    return n["A"] * n["w"] ** 2 < n["g"] + n["b"]
+
+
+class BouncingBallTable(Case):
+    name = "bouncing_ball_table"
+    title = "Bouncing ball on a vibrating, accelerated table (impacts by certified root finding)"
+    section = "8.13"
+    conventions = (
+        "z: height over the table, u its rate; the table's place is b t^2/2 + A sin(w t), its acceleration never below "
+        "-g, so that each flight ends in one impact. A = 0 is the bouncing ball in the gravity g + b. The motion ends "
+        "before impacts follow each other without end."
+    )
+    state = (Coordinate("z", "m", "length"), Coordinate("u", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("e", "1", "0.8", "coefficient of restitution"),
+        Parameter("b", "m/s^2", 0, "constant acceleration of the table, upward"),
+        Parameter("A", "m", "0.01", "amplitude of the table"),
+        Parameter("w", "rad/s", 30, "frequency of the table"),
+    )
+    default_state = ("0.2", 0)
+    default_span = "6.1"
+    domain = Domain(
+        {
+            "g": positive(5.0, 10.0),
+            "e": Range(0.0, 1.0, low_open=True, typical=(0.7, 1.0)),
+            "b": Range(typical=(-1.0, 3.0)),
+            "A": Range(low=0.0, typical=(0.0, 0.1)),
+            "w": positive(1.0, 6.0),
+            "z": Range(low=0.0, typical=(0.5, 1.0)),
+            "u": Range(typical=(-1.0, 1.0)),
+        },
+        (
+            Rule("A w^2 < g + b (the table does not drop from under the ball)", _never_lifts),
+            Rule("the ball is over the table or leaves it (z > 0 or u > 0)", lambda n: n["z"] > 0 or n["u"] > 0),
+        ),
+    )
+    variants = (
+        Variant(
+            "accelerating", "a lift that starts with 2 m/s^2: elastic, as in a gravity of 11.81 m/s^2",
+            {"e": 1, "b": 2, "A": 0}, (1, 0), "8.3",
+        ),
+        Variant(
+            "chaotic", "e = 1, A w^2 = 0.9 g: errors grow 2.3 times at each of 34 impacts, 3e12 times in all",
+            {"e": 1, "A": "0.0098", "w": 30}, ("0.05", 0), "5.03",
+        ),
+        Variant("slow_table", "a swell of 1 Hz below many short hops", {"e": 1, "A": "0.2", "w": 6}, ("0.02", 0), "5.3"),
+        Variant("fast_table", "1e4 rad/s: the table's phase at an impact hangs on 1e-5 s", {"e": 1, "A": "5e-8", "w": 10**4}, span="4.1"),
+    )  # fmt: skip
+    autonomous = False
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        with self._within_reach():
+            _ = self.count
+
+    @cached_property
+    def _exact(self) -> VibratingTable:
+        g, e, b, A, w = self.parameter_values()
+        return VibratingTable(g + b, e, A, w, *self.initial_state)
+
+    def motion(self) -> VibratingTable:
+        return self._exact
+
+    @cached_property
+    def count(self) -> int:
+        """How many impacts the span holds."""
+        try:
+            return self._exact.impacts(self.span)
+        except ArithmeticError as error:
+            raise ArithmeticError(f"span = {float(self.span):g} s holds {error}; give a shorter span") from None
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        bounce = Transition("bounce", "flight", height_over_table, -1, off_the_table, "flight", onto_the_table)
+        return (
+            Hybrid(
+                modes=(Mode("flight", over_the_table),),
+                start=always_over,
+                transitions=(bounce,),
+                settle=1e-9 * self.time_scale,
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return TABLE
+
+    @property
+    def time_scale(self) -> float:
+        """Speed of a fall from the start over gravity, or a radian of the table where it moves, whichever is shorter."""
+        (z, u), G = map(float, self.initial_state), float(self._exact.pull)
+        fall = sqrt(u * u + 2 * G * z) / G
+        return min(fall, 1 / float(self.parameters["w"])) if self.parameters["A"] else fall
+
+    def natural_span(self) -> Number:
+        """Of a start of one's own, or with less restitution, 1.9 falls: few impacts whatever the restitution."""
+        if self.initial_state == tuple(map(Fraction, ("0.2", "0"))) and self.parameters["e"] >= Fraction("0.8"):
+            return self.default_span
+        (z, u), G = map(float, self.initial_state), float(self._exact.pull)
+        return 1.9 * (u + sqrt(u * u + 2 * G * z)) / G
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        zero, found = mpf(0), []
+        for n in range(1, self.count + 1):
+            time, before, after = self._exact.impact(n, self.span, digits)
+            found.append(Event(time, "bounce", (zero, before), (zero, after)))
+        return tuple(found)
+
+    def same_course(self, other: Case) -> bool:
+        return isinstance(other, BouncingBallTable) and other.count == self.count
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`bounces` within the span; the first of them; how much the table adds to gravity at most, A w^2/(g + b)."""
+        motion = self._exact
+        push = motion.amplitude * motion.frequency**2 / motion.pull
+        found = {"bounces": mpf(self.count), "relative_push": motion._rational(digits, push)}
+        return found | ({"first_impact": motion.impact(1, self.span, digits)[0]} if self.count else {})

@@ -1,0 +1,234 @@
+"""A mass on a spring with dry friction."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cached_property
+from typing import Any, ClassVar
+
+from gnomon.cases.core.box_scene import flat_box
+from gnomon.cases.core.case import Case, Event, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import Friction, Mode, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm, Vector
+from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
+from gnomon.reference.contact.coulomb_friction_oscillator import CoulombOscillator
+from gnomon.reference.numerics.precision import Number, exact
+from mpmath import mpf
+
+
+def sliding_on_a_spring(t: Any, state: Values, parameters: Values) -> Values:
+    """v' = -(k/m) x - side mu_k g; the side, the sign of v, belongs to the mode."""
+    x, v = state
+    m, k, g, mu_k, _mu_s, side = parameters
+    return v, -(k / m) * x - side * mu_k * g
+
+
+def level_friction(t: Any, state: Values, parameters: Values) -> Values:
+    _m, _k, g, mu_k, mu_s = parameters
+    return mu_k * g, mu_s * g
+
+
+def held_on_a_spring(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0
+
+
+def spring_speed(t: Any, state: Values, parameters: Values) -> Values:
+    _x, v = state
+    return (v,)
+
+
+def standing(t: Any, state: Values, parameters: Values) -> Values:
+    x, _v = state
+    return x, 0
+
+
+def friction_energy(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    m, k, _g, _mu_k, _mu_s = parameters
+    return ((m * v * v + k * x * x) / 2,)
+
+
+def after_a_turn(t: Any, state: Values, parameters: Values) -> str:
+    """Stays where |k x| <= mu_s m g, decided exactly for the numbers given; else the spring pulls it back."""
+    x = exact(state[0])
+    m, k, g, _mu_k, mu_s = map(exact, parameters[:5])
+    if abs(k * x) <= mu_s * m * g:
+        return "stick"
+    return "left" if x > 0 else "right"
+
+
+def way_on_the_spring(t: Any, state: Values, parameters: Values) -> str:
+    _x, v = state
+    if v == 0:
+        return after_a_turn(t, state, parameters)
+    return "right" if v > 0 else "left"
+
+
+def level_gravity(parameters: tuple[float, ...]) -> Vector:
+    return 0.0, 0.0, -parameters[2]
+
+
+def spring_pull(t: float, x: float, parameters: tuple[float, ...]) -> Vector:
+    return -parameters[1] * x, 0.0, 0.0
+
+
+ONE_FRICTION, TWO_FRICTIONS = (
+    flat_box(
+        level_gravity, lambda parameters: parameters[3], *more, mass=lambda parameters: parameters[0], push=spring_pull
+    )
+    for more in ((), ("static_friction",))
+)
+
+
+SHOWN = 5
+"""Half cycles whose energies are listed."""
+
+
+def as_it_slides(states: Floats) -> Floats:
+    return states
+
+
+class CoulombFrictionOscillator(Case):
+    name = "coulomb_friction_oscillator"
+    title = "Mass and spring with dry friction: half cycles, then it stops dead"
+    section = "5.11, 5.12.2, 6.7"
+    conventions = "x from the spring's natural position, on a level plane; at v = 0 it stays where |k x| <= mu_s m g."
+    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("m", "kg", 1, "mass"),
+        Parameter("k", "N/m", 20, "stiffness of the spring"),
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("mu_k", "1", "0.05", "coefficient of kinetic friction"),
+        Parameter("mu_s", "1", "0.07", "coefficient of static friction"),
+    )
+    default_state = ("0.5", 0)
+    domain = Domain(
+        {
+            "m": positive(),
+            "k": positive(1.0, 20.0),
+            "g": positive(),
+            "mu_k": Range(low=0.0, typical=(0.01, 0.5)),
+            "mu_s": Range(low=0.0, typical=(0.01, 0.8)),
+            "x": Range(typical=(-5.0, 5.0)),
+            "v": Range(typical=(-5.0, 5.0)),
+        },
+        (Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),),
+    )
+    variants = (
+        Variant(
+            "at_the_limit",
+            "stops exactly at the limit of sticking, after three half cycles",
+            {"k": 4, "g": 10, "mu_k": "0.25", "mu_s": "0.5"},
+            (5, 0),
+        ),
+        Variant("many", "10,000 half cycles before it stops", {"mu_k": "1.0194e-4", "mu_s": "1.1e-4"}, (1, 0)),
+        Variant("weak", "mu = 1e-10: nearly harmonic", {"mu_k": "1e-10", "mu_s": "1e-10"}, span="14.57"),
+        Variant("frictionless", "mu = 0: turns without loss", {"mu_k": 0, "mu_s": 0}, span="14.57"),
+        Variant("held", "starts where friction holds it: must not creep", initial_state=("0.03", 0), span=10),
+        Variant("thrown", "starts in motion: the first arc is no half cycle", initial_state=("0.1", 2)),
+    )
+    invariants: ClassVar = {"energy": Invariant(friction_energy, "decays")}
+
+    @cached_property
+    def _exact(self) -> CoulombOscillator:
+        return CoulombOscillator(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> CoulombOscillator:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Friction, ...]:
+        return (
+            Friction(
+                modes=(
+                    Mode("right", sliding_on_a_spring, (1.0,)),
+                    Mode("left", sliding_on_a_spring, (-1.0,)),
+                    Mode("stick", held_on_a_spring),
+                ),
+                start=way_on_the_spring,
+                transitions=(
+                    Transition("turn_right", "right", spring_speed, -1, standing, after_a_turn),
+                    Transition("turn_left", "left", spring_speed, 1, standing, after_a_turn),
+                ),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"stick"}),
+                sliding=sliding_on_a_spring,
+                bounds=level_friction,
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        """It needs a static coefficient of its own only where that decides where the mass stays."""
+        motion = self._exact
+        slippery = replace(motion, mu_s=motion.mu_k)
+        alike = (motion.side, motion.turns) == (slippery.side, slippery.turns)
+        return ONE_FRICTION if alike else TWO_FRICTIONS
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        free = HarmonicOscillator(
+            initial_state=self.initial_state, span=self.span, m=self.parameters["m"], k=self.parameters["k"]
+        )
+        return (Rung(free, as_it_slides, "no friction: harmonic"),)
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(m/k)."""
+        return math.sqrt(float(self.parameters["m"] / self.parameters["k"]))
+
+    def natural_span(self) -> Number:
+        """1.13 times the time of the stop; 10.37 periods where it is far or never."""
+        turns = self._exact.turns
+        periods = 10.37 * 2 * math.pi * self.time_scale
+        if not turns or (turns > 100 and self.variant != "many"):
+            return periods
+        return 1.13 * float(self._exact.turn_time(turns))
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """`turn_right` ends a motion to the right, `turn_left` one to the left; at the last the mass stays."""
+        motion, found, turn = self._exact, list[Event](), 1
+        while motion.turns is None or turn <= motion.turns:
+            time = motion.turn_time(turn, digits)
+            if time > self.span:
+                break
+            there = (motion.turn_position(turn, digits), mpf(0))
+            rightward = motion.side * (-1) ** (turn - 1) > 0
+            found.append(Event(time, "turn_right" if rightward else "turn_left", there, there))
+            turn += 1
+        return tuple(found)
+
+    def same_course(self, other: Case) -> bool:
+        theirs = CoulombOscillator(*other.parameter_values(), *other.initial_state)
+        return (theirs.side, theirs.turns) == (self._exact.side, self._exact.turns)
+
+    def scales(self) -> dict[str, float]:
+        """In closed form: the farthest is the start or the first turn, the fastest a first passage of a centre."""
+        motion = self._exact
+        first = abs(float(motion.turn_position(1))) if motion.side else 0.0
+        return {
+            "length": max(abs(float(self.initial_state[0])), first) or 1.0,
+            "velocity": float(motion.fastest()) or 1.0,
+        }
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`half_cycles`: how many times it comes to rest; infinite where it never stays.
+
+        `energy_1`, `energy_2` ...: what the spring holds after each of the first half cycles.
+        """
+        motion = self._exact
+        found = {
+            "period": motion.period(digits),
+            "half_cycles": mpf("inf") if motion.turns is None else mpf(motion.turns),
+        }
+        if motion.turns:
+            found |= {
+                "stop_time": motion.turn_time(motion.turns, digits),
+                "stop_position": motion.turn_position(motion.turns, digits),
+                "dissipated": motion.dissipated(digits),
+            }
+        steps = 0 if motion.side == 0 else SHOWN if motion.turns is None else min(motion.turns, SHOWN)
+        found |= {f"energy_{n}": motion.energy_after(n, digits) for n in range(1, steps + 1)}
+        return found

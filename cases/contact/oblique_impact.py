@@ -1,0 +1,187 @@
+"""Two smooth discs that strike each other obliquely."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import cached_property
+from math import hypot, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Event, Invariant, Variant
+from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.core.impact_scene import DISCS
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.reference.contact.impacts import DiscImpact
+from gnomon.reference.numerics.precision import Number
+from mpmath import mpf
+
+
+def discs_coast(t: Any, state: Values, parameters: Values) -> Values:
+    _, _, _, _, vx1, vy1, vx2, vy2 = state
+    return vx1, vy1, vx2, vy2, 0, 0, 0, 0
+
+
+def disc_gap(t: Any, state: Values, parameters: Values) -> Values:
+    """|r2 - r1|^2/R - R."""
+    x, y, R = state[2] - state[0], state[3] - state[1], parameters[2]
+    return ((x * x + y * y) / R - R,)
+
+
+def discs_strike(t: Any, state: Values, parameters: Values) -> Values:
+    """The normal relative velocity is reversed and multiplied by e; nothing acts across the line of centres."""
+    x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
+    m1, m2, _R, e = parameters
+    x, y = x2 - x1, y2 - y1
+    push = (1 + e) * (x * (vx2 - vx1) + y * (vy2 - vy1)) / ((x * x + y * y) * (m1 + m2))
+    px, py = push * x, push * y
+    return x1, y1, x2, y2, vx1 + m2 * px, vy1 + m2 * py, vx2 - m1 * px, vy2 - m1 * py
+
+
+def discs_touching(t: Any, state: Values, parameters: Values) -> Values:
+    """Moved along the line of centres, each by the other's share of the mass."""
+    x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
+    m1, m2, R, _e = parameters
+    x, y = x2 - x1, y2 - y1
+    excess = (1 - R / sqrt(x * x + y * y)) / (m1 + m2)
+    sx, sy = excess * x, excess * y
+    return x1 + m2 * sx, y1 + m2 * sy, x2 - m1 * sx, y2 - m1 * sy, vx1, vy1, vx2, vy2
+
+
+def discs_kinetic(t: Any, state: Values, parameters: Values) -> Values:
+    _, _, _, _, vx1, vy1, vx2, vy2 = state
+    m1, m2, _, _ = parameters
+    return ((m1 * (vx1 * vx1 + vy1 * vy1) + m2 * (vx2 * vx2 + vy2 * vy2)) / 2,)
+
+
+def discs_momentum_x(t: Any, state: Values, parameters: Values) -> Values:
+    return (parameters[0] * state[4] + parameters[1] * state[6],)
+
+
+def discs_momentum_y(t: Any, state: Values, parameters: Values) -> Values:
+    return (parameters[0] * state[5] + parameters[1] * state[7],)
+
+
+def discs_angular_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """About the origin: the discs are smooth."""
+    x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
+    m1, m2, _, _ = parameters
+    return (m1 * (x1 * vy1 - y1 * vx1) + m2 * (x2 * vy2 - y2 * vx2),)
+
+
+def discs_apart(t: Any, state: Values, parameters: Values) -> str:
+    return "before"
+
+
+def _apart(n: Mapping[str, Fraction]) -> bool:
+    return (n["x2"] - n["x1"]) ** 2 + (n["y2"] - n["y1"]) ** 2 > n["R"] ** 2
+
+
+class ObliqueImpact(Case):
+    name = "oblique_impact"
+    title = "Oblique impact of two smooth discs"
+    section = "8.13"
+    conventions = "In a plane without gravity; R is the sum of the radii; smooth discs do not turn each other."
+    state = tuple(
+        Coordinate(f"{letter}{axis}{n}", unit, kind)
+        for letter, unit, kind in (("", "m", "length"), ("v", "m/s", "velocity"))
+        for n in (1, 2)
+        for axis in "xy"
+    )
+    parameter_list = (
+        Parameter("m1", "kg", 1, "mass of disc 1"),
+        Parameter("m2", "kg", 2, "mass of disc 2"),
+        Parameter("R", "m", "0.5", "sum of the radii"),
+        Parameter("e", "1", "0.7", "coefficient of restitution"),
+    )
+    default_state = (-2, "0.3", 0, 0, 3, "0.2", "-0.5", "0.1")
+    domain = Domain(
+        {
+            "m1": positive(0.5, 2.0),
+            "m2": positive(0.5, 2.0),
+            "R": positive(0.5, 1.0),
+            "e": Range(low=0.0, high=1.0, typical=(0.0, 1.0)),
+            "x1": Range(typical=(-3.0, -2.0)),
+            "vx1": Range(typical=(2.0, 4.0)),
+        }
+        | {name: Range(typical=(-0.3, 0.3)) for name in ("y1", "x2", "y2", "vy1", "vx2", "vy2")},
+        (Rule("the discs are apart: |r2 - r1| > R", _apart),),
+    )
+    variants = (
+        Variant("head_on", "along the line of centres", {}, (-2, 0, 0, 0, 3, 0, -1, 0)),
+        Variant(
+            "elastic",
+            "equal masses, e = 1, one at rest: they leave at a right angle",
+            {"m2": 1, "e": 1},
+            (-2, "0.3", 0, 0, 3, 0, 0, 0),
+        ),
+        Variant("plastic", "e = 0: they slide along each other", {"e": 0}),
+        Variant(
+            "graze",
+            "passes 1e-9 of R inside: contact at 4e-5 rad from the tangent",
+            {},
+            (-2, 0.5 * (1 - 1e-9), 0, 0, 3, 0, 0, 0),
+        ),
+        Variant(
+            "miss", "passes 1e-9 of R outside: no impact", {}, (-2, 0.5 * (1 + 1e-9), 0, 0, 3, 0, 0, 0), span="1.3"
+        ),
+        Variant("wall", "m2 = 1e9: as from a wall", {"m2": 10**9}, (-2, "0.3", 0, 0, 3, "0.2", 0, 0)),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(discs_kinetic, "decays"),
+        "momentum_x": Invariant(discs_momentum_x),
+        "momentum_y": Invariant(discs_momentum_y),
+        "angular_momentum": Invariant(discs_angular_momentum),
+    }
+
+    @cached_property
+    def _exact(self) -> DiscImpact:
+        m1, m2, reach, e = self.parameter_values()
+        x1, y1, x2, y2, u1, w1, u2, w2 = self.initial_state
+        return DiscImpact(m1, m2, reach, e, (x1, y1, x2, y2), (u1, w1, u2, w2))
+
+    def motion(self) -> DiscImpact:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (
+            Hybrid(
+                modes=(Mode("before", discs_coast), Mode("after", discs_coast)),
+                start=discs_apart,
+                transitions=(Transition("impact", "before", disc_gap, -1, discs_strike, "after", discs_touching),),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"after"}),
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return DISCS
+
+    @property
+    def time_scale(self) -> float:
+        """The distance over the relative speed; 1 s at relative rest."""
+        x1, y1, x2, y2, u1, w1, u2, w2 = map(float, self.initial_state)
+        speed = hypot(u2 - u1, w2 - w1)
+        return hypot(x2 - x1, y2 - y1) / speed if speed else 1.0
+
+    def natural_span(self) -> Number:
+        """1.87 times the time to the impact; 2 time scales where there is none."""
+        return 1.87 * float(self._exact.impact_time()) if self._exact.touches else 2 * self.time_scale
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        motion = self._exact
+        if not motion.touches or motion.impact_time(20) > self.span:
+            return ()
+        time, before, after = motion.impact(digits)
+        return (Event(time, "impact", before, after),)
+
+    def same_course(self, other: Case) -> bool:
+        return isinstance(other, ObliqueImpact) and other._exact.touches == self._exact.touches
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self._exact
+        lost = {"energy_lost": motion._quantity(digits, lambda mp: mp.mpf(motion.energy_lost))}
+        return {"impact_time": motion.impact_time(digits) if motion.touches else mpf("inf")} | lost

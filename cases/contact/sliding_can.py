@@ -1,0 +1,206 @@
+"""The chilled can that slides when its air has warmed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cached_property
+from math import cos, exp, sin
+from typing import Any
+
+from gnomon.cases.core.box_scene import flat_box
+from gnomon.cases.core.case import Case, Event, Variant
+from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm, Vector
+from gnomon.reference.contact.sliding_can import SlidingCan
+from gnomon.reference.numerics.precision import Number, exact
+from mpmath import mpf
+
+
+def can_slides(t: Any, state: Values, parameters: Values) -> Values:
+    """v' = g sin(alpha) - mu_k N/m, N = m g cos(alpha) - P (1 - e^(-t/T))."""
+    _s, v = state
+    m, g, alpha, _mu_s, mu_k, lift, warming = parameters
+    return v, g * sin(alpha) - mu_k * (g * cos(alpha) - lift / m * (1 - exp(-t / warming)))
+
+
+def can_floats(t: Any, state: Values, parameters: Values) -> Values:
+    """v' = g sin(alpha): the air carries it."""
+    _s, v = state
+    _m, g, alpha, _mu_s, _mu_k, _lift, _warming = parameters
+    return v, g * sin(alpha)
+
+
+def can_stands(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0
+
+
+def grip(t: Any, state: Values, parameters: Values) -> Values:
+    """Weight along the slope beyond what friction holds."""
+    m, g, alpha, mu_s, _mu_k, lift, warming = parameters
+    return (m * g * sin(alpha) - mu_s * (m * g * cos(alpha) - lift * (1 - exp(-t / warming))),)
+
+
+def pressure(t: Any, state: Values, parameters: Values) -> Values:
+    """N."""
+    m, g, alpha, _mu_s, _mu_k, lift, warming = parameters
+    return (m * g * cos(alpha) - lift * (1 - exp(-t / warming)),)
+
+
+def set_off(t: Any, state: Values, parameters: Values) -> Values:
+    return state
+
+
+def can_mode(t: Any, state: Values, parameters: Values) -> str:
+    numbers = [exact(value) for value in (*parameters[:7], *state)]
+    return "slide" if SlidingCan(*numbers).slides_first else "stick"
+
+
+def tilted_gravity(parameters: tuple[float, ...]) -> Vector:
+    _m, g, alpha, *_ = parameters
+    return g * sin(alpha), 0.0, -g * cos(alpha)
+
+
+def air_cushion(t: float, s: float, parameters: tuple[float, ...]) -> Vector:
+    *_, lift, warming = parameters
+    return 0.0, 0.0, lift * (1 - exp(-t / warming))
+
+
+ONE_FRICTION, TWO_FRICTIONS = (
+    flat_box(
+        tilted_gravity,
+        lambda parameters: parameters[4],
+        *more,
+        mass=lambda parameters: parameters[0],
+        push=air_cushion,
+        token="time_force",
+    )
+    for more in ((), ("static_friction",))
+)
+
+LIMIT_BELOW, LIMIT_ABOVE = 0.12992876274052303, 0.12992876274052306
+"""The doubles on either side of m g (cos(alpha) - sin(alpha)/mu_s) for the default numbers in binary64."""
+
+
+class SlidingCanCase(Case):
+    name = "sliding_can"
+    title = "A chilled can, inverted on an incline, slides when its air has warmed"
+    section = "5.12.1 (model inferred from the section's title)"
+    conventions = (
+        "[inferred] s down the slope; the enclosed air carries P (1 - e^(-t/T)) of the can's pressure N on the plane; it "
+        "slides when m g sin(alpha) = mu_s N, and lifts off where N = 0: from there on s'' = g sin(alpha). The warming "
+        "begins at t = 0."
+    )
+    state = (Coordinate("s", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("m", "kg", "0.02", "mass of the can"),
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("alpha", "rad", "0.1", "angle of the incline"),
+        Parameter("mu_s", "1", "0.3", "coefficient of static friction"),
+        Parameter("mu_k", "1", "0.25", "coefficient of kinetic friction"),
+        Parameter("P", "N", "0.17", "final lift of the air, p1 A"),
+        Parameter("T", "s", 5, "time constant of the warming"),
+    )
+    default_state = (0, 0)
+    domain = Domain(
+        {
+            "m": positive(0.5, 2.0),
+            "g": positive(5.0, 15.0),
+            "alpha": Range(0.0, math.pi / 2, low_open=True, typical=(0.05, 0.6)),
+            "mu_s": Range(low=0.0, typical=(0.1, 0.8)),
+            "mu_k": Range(low=0.0, typical=(0.0, 0.5)),
+            "P": positive(0.1, 30.0),
+            "T": positive(0.5, 5.0),
+            "s": Range(typical=(-1.0, 1.0)),
+            "v": Range(low=0.0, high=0.0, typical=(0.0, 0.0)),
+        },
+        (
+            Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),
+            Rule("the can starts at rest (v = 0)", lambda n: n["v"] == 0),
+        ),
+    )
+    variants = (
+        Variant("late", "P 1e-5 above what is needed: slides after 11.6 time constants", {"P": "0.12993"}, span=100),
+        Variant("never", "P just below what is needed: must not creep", {"P": "0.1299"}, span=60),
+        Variant("at_once", "too steep from the start", {"alpha": "0.4"}, span=3),
+        Variant("lifts_off", "the air comes to carry the whole weight: two events", {"P": "0.25"}),
+        Variant(
+            "limit_above",
+            "P is the double just above what is needed: slides after 36 time constants",
+            {"m": 0.02, "g": 9.81, "alpha": 0.1, "mu_s": 0.3, "P": LIMIT_ABOVE},
+        ),
+        Variant(
+            "limit_below",
+            "P is the double just below what is needed: holds for ever",
+            {"m": 0.02, "g": 9.81, "alpha": 0.1, "mu_s": 0.3, "P": LIMIT_BELOW},
+            span=200,
+        ),
+    )
+    autonomous = False
+
+    @cached_property
+    def _exact(self) -> SlidingCan:
+        return SlidingCan(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> SlidingCan:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (
+            Hybrid(
+                modes=(Mode("stick", can_stands), Mode("slide", can_slides), Mode("float", can_floats)),
+                start=can_mode,
+                transitions=(
+                    Transition("sets_off", "stick", grip, 1, set_off, "slide"),
+                    Transition("lifts_off", "slide", pressure, -1, set_off, "float"),
+                ),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"float"}),
+            ),
+        )
+
+    @property
+    def time_scale(self) -> float:
+        """The time constant of the warming."""
+        return float(self.parameters["T"])
+
+    def natural_span(self) -> Number:
+        """The onset and 0.97 time constants more, or lift-off and half a one; 5.1 time constants where it holds."""
+        motion = self._exact
+        if motion.lifts:
+            return float(motion.lift_off()) + 0.47 * self.time_scale
+        return 5.1 * self.time_scale if motion.holds else float(motion.onset()) + 0.97 * self.time_scale
+
+    @property
+    def scene(self) -> SceneForm:
+        """It needs a static coefficient of its own only where that decides when the can sets off."""
+        motion = self._exact
+        slippery = replace(motion, mu_s=motion.mu_k)
+        alike = motion.mu_s == motion.mu_k or motion.slides_first or slippery.holds
+        return ONE_FRICTION if alike else TWO_FRICTIONS
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        motion, found = self._exact, list[Event]()
+        if not motion.holds and not motion.slides_first and motion.onset(20) <= self.span:
+            there = (self.exact(0, digits)[0], mpf(0))
+            found.append(Event(motion.onset(digits), "sets_off", there, there))
+        if motion.lifts and motion.lift_off(20) <= self.span:
+            there = motion.state_at_lift_off(digits)
+            found.append(Event(motion.lift_off(digits), "lifts_off", there, there))
+        return tuple(found)
+
+    def same_course(self, other: Case) -> bool:
+        theirs, mine = SlidingCan(*other.parameter_values(), *other.initial_state), self._exact
+        return (theirs.holds, theirs.slides_first, theirs.lifts) == (mine.holds, mine.slides_first, mine.lifts)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`holding_lift`: the largest P at which it would stay for ever; negative where it is too steep without."""
+        motion = self._exact
+        found = {"onset": mpf("inf") if motion.holds else motion.onset(digits)}
+        if self.parameters["mu_s"] > 0:
+            found["holding_lift"] = motion.holding_lift(digits)
+        if motion.lifts:
+            found |= {"lift_off": motion.lift_off(digits), "lift_off_speed": motion.state_at_lift_off(digits)[1]}
+        return found

@@ -1,0 +1,208 @@
+"""A block on a moving belt, held by a spring: stick and slip."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Any
+
+from gnomon.cases.core.box_scene import flat_box
+from gnomon.cases.core.case import Case, Event, Variant
+from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm, Vector
+from gnomon.reference.contact.stick_slip_belt import StickSlip
+from gnomon.reference.numerics.precision import Number, exact
+from mpmath import mpf
+
+
+def slipping(t: Any, state: Values, parameters: Values) -> Values:
+    """v' = mu_k g - (k/m) x: the belt is faster and pulls forward."""
+    x, v = state
+    m, k, g, _mu_s, mu_k, _belt = parameters
+    return v, mu_k * g - (k / m) * x
+
+
+def riding(t: Any, state: Values, parameters: Values) -> Values:
+    """x' = V."""
+    belt = parameters[5]
+    return belt, 0
+
+
+def lag(t: Any, state: Values, parameters: Values) -> Values:
+    _x, v = state
+    belt = parameters[5]
+    return (v - belt,)
+
+
+def pull(t: Any, state: Values, parameters: Values) -> Values:
+    """Spring force beyond what the belt can hold."""
+    x, _v = state
+    m, k, g, mu_s, _mu_k, _belt = parameters
+    return (k * x - mu_s * m * g,)
+
+
+def at_belt_speed(t: Any, state: Values, parameters: Values) -> Values:
+    x, _v = state
+    belt = parameters[5]
+    return x, belt
+
+
+def block_or_belt(t: Any, state: Values, parameters: Values) -> str:
+    """Stuck at the belt's speed where the spring pulls less than the belt can hold, decided exactly."""
+    x, v = map(exact, state)
+    m, k, g, mu_s, _mu_k, belt = map(exact, parameters[:6])
+    return "stick" if v == belt and k * x < mu_s * m * g else "slip"
+
+
+def slip_sticks(n: Any) -> bool:
+    """(x - xk)^2 + (v^2 - V^2) m/k <= (xk + xs)^2."""
+    length = n["m"] * n["g"] / n["k"]
+    reach = (n["x"] - n["mu_k"] * length) ** 2 + (n["v"] ** 2 - n["V"] ** 2) * n["m"] / n["k"]
+    return bool(reach <= ((n["mu_k"] + n["mu_s"]) * length) ** 2)
+
+
+def weight_on_belt(parameters: tuple[float, ...]) -> Vector:
+    return 0.0, 0.0, -parameters[2]
+
+
+def spring_to_the_wall(t: float, x: float, parameters: tuple[float, ...]) -> Vector:
+    return -parameters[1] * x, 0.0, 0.0
+
+
+ONE_FRICTION, TWO_FRICTIONS = (
+    flat_box(
+        weight_on_belt,
+        lambda parameters: parameters[4],
+        "moving_surface",
+        *more,
+        mass=lambda parameters: parameters[0],
+        push=spring_to_the_wall,
+        belt=lambda parameters: parameters[5],
+    )
+    for more in ((), ("static_friction",))
+)
+
+
+class StickSlipBelt(Case):
+    name = "stick_slip_belt"
+    title = "Stick-slip of a block on a moving belt"
+    section = "5.11.2, 5.12"
+    conventions = (
+        "x from the spring's natural position, along the belt that moves at V > 0; stuck up to k x = mu_s m g. It is "
+        "never faster than the belt."
+    )
+    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("m", "kg", 1, "mass"),
+        Parameter("k", "N/m", 20, "stiffness of the spring"),
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("mu_s", "1", "0.5", "coefficient of static friction"),
+        Parameter("mu_k", "1", "0.3", "coefficient of kinetic friction"),
+        Parameter("V", "m/s", "0.5", "speed of the belt"),
+    )
+    default_state = (0, "0.5")
+    domain = Domain(
+        {
+            "m": positive(),
+            "k": positive(1.0, 20.0),
+            "g": positive(1.0, 10.0),
+            "mu_s": Range(low=0.0, typical=(0.2, 1.0)),
+            "mu_k": Range(low=0.0, typical=(0.1, 0.6)),
+            "V": positive(0.1, 2.0),
+            "x": Range(typical=(-0.1, 1.0)),
+            "v": Range(typical=(-0.5, 0.5)),
+        },
+        (
+            Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),
+            Rule("v <= V (the block is no faster than the belt)", lambda n: n["v"] <= n["V"]),
+            Rule("a first slip ends where the belt holds the block, at x >= -mu_s m g/k", slip_sticks),
+        ),
+    )
+    variants = (
+        Variant("slow_belt", "V = 1e-3: long rides, short slips", {"V": "1e-3"}, (0, "1e-3")),
+        Variant("fast_belt", "V = 1e3: the slip touches the belt's speed nearly as a tangent", {"V": 1000}, (0, 1000)),
+        Variant("one_friction", "mu_s = mu_k: swings about the point of release and only touches V", {"mu_s": "0.3"}),
+        Variant("slipping_start", "starts at rest on the moving belt", initial_state=(0, 0)),
+        Variant("many", "1,389 cycles: each event's error stays", span="2050.3"),
+    )
+
+    @cached_property
+    def _exact(self) -> StickSlip:
+        return StickSlip(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> StickSlip:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (
+            Hybrid(
+                modes=(Mode("stick", riding), Mode("slip", slipping)),
+                start=block_or_belt,
+                transitions=(
+                    Transition("release", "stick", pull, 1, at_belt_speed, "slip"),
+                    Transition("stick", "slip", lag, 1, at_belt_speed, "stick"),
+                ),
+                settle=1e-9 * self.time_scale,
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return ONE_FRICTION if self.parameters["mu_s"] == self.parameters["mu_k"] else TWO_FRICTIONS
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(m/k)."""
+        return math.sqrt(float(self.parameters["m"] / self.parameters["k"]))
+
+    def natural_span(self) -> Number:
+        """Past the first release, and 5.37 cycles."""
+        return float(self._exact.release_time()) + 5.37 * float(self._exact.period())
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """`release` and `stick` in turn."""
+        motion, found = self._exact, list[Event]()
+        if motion.slips_for_good:
+            return ()
+        if motion.repeats:
+            self._few(2 * float(self.span) / float(motion.period()))
+        belt = motion.number(motion.V, digits)
+
+        def add(time: Any, name: str, place: Any) -> bool:
+            if time > self.span:
+                return False
+            found.append(Event(time, name, (place, belt), (place, belt)))
+            return True
+
+        caught = motion.first_catch(digits)
+        if caught is not None and not add(caught[0], "stick", caught[1]):
+            return tuple(found)
+        loose, again = motion.number(motion.xs, digits), motion.number(2 * motion.xk - motion.xs, digits)
+        cycle = 0
+        while True:
+            if not (motion.loose_first and cycle == 0) and not add(
+                motion.cycle_time(cycle, False, digits), "release", loose
+            ):
+                break
+            if not motion.repeats or not add(motion.cycle_time(cycle, True, digits), "stick", again):
+                break
+            cycle += 1
+        return tuple(found)
+
+    def same_course(self, other: Case) -> bool:
+        theirs = StickSlip(*other.parameter_values(), *other.initial_state)
+        mine = self._exact
+        return (theirs.stuck_first, theirs.slips_for_good, theirs.repeats) == (
+            mine.stuck_first,
+            mine.slips_for_good,
+            mine.repeats,
+        )
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self._exact
+        found = {"period": motion.period(digits)}
+        if motion.repeats:
+            found |= {"slip_time": motion.slip_time(digits), "stick_time": motion.stick_time(digits)}
+        return found | {"first_release": mpf("inf") if motion.slips_for_good else motion.release_time(digits)}

@@ -1,0 +1,193 @@
+"""The firing pin of a torpedo that strikes."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Any, ClassVar
+
+from gnomon.cases.contact.torpedo_firing_pin_scene import CAUGHT, STRIKING
+from gnomon.cases.core.case import Case, Event, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.reference.contact.torpedo_firing_pin import FiringPin
+from gnomon.reference.numerics.precision import Number, exact
+from mpmath import mpf
+
+
+def pin_motion(t: Any, state: Values, parameters: Values) -> Values:
+    """v' = (k/m) (d0 - x) - mu a."""
+    x, v = state
+    m, k, d0, mu, a, _gap = parameters
+    return v, (k / m) * (d0 - x) - mu * a
+
+
+def pin_at_rest(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0
+
+
+def way_to_the_primer(t: Any, state: Values, parameters: Values) -> Values:
+    x, _v = state
+    gap = parameters[5]
+    return (x - gap,)
+
+
+def pin_speed(t: Any, state: Values, parameters: Values) -> Values:
+    _x, v = state
+    return (v,)
+
+
+def in_the_primer(t: Any, state: Values, parameters: Values) -> Values:
+    gap = parameters[5]
+    return gap, 0
+
+
+def short_of_it(t: Any, state: Values, parameters: Values) -> Values:
+    x, _v = state
+    return x, 0
+
+
+def pin_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Of pin and spring."""
+    x, v = state
+    m, k, d0, _mu, _a, _gap = parameters
+    return ((m * v * v + k * (d0 - x) * (d0 - x)) / 2,)
+
+
+def pin_start(t: Any, state: Values, parameters: Values) -> str:
+    """Held where friction beats the spring, decided exactly."""
+    x, v = map(exact, state)
+    m, k, d0, mu, a, gap = map(exact, parameters[:6])
+    if x >= gap:
+        return "struck"
+    return "moving" if v > 0 or k * (d0 - x) > mu * m * a else "stopped"
+
+
+def no_change(states: Floats) -> Floats:
+    return states
+
+
+class TorpedoFiringPin(Case):
+    name = "torpedo_firing_pin"
+    title = "Spring-driven firing pin with guide friction from the impact's deceleration"
+    section = "5.12.2 (model inferred from the section's title)"
+    conventions = (
+        "[inferred] x along the guide from the cocked pin; the guide's friction is mu m a, a the deceleration. "
+        "The primer at x = gap stops the pin; a catch holds one that stops short of it: it fails to fire."
+    )
+    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("m", "kg", "0.05", "mass of the pin"),
+        Parameter("k", "N/m", 2000, "stiffness of the spring"),
+        Parameter("d0", "m", "0.03", "compression of the cocked spring"),
+        Parameter("mu", "1", "0.2", "coefficient of friction"),
+        Parameter("a", "m/s^2", 2000, "deceleration of the torpedo"),
+        Parameter("gap", "m", "0.01", "way to the primer"),
+    )
+    default_state = (0, 0)
+    domain = Domain(
+        {
+            "m": positive(),
+            "k": positive(),
+            "d0": Range(low=0.0, typical=(0.5, 5.0)),
+            "mu": Range(low=0.0, typical=(0.0, 1.0)),
+            "a": Range(low=0.0, typical=(0.0, 5.0)),
+            "gap": positive(0.5, 5.0),
+            "x": Range(low=0.0, typical=(0.0, 0.5)),
+            "v": Range(low=0.0, typical=(0.0, 2.0)),
+        },
+        (
+            Rule("x <= gap (the pin is not beyond the primer)", lambda n: n["x"] <= n["gap"]),
+            Rule("at the gap it has struck (v = 0)", lambda n: n["x"] < n["gap"] or n["v"] == 0),
+        ),
+    )
+    variants = (
+        Variant(
+            "grazing",
+            "gap = 2 xe exactly: arrives with zero speed",
+            {"m": 1, "k": 4, "d0": 2, "mu": "0.5", "a": 8, "gap": 2},
+        ),
+        Variant("short", "stops just before the primer", {"gap": "0.04001"}),
+        Variant("held", "friction beats the spring: the pin does not move", {"a": 6001}, span="0.05"),
+        Variant("nearly_held", "friction leaves 1e-9 of the spring's force", {"a": "5999.999994", "gap": "1e-11"}),
+        Variant("oblique", "a struck at 60 degrees to its axis: half the friction", {"a": 1000}),
+    )
+    invariants: ClassVar = {"energy": Invariant(pin_energy, "decays")}
+
+    @cached_property
+    def _exact(self) -> FiringPin:
+        return FiringPin(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> FiringPin:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (
+            Hybrid(
+                modes=(Mode("moving", pin_motion), Mode("struck", pin_at_rest), Mode("stopped", pin_at_rest)),
+                start=pin_start,
+                transitions=(
+                    Transition("strike", "moving", way_to_the_primer, 1, in_the_primer, "struck"),
+                    Transition("stop", "moving", pin_speed, -1, short_of_it, "stopped"),
+                ),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"struck", "stopped"}),
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return CAUGHT if self._exact.moves and not self._exact.fires else STRIKING
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(m/k)."""
+        return math.sqrt(float(self.parameters["m"] / self.parameters["k"]))
+
+    def natural_span(self) -> Number:
+        """A third past the end of the motion."""
+        return 1.37 * float(self._exact.end_time()) if self._exact.moves else 3.7 * self.time_scale
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """`strike`, or `stop` short of the primer."""
+        motion, zero = self._exact, mpf(0)
+        if not motion.moves or motion.end_time(20) > self.span:
+            return ()
+        place = motion.end_position(digits)
+        speed = motion.strike_speed(digits) if motion.fires else zero
+        name = "strike" if motion.fires else "stop"
+        return (Event(motion.end_time(digits), name, (place, speed), (place, zero)),)
+
+    def same_course(self, other: Case) -> bool:
+        theirs = FiringPin(*other.parameter_values(), *other.initial_state)
+        return (theirs.moves, theirs.fires) == (self._exact.moves, self._exact.fires)
+
+    def scales(self) -> dict[str, float]:
+        """In closed form."""
+        motion = self._exact
+        length = float(motion.end_position()) if motion.moves else float(self.initial_state[0])
+        return {"length": length or 1.0, "velocity": float(motion.fastest()) or 1.0}
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`fires` is 1 or 0."""
+        motion = self._exact
+        found = {"fires": mpf(int(motion.fires))}
+        if self.parameters["mu"] > 0:
+            found["holding_deceleration"] = motion.holding_deceleration(digits)
+        if motion.moves and motion.fires:
+            return found | {"strike_time": motion.end_time(digits), "strike_speed": motion.strike_speed(digits)}
+        if motion.moves:
+            return found | {"stop_time": motion.end_time(digits), "stop_position": motion.end_position(digits)}
+        return found
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """Of an oblique impact, a cos(60 degrees), the head-on one too."""
+        smooth = self.with_numbers(self.initial_state, self.parameters | {"mu": self.parameters["mu"] * 0})
+        rungs = (Rung(smooth, no_change, "a smooth guide"),)
+        if self.variant != "oblique":
+            return rungs
+        head_on = self.with_numbers(self.initial_state, self.parameters | {"a": 2 * self.parameters["a"]})
+        return (*rungs, Rung(head_on, no_change, "the friction of a head-on impact"))

@@ -1,0 +1,1 @@
+"""What a case is: numbers, forms, metric, samples, scene; cases by name."""

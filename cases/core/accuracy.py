@@ -1,0 +1,186 @@
+"""How accurate an answer in binary64 can be at all: the floor of the format and the conditioning of the case.
+
+What takes many evaluations of the exact motion is kept on disk, under the exact numbers, the times and the sources.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import inspect
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from gnomon.reference.numerics.certified import CertifiedMotion
+from gnomon.reference.numerics.precision import nearest_double
+from gnomon.reference.storage.diskcache import Entry, cached, fingerprint
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from gnomon.cases.core.case import Case
+
+Floats = NDArray[np.float64]
+GRID = 257
+FINER, RESTARTS = 1e-5, 8
+DIGITS = 28
+"""Half an ulp moves the 16th digit: this leaves twelve digits of how far."""
+CROWDED = 1e6
+"""Where the time between events is below this many conditionings of their times, only position is scored."""
+
+
+def grid_scales(case: Case) -> dict[str, float]:
+    """The maximum norm of each group over 257 equal steps of the span and the sample times (angles: at most pi).
+
+    A group that stays zero gets the natural size that the case states, 1 SI unit where it states none.
+    """
+    times = np.union1d(np.linspace(0.0, float(case.times[-1]), GRID), case.times)
+    names = tuple(dict.fromkeys(coordinate.group for coordinate in case.state))
+
+    def largest() -> Floats:
+        states = case.sample(times)
+        members = [[i for i, c in enumerate(case.state) if c.group == name] for name in names]
+        return np.array([np.max(np.linalg.norm(states[:, index], axis=1)) for index in members])
+
+    scales = {}
+    for name, size in zip(names, _kept("scales", case, times, largest).tolist(), strict=True):
+        angle = any(c.kind == "angle" for c in case.state if c.group == name)
+        found = min(size, math.pi) if angle else size
+        scales[name] = found if found > 0 else case.natural_sizes.get(name, 1.0)
+    return scales
+
+
+def floor(case: Case, times: Floats) -> Floats:
+    """Half an ulp of each component of the exact state, in the metric, shape (len(times),)."""
+    half = np.spacing(np.abs(case.sample(times))) / 2
+    groups = [group for group in case.metric.groups if group.scored]
+    return np.asarray(np.max([np.linalg.norm(half[:, list(g.indices)], axis=1) / g.scale for g in groups], axis=0))
+
+
+def conditioning(case: Case, times: Floats) -> Floats:
+    """The typical effect, in the metric, of half an ulp in each number and in the time, shape (len(times),).
+
+    The effects are exact differences of exact motions, taken one number at a time, and add as independent errors do:
+    the root of the sum of their squares. A number at the edge of the domain is moved inward. A number that is exactly
+    zero has no ulp and is left alone: an integrator has no cause to move it.
+
+    A start next to an unstable place, 1e-12 beside an axis, say, has an ulp far finer than any state on the way, which
+    every method in binary64 must round too. There the exact motions from states rounded on the way are counted as well.
+    """
+    return _kept("conditioning", case, times, lambda: _conditioning(case, times))
+
+
+def _conditioning(case: Case, times: Floats) -> Floats:
+    moments = [Fraction(t) for t in times.tolist()]
+    nominal = [case.exact(t, DIGITS) for t in moments]
+    later = [case.exact(t + Fraction(math.ulp(t)) / 2, DIGITS) for t in moments]
+    total = _distances(case, later, nominal) ** 2
+    for neighbour in _neighbours(case):
+        total += _distances(case, [neighbour.exact(t, DIGITS) for t in moments], nominal) ** 2
+    for index in _coarser(case, nominal):
+        again = _rounded_there(case, nominal[index])
+        if again is not None:
+            states = [again.exact(t - moments[index], DIGITS) for t in moments[index:]]
+            total[index:] += _distances(case, states, nominal[index:]) ** 2
+    return np.asarray(np.sqrt(total))
+
+
+def _coarser(case: Case, states: list[tuple[Any, ...]]) -> list[int]:
+    """Up to 8 states, the first of those where a component is large that started above 0 but 1e5 times smaller.
+
+    None where the motion cannot be started anywhere (driven, hybrid) or where that is too dear (integrated).
+    """
+    if not case.autonomous or case.hybrid is not None or isinstance(case.motion(), CertifiedMotion):
+        return []
+    found = set()
+    for start, column in zip(case.initial_state, zip(*states, strict=True), strict=True):
+        sizes = [abs(float(x)) for x in column]
+        if 0 < abs(start) < FINER * max(sizes):
+            found |= {i for i, size in enumerate(sizes) if size > 0.1 * max(sizes)}
+    return sorted(found)[:RESTARTS]
+
+
+def _rounded_there(case: Case, state: tuple[Any, ...]) -> Case | None:
+    """The case from a state rounded to binary64; None where that is outside the domain, as off a constraint."""
+    try:
+        return case.with_numbers([nearest_double(x) for x in state], case.parameters)
+    except ValueError:
+        return None
+
+
+def _neighbours(case: Case) -> list[Case]:
+    """The case with one number moved by half an ulp of it, for each number that is not zero."""
+    found = []
+    states = len(case.state)
+    names = list(case.parameters)
+    numbers = [*case.initial_state, *case.parameters.values()]
+    for index, value in enumerate(numbers):
+        if value == 0:
+            continue
+        half = Fraction(math.ulp(float(value))) / 2
+        for moved in (value + half, value - half):
+            changed = [*numbers[:index], moved, *numbers[index + 1 :]]
+            try:
+                neighbour = case.with_numbers(changed[:states], dict(zip(names, changed[states:], strict=True)))
+            except ValueError:
+                continue  # outside the domain: the other side is inside
+            if not case.same_course(neighbour):
+                continue  # across a decision, where the effect is no measure of round-off
+            found.append(neighbour)
+            break
+    return found
+
+
+def _distances(case: Case, states: list[tuple[object, ...]], nominal: list[tuple[object, ...]]) -> Floats:
+    """Distances between states that differ far below an ulp: differences first, in high precision."""
+    rows = np.array(
+        [[nearest_double(x - y) for x, y in zip(a, b, strict=True)] for a, b in zip(states, nominal, strict=True)]  # type: ignore[operator]
+    )
+    zero = np.zeros_like(rows)
+    return np.asarray(np.max(list(case.metric.by_group(rows, zero).values()), axis=0))
+
+
+def crowded(case: Case) -> frozenset[float]:
+    """Sample times where the time between events is below 1e6 times the conditioning of the events' times."""
+    neighbours, known, found = _neighbours(case), dict[int, float](), set()
+    for t in case.times.tolist():
+        near = case.between(t)
+        for n in (near.past, near.past + 1):
+            if n < 1 or (n > near.past and near.next == math.inf):
+                continue
+            if n not in known:
+                known[n] = _event_conditioning(case, neighbours, n)
+            if near.gap < CROWDED * known[n]:
+                found.add(t)
+    return frozenset(found)
+
+
+def _event_conditioning(case: Case, neighbours: list[Case], n: int) -> float:
+    """Effect of half an ulp in each number on the time of event n, and of its own, as a root of squares."""
+    time = case.event_time(n, 40)
+    effects = [nearest_double(other.event_time(n, 40) - time) for other in neighbours]
+    return math.hypot(*effects, math.ulp(float(time)) / 2)
+
+
+def _kept(what: str, case: Case, times: Floats, build: Callable[[], Floats]) -> Floats:
+    """The array of `build`, from disk where neither the numbers nor the sources have changed since."""
+    code = source_digest(type(case).__module__)
+    if code is None:
+        return build()
+    numbers = [str(value) for value in (*case.initial_state, *case.parameters.values(), case.span)]
+    digest = hashlib.sha256(times.tobytes()).hexdigest()
+    key = " ".join([what, type(case).__qualname__, code, *numbers, *case.scored, digest])
+    return np.asarray(cached(key, lambda: Entry({what: build()})).arrays[what])
+
+
+@cache
+def source_digest(module: str) -> str | None:
+    """A hash of the packages and of the case's own module; None where that has no source, as in a notebook."""
+    try:
+        own = inspect.getsource(importlib.import_module(module))
+    except (OSError, TypeError):
+        return None
+    return hashlib.sha256(f"{fingerprint('gnomon.reference', 'gnomon.cases')}\n{own}".encode()).hexdigest()

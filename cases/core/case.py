@@ -1,0 +1,385 @@
+"""A case: one initial value problem whose exact motion is known."""
+
+from __future__ import annotations
+
+import bisect
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from gnomon.cases.core import accuracy, sampling
+from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, SecondOrder, first_order
+from gnomon.cases.core.formulation import Formulation
+from gnomon.cases.core.metric import Metric
+from gnomon.cases.core.numbers import (
+    DURATION,
+    LARGEST,
+    SMALLEST,
+    Coordinate,
+    Domain,
+    OutOfReachError,
+    Parameter,
+    Range,
+    given,
+    nearest,
+    show,
+)
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.core.turning import Turning
+from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.precision import Number, exact
+from mpmath import mpf
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+MOST_EVENTS = 10_000
+"""Within a span: each costs a millisecond or so."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A named hard setting: the numbers that differ from the default, and one line that says what it stresses."""
+
+    name: str
+    stresses: str
+    parameters: Mapping[str, Number] = field(default_factory=dict)
+    initial_state: Sequence[Number] | None = None
+    span: Number | None = None
+    scored: tuple[str, ...] = ()
+    """The groups of the state that count in the distance; all where none is named."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One event of a hybrid motion: time, name of the transition (or `limit`), state before and after."""
+
+    time: Any
+    name: str
+    before: tuple[Any, ...]
+    after: tuple[Any, ...]
+
+
+class Between(NamedTuple):
+    """Where a time stands among the events: how many are past, the last (0 at first), the next (infinite: none).
+
+    `gap` is the local time between events.
+    """
+
+    past: int
+    last: Any
+    next: Any
+    gap: Any
+
+
+@dataclass(frozen=True)
+class Invariant:
+    """A quantity with a law. `function(t, state, parameters)` -> (value,), plain like equations.
+
+    `law` is "constant" (for all t) or "decays" (never grows).
+    """
+
+    function: Callable[[Any, tuple[Any, ...], tuple[Any, ...]], tuple[Any, ...]]
+    law: str = "constant"
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One rung of a ladder of models, crudest first.
+
+    `case` is the model; `project(states)` maps its states (n, dim) to those of the ladder's case; `effect` says what
+    this rung adds to the one before.
+    """
+
+    case: Case
+    project: Callable[[Floats], Floats]
+    effect: str
+
+
+def same(states: Floats) -> Floats:
+    """The projection of a rung whose model has the state of the ladder's case."""
+    return states
+
+
+class Case:
+    """One initial value problem with exact numbers. A subclass is a case by name; an instance has its numbers.
+
+    A subclass states the class attributes below, `motion()` and `forms`; everything else follows from them.
+    Inferred models (the book names the scene without equations) say so in `conventions`.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    section: ClassVar[str]
+    conventions: ClassVar[str] = ""
+    state: ClassVar[tuple[Coordinate, ...]]
+    parameter_list: ClassVar[tuple[Parameter, ...]]
+    default_state: ClassVar[tuple[Number, ...]]
+    default_span: ClassVar[Number]
+    domain: ClassVar[Domain]
+    variants: ClassVar[tuple[Variant, ...]] = ()
+    invariants: ClassVar[Mapping[str, Invariant]] = {}
+    natural_sizes: ClassVar[Mapping[str, float]] = {}
+    """The size by which a group that stays zero is divided; 1 SI unit where none is stated."""
+    turning: ClassVar[Turning | None] = None
+    """The rotational symmetry of the case, where it has one: its errors are then the median over turned starts."""
+    autonomous: ClassVar[bool] = True
+    certified_digits: ClassVar[int] = 45
+    """Digits that its certificate must show: 45 for a closed form, 30 for an integration."""
+
+    def __init__(
+        self,
+        variant: str | None = None,
+        initial_state: Sequence[Number] | None = None,
+        span: Number | None = None,
+        **parameters: Number,
+    ) -> None:
+        setting = self._variant(variant)
+        values: dict[str, Number] = {p.name: p.default for p in self.parameter_list}
+        for name in parameters:
+            if name not in values:
+                raise ValueError(f"{self.name} has no parameter {name!r}; {nearest(name, values)}")
+        values |= dict(setting.parameters) | parameters
+        start = initial_state if initial_state is not None else setting.initial_state
+        start = self.default_state if start is None else start
+        names = [coordinate.name for coordinate in self.state]
+        if len(start) != len(names):
+            raise ValueError(
+                f"{self.name}: the initial state has {len(start)} numbers, not {len(names)} ({', '.join(names)})"
+            )
+        self.variant = variant
+        self.parameters = {name: self._given(name, value) for name, value in values.items()}
+        self.initial_state = tuple(map(self._given, names, start))
+        with self._within_reach():
+            self.domain.check(self.name, self.numbers)
+            self._span_given = False
+            wanted = span if span is not None else setting.span
+            self.span = self._natural() if wanted is None else given(wanted, f"{self.name}: span", DURATION)
+        self._span_given = wanted is not None
+        if self.span <= 0:
+            raise ValueError(f"{self.name}: span = {show(self.span)} is not positive; give a duration in seconds")
+
+    @classmethod
+    def _given(cls, name: str, value: Number) -> Fraction:
+        return given(value, f"{cls.name}: {name}", cls.domain.ranges.get(name, Range()))
+
+    def _natural(self) -> Fraction:
+        found = exact(self.natural_span(), "its natural span")
+        if not SMALLEST <= found <= LARGEST:
+            raise ArithmeticError(f"its natural span, {show(found)} s, is not within 1e-300 and 1e300 s")
+        return found
+
+    @classmethod
+    def _variant(cls, name: str | None) -> Variant:
+        if name is None:
+            return Variant("default", "")
+        for variant in cls.variants:
+            if variant.name == name:
+                return variant
+        raise ValueError(f"{cls.name} has no variant {name!r}; {nearest(name, [v.name for v in cls.variants])}")
+
+    # What a subclass states -------------------------------------------------------------------------------------
+
+    def motion(self) -> Motion:
+        """The exact motion of these numbers."""
+        raise NotImplementedError
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        """The forms of the dynamics, the most structured first. A first-order form is added where one follows."""
+        raise NotImplementedError
+
+    def scales(self) -> dict[str, float]:
+        """The maximum norm of each group over the span (angles: at most pi), by which the metric divides.
+
+        Found on a grid here; a case whose peaks are sharper than the grid states them in closed form.
+        """
+        return accuracy.grid_scales(self)
+
+    @property
+    def time_scale(self) -> float:
+        """The characteristic time, in seconds: a period over 2 pi, a decay time; the fastest one that matters."""
+        raise NotImplementedError
+
+    @property
+    def fastest_time(self) -> float:
+        """The shortest time in the equations, in seconds, that of a mode which dies at once included."""
+        return self.time_scale
+
+    def natural_span(self) -> Number:
+        """The span where neither caller nor variant gives one."""
+        return self.default_span
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """Derived quantities by name: period, stop time, ..."""
+        return {}
+
+    def events(self, digits: int = 15) -> tuple[Event, ...]:
+        """The events of a hybrid motion within the span, in order; each case lists them once a precision."""
+        if digits not in self._events:
+            with self._within_reach():
+                self._events[digits] = self._listed(digits)
+        return self._events[digits]
+
+    @cached_property
+    def _events(self) -> dict[int, tuple[Event, ...]]:
+        return {}
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """What `events` gives: a hybrid case overrides this."""
+        return ()
+
+    def _few(self, events: float, most: int = MOST_EVENTS) -> None:
+        """Raise ArithmeticError where the span holds about `events`, and these are too many."""
+        if events > most:
+            span = float(self.span)
+            raise ArithmeticError(
+                f"span = {show(self.span)} s holds about {events:.2g} events, and at most {most:,} are listed; "
+                f"give at most {span * (most / events):g} s"
+            )
+
+    def between(self, t: float) -> Between:
+        """Where t stands among the events, to 20 digits."""
+        times = [event.time for event in self.events(20)]
+        past = bisect.bisect_right(times, t)
+        edges = [mpf(0), *times, mpf("inf")]
+        last, following = edges[past], edges[past + 1]
+        return Between(past, last, following, following - last if past < len(times) else last - edges[max(past - 1, 0)])
+
+    def event_time(self, n: int, digits: int = 15) -> Any:
+        """Time of event n = 1, 2, ..., infinite where the motion has fewer."""
+        events = self.events(digits)
+        return events[n - 1].time if n <= len(events) else mpf("inf")
+
+    @property
+    def formulations(self) -> tuple[Formulation, ...]:
+        """Other ways to write the same case."""
+        return ()
+
+    @property
+    def scene(self) -> SceneForm | None:
+        """What a physics engine is given; None where bodies, joints, forces and contacts cannot express the case."""
+        return None
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """Models from the crudest to this one, itself excluded."""
+        return ()
+
+    def same_course(self, other: Case) -> bool:
+        """Whether another case, a rounding away, takes the same modes: conditioning looks at those only."""
+        return True
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
+        """Time reversal: the state and parameters whose motion retraces this one; None where there is none."""
+        return None
+
+    # What follows -----------------------------------------------------------------------------------------------
+
+    @property
+    def numbers(self) -> dict[str, Fraction]:
+        """Parameters and initial state by name."""
+        names = [coordinate.name for coordinate in self.state]
+        return self.parameters | dict(zip(names, self.initial_state, strict=True))
+
+    @contextmanager
+    def _within_reach(self) -> Iterator[None]:
+        """Around what computes the exact motion: where that gives up, the error names the case and the numbers."""
+        try:
+            yield
+        except (ArithmeticError, ValueError, RecursionError) as error:
+            if isinstance(error, ValueError) and str(error).startswith(f"{self.name}: "):
+                raise
+            given_span = f", span = {show(self.span)} s" if self._span_given and "span = " not in str(error) else ""
+            unusual = self.domain.unusual(self.numbers)
+            raise OutOfReachError(f"{self.name}: {unusual}{given_span}: {error}") from error
+
+    @property
+    def id(self) -> str:
+        return f"{self.name}/{self.variant}" if self.variant else self.name
+
+    def rounded(self) -> Case:
+        """The same case with every number rounded to binary64; its exact motion is that of the rounded numbers."""
+        parameters: dict[str, Any] = {name: float(value) for name, value in self.parameters.items()}
+        start = [float(value) for value in self.initial_state]
+        copy = type(self)(initial_state=start, span=float(self.span), **parameters)
+        copy.variant = self.variant
+        with copy._within_reach():
+            _ = copy.time_scale
+        return copy
+
+    def with_numbers(self, initial_state: Sequence[Number], parameters: Mapping[str, Number]) -> Case:
+        """The same case and span with other numbers."""
+        named: dict[str, Any] = dict(parameters)
+        copy = type(self)(initial_state=initial_state, span=self.span, **named)
+        copy.variant = self.variant
+        return copy
+
+    def with_span(self, span: Number) -> Case:
+        """The same case over another span."""
+        named: dict[str, Any] = dict(self.parameters)
+        return type(self)(initial_state=self.initial_state, span=span, **named)
+
+    @cached_property
+    def _motion(self) -> Motion:
+        return self.motion()
+
+    def exact(self, t: Number, digits: int = 15) -> tuple[Any, ...]:
+        """The exact state at time t to `digits` significant digits; at an event, the state after it."""
+        with self._within_reach():
+            return self._motion.state(t, digits)
+
+    def all_forms(self) -> tuple[Form, ...]:
+        """`forms`, with the first-order form that they imply."""
+        if any(isinstance(form, FirstOrder) for form in self.forms):
+            return self.forms
+        implied = next((f for f in map(first_order, self.forms) if f is not None), None)
+        return self.forms if implied is None else (*self.forms, implied)
+
+    def parameter_values(self) -> tuple[Fraction, ...]:
+        """The parameters in the order in which equations take them."""
+        return tuple(self.parameters[p.name] for p in self.parameter_list)
+
+    @cached_property
+    def times(self) -> Floats:
+        """The 64 sample times (s): equally spaced, exact in binary, clear of events."""
+        with self._within_reach():
+            return sampling.sample_times(self)
+
+    def sample(self, times: Floats) -> Floats:
+        """Exact states at `times`, shape (len(times), len(state)), each value within 0.51 ulp; fast for many times."""
+        with self._within_reach():
+            return sampling.sample(self, np.asarray(times, dtype=np.float64))
+
+    @cached_property
+    def metric(self) -> Metric:
+        """The distance between two states."""
+        return Metric.of(self)
+
+    def floor(self, times: Floats) -> Floats:
+        """Half an ulp of the exact state, in the metric, at each time: no binary64 answer can be closer."""
+        return accuracy.floor(self, np.asarray(times, dtype=np.float64))
+
+    def conditioning(self, times: Floats) -> Floats:
+        """Typical effect, in the metric, of half an ulp in initial state, parameters and time; cached on disk."""
+        return accuracy.conditioning(self, np.asarray(times, dtype=np.float64))
+
+    @property
+    def scored(self) -> tuple[str, ...]:
+        """The groups that count in the distance; all where none is named."""
+        return self._variant(self.variant).scored
+
+    @property
+    def hybrid(self) -> Hybrid | None:
+        return next((form for form in self.forms if isinstance(form, Hybrid)), None)
+
+    @property
+    def second_order(self) -> SecondOrder | None:
+        return next((form for form in self.forms if isinstance(form, SecondOrder)), None)
+
+    def __repr__(self) -> str:
+        numbers = ", ".join(f"{name}={float(value):g}" for name, value in self.numbers.items())
+        return f"<{self.id}: {numbers}, span {float(self.span):g} s>"

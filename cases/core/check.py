@@ -1,0 +1,127 @@
+"""A check: numbers that follow from closed forms, without motion, and an independent way to the same numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any, ClassVar
+
+from gnomon.cases.core.numbers import Domain, Parameter, Range, given, nearest
+from gnomon.reference.numerics.balls import ball, refined
+from gnomon.reference.numerics.precision import Number, publish, working
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A named hard setting of a check: the parameters that differ, and one line that says what it stresses."""
+
+    name: str
+    stresses: str
+    parameters: Mapping[str, Number] = field(default_factory=dict)
+
+
+class Check:
+    """One closed form with exact numbers. A subclass is a check by name; an instance has its numbers.
+
+    A subclass states the class attributes below and
+
+    1. `formulas(p)`: the closed forms in balls of python-flint, `p` holding each parameter as a ball; they are called
+       with more and more precision until the balls prove the digits asked for, so cancellation costs time, no thought;
+    2. `otherwise(mp, p)`: the same numbers in the mpmath context `mp`, by a way that shares no formula with the first
+       (quadrature, eigenvalues, linear systems, finite differences of an exact motion); `p` holds numbers of `mp`.
+
+    Both return the same names. A part after a dot names a component: components share a norm (`force.x`, `force.y`).
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    section: ClassVar[str]
+    conventions: ClassVar[str] = ""
+    parameter_list: ClassVar[tuple[Parameter, ...]]
+    domain: ClassVar[Domain]
+    variants: ClassVar[tuple[Setting, ...]] = ()
+    guard: ClassVar[int] = 30
+    """Digits that the independent way may lose on its way, on all variants."""
+    natural_sizes: ClassVar[Mapping[str, float]] = {}
+    """The size of a quantity that is exactly zero; 1 SI unit where none is stated."""
+
+    def __init__(self, variant: str | None = None, **parameters: Number) -> None:
+        values: dict[str, Number] = {p.name: p.default for p in self.parameter_list}
+        for name in parameters:
+            if name not in values:
+                raise ValueError(f"{self.name} has no parameter {name!r}; {nearest(name, values)}")
+        values |= dict(self._variant(variant).parameters) | parameters
+        self.variant = variant
+        self.parameters = {
+            name: given(value, f"{self.name}: {name}", self.domain.ranges.get(name, Range()))
+            for name, value in values.items()
+        }
+        self.domain.check(self.name, self.parameters)
+
+    @classmethod
+    def _variant(cls, name: str | None) -> Setting:
+        if name is None:
+            return Setting("default", "")
+        for variant in cls.variants:
+            if variant.name == name:
+                return variant
+        raise ValueError(f"{cls.name} has no variant {name!r}; {nearest(name, [v.name for v in cls.variants])}")
+
+    def formulas(self, p: Any) -> Mapping[str, Any]:
+        """The closed forms, in balls at the precision in force."""
+        raise NotImplementedError
+
+    def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
+        """The same numbers by another way, in `mp`."""
+        raise NotImplementedError
+
+    def exact(self, digits: int = 15) -> dict[str, Any]:
+        """The closed forms to `digits` significant digits each, as mpmath numbers by name."""
+        names: list[str] = []
+
+        def compute() -> list[Any]:
+            found = self.formulas(SimpleNamespace(**{name: ball(v) for name, v in self.parameters.items()}))
+            names[:] = found
+            return list(found.values())
+
+        with working(digits + 2) as mp:
+            values = publish(refined(mp, compute), digits)
+        return dict(zip(names, values, strict=True))
+
+    def independent(self, digits: int = 15) -> dict[str, Any]:
+        """The same numbers by a way that shares no formula with `exact`."""
+        with working(digits + self.guard) as mp:
+            p = SimpleNamespace(**{name: mp.mpf(v.numerator) / v.denominator for name, v in self.parameters.items()})
+            found = self.otherwise(mp, p)
+            return dict(zip(found, publish(map(mp.mpf, found.values()), digits), strict=True))
+
+    def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """What errors of `values` are relative to: the largest component of each quantity, or its natural size."""
+        largest: dict[str, Any] = {}
+        for name, value in values.items():
+            quantity = name.partition(".")[0]
+            largest[quantity] = max(largest.get(quantity, 0), abs(value))
+        return {
+            name: largest[name.partition(".")[0]] or self.natural_sizes.get(name.partition(".")[0], 1.0)
+            for name in values
+        }
+
+    @property
+    def id(self) -> str:
+        return f"{self.name}/{self.variant}" if self.variant else self.name
+
+    def rounded(self) -> Check:
+        """The same check with every number rounded to binary64: what a numerical opponent is given."""
+        numbers: dict[str, Any] = {name: float(value) for name, value in self.parameters.items()}
+        copy = type(self)(**numbers)
+        copy.variant = self.variant
+        return copy
+
+    def __repr__(self) -> str:
+        return f"<{self.id}: {', '.join(f'{name}={float(value):g}' for name, value in self.parameters.items())}>"
+
+
+Numbers = Mapping[str, Fraction]
+"""The parameters of a check by name, as its domain sees them."""

@@ -1,0 +1,31 @@
+"""Another way to write the same case: its own state, its own equations, its own clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.forms import Form
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Formulation:
+    """Another way to write a case.
+
+    `forms`: as in a Case, the most structured first. `encode(mp, state, parameters)` -> y in the mpmath context mp
+    (the harness computes it in high precision and rounds once). `decode(y, parameters)`: array (..., dim_y) -> array
+    (..., dim). `clock`: the index of the component of y that carries t, or None where the independent variable is t
+    itself. `independent(t, digits)` -> the exact value of the independent variable at time t (with a clock only).
+    """
+
+    name: str
+    forms: tuple[Form, ...]
+    encode: Callable[[Any, Sequence[Any], Sequence[Any]], tuple[Any, ...]]
+    decode: Callable[[Floats, Sequence[float]], Floats]
+    clock: int | None = None
+    independent: Callable[[Any, int], Any] | None = None

@@ -1,0 +1,185 @@
+"""The numbers of a case: what each one is, which values it may take, which joint rules bind them."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from gnomon.reference.numerics.precision import Number, exact
+
+FEW = 20
+"""More valid names than this are not all put into an error message."""
+LARGEST, SMALLEST = max(Fraction(10) ** 300, Fraction(1e300)), min(Fraction(1, 10**300), Fraction(1e-300))
+"""The sizes of numbers that are not 0, as text and as doubles: nearer to the ends of binary64 a square root or a
+quotient leaves it."""
+TINY = Fraction(1, 10**9)
+"""Of the larger end of its typical range: so small a number is named where there is no exact motion, too."""
+KINDS = (
+    "length",
+    "velocity",
+    "angle",
+    "angular velocity",
+    "attitude",
+    "dimensionless",
+    "rate",
+)
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One component of a state. Coordinates of one `group` share a norm and a scale; by default a kind is a group."""
+
+    name: str
+    unit: str
+    kind: str
+    group: str = ""
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise ValueError(f"coordinate {self.name}: kind {self.kind!r} is none of {', '.join(KINDS)}")
+        if not self.group:
+            object.__setattr__(self, "group", self.kind)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter with its unit, its default and what it means."""
+
+    name: str
+    unit: str
+    default: Number
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class Range:
+    """Allowed interval of one number, and the narrower one that random tests and searches draw from."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    low_open: bool = False
+    high_open: bool = False
+    typical: tuple[float, float] = (-10.0, 10.0)
+
+    def admits(self, value: Fraction) -> bool:
+        above = value > self.low if self.low_open else value >= self.low
+        below = value < self.high if self.high_open else value <= self.high
+        return above and below
+
+    def __str__(self) -> str:
+        left, right = (
+            "(" if self.low_open or self.low == -math.inf else "[",
+            ")" if self.high_open or self.high == math.inf else "]",
+        )
+        return f"{left}{self.low:g}, {self.high:g}{right}"
+
+
+def positive(low: float = 0.1, high: float = 10.0) -> Range:
+    """A number above zero, drawn from [low, high]."""
+    return Range(low=0.0, low_open=True, typical=(low, high))
+
+
+DURATION = Range(low=0.0, low_open=True)
+
+
+class OutOfReachError(ValueError, ArithmeticError):
+    """Numbers inside the domain whose exact motion cannot be computed."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A joint rule: `holds(numbers)` over parameters and initial state by name, and the sentence that states it."""
+
+    statement: str
+    holds: Callable[[Mapping[str, Fraction]], bool]
+
+
+@dataclass(frozen=True)
+class Domain:
+    """Which numbers a case admits: a Range for each name of parameters and states, and joint rules."""
+
+    ranges: Mapping[str, Range]
+    rules: tuple[Rule, ...] = ()
+
+    def check(self, case: str, numbers: Mapping[str, Fraction]) -> None:
+        """Raise ValueError naming the first number that is out of its range, or the rule that is broken."""
+        for name, value in numbers.items():
+            allowed = self.ranges.get(name, Range())
+            if not allowed.admits(value):
+                raise ValueError(f"{case}: {name} = {show(value)} is outside {allowed}")
+        for rule in self.rules:
+            if not rule.holds(numbers):
+                listed = ", ".join(f"{name} = {show(value)}" for name, value in numbers.items())
+                raise ValueError(f"{case}: {rule.statement} does not hold for {listed}")
+
+    def admits(self, numbers: Mapping[str, Fraction]) -> bool:
+        return all(self.ranges.get(name, Range()).admits(value) for name, value in numbers.items()) and all(
+            rule.holds(numbers) for rule in self.rules
+        )
+
+    def unusual(self, numbers: Mapping[str, Fraction]) -> str:
+        """The numbers outside their typical ranges, with these, as the likely reason why there is no exact motion."""
+        found = []
+        for name, value in numbers.items():
+            low, high = self.ranges.get(name, Range()).typical
+            tiny = 0 < abs(value) < TINY * Fraction(max(-low, high))
+            if tiny or not low <= value <= high:
+                found.append(f"{name} = {show(value)} (usual: {low:g} to {high:g})")
+        named = ", ".join(found) or ", ".join(f"{name} = {show(value)}" for name, value in numbers.items())
+        return f"the exact motion is out of reach for {named}"
+
+    def draw(self, names: Iterable[str], unit: Callable[[], float]) -> dict[str, float]:
+        """Admissible numbers from `unit()`, a source of floats in [0, 1); at most 1000 attempts at the joint rules."""
+        names = tuple(names)
+        for _ in range(1000):
+            numbers = {}
+            for name in names:
+                low, high = self.ranges.get(name, Range()).typical
+                numbers[name] = low + (high - low) * unit()
+            if self.admits({name: Fraction(value) for name, value in numbers.items()}):
+                return numbers
+        raise ValueError(f"no admissible numbers for {', '.join(names)} in 1000 attempts; narrow the typical ranges")
+
+
+def show(value: Fraction) -> str:
+    """A number as a person would write it: exact where that is short, else 17 digits."""
+    if value and (abs(value) > sys.float_info.max or float(value) == 0):
+        decades = (value.numerator.bit_length() - value.denominator.bit_length()) * math.log10(2)
+        return f"{'-' if value < 0 else ''}1e{decades:.0f} (about)"
+    if value.denominator == 1 and abs(value.numerator) < 10**15:
+        return str(value.numerator)
+    shortest = repr(float(value))
+    return shortest if Fraction(shortest) == value else f"{float(value):.17g}"
+
+
+def given(value: Number, name: str, allowed: Range) -> Fraction:
+    """An exact number from what a caller gave for `name`.
+
+    Raises ValueError, with the allowed range, for what is no number and for one that no binary64 computation can be
+    about. A Fraction or an mpf may be as small as it likes: states of exact motions are, once they have decayed.
+    """
+    try:
+        number = exact(value, name)
+    except ValueError as error:
+        raise ValueError(f"{error}; allowed: {allowed}") from None
+    small = 0 < abs(number) < SMALLEST and not (isinstance(value, Fraction) or hasattr(value, "_mpf_"))
+    if small or abs(number) > LARGEST:
+        raise ValueError(
+            f"{name} = {show(number)} is too {'small' if small else 'large'}: it may be in {allowed}, and must be 0 or "
+            "from 1e-300 to 1e300 in size"
+        )
+    return number
+
+
+def nearest(name: str, valid: Iterable[str]) -> str:
+    """The hint for an unknown name: the nearest valid ones, or all of them where none is near."""
+    valid = sorted(valid)
+    close = difflib.get_close_matches(name, valid, n=3, cutoff=0.5)
+    if close:
+        return f"did you mean {' or '.join(close)}?"
+    shown = ", ".join(valid[:FEW])
+    return f"valid names: {shown}" if len(valid) <= FEW else f"valid names: {shown} ... {len(valid)} in all, see list"

@@ -1,0 +1,83 @@
+"""Rotational symmetry of a case: starts that are turned, whose motions are the turned motions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from gnomon.cases.core.case import Case
+
+Floats = NDArray[np.float64]
+
+STARTS = 9
+"""Turned starts of a case; an odd number, so that their median is the error of one of them."""
+_ATTEMPTS = 1000
+_PLASTIC = 1.2207440846057596
+"""The root of x^4 = x + 1: its powers spread points evenly over three dimensions (R3 sequence, Roberts 2018)."""
+
+
+@dataclass(frozen=True)
+class Turning:
+    """Turning these vectors by one rotation turns the whole motion; the other coordinates stay as they are.
+
+    `vectors` names the coordinates of each vector: two names for a vector in the plane of the rotation, three for one
+    in space. Vectors in space are turned by any rotation, or only about the third axis where `vertical`.
+    """
+
+    vectors: tuple[tuple[str, ...], ...]
+    vertical: bool = False
+
+    def rotation(self, number: int) -> Floats:
+        """Rotation 1, 2, ... of a fixed, evenly spread sequence, shape (2, 2) or (3, 3)."""
+        a, b, c = (number * _PLASTIC**-power % 1.0 for power in (1, 2, 3))
+        cos, sin = math.cos(2 * math.pi * a), math.sin(2 * math.pi * a)
+        if len(self.vectors[0]) == 2:
+            return np.array([[cos, -sin], [sin, cos]])
+        if self.vertical:
+            return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        # A unit quaternion, evenly spread: Shoemake, Graphics Gems III (1992).
+        low, high = math.sqrt(c), math.sqrt(1 - c)
+        w, x = high * sin, high * cos
+        y, z = low * math.sin(2 * math.pi * b), low * math.cos(2 * math.pi * b)
+        return np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+
+    def turned(self, case: Case, states: Floats, rotation: Floats) -> Floats:
+        """States (..., dim) of a case, turned."""
+        names = [coordinate.name for coordinate in case.state]
+        found = np.array(states, dtype=np.float64)
+        for vector in self.vectors:
+            indices = [names.index(name) for name in vector]
+            found[..., indices] = states[..., indices] @ rotation.T
+        return found
+
+
+def turned_cases(case: Case, count: int = STARTS) -> list[Case]:
+    """The case from `count` turned starts, each rounded to binary64: the exact motion of each is that of these numbers.
+
+    Empty where the case declares no symmetry. Raises ValueError where its domain admits too few turned starts.
+    """
+    if case.turning is None:
+        return []
+    start = np.array([float(value) for value in case.initial_state])
+    names = [coordinate.name for coordinate in case.state]
+    found: list[Case] = []
+    for number in range(1, _ATTEMPTS):
+        turned: Sequence[float] = case.turning.turned(case, start, case.turning.rotation(number)).tolist()
+        if case.domain.admits(case.parameters | {n: Fraction(x) for n, x in zip(names, turned, strict=True)}):
+            found.append(case.with_numbers(turned, case.parameters))
+        if len(found) == count:
+            return found
+    raise ValueError(f"{case.id}: its domain admits {len(found)} of {count} turned starts; see its `turning`")

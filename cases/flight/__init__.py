@@ -1,0 +1,1 @@
+"""Cases. Points in uniform fields: projectiles, drag, charges, pulses."""

@@ -1,0 +1,389 @@
+"""A charge in uniform electric and magnetic fields, slow and relativistic."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from functools import cached_property
+from math import sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Invariant, Variant
+from gnomon.cases.core.forms import Charged, FirstOrder, SemiLinear, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.point_scene import SPACE, free_point
+from gnomon.cases.core.scene import Readings, Scene, SceneForm
+from gnomon.reference.flight.gyration import Charge
+from gnomon.reference.flight.relativistic_charge import RelativisticCharge
+from gnomon.reference.numerics.precision import Number
+from mpmath import mpf
+
+TURNS = 10.37 * 2 * math.pi
+FIELDS = ("Ex", "Ey", "Ez", "Bx", "By", "Bz")
+
+
+def uniform_fields(t: Any, place: Values, parameters: Values) -> Values:
+    """(q/m) E and (q/m) B, the same everywhere and always."""
+    q_m, ex, ey, ez, bx, by, bz = parameters
+    return q_m * ex, q_m * ey, q_m * ez, q_m * bx, q_m * by, q_m * bz
+
+
+def lorentz_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """r'' = (q/m) (E + v x B)."""
+    _x, _y, _z, vx, vy, vz = state
+    q_m, ex, ey, ez, bx, by, bz = parameters
+    return (
+        vx,
+        vy,
+        vz,
+        q_m * (ex + vy * bz - vz * by),
+        q_m * (ey + vz * bx - vx * bz),
+        q_m * (ez + vx * by - vy * bx),
+    )
+
+
+def charge_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Kinetic and potential energy over the mass."""
+    x, y, z, vx, vy, vz = state
+    q_m, ex, ey, ez, _bx, _by, _bz = parameters
+    return ((vx * vx + vy * vy + vz * vz) / 2 - q_m * (ex * x + ey * y + ez * z),)
+
+
+def parallel_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """v.B - (q/m) E.B t: along the field only E acts."""
+    _x, _y, _z, vx, vy, vz = state
+    q_m, ex, ey, ez, bx, by, bz = parameters
+    return (vx * bx + vy * by + vz * bz - q_m * (ex * bx + ey * by + ez * bz) * t,)
+
+
+def centre_x(t: Any, state: Values, parameters: Values) -> Values:
+    """x-component of v - (q/m) (r x B + E t), which holds the guiding centre."""
+    _x, y, z, vx, _vy, _vz = state
+    q_m, ex, _ey, _ez, _bx, by, bz = parameters
+    return (vx - q_m * (y * bz - z * by + ex * t),)
+
+
+def centre_y(t: Any, state: Values, parameters: Values) -> Values:
+    x, _y, z, _vx, vy, _vz = state
+    q_m, _ex, ey, _ez, bx, _by, bz = parameters
+    return (vy - q_m * (z * bx - x * bz + ey * t),)
+
+
+def centre_z(t: Any, state: Values, parameters: Values) -> Values:
+    x, y, _z, _vx, _vy, vz = state
+    q_m, _ex, _ey, ez, bx, by, _bz = parameters
+    return (vz - q_m * (x * by - y * bx + ez * t),)
+
+
+def gyration_matrix(parameters: Values) -> Values:
+    q_m, _ex, _ey, _ez, bx, by, bz = parameters
+    return turning_matrix(q_m * bx, q_m * by, q_m * bz)
+
+
+def turning_matrix(wx: Any, wy: Any, wz: Any) -> Values:
+    """Of r' = v, v' = v x w, row by row."""
+    return (
+        *(0, 0, 0, 1, 0, 0),
+        *(0, 0, 0, 0, 1, 0),
+        *(0, 0, 0, 0, 0, 1),
+        *(0, 0, 0, 0, wz, -wy),
+        *(0, 0, 0, -wz, 0, wx),
+        *(0, 0, 0, wy, -wx, 0),
+    )
+
+
+def electric_push(t: Any, state: Values, parameters: Values) -> Values:
+    q_m, ex, ey, ez, _bx, _by, _bz = parameters
+    return 0, 0, 0, q_m * ex, q_m * ey, q_m * ez
+
+
+SCENE = free_point(lorentz_equations, SPACE, fields=uniform_fields)
+PLACES = tuple(Coordinate(name, "m", "length") for name in "xyz")
+FIELD_PARAMETERS = tuple(
+    Parameter(name, unit, 0, f"{field} field along {name[1]}")
+    for unit, field, names in (("V/m", "electric", FIELDS[:3]), ("T", "magnetic", FIELDS[3:]))
+    for name in names
+)
+
+
+def with_fields(**values: Number) -> tuple[Parameter, ...]:
+    """The six components, with defaults."""
+    return tuple(Parameter(p.name, p.unit, values.get(p.name, 0), p.meaning) for p in FIELD_PARAMETERS)
+
+
+class ChargeInFields(Case):
+    name = "charge_in_E_and_B"
+    title = "Charge in uniform E and B: gyration, E x B drift, acceleration along B"
+    section = "6.3.3, 6.8"
+    conventions = "q_m = q/m; speeds far below that of light."
+    state = (*PLACES, *(Coordinate(f"v{name}", "m/s", "velocity") for name in "xyz"))
+    parameter_list = (Parameter("q_m", "C/kg", 1, "charge over mass"), *with_fields(Ex=1, Ez="0.2", Bz=5))
+    default_state = (0, 0, 0, 1, 0, "0.5")
+    domain = Domain({name: Range(typical=(-3.0, 3.0)) for name in ("q_m", *FIELDS, "vx", "vy", "vz")})
+    variants = (
+        Variant(
+            "oblique", "fields and velocity in no common plane", {"Ey": 2, "Bx": 1, "By": -3}, (1, 2, 3, 1, "0.3", -1)
+        ),
+        Variant(
+            "strong_field",
+            "B = 1e5 T: steps for the drift are thousands of gyrations",
+            {"Bz": 10**5},
+            span="0.6317",
+        ),
+        Variant("weak_drift", "the drift is 1e-5 of the gyration", {"Ex": "5e-5", "Ez": 0}, span="125.7"),
+        Variant("weak_field", "B = 1e-9 T: nearly a parabola, the textbook formula cancels", {"Bz": "1e-9"}, span=10),
+        Variant("no_field", "B = 0: exactly a parabola", {"Bz": 0}, span=10),
+        Variant("long_1e5", "100,000 gyrations: phase error", {"Ez": 0}, span="125664.37"),
+        Variant("engines", "the numbers of engine tests, 5 s", span=5),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(charge_energy),
+        "parallel_momentum": Invariant(parallel_momentum),
+        "centre_x": Invariant(centre_x),
+        "centre_y": Invariant(centre_y),
+        "centre_z": Invariant(centre_z),
+    }
+
+    @cached_property
+    def _exact(self) -> Charge:
+        q_m, ex, ey, ez, bx, by, bz = self.parameter_values()
+        x, y, z, vx, vy, vz = self.initial_state
+        return Charge((x, y, z), (vx, vy, vz), q_m, (ex, ey, ez), (bx, by, bz))
+
+    def motion(self) -> Charge:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (
+            Charged(lorentz_equations, fields=uniform_fields),
+            SemiLinear(lorentz_equations, linear=gyration_matrix, rest=electric_push),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """One radian of the gyration, or the time in which E changes the velocity where that is shorter."""
+        q_m, ex, ey, ez, *_ = map(float, self.parameter_values())
+        force = abs(q_m) * math.hypot(ex, ey, ez)
+        speed = math.hypot(*map(float, self.initial_state[3:]))
+        times = [1 / float(self._exact.gyration_rate())] if self._exact.gyration_rate() else []
+        return min(times + ([speed / force] if speed and force else [])) if times or (force and speed) else 1.0
+
+    def natural_span(self) -> Number:
+        """10.37 gyrations; ten time scales without magnetic field."""
+        rate = float(self._exact.gyration_rate())
+        return TURNS / rate if rate else 10 * self.time_scale
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self._exact
+        found = {"gyration_rate": motion.gyration_rate(digits)}
+        if found["gyration_rate"]:
+            found |= {"gyration_period": motion.gyration_period(digits), "gyroradius": motion.gyroradius(digits)}
+            found |= {
+                f"drift_{name}": mpf(v.numerator) / v.denominator for name, v in zip("xyz", motion.drift(), strict=True)
+            }
+        return found
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        """Backwards the magnetic field points the other way."""
+        x, y, z, vx, vy, vz = state
+        turned = {name: -self.parameters[name] for name in FIELDS[3:]}
+        return (x, y, z, -vx, -vy, -vz), self.parameters | turned
+
+
+def relativistic_fields(t: Any, place: Values, parameters: Values) -> Values:
+    """(q/m) E and (q/m) B, q over the rest mass."""
+    q_m, _c, ex, ey, ez, bx, by, bz = parameters
+    return q_m * ex, q_m * ey, q_m * ez, q_m * bx, q_m * by, q_m * bz
+
+
+def speed_of_light(parameters: Values) -> Values:
+    return (parameters[1],)
+
+
+def relativistic_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """r' = u/gamma, u' = (q/m) (E + u x B/gamma), gamma = sqrt(1 + u^2/c^2)."""
+    _x, _y, _z, ux, uy, uz = state
+    q_m, c, ex, ey, ez, bx, by, bz = parameters
+    gamma = sqrt(1 + (ux * ux + uy * uy + uz * uz) / (c * c))
+    vx, vy, vz = ux / gamma, uy / gamma, uz / gamma
+    return (
+        vx,
+        vy,
+        vz,
+        q_m * (ex + vy * bz - vz * by),
+        q_m * (ey + vz * bx - vx * bz),
+        q_m * (ez + vx * by - vy * bx),
+    )
+
+
+def relativistic_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """gamma c^2 - (q/m) E.r: energy over the mass."""
+    x, y, z, ux, uy, uz = state
+    q_m, c, ex, ey, ez, _bx, _by, _bz = parameters
+    return (c * sqrt(c * c + ux * ux + uy * uy + uz * uz) - q_m * (ex * x + ey * y + ez * z),)
+
+
+def relativistic_centre_x(t: Any, state: Values, parameters: Values) -> Values:
+    """x-component of u - (q/m) (r x B + E t)."""
+    _x, y, z, ux, _uy, _uz = state
+    q_m, _c, ex, _ey, _ez, _bx, by, bz = parameters
+    return (ux - q_m * (y * bz - z * by + ex * t),)
+
+
+def relativistic_centre_y(t: Any, state: Values, parameters: Values) -> Values:
+    x, _y, z, _ux, uy, _uz = state
+    q_m, _c, _ex, ey, _ez, bx, _by, bz = parameters
+    return (uy - q_m * (z * bx - x * bz + ey * t),)
+
+
+def relativistic_centre_z(t: Any, state: Values, parameters: Values) -> Values:
+    x, y, _z, _ux, _uy, uz = state
+    q_m, _c, _ex, _ey, ez, bx, by, _bz = parameters
+    return (uz - q_m * (x * by - y * bx + ez * t),)
+
+
+def newtonian_push(t: float, state: Values, parameters: Values) -> Values:
+    """The same as an acceleration by place and velocity: v' = (q/m) (E + v x B - v (v.E)/c^2)/gamma."""
+    _x, _y, _z, vx, vy, vz = state
+    q_m, c, ex, ey, ez, bx, by, bz = parameters
+    share = q_m * sqrt(1 - (vx * vx + vy * vy + vz * vz) / (c * c))
+    power = (vx * ex + vy * ey + vz * ez) / (c * c)
+    return (
+        vx,
+        vy,
+        vz,
+        share * (ex + vy * bz - vz * by - vx * power),
+        share * (ey + vz * bx - vx * bz - vy * power),
+        share * (ez + vx * by - vy * bx - vz * power),
+    )
+
+
+def newtonian_scene() -> SceneForm:
+    """A Newtonian point, which is what engines have, under a force that makes it move as the charge does."""
+    plain = free_point(newtonian_push, SPACE)
+
+    def build(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+        gamma = sqrt(1 + sum(u * u for u in state[3:]) / parameters[1] ** 2)
+        return plain.build((*state[:3], *(u / gamma for u in state[3:])), parameters)
+
+    def observe(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+        x, y, z, vx, vy, vz = plain.observe(readings, parameters)
+        gamma = 1 / sqrt(1 - (vx * vx + vy * vy + vz * vz) / parameters[1] ** 2)
+        return x, y, z, gamma * vx, gamma * vy, gamma * vz
+
+    return replace(plain, build=build, observe=observe)
+
+
+SLOW_SCENE, FAST_SCENE = newtonian_scene(), free_point(relativistic_equations, SPACE, "relativistic_mass")
+"""In the second velocities are proper ones: next to the speed of light those of a Newtonian engine lose the momentum."""
+NEWTONIAN_GAMMA = 2.0
+LIGHT = 299792458
+
+
+class RelativisticChargeCase(Case):
+    name = "relativistic_charge"
+    title = "Relativistic charge in uniform E and B of any directions, by proper time"
+    section = "6.3.2, 6.3.3, 6.8"
+    conventions = "u = gamma v is the proper velocity; q_m = q/m, m the rest mass; no radiation."
+    state = (*PLACES, *(Coordinate(f"u{name}", "m/s", "velocity") for name in "xyz"))
+    parameter_list = (
+        Parameter("q_m", "C/kg", "1.7588e11", "charge over rest mass: an electron's, positive"),
+        Parameter("c", "m/s", LIGHT, "speed of light"),
+        *with_fields(Ex=100_000, Ez=20_000, Bz="0.01"),
+    )
+    default_state = (0, 0, 0, LIGHT, 0, LIGHT // 2)
+    domain = Domain(
+        {"q_m": Range(typical=(-2.0, 2.0)), "c": positive(0.5, 5.0)}
+        | {name: Range(typical=(-2.0, 2.0)) for name in FIELDS}
+        | {name: Range(typical=(-3.0, 3.0)) for name in ("x", "y", "z", "ux", "uy", "uz")}
+    )
+    variants = (
+        Variant("gamma_1e6", "gamma = 1e6: speed and c differ in the 13th digit", {}, (0, 0, 0, LIGHT * 10**6, 0, 0)),
+        Variant(
+            "null_field",
+            "E = cB exactly and across: neither drift nor hyperbola, powers of proper time",
+            {"Ex": 0, "Ey": Fraction(LIGHT, 128), "Ez": 0, "Bz": Fraction(1, 128)},
+            (0, 0, 0, 0, 0, 0),
+            "2e-7",
+        ),
+        Variant(
+            "runaway",
+            "E > cB: the energy grows without end",
+            {"Ex": 10**7, "Bz": "0.001"},
+            (0, 0, 0, 0, 0, 0),
+            "1e-6",
+        ),
+        Variant("electric", "no magnetic field: hyperbolic motion", {"Bz": 0}, span="1e-6"),
+        Variant("magnetic", "no electric field: gyration at qB/(gamma m)", {"Ex": 0, "Ez": 0}),
+        Variant(
+            "slow",
+            "far below the speed of light: gamma - 1 = 5e-13",
+            {"Ex": 1, "Ez": 0},
+            (0, 0, 0, 300, 0, 0),
+        ),
+        Variant("oblique", "fields in no common plane with the velocity", {"Ey": 10**6, "Bx": "0.02", "By": "-0.01"}),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(relativistic_energy),
+        "centre_x": Invariant(relativistic_centre_x),
+        "centre_y": Invariant(relativistic_centre_y),
+        "centre_z": Invariant(relativistic_centre_z),
+    }
+
+    @cached_property
+    def _exact(self) -> RelativisticCharge:
+        q_m, c, ex, ey, ez, bx, by, bz = self.parameter_values()
+        x, y, z, ux, uy, uz = self.initial_state
+        return RelativisticCharge(q_m, c, (ex, ey, ez), (bx, by, bz), (x, y, z), (ux, uy, uz))
+
+    def motion(self) -> RelativisticCharge:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Charged, ...]:
+        return (Charged(relativistic_equations, fields=relativistic_fields, light=speed_of_light),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SLOW_SCENE if float(self._exact.largest_gamma(self.span)) < NEWTONIAN_GAMMA else FAST_SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """gamma over (q/m) (|B| + |E|/c): the time in which the fields turn or change the velocity."""
+        q_m, c, ex, ey, ez, bx, by, bz = map(float, self.parameter_values())
+        rate = abs(q_m) * (math.hypot(bx, by, bz) + math.hypot(ex, ey, ez) / c)
+        return float(self._exact.gamma()) / rate if rate else 1.0
+
+    def natural_span(self) -> Number:
+        """10.37 gyrations where B outweighs E/c, else ten time scales."""
+        _q_m, c, ex, ey, ez, bx, by, bz = map(float, self.parameter_values())
+        weak = 2 * math.hypot(ex, ey, ez) < c * math.hypot(bx, by, bz)
+        return (TURNS if weak else 10) * self.time_scale
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`proper_time`: what a clock on the charge shows at the end of the span.
+
+        At the start, where it moves: F_t/(m gamma^3) along the path, the radius of curvature gamma m v^2/F_n.
+        `field_square` E^2 - c^2 B^2 and `field_product` E.B are the same in every frame.
+        """
+        motion = self._exact
+        found = {"gamma": motion.gamma(digits), "proper_time": motion.proper_time(self.span, digits)}
+        square, product = motion.field_invariants()
+        found |= {"field_square": motion._rational(digits, square), "field_product": motion._rational(digits, product)}
+        if any(motion.proper):
+            found["tangential_acceleration"] = motion.tangential_acceleration(digits)
+            found["curvature_radius"] = motion.curvature_radius(digits)
+        return found
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        """Backwards the magnetic field points the other way."""
+        x, y, z, ux, uy, uz = state
+        turned = {name: -self.parameters[name] for name in FIELDS[3:]}
+        return (x, y, z, -ux, -uy, -uz), self.parameters | turned

@@ -1,0 +1,303 @@
+"""Droplets in electric fields: the ink jet, and Millikan's oil drop."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from math import atan
+from typing import Any
+
+from gnomon.cases.core.case import Case, Event, Variant
+from gnomon.cases.core.forms import Hybrid, Mode, SemiLinear, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.point_scene import free_point, railed_point
+from gnomon.cases.core.scene import Contact, Readings, Scene, SceneForm, Vector
+from gnomon.reference.flight.droplets import InkJet, OilDrop
+from gnomon.reference.numerics.precision import Number, exact
+from mpmath import mpf
+
+
+def between_plates(t: Any, state: Values, parameters: Values) -> Values:
+    """r'' = (0, (q/m) E) - nu r'."""
+    _x, _y, vx, vy = state
+    q_m, field, _plates, _gap, nu = parameters
+    return vx, vy, -nu * vx, q_m * field - nu * vy
+
+
+def behind_plates(t: Any, state: Values, parameters: Values) -> Values:
+    _x, _y, vx, vy = state
+    nu = parameters[4]
+    return vx, vy, -nu * vx, -nu * vy
+
+
+def on_paper(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0, 0, 0
+
+
+def end_of_plates(t: Any, state: Values, parameters: Values) -> Values:
+    _q_m, _field, plates, _gap, _nu = parameters
+    return (state[0] - plates,)
+
+
+def paper(t: Any, state: Values, parameters: Values) -> Values:
+    _q_m, _field, plates, gap, _nu = parameters
+    return (state[0] - plates - gap,)
+
+
+def at_plates_end(t: Any, state: Values, parameters: Values) -> Values:
+    _q_m, _field, plates, _gap, _nu = parameters
+    return plates, state[1], state[2], state[3]
+
+
+def dried(t: Any, state: Values, parameters: Values) -> Values:
+    _q_m, _field, plates, gap, _nu = parameters
+    return plates + gap, state[1], 0, 0
+
+
+def place_of_the_drop(t: Any, state: Values, parameters: Values) -> str:
+    x = exact(state[0])
+    _q_m, _field, plates, gap, _nu = map(exact, parameters[:5])
+    if x < plates:
+        return "plates"
+    return "flight" if x < plates + gap else "paper"
+
+
+def jet_anywhere(t: float, state: Values, parameters: Values) -> Values:
+    """Plates and flight in one, for a scene's force."""
+    return (between_plates if state[0] < parameters[2] else behind_plates)(t, state, parameters)
+
+
+def jet_scene() -> tuple[SceneForm, SceneForm]:
+    """On its way; and with the paper, at x = 0 there, on which the drop sticks."""
+    plain = free_point(jet_anywhere, (0, 1))
+
+    def build(state: Values, parameters: Values) -> Scene:
+        made = plain.build(state, parameters)
+        reach = parameters[2] + parameters[3]
+        (drop,), (force,) = made.bodies, made.forces
+
+        def push(t: float, place: Vector, velocity: Vector) -> Vector:
+            return force.law(t, (place[0] + reach, *place[1:]), velocity)
+
+        x, y, z = drop.position
+        return replace(
+            made,
+            bodies=(replace(drop, position=(x - reach, y, z), radius=0.0),),
+            forces=(replace(force, law=push),),
+            contacts=(Contact("point", (-1.0, 0.0, 0.0), adhesive=True),),
+        )
+
+    def observe(readings: Readings, parameters: Values) -> Values:
+        x, *others = plain.observe(readings, parameters)
+        return (x + parameters[2] + parameters[3], *others)
+
+    return plain, SceneForm(build, observe, plain.needs | {"adhesive_contact"}, conservative=False)
+
+
+FLIGHT_SCENE, PAPER_SCENE = jet_scene()
+
+
+class InkJetPrinter(Case):
+    name = "ink_jet_printer"
+    title = "Ink drop between deflecting plates, then free flight to the paper"
+    section = "6.3.3"
+    conventions = "x along the jet, y across; no gravity; Stokes drag nu v per unit mass; the paper stops the drop."
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("y", "m", "length", "deflection"),
+        Coordinate("vx", "m/s", "velocity"),
+        Coordinate("vy", "m/s", "velocity", "deflecting velocity"),
+    )
+    parameter_list = (
+        Parameter("q_m", "C/kg", "1.5e-3", "charge over mass"),
+        Parameter("E", "V/m", 1_400_000, "field between the plates"),
+        Parameter("l", "m", "0.016", "length of the plates"),
+        Parameter("D", "m", "0.01", "from the plates to the paper"),
+        Parameter("nu", "1/s", 0, "drag over mass and speed"),
+    )
+    default_state = (0, 0, 18, 0)
+    domain = Domain(
+        {
+            "q_m": Range(typical=(-2.0, 2.0)),
+            "E": Range(typical=(-2.0, 2.0)),
+            "l": positive(0.5, 3.0),
+            "D": positive(0.5, 3.0),
+            "nu": Range(low=0.0, typical=(0.0, 2.0)),
+            "x": Range(typical=(0.0, 0.4)),
+            "y": Range(typical=(-1.0, 1.0)),
+            "vx": positive(0.5, 5.0),
+            "vy": Range(typical=(-1.0, 1.0)),
+        },
+        (Rule("the drop starts before the paper (x < l + D)", lambda n: n["x"] < n["l"] + n["D"]),),
+    )
+    variants = (
+        Variant("drag", "air slows the drop on its way", {"nu": 400}),
+        Variant(
+            "stopped_by_air", "drag stops the drop short of the paper: no second event", {"nu": 1000}, span="0.0071"
+        ),
+        Variant("weak_drag", "nu = 1e-9: the logarithms of the times cancel", {"nu": "1e-9"}),
+    )
+
+    @cached_property
+    def _exact(self) -> InkJet:
+        q_m, field, plates, gap, nu = self.parameter_values()
+        return InkJet(q_m * field, plates, plates + gap, nu, *self.initial_state)
+
+    def motion(self) -> InkJet:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (
+            Hybrid(
+                modes=(Mode("plates", between_plates), Mode("flight", behind_plates), Mode("paper", on_paper)),
+                start=place_of_the_drop,
+                transitions=(
+                    Transition("leaves", "plates", end_of_plates, 1, at_plates_end, "flight"),
+                    Transition("lands", "flight", paper, 1, dried, "paper"),
+                ),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"paper"}),
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return PAPER_SCENE if self._exact.reaches(self._exact.paper) else FLIGHT_SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """The flight to the paper without drag."""
+        way = self.parameters["l"] + self.parameters["D"] - self.initial_state[0]
+        return float(way / self.initial_state[2])
+
+    def natural_span(self) -> Number:
+        """A quarter past the landing; three flights where the drop does not arrive."""
+        motion = self._exact
+        return 1.27 * float(motion.time_at(motion.paper)) if motion.reaches(motion.paper) else 3.1 * self.time_scale
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """`leaves` the plates, `lands` on the paper."""
+        motion, found = self._exact, list[Event]()
+        for name, place in (("leaves", motion.plates), ("lands", motion.paper)):
+            if motion.x >= place or not motion.reaches(place) or motion.time_at(place, 20) > self.span:
+                continue
+            before = motion.crossing(place, digits)
+            after = before if name == "leaves" else (*before[:2], mpf(0), mpf(0))
+            found.append(Event(motion.time_at(place, digits), name, before, after))
+        return tuple(found)
+
+    def same_course(self, other: Case) -> bool:
+        q_m, field, plates, gap, nu = other.parameter_values()
+        theirs, mine = InkJet(q_m * field, plates, plates + gap, nu, *other.initial_state), self._exact
+        return all(
+            theirs.reaches(a) == mine.reaches(b) for a, b in ((theirs.plates, mine.plates), (theirs.paper, mine.paper))
+        )
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`deflection`: y on the paper, without drag q E l (l/2 + D)/(m v^2)."""
+        motion = self._exact
+        if not motion.reaches(motion.paper):
+            return {}
+        return {
+            "landing_time": motion.time_at(motion.paper, digits),
+            "deflection": motion.crossing(motion.paper, digits)[1],
+        }
+
+
+def oil_drop_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """v' = -g (1 - rho_air/rho) + q E/m - v/tau, m = 4 pi a^3 rho/3, 1/tau = 9 eta/(2 a^2 rho)."""
+    _y, v = state
+    g, a, rho, rho_air, eta, q, field = parameters
+    pi = 4 * atan(1)
+    mass = 4 * pi * a * a * a * rho / 3
+    return v, -g * (1 - rho_air / rho) + q * field / mass - 9 * eta / (2 * a * a * rho) * v
+
+
+def oil_drop_matrix(parameters: Values) -> Values:
+    _g, a, rho, _rho_air, eta, _q, _field = parameters
+    return 0, 1, 0, -9 * eta / (2 * a * a * rho)
+
+
+def oil_drop_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+    return oil_drop_matrix(parameters)
+
+
+def oil_drop_load(t: Any, state: Values, parameters: Values) -> Values:
+    g, a, rho, rho_air, _eta, q, field = parameters
+    pi = 4 * atan(1)
+    return 0, -g * (1 - rho_air / rho) + q * field / (4 * pi * a * a * a * rho / 3)
+
+
+DROP_SCENE = railed_point(oil_drop_equations)
+
+
+class MillikanOilDrop(Case):
+    name = "millikan_oil_drop"
+    title = "Millikan's oil drop: gravity, buoyancy, Stokes drag and a field"
+    section = "6.5"
+    conventions = "y upward; q E > 0 lifts the drop; no slip correction, no added mass."
+    state = (Coordinate("y", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("a", "m", "1e-6", "radius of the drop"),
+        Parameter("rho", "kg/m^3", 886, "density of the oil"),
+        Parameter("rho_air", "kg/m^3", "1.2", "density of the air"),
+        Parameter("eta", "Pa s", "1.8e-5", "viscosity of the air"),
+        Parameter("q", "C", "8.01e-19", "charge: five elementary charges"),
+        Parameter("E", "V/m", 100_000, "field"),
+    )
+    default_state = (0, 0)
+    domain = Domain(
+        {name: positive() for name in ("g", "a", "rho", "eta")}
+        | {
+            "rho_air": Range(low=0.0, typical=(0.0, 1.0)),
+            "q": Range(typical=(-2.0, 2.0)),
+            "E": Range(typical=(-2.0, 2.0)),
+        },
+    )
+    variants = (
+        Variant("no_field", "falls to its limiting speed", {"E": 0}),
+        Variant("stiff", "100 s at a relaxation time of 1e-5 s: seven decades", span=100),
+        Variant("balanced", "the field nearly carries the drop: a difference of large forces", {"E": "45401.5"}),
+    )
+
+    @cached_property
+    def _exact(self) -> OilDrop:
+        g, a, rho, rho_air, eta, q, field = self.parameter_values()
+        y, v = self.initial_state
+        load, lift = -g * (1 - rho_air / rho), 3 * q * field / (4 * a**3 * rho)
+        return OilDrop(9 * eta / (2 * a**2 * rho), (load,), (y,), (v,), lift)
+
+    def motion(self) -> OilDrop:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[SemiLinear, ...]:
+        return (SemiLinear(oil_drop_equations, oil_drop_jacobian, linear=oil_drop_matrix, rest=oil_drop_load),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return DROP_SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """The relaxation time m/(6 pi eta a)."""
+        return 1 / float(self._exact.nu)
+
+    def natural_span(self) -> Number:
+        """20.7 relaxation times."""
+        return 20.7 * self.time_scale
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`charge` by Millikan's formula from the two limiting speeds: the q that was put in."""
+        motion = self._exact
+        found = {
+            "relaxation_time": motion.relaxation_time(digits),
+            "falling_speed": motion.falling_speed(digits),
+            "rising_speed": motion.rising_speed(digits),
+        }
+        field = self.parameters["E"]
+        if not field:
+            return found
+        return found | {"charge": motion.charge(self.parameters["a"], self.parameters["eta"], field, digits)}

@@ -1,0 +1,156 @@
+"""Lagrange's equations of a projectile in parabolic coordinates, in which its Hamilton-Jacobi equation separates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core import accuracy
+from gnomon.cases.core.case import Case, Invariant, Variant
+from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule
+from gnomon.reference.flight.projectile_parabolic_coordinates import ParabolicProjectile
+from gnomon.reference.numerics.precision import Number, quantity
+
+
+def parabolic_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """Of L = (xi^2 + eta^2)(xi'^2 + eta'^2)/2 - g (eta^2 - xi^2)/2."""
+    xi, eta, u, v = state
+    (g,) = parameters
+    share, excess = xi * xi + eta * eta, v * v - u * u
+    return u, v, (xi * (excess + g) - 2 * eta * u * v) / share, -(eta * (excess + g) + 2 * xi * u * v) / share
+
+
+def parabolic_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Per unit mass."""
+    xi, eta, u, v = state
+    (g,) = parameters
+    return ((xi * xi + eta * eta) * (u * u + v * v) / 2 + g * (eta * eta - xi * xi) / 2,)
+
+
+def momentum_across(t: Any, state: Values, parameters: Values) -> Values:
+    """x' = (xi eta)'."""
+    xi, eta, u, v = state
+    return (xi * v + eta * u,)
+
+
+def separation(t: Any, state: Values, parameters: Values) -> Values:
+    """Twice the constant of separation: (p_xi^2 eta^2 - p_eta^2 xi^2)/(xi^2 + eta^2) - g xi^2 eta^2."""
+    xi, eta, u, v = state
+    (g,) = parameters
+    share = xi * xi + eta * eta
+    return (share * (eta * eta * u * u - xi * xi * v * v) - g * xi * xi * eta * eta,)
+
+
+def _misses_the_focus(n: Mapping[str, Fraction]) -> bool:
+    return ParabolicProjectile(n["g"], n["xi"], n["eta"], n["xi_rate"], n["eta_rate"]).crossing() != 0
+
+
+class ProjectileInParabolicCoordinates(Case):
+    """No scene: a place tells xi and eta but for their common sign, which only the way there does."""
+
+    name = "projectile_parabolic_coordinates"
+    title = "Projectile in parabolic coordinates"
+    section = "11.3-11.8"
+    conventions = (
+        "x = xi eta horizontal, y = (eta^2 - xi^2)/2 upward; lines of constant xi or eta are parabolas with their focus at "
+        "the origin, where the coordinates are singular. xi and eta are continuous in time and change their signs."
+    )
+    state = (
+        Coordinate("xi", "m^(1/2)", "length"),
+        Coordinate("eta", "m^(1/2)", "length"),
+        Coordinate("xi_rate", "m^(1/2)/s", "velocity"),
+        Coordinate("eta_rate", "m^(1/2)/s", "velocity"),
+    )
+    parameter_list = (Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),)
+    default_state = (-2, 3, "1.5", "0.5")
+    default_span = "2.7"
+    domain = Domain(
+        {"g": Range(low=0.0, typical=(0.0, 20.0))}
+        | {name: Range(typical=(-3.0, 3.0)) for name in ("xi", "eta", "xi_rate", "eta_rate")},
+        (Rule("the path misses the focus, x = y = 0", _misses_the_focus),),
+    )
+    variants = (
+        Variant(
+            "confocal",
+            "the path's own focus is that of the coordinates: eta is exactly constant",
+            {"g": 4},
+            (0, 1, 2, 0),
+        ),
+        Variant(
+            "above_focus",
+            "passes 1e-6 m above the focus: xi changes its sign within a microsecond",
+            {"g": 8},
+            (-1, 1, "2.000001", "1e-6"),
+            "1.3",
+        ),
+        Variant("below_focus", "the path passes below the focus: eta changes its sign", {"g": 10}, (2, 1, -1, -2)),
+        Variant("far", "1e8 m away: the terms of xi'' and eta'' all but cancel", {}, (10**4, 10**4, 1, 2)),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(parabolic_energy),
+        "horizontal_momentum": Invariant(momentum_across),
+        "separation": Invariant(separation),
+    }
+
+    @cached_property
+    def _exact(self) -> ParabolicProjectile:
+        return ParabolicProjectile(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> ParabolicProjectile:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(parabolic_equations),)
+
+    @property
+    def time_scale(self) -> float:
+        """In which gravity changes the velocity by the speed, or the place goes once its distance from the focus."""
+        flight = self._exact.projectile()
+        g, speed, away = float(flight.g), math.hypot(float(flight.vx), float(flight.vy)), self._away(Fraction(0))
+        if not speed:
+            return math.sqrt(away / g) if g else float(self.span)
+        return min(away / speed, speed / g) if g else away / speed
+
+    @property
+    def fastest_time(self) -> float:
+        """A path that passes close to the focus passes it in its distance from there over its speed."""
+        return min([self.time_scale, *(self._away(t) / self._speed(t) for t in self._nearest())])
+
+    def _away(self, t: Number) -> float:
+        x, y, _, _ = self._exact.projectile().rational(t)
+        return math.hypot(float(x), float(y))
+
+    def _speed(self, t: Number) -> float:
+        _, _, vx, vy = self._exact.projectile().rational(t)
+        return math.hypot(float(vx), float(vy))
+
+    def _nearest(self) -> list[float]:
+        """Times in the span at which the distance from the focus has an extreme."""
+        f = self._exact.projectile()
+        x, y, vx, vy, g = map(float, (f.x, f.y, f.vx, f.vy, f.g))
+        slope = np.roots([g * g / 2, -1.5 * g * vy, vx * vx + vy * vy - g * y, x * vx + y * vy])
+        return [float(t.real) for t in slope if abs(t.imag) < 1e-6 * abs(t) and 0 < t.real < float(self.span)]
+
+    def scales(self) -> dict[str, float]:
+        """On a grid, and next to the focus, where the rates have a peak that may be sharper than it."""
+        found = accuracy.grid_scales(self)
+        for t in self._nearest():
+            xi, eta, u, v = map(float, self.exact(t))
+            found["length"] = max(found["length"], math.hypot(xi, eta))
+            found["velocity"] = max(found["velocity"], math.hypot(u, v))
+        return found
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`crossing`: y where the path crosses the line above and below the focus, x = 0."""
+        crossing = self._exact.crossing()
+        return {} if crossing is None else {"crossing": quantity(digits, lambda mp: mp.mpf(crossing))}
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        xi, eta, u, v = state
+        return (xi, eta, -u, -v), self.parameters

@@ -1,0 +1,131 @@
+"""The projectile with Stokes drag, proportional to the velocity."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import SemiLinear, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.point_scene import UP, free_point
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.flight.projectile_parabola import ProjectileParabola
+from gnomon.reference.flight.projectile_stokes_drag import StokesDrag
+from gnomon.reference.numerics.precision import Number
+
+
+def stokes_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """r'' = g - nu r'."""
+    _x, _y, vx, vy = state
+    g, nu = parameters
+    return vx, vy, -nu * vx, -g - nu * vy
+
+
+def stokes_matrix(parameters: Values) -> Values:
+    _g, nu = parameters
+    return 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, -nu, 0, 0, 0, 0, -nu
+
+
+def stokes_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+    return stokes_matrix(parameters)
+
+
+def weight_alone(t: Any, state: Values, parameters: Values) -> Values:
+    g, _nu = parameters
+    return 0, 0, 0, -g
+
+
+def stokes_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy per unit mass."""
+    _x, y, vx, vy = state
+    g, _nu = parameters
+    return ((vx * vx + vy * vy) / 2 + g * y,)
+
+
+def stokes_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """vx + nu x: what the drag takes from the velocity it gives to the way."""
+    x, _y, vx, _vy = state
+    _g, nu = parameters
+    return (vx + nu * x,)
+
+
+def as_it_is(states: Floats) -> Floats:
+    return states
+
+
+SCENE = free_point(stokes_equations, UP)
+
+
+class ProjectileStokesDrag(Case):
+    name = "projectile_stokes_drag"
+    title = "Projectile with Stokes drag; range by Lambert's W"
+    section = "6.5.1-6.5.2"
+    conventions = "x horizontal, y upward; drag -nu v per unit mass; the ground is not part of the motion."
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("y", "m", "length"),
+        Coordinate("vx", "m/s", "velocity"),
+        Coordinate("vy", "m/s", "velocity"),
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("nu", "1/s", "0.5", "drag over mass and speed"),
+    )
+    default_state = (0, 0, 20, 15)
+    domain = Domain({"g": positive(), "nu": Range(low=0.0, typical=(0.0, 5.0))})
+    variants = (
+        Variant("weak", "nu = 1e-10: the exact formula cancels to a parabola", {"nu": "1e-10"}, span="2.9"),
+        Variant("stiff", "nu = 1e5: at its limiting speed after 1e-5 s of 10 s", {"nu": 10**5}, span=10),
+        Variant("no_drag", "nu = 0: the parabola itself", {"nu": 0}, span=3),
+        Variant("engines", "the numbers of engine tests: nu = 0.5, 2 s", initial_state=(0, 0, 10, 10), span=2),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(stokes_energy, "decays"),
+        "horizontal_momentum": Invariant(stokes_momentum),
+    }
+
+    @cached_property
+    def _exact(self) -> StokesDrag:
+        x, y, vx, vy = self.initial_state
+        g, nu = self.parameter_values()
+        return StokesDrag(nu, (g * 0, -g), (x, y), (vx, vy))
+
+    def motion(self) -> StokesDrag:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[SemiLinear, ...]:
+        return (SemiLinear(stokes_equations, stokes_jacobian, linear=stokes_matrix, rest=weight_alone),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """The shorter of the time in which drag slows the flight and that in which gravity bends it."""
+        g, nu = map(float, self.parameter_values())
+        speed = math.hypot(*map(float, self.initial_state[2:])) or 1.0
+        return min(1 / nu, speed / g) if nu > 0 else speed / g
+
+    def natural_span(self) -> Number:
+        """Past the end of the throw: four times the bending time, at most twenty decay times."""
+        g, nu = map(float, self.parameter_values())
+        speed = math.hypot(*map(float, self.initial_state[2:])) or 1.0
+        return min(20 / nu, 1.97 * speed / g) if nu > 0 else 1.97 * speed / g
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """Where the throw points up: its flight back to the starting height."""
+        found = {}
+        _, nu = self.parameter_values()
+        if nu > 0:
+            found["terminal_speed"] = self._exact.terminal_speed(1, digits)
+        time = self._exact.flight_time(1, digits)
+        return found if time is None else found | {"flight_time": time, "range": self._exact.range(1, 0, digits)}
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        parabola = ProjectileParabola(initial_state=self.initial_state, span=self.span, g=self.parameters["g"])
+        return (Rung(parabola, as_it_is, "no drag: the parabola"),)

@@ -1,0 +1,260 @@
+"""Drag proportional to the square of the speed: the projectile, and the vertical throw."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from math import asinh, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Event, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.point_scene import UP, free_point, railed_point
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.flight.projectile_parabola import ProjectileParabola
+from gnomon.cases.flight.projectile_stokes_drag import ProjectileStokesDrag
+from gnomon.reference.flight.quadratic_drag import QuadraticDragPlane, QuadraticDragVertical
+from gnomon.reference.numerics.precision import Number
+from mpmath import mpf
+
+
+def quadratic_drag_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """r'' = g - k |v| v."""
+    _x, _y, vx, vy = state
+    g, k = parameters
+    drag = k * sqrt(vx * vx + vy * vy)
+    return vx, vy, -drag * vx, -g - drag * vy
+
+
+def drag_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy per unit mass."""
+    _x, y, vx, vy = state
+    g, _k = parameters
+    return ((vx * vx + vy * vy) / 2 + g * y,)
+
+
+def hodograph(t: Any, state: Values, parameters: Values) -> Values:
+    """Bernoulli's integral 1/vx^2 + (k/g) F(q), F = q sqrt(1 + q^2) + asinh q, q = vy/|vx|."""
+    _x, _y, vx, vy = state
+    g, k = parameters
+    q = vy / sqrt(vx * vx)
+    return (1 / (vx * vx) + k / g * (q * sqrt(1 + q * q) + asinh(q)),)
+
+
+def without_drag(states: Floats) -> Floats:
+    return states
+
+
+PLANE_SCENE = free_point(quadratic_drag_equations, UP)
+
+
+class ProjectileQuadraticDrag(Case):
+    name = "projectile_quadratic_drag"
+    title = "Projectile with quadratic drag: Bernoulli's hodograph"
+    section = "6.5 (extension of 6.5.2)"
+    conventions = "x horizontal, y upward; drag -k |v| v per unit mass; vx is not zero: the vertical throw is a case."
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("y", "m", "length"),
+        Coordinate("vx", "m/s", "velocity"),
+        Coordinate("vy", "m/s", "velocity"),
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("k", "1/m", "0.01", "drag over mass and squared speed"),
+    )
+    default_state = (0, 0, 20, 15)
+    domain = Domain(
+        {
+            "g": positive(),
+            "k": Range(low=0.0, low_open=True, typical=(0.001, 0.5)),
+            "vx": Range(typical=(0.5, 10.0)),
+        },
+        (Rule("vx is not zero", lambda n: n["vx"] != 0),),
+    )
+    variants = (
+        Variant("strong", "k v0^2/g = 1e3: nearly all speed is lost at once", {"k": "3.5"}, (0, 0, 20, 49), "4.1"),
+        Variant("weak", "k = 1e-10: nearly the parabola", {"k": "1e-10"}, span="2.9"),
+        Variant("asymptote", "falls until the path is vertical to 1e-24", span=180),
+        Variant("steep", "nearly vertical: the slope starts at 1.5e7", initial_state=(0, 0, "1e-6", 15)),
+    )
+    invariants: ClassVar = {"energy": Invariant(drag_energy, "decays"), "hodograph": Invariant(hodograph)}
+
+    @cached_property
+    def _exact(self) -> QuadraticDragPlane:
+        return QuadraticDragPlane(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> QuadraticDragPlane:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(quadratic_drag_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return PLANE_SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """The shorter of the time in which drag slows the flight and that in which gravity bends it."""
+        g, k = map(float, self.parameter_values())
+        speed = math.hypot(*map(float, self.initial_state[2:]))
+        return min(1 / (k * speed), speed / g, 1 / math.sqrt(g * k))
+
+    def natural_span(self) -> Number:
+        """About the flight of a throw without drag, at most five times the time to the limiting speed."""
+        g, k = map(float, self.parameter_values())
+        speed = math.hypot(*map(float, self.initial_state[2:]))
+        return min(1.97 * speed / g, 5 / math.sqrt(g * k))
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        found = {"terminal_speed": self._exact.terminal_speed(digits)}
+        apex = self._exact.apex(digits)
+        return found if apex is None else found | {"apex_time": apex[0], "apex_height": apex[1]}
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        parabola = ProjectileParabola(initial_state=self.initial_state, span=self.span, g=self.parameters["g"])
+        stokes = ProjectileStokesDrag(
+            initial_state=self.initial_state, span=self.span, g=self.parameters["g"], nu=self._first_rate
+        )
+        return (
+            Rung(parabola, without_drag, "no drag: the parabola"),
+            Rung(stokes, without_drag, "drag proportional to the velocity, right at the start"),
+        )
+
+    @property
+    def _first_rate(self) -> float:
+        """k |v0|."""
+        return float(self.parameters["k"]) * math.hypot(*map(float, self.initial_state[2:]))
+
+
+def rising_or_falling(t: Any, state: Values, parameters: Values) -> Values:
+    """y' = v, v' = -g - side k v^2; the side, 1 rising and -1 falling, belongs to the mode."""
+    _y, v = state
+    g, k, side = parameters
+    return v, -g - side * k * v * v
+
+
+def upward_velocity(t: Any, state: Values, parameters: Values) -> Values:
+    _y, v = state
+    return (v,)
+
+
+def at_the_apex(t: Any, state: Values, parameters: Values) -> Values:
+    y, _v = state
+    return y, 0
+
+
+def throw_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy per unit mass."""
+    y, v = state
+    g, _k = parameters
+    return (v * v / 2 + g * y,)
+
+
+def way_of_the_throw(t: Any, state: Values, parameters: Values) -> str:
+    _y, v = state
+    return "rising" if v > 0 else "falling"
+
+
+def signed_drag(t: Any, state: Values, parameters: Values) -> Values:
+    """The same without modes, v |v| written as v sqrt(v^2): for a scene's force."""
+    _y, v = state
+    g, k = parameters
+    return v, -g - k * v * sqrt(v * v)
+
+
+VERTICAL_SCENE = railed_point(signed_drag)
+
+
+class VerticalQuadraticDrag(Case):
+    name = "vertical_quadratic_drag"
+    title = "Vertical throw with quadratic drag: tan ascent, tanh descent"
+    section = "6.5, 6.13.1"
+    conventions = "y upward; drag -k v |v| per unit mass, whose second derivative jumps at the apex: an event."
+    state = (Coordinate("y", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("k", "1/m", "0.01", "drag over mass and squared speed"),
+    )
+    default_state = (0, 40)
+    domain = Domain(
+        {
+            "g": positive(),
+            "k": Range(low=0.0, low_open=True, typical=(0.001, 1.0)),
+            "v": Range(typical=(-20.0, 40.0)),
+        }
+    )
+    variants = (
+        Variant("fast", "v0 = 1e6 limiting speeds: stiff at the start", {"g": 10, "k": "0.1"}, (0, 10**7), 20),
+        Variant("long_fall", "falls for 1e4 times the time to the limiting speed: cosh overflows", span=30000),
+        Variant("weak", "k = 1e-12: nearly the parabola", {"k": "1e-12"}, span="8.1"),
+        Variant("from_rest", "dropped: the force's kink is at the very start", initial_state=(0, 0), span=10),
+        Variant(
+            "faster_than_the_limit", "thrown down at four times the limiting speed", initial_state=(0, -125), span=9
+        ),
+    )
+    invariants: ClassVar = {"energy": Invariant(throw_energy, "decays")}
+
+    @cached_property
+    def _exact(self) -> QuadraticDragVertical:
+        return QuadraticDragVertical(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> QuadraticDragVertical:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        apex = Transition("apex", "rising", upward_velocity, -1, at_the_apex, "falling")
+        return (
+            Hybrid(
+                modes=(Mode("rising", rising_or_falling, (1.0,)), Mode("falling", rising_or_falling, (-1.0,))),
+                start=way_of_the_throw,
+                transitions=(apex,),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"falling"}),
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return VERTICAL_SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """vt/g, the time to the limiting speed; v0/g where that is shorter."""
+        g, k = map(float, self.parameter_values())
+        speed = abs(float(self.initial_state[1]))
+        return min(1 / math.sqrt(g * k), speed / g or math.inf)
+
+    def natural_span(self) -> Number:
+        """1.3 times the flight back to the start; four times vt/g from rest or downward."""
+        if self.initial_state[1] > 0:
+            return 1.3 * float(self._exact.return_time())
+        g, k = map(float, self.parameter_values())
+        return 4 / math.sqrt(g * k)
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """The apex of a throw upward."""
+        if self.initial_state[1] <= 0 or self._exact.apex_time(20) > self.span:
+            return ()
+        there = (self._exact.apex_height(digits), mpf(0))
+        return (Event(self._exact.apex_time(digits), "apex", there, there),)
+
+    def same_course(self, other: Case) -> bool:
+        return (self.initial_state[1] > 0) == (other.initial_state[1] > 0)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self._exact
+        found = {"terminal_speed": motion.terminal_speed(digits)}
+        if self.initial_state[1] > 0:
+            found |= {
+                "apex_time": motion.apex_time(digits),
+                "apex_height": motion.apex_height(digits),
+                "return_time": motion.return_time(digits),
+                "return_speed": motion.return_speed(digits),
+            }
+        return found

@@ -1,0 +1,1 @@
+"""Cases. Points, chains and rings guided by wires, curves, surfaces and hoops."""

@@ -1,0 +1,218 @@
+"""A chain that slides from a table through a smooth quarter circle to the vertical."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import cached_property
+from math import atan, cos, sin, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Event, Invariant, Variant
+from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.rail_scene import railed
+from gnomon.cases.core.scene import SceneForm
+from gnomon.reference.guided.chain_quarter_circle import ChainQuarter
+from gnomon.reference.numerics.precision import Number
+
+BELOW, ABOVE = Fraction(math.pi), Fraction(math.nextafter(math.pi, 4))
+"""On either side of pi."""
+
+
+def front_on_circle(t: Any, state: Values, parameters: Values) -> Values:
+    """L s'' = g R (1 - cos(s/R)): the tail is on the table."""
+    s, v = state
+    g, length, radius = parameters
+    return v, g * radius / length * (1 - cos(s / radius))
+
+
+def front_hanging(t: Any, state: Values, parameters: Values) -> Values:
+    """L s'' = g (R + s - pi R/2)."""
+    s, v = state
+    g, length, radius = parameters
+    return v, g / length * (radius + s - 2 * atan(1) * radius)
+
+
+def tail_on_circle(t: Any, state: Values, parameters: Values) -> Values:
+    """L s'' = g (s - pi R/2 + R cos((s - L)/R))."""
+    s, v = state
+    g, length, radius = parameters
+    return v, g / length * (s - 2 * atan(1) * radius + radius * cos((s - length) / radius))
+
+
+def chain_falling(t: Any, state: Values, parameters: Values) -> Values:
+    _s, v = state
+    return v, parameters[0]
+
+
+def above_zero(x: Any) -> Any:
+    """max(x, 0) without a branch."""
+    return (x + sqrt(x * x)) / 2
+
+
+def depth_summed(s: Any, radius: Any) -> Any:
+    """The depths below the table from its edge to s along the chain, summed: on the circle and straight below it."""
+    quarter = 2 * atan(1) * radius
+    below = above_zero(s - quarter)
+    around = above_zero(s) - below
+    return radius * (around - radius * sin(around / radius)) + below * (radius + below / 2)
+
+
+def quarter_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Over the mass, from all of it on the table."""
+    s, v = state
+    g, length, radius = parameters
+    return (v * v / 2 - g / length * (depth_summed(s, radius) - depth_summed(s - length, radius)),)
+
+
+def front_left(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0] - 2 * atan(1) * parameters[2],)
+
+
+def table_left(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0] - parameters[1],)
+
+
+def tail_left(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0] - parameters[1] - 2 * atan(1) * parameters[2],)
+
+
+def slides_on(t: Any, state: Values, parameters: Values) -> Values:
+    return state[0], state[1]
+
+
+def front_first(t: Any, state: Values, parameters: Values) -> str:
+    return "front_on_circle"
+
+
+def _begins_on_circle(n: Mapping[str, Fraction]) -> bool:
+    return n["s"] < BELOW * n["R"] / 2
+
+
+def _longer_than_circle(n: Mapping[str, Fraction]) -> bool:
+    return n["L"] > ABOVE * n["R"] / 2
+
+
+class ChainQuarterCircle(Case):
+    name = "chain_quarter_circle"
+    title = "Chain over a smooth quarter circle to the vertical"
+    section = "8.12"
+    conventions = (
+        "s is how far the front has come from the edge of the table; the chain, longer than the quarter circle, is guided "
+        "as in a smooth tube. Its acceleration is continuous where front or tail enter or leave the circle, the third "
+        "derivative of its place is not: events."
+    )
+    state = (Coordinate("s", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("L", "m", 2, "length of the chain"),
+        Parameter("R", "m", "0.5", "radius of the quarter circle"),
+    )
+    default_state = ("0.25", 0)
+    domain = Domain(
+        {
+            "g": positive(1.0, 10.0),
+            "L": positive(2.0, 4.0),
+            "R": positive(0.2, 1.0),
+            "s": Range(low=0.0, typical=(0.05, 0.2)),
+            "v": Range(low=0.0, typical=(0.0, 2.0)),
+        },
+        (
+            Rule("the chain is longer than the quarter circle: L > pi R/2", _longer_than_circle),
+            Rule("the front starts on the quarter circle: s < pi R/2", _begins_on_circle),
+            Rule("the front stands over the edge or moves (s or v is not 0)", lambda n: n["s"] > 0 or n["v"] > 0),
+        ),
+    )
+    variants = (
+        Variant("thrown", "starts at the edge with speed", initial_state=(0, 1)),
+        Variant(
+            "crawls", "released 1e-3 m over the edge: the pull grows with s^2, and is 2e-6 g at first", {}, ("1e-3", 0)
+        ),
+        Variant("sharp_edge", "R = 1e-6 m: the limit of the chain off a table's edge", {"R": "1e-6"}, ("1e-6", "0.5")),
+        Variant(
+            "just_longer", "L = 1.00004 pi R/2: nothing hangs straight when the tail leaves the table", {"L": "0.78543"}
+        ),
+        Variant("long_chain", "L = 1000 m: hangs for long before the tail comes", {"L": 1000}),
+    )
+
+    invariants: ClassVar = {"energy": Invariant(quarter_energy)}
+
+    @cached_property
+    def _exact(self) -> ChainQuarter:
+        return ChainQuarter(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> ChainQuarter:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (
+            Hybrid(
+                modes=(
+                    Mode("front_on_circle", front_on_circle),
+                    Mode("hanging", front_hanging),
+                    Mode("tail_on_circle", tail_on_circle),
+                    Mode("falling", chain_falling),
+                ),
+                start=front_first,
+                transitions=(
+                    Transition("hangs", "front_on_circle", front_left, 1, slides_on, "hanging"),
+                    Transition("enters", "hanging", table_left, 1, slides_on, "tail_on_circle"),
+                    Transition("leaves", "tail_on_circle", tail_left, 1, slides_on, "falling"),
+                ),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"falling"}),
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(L/g), or the time in which the front passes the circle at its first speed."""
+        g, length, radius = map(float, self.parameter_values())
+        speed = float(self.initial_state[1])
+        return min(sqrt(length / g), radius / speed if speed else math.inf)
+
+    def natural_span(self) -> Number:
+        """0.2 sqrt(L/g) longer than until the tail is off the circle."""
+        length, g = self.parameters["L"], self.parameters["g"]
+        return float(self._exact.event_times()[2]) + 0.2 * sqrt(float(length / g))
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """`hangs`, `enters`, `leaves`."""
+        motion = self._exact
+        rows = zip(
+            ("hangs", "enters", "leaves"),
+            motion.event_times(digits),
+            motion.event_places(digits),
+            motion.event_speeds(digits),
+            strict=True,
+        )
+        return tuple(Event(t, name, (s, v), (s, v)) for name, t, s, v in rows if t <= self.span)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """When the tail is off the circle, and how fast the chain is then."""
+        return {
+            "leaving_time": self._exact.event_times(digits)[2],
+            "leaving_speed": self._exact.event_speeds(digits)[2],
+        }
+
+
+def chain_force(t: float, s: float, parameters: tuple[float, ...]) -> float:
+    """Over the mass: what the depths of front and tail pull."""
+    g, length, radius = parameters
+    return g / length * (_depth(s, radius) - _depth(s - length, radius))
+
+
+def _depth(s: float, radius: float) -> float:
+    """Of a point of the chain below the table."""
+    around = min(max(s, 0.0), math.pi * radius / 2)
+    return radius * (1 - cos(around / radius)) + max(s - math.pi * radius / 2, 0.0)
+
+
+SCENE = railed(chain_force)

@@ -1,0 +1,257 @@
+"""A bead that slides on a smooth curve in a vertical plane: parabola, quartic, catenary."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import asinh, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Invariant, Rung, Variant
+from gnomon.cases.core.forms import Equations, FirstOrder, Form, Separable, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import Body, Guide, Readings, Scene, SceneForm, Vector
+from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
+from gnomon.cases.oscillators.well import WellCase
+from gnomon.reference.numerics.well import WellMotion
+from gnomon.reference.numerics.wells import Catenary, Parabola, Quartic
+
+
+def parabola_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """x'' = -y' (g + y'' x'^2)/(1 + y'^2), y = x^2/4p."""
+    x, v = state
+    g, p = parameters
+    slope = x / (2 * p)
+    return v, -slope * (g + v * v / (2 * p)) / (1 + slope * slope)
+
+
+def parabola_energy(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    g, p = parameters
+    slope = x / (2 * p)
+    return ((1 + slope * slope) * v * v / 2 + g * x * slope / 2,)
+
+
+def quartic_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """x'' = -y' (g + y'' x'^2)/(1 + y'^2), y = x^4/a^3."""
+    x, v = state
+    g, a = parameters
+    u = x / a
+    slope = 4 * u * u * u
+    return v, -slope * (g + 12 * u * u * v * v / a) / (1 + slope * slope)
+
+
+def quartic_energy(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    g, a = parameters
+    u = x / a
+    slope = 4 * u * u * u
+    return ((1 + slope * slope) * v * v / 2 + g * x * slope / 4,)
+
+
+def catenary_acceleration(t: Any, q: Values, parameters: Values) -> Values:
+    """s'' = -g s/sqrt(c^2 + s^2)."""
+    (s,) = q
+    g, c = parameters
+    return (-g * s / sqrt(c * c + s * s),)
+
+
+def catenary_potential(t: Any, q: Values, parameters: Values) -> Values:
+    (s,) = q
+    g, c = parameters
+    return (g * sqrt(c * c + s * s),)
+
+
+def catenary_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """From the bottom."""
+    s, v = state
+    g, c = parameters
+    return (v * v / 2 + g * s * s / (sqrt(c * c + s * s) + c),)
+
+
+def _guided(place: Any) -> SceneForm:
+    """A bead of mass 1 on a smooth guide; `place(q, size)` -> (x, y), y upward."""
+
+    def build(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+        g, size = parameters
+
+        def curve(q: float) -> Vector:
+            x, y = place(q, size)
+            return x, 0.0, y
+
+        body = Body("bead", 1.0, (0.0, 0.0, 0.0))
+        return Scene((0.0, 0.0, -g), (body,), guides=(Guide("curve", "bead", curve, *state),))
+
+    def observe(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+        return readings.joints["curve"]
+
+    return SceneForm(build, observe, frozenset({"curved_guide"}))
+
+
+class _Curve(WellCase):
+    section = "7.11.1, 7.11.2"
+    default_state = (1, 0)
+    _CURVATURE: ClassVar[Any]
+    """Curvature at the bottom as a function of the curve's size; 0 for the quartic."""
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`normal_force_bottom` is over the mass: g + v^2 curvature there (m/s^2)."""
+        motion = self._exact
+        g, size = self.parameter_values()
+        curvature = self._CURVATURE(size)
+        force = motion._quantity(digits, lambda mp: mp.mpf(g) + 2 * mp.mpf(curvature) * motion._energy(mp), 60)
+        found = super().quantities(digits) | {"normal_force_bottom": force}
+        if curvature:
+            small = motion._quantity(digits, lambda mp: mp.sqrt(mp.mpf(g * curvature)))
+            found["small_frequency"] = small
+        return found
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """The shallow motion, harmonic with the curvature at the bottom."""
+        g, size = self.parameter_values()
+        curvature = self._CURVATURE(size)
+        if not curvature:
+            return ()
+        shallow = HarmonicOscillator(initial_state=self.initial_state, span=self.span, m=1, k=g * curvature)
+        return (Rung(shallow, lambda states: states, "restoring force proportional to the displacement"),)
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        q, v = state
+        return (q, -v), self.parameters
+
+
+def _low(place: str, size: str, energy: Equations, most: int) -> Rule:
+    """On a curve so small against the swing, the bottom is a kink: no series follows the motion through it."""
+
+    def holds(n: Mapping[str, Fraction]) -> bool:
+        (reached,) = energy(0, (n[place], n["v"]), (n["g"], n[size]))
+        return bool(reached <= most * n["g"] * n[size])
+
+    return Rule(f"the bead rises at most {most} {size}", holds)
+
+
+class CurveSlidingSmall(_Curve):
+    name = "curve_sliding_small"
+    title = "Bead on a smooth parabola"
+    conventions = "x^2 = 4 p y, y upward; the state is x and x'."
+    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("p", "m", "0.5", "focal length of the parabola"),
+    )
+    domain = Domain(
+        {
+            "g": positive(),
+            "p": positive(1.0, 3.0),
+            "x": Range(typical=(-0.7, 0.7)),
+            "v": Range(typical=(-1.0, 1.0)),
+        },
+        (_low("x", "p", parabola_energy, 2000),),
+    )
+    variants = (
+        Variant(
+            "shallow", "amplitude 1e-3 p: the period is within 1e-7 of the harmonic one", initial_state=("5e-4", 0)
+        ),
+        Variant("steep", "released 10 p from the axis: turns sharply at the bottom", {"p": "0.1"}),
+        Variant("long_1e4", "10,000 periods: phase error"),
+    )
+    invariants: ClassVar = {"energy": Invariant(parabola_energy)}
+    _PERIODS: ClassVar = {"long_1e4": 10000.37}
+    _CURVATURE = staticmethod(lambda p: 1 / (2 * p))
+
+    @cached_property
+    def _exact(self) -> WellMotion:
+        return Parabola(*self.parameter_values(), *self.initial_state)
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return (FirstOrder(parabola_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return PARABOLA
+
+
+class CurveSlidingQuartic(_Curve):
+    name = "curve_sliding_quartic"
+    title = "Bead on the smooth curve y = x^4/a^3"
+    conventions = "y upward; the state is x and x'. The bottom is flat: the period grows as 1/amplitude."
+    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("a", "m", 2, "size of the curve"),
+    )
+    domain = Domain(
+        {
+            "g": positive(),
+            "a": positive(2.0, 5.0),
+            "x": Range(typical=(-1.0, 1.0)),
+            "v": Range(typical=(-1.0, 1.0)),
+        },
+        (_low("x", "a", quartic_energy, 50_000),),
+    )
+    variants = (
+        Variant("flat", "amplitude 1e-3 a: a force of third order only", initial_state=("2e-3", 0)),
+        Variant("launched", "thrown up the walls from the bottom", initial_state=(0, 4)),
+    )
+    invariants: ClassVar = {"energy": Invariant(quartic_energy)}
+    _CURVATURE = staticmethod(lambda a: 0)
+
+    @cached_property
+    def _exact(self) -> WellMotion:
+        return Quartic(*self.parameter_values(), *self.initial_state)
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return (FirstOrder(quartic_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return QUARTIC
+
+
+class CurveSlidingCatenary(_Curve):
+    name = "curve_sliding_catenary"
+    title = "Bead on a smooth catenary"
+    conventions = "y = c cosh(x/c), y upward; the state is the arc length from the bottom, s = c sinh(x/c), and s'."
+    state = (Coordinate("s", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("c", "m", "0.5", "radius of curvature at the bottom"),
+    )
+    domain = Domain(
+        {
+            "g": positive(),
+            "c": positive(1.0, 3.0),
+            "s": Range(typical=(-0.7, 0.7)),
+            "v": Range(typical=(-1.0, 1.0)),
+        },
+        (_low("s", "c", catenary_energy, 40),),
+    )
+    variants = (
+        Variant(
+            "shallow", "amplitude 1e-3 c: the period is within 1e-6 of the harmonic one", initial_state=("5e-4", 0)
+        ),
+        Variant("deep", "amplitude 10 c: free fall along either side, turned round at the bottom", {"c": "0.1"}),
+    )
+    invariants: ClassVar = {"energy": Invariant(catenary_energy)}
+    _CURVATURE = staticmethod(lambda c: 1 / c)
+
+    @cached_property
+    def _exact(self) -> WellMotion:
+        return Catenary(*self.parameter_values(), *self.initial_state)
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return (Separable(catenary_acceleration, catenary_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return CATENARY
+
+
+PARABOLA = _guided(lambda x, p: (x, x * x / (4 * p)))
+QUARTIC = _guided(lambda x, a: (x, x**4 / a**3))
+CATENARY = _guided(lambda s, c: (c * asinh(s / c), sqrt(c * c + s * s)))

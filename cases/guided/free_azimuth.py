@@ -1,0 +1,72 @@
+"""What a governor and a bead on a free hoop share: a coordinate in a well, and an azimuth whose momentum is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Rung, same
+from gnomon.cases.core.numbers import Coordinate
+from gnomon.cases.oscillators.well import WellCase
+from gnomon.reference.guided.free_azimuth import Governor
+from gnomon.reference.numerics.precision import Number
+
+HEAVIER = 2**40
+"""A spindle or hoop so many times heavier keeps its rate to twelve digits."""
+
+
+class FreeAzimuthCase(WellCase):
+    """State (theta, phi, rate, spin); a parameter I is the moment of what turns about the vertical."""
+
+    state = (
+        Coordinate("theta", "rad", "angle"),
+        Coordinate("phi", "rad", "angle"),
+        Coordinate("rate", "rad/s", "angular velocity"),
+        Coordinate("spin", "rad/s", "angular velocity"),
+    )
+    _PERIODS: ClassVar = {"long_1e4": 10000.37}
+    _DRIVEN: ClassVar[str]
+    """The effect of the rung whose I is too large for the rate to change."""
+
+    @cached_property
+    def _exact(self) -> Governor:
+        raise NotImplementedError
+
+    @cached_property
+    def time_scale(self) -> float:  # type: ignore[override]
+        """The period of theta over 2 pi, or a radian of the fastest turn where that is shorter."""
+        slow, fastest = super().time_scale, float(self._exact.fastest_spin())
+        return min(slow, 1 / fastest) if fastest else slow
+
+    def natural_span(self) -> Number:
+        """5.37 periods of theta."""
+        periods = self._PERIODS.get(self.variant or "", 5.37)
+        return 10 if self._exact.rests else periods * float(self._exact.period())
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`azimuth`: by which phi grows in one period; `small_frequency` is that about the steady angle."""
+        motion = self._exact
+        found = {"steady_angle": motion.steady_angle(digits), "momentum": motion.momentum(digits)}
+        if motion.rests:
+            return found
+        found |= {
+            "small_frequency": motion.small_frequency(digits),
+            "azimuth": motion.carried_over_period(0, digits),
+        }
+        return super().quantities(digits) | found
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """A constant rate first: something too heavy to be slowed."""
+        numbers = self.numbers | {"I": self.parameters["I"] * HEAVIER}
+        if self.parameters["I"] > HEAVIER or not self.domain.admits(numbers):
+            return ()
+        parameters: dict[str, Any] = self.parameters | {"I": numbers["I"]}
+        driven = type(self)(initial_state=self.initial_state, span=self.span, **parameters)
+        return (Rung(driven, same, self._DRIVEN),)
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        theta, phi, rate, spin = state
+        return (theta, phi, -rate, -spin), self.parameters

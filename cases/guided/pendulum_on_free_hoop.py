@@ -1,0 +1,183 @@
+"""The bead on a hoop whose rate is not constant: a hoop that turns freely, and one that is sped up slowly."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import cached_property
+from math import cos, pi, sin, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Invariant, Rung, Variant, same
+from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values
+from gnomon.cases.core.hinge_scene import hinged_point
+from gnomon.cases.core.integrated import IntegratedCase
+from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.guided.free_azimuth import FreeAzimuthCase
+from gnomon.cases.guided.pendulum_on_hoop import RotatingPendulum, hoop_acceleration
+from gnomon.cases.guided.pendulum_on_hoop_scene import FREE_HOOP
+from gnomon.reference.guided.free_azimuth import Governor
+from gnomon.reference.numerics.precision import Number, publish, working
+
+
+def free_hoop_equations(t: Any, state: Values, parameters: Values) -> Values:
+    theta, _phi, rate, spin = state
+    g, radius, m, inertia = parameters
+    sine, cosine = sin(theta), cos(theta)
+    square = m * radius * radius
+    return (
+        rate,
+        spin,
+        (spin * spin * cosine - g / radius) * sine,
+        -2 * square * sine * cosine * rate * spin / (inertia + square * sine * sine),
+    )
+
+
+def free_hoop_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """From the bottom."""
+    theta, _phi, rate, spin = state
+    g, radius, m, inertia = parameters
+    sine, half = sin(theta), sin(theta / 2)
+    square = m * radius * radius
+    turning = (inertia + square * sine * sine) * spin * spin
+    return ((square * rate * rate + turning) / 2 + 2 * m * g * radius * half * half,)
+
+
+def free_hoop_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """(I + m R^2 sin^2(theta)) phi', conjugate to the azimuth."""
+    theta, _phi, _rate, spin = state
+    _g, radius, m, inertia = parameters
+    sine = sin(theta)
+    return ((inertia + m * radius * radius * sine * sine) * spin,)
+
+
+def swept_acceleration(t: Any, q: Values, parameters: Values) -> Values:
+    """The rate at t is Om + sweep t; its change pushes the bead across the hoop only."""
+    g, radius, rate, sweep = parameters
+    now = rate + sweep * t
+    return hoop_acceleration(q[0], g / radius, now * now)
+
+
+def swept_equations(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[1], *swept_acceleration(t, state[:1], parameters))
+
+
+SWEPT = hinged_point(swept_equations, "time_force", token="position_force")
+
+
+def _motion(n: Mapping[str, Fraction]) -> Governor:
+    """A governor without a sleeve, its two balls together as heavy as the bead."""
+    return Governor(n["g"], n["m"] / 2, Fraction(0), n["R"], n["I"], n["theta"], n["phi"], n["rate"], n["spin"])
+
+
+class RotatingPendulumFreeHoop(FreeAzimuthCase):
+    name = "rotating_pendulum_free_hoop"
+    title = "Bead on a hoop that turns freely about the vertical: ignorable azimuth"
+    section = "11.12.2, 11.10.1"
+    conventions = (
+        "theta from the downward vertical, phi the azimuth of the hoop; I is the hoop's moment about the axis."
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("R", "m", 1, "radius of the hoop"),
+        Parameter("m", "kg", 1, "mass of the bead"),
+        Parameter("I", "kg m^2", "0.5", "moment of the hoop about the vertical"),
+    )
+    default_state = ("0.5", 0, 0, 4)
+    domain = Domain(
+        {
+            "g": positive(9.0, 10.0),
+            "R": positive(0.8, 1.2),
+            "m": positive(0.5, 2.0),
+            "I": positive(0.5, 2.0),
+            "theta": Range(low=-pi, high=pi, typical=(0.5, 1.0)),
+            "phi": Range(typical=(-3.0, 3.0)),
+            "rate": Range(typical=(-0.3, 0.3)),
+            "spin": Range(typical=(3.0, 5.0)),
+        },
+        (Rule("the energy is below that of the bead at the top (it swings)", lambda n: _motion(n).swings),),
+    )
+    variants = (
+        Variant("heavy_hoop", "I = 1e8 m R^2: as if the rate were prescribed", {"I": 10**8}),
+        Variant("light_hoop", "I = 1e-4 m R^2: almost thrice as fast when the bead comes in", {"I": "1e-4"}, ("0.5", 0, 0, 2)),
+        Variant("slow", "too slow to lift the bead off the bottom", {}, ("0.5", 0, 0, 1)),
+        Variant("through", "swings through the bottom to the other side and back", {}, ("0.3", 0, "-2", 4)),
+        Variant("long_1e4", "10,000 swings: phase errors of swing and azimuth"),
+    )  # fmt: skip
+    invariants: ClassVar = {"energy": Invariant(free_hoop_energy), "momentum": Invariant(free_hoop_momentum)}
+    _DRIVEN = "prescribed rate: a hoop that the bead does not slow"
+
+    @cached_property
+    def _exact(self) -> Governor:
+        return _motion(self.numbers)
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(free_hoop_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return FREE_HOOP
+
+
+class RotatingPendulumSwept(IntegratedCase):
+    """Through the bifurcation at Om^2 = g/R, which the bead notices late."""
+
+    name = "rotating_pendulum_swept"
+    title = "Bead on a hoop whose rate is swept slowly through the bifurcation (certified Taylor)"
+    section = "11.12.2, 6.14"
+    conventions = "theta from the downward vertical, rad, not wrapped; the hoop turns at Om + sweep t."
+    autonomous = False
+    state = RotatingPendulum.state
+    parameter_list = (
+        *RotatingPendulum.parameter_list[:2],
+        Parameter("Om", "rad/s", 2, "rate of the hoop at the start"),
+        Parameter("sweep", "rad/s^2", "0.25", "change of the rate"),
+    )
+    default_state = ("0.05", 0)
+    default_span = "11.3"
+    domain = Domain(
+        dict(RotatingPendulum.domain.ranges)
+        | {"g": positive(5.0, 12.0), "R": positive(0.5, 2.0), "sweep": Range(typical=(-0.5, 0.5))}
+        | {"theta": Range(typical=(-1.0, 1.0)), "omega": Range(typical=(-0.5, 0.5))}
+    )
+    variants = (
+        Variant("late", "1e-6 rad off the bottom: leaves it long after the bifurcation", {}, ("1e-6", 0), "14.1"),
+        Variant("down", "slowed: from the tilted equilibrium to swings about the bottom", {"Om": 5, "sweep": "-0.25"}, ("1.1678", 0)),
+        Variant("slow", "sweep = 1e-3: the frequency follows, the amplitude adapts", {"Om": 4, "sweep": "1e-3"}, ("0.5", 0)),
+    )  # fmt: skip
+
+    @property
+    def forms(self) -> tuple[SecondOrder, ...]:
+        return (SecondOrder(swept_acceleration),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SWEPT
+
+    @property
+    def time_scale(self) -> float:
+        """Of a small swing, or a radian of the hoop where that is shorter."""
+        g, radius, rate, sweep = map(float, self.parameter_values())
+        fastest = max(abs(rate), abs(rate + sweep * float(self.default_span)))
+        return 1 / sqrt(g / radius + fastest * fastest)
+
+    def natural_span(self) -> Number:
+        return self.default_span
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`bifurcation_time`, at which the rate is sqrt(g/R)."""
+        g, radius, rate, sweep = self.parameter_values()
+        with working(digits + 10) as mp:
+            critical = mp.sqrt(mp.mpf(g / radius))
+            found = {"critical_rate": critical}
+            if sweep:
+                found["bifurcation_time"] = (critical - mp.mpf(rate)) / mp.mpf(sweep)
+            return dict(zip(found, publish(found.values(), digits), strict=True))
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        numbers: dict[str, Any] = {name: self.parameters[name] for name in ("g", "R", "Om")}
+        still = RotatingPendulum(initial_state=self.initial_state, span=self.span, **numbers)
+        return (Rung(still, same, "a constant rate, that of the start"),)

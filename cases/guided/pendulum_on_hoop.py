@@ -1,0 +1,393 @@
+"""theta'' = -A sin(theta) + B sin(theta) cos(theta): what hangs from a turning axis, and the gyrocompass."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import cos, pi, sin, sqrt, tau
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core import accuracy
+from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import Separable, Values
+from gnomon.cases.core.hinge_scene import hinged_pull
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.guided.pendulum_on_hoop_scene import SCENE
+from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
+from gnomon.reference.guided.pendulum_on_hoop import Hoop
+from gnomon.reference.numerics.precision import Number, publish, working
+
+
+def hoop_acceleration(theta: Any, pull: Any, lift: Any) -> Values:
+    return (lift * sin(theta) * cos(theta) - pull * sin(theta),)
+
+
+def hoop_potential(theta: Any, pull: Any, lift: Any) -> Values:
+    """Zero at theta = 0: without the cancellation of -A cos(theta) there."""
+    half = sin(theta / 2)
+    return (2 * pull * half * half - lift * sin(theta) * sin(theta) / 2,)
+
+
+def bead_acceleration(t: Any, q: Values, parameters: Values) -> Values:
+    g, radius, rate = parameters
+    return hoop_acceleration(q[0], g / radius, rate * rate)
+
+
+def bead_potential(t: Any, q: Values, parameters: Values) -> Values:
+    g, radius, rate = parameters
+    return hoop_potential(q[0], g / radius, rate * rate)
+
+
+def bead_jacobi(t: Any, state: Values, parameters: Values) -> Values:
+    """Jacobi's integral over m R^2; the energy is not constant, the drive does work."""
+    return (state[1] * state[1] / 2 + bead_potential(t, state[:1], parameters)[0],)
+
+
+def hinged_acceleration(t: Any, q: Values, parameters: Values) -> Values:
+    moment, ia, ib, ic, rate = parameters
+    return hoop_acceleration(q[0], moment / ia, rate * rate * (ib - ic) / ia)
+
+
+def hinged_potential(t: Any, q: Values, parameters: Values) -> Values:
+    moment, ia, ib, ic, rate = parameters
+    return hoop_potential(q[0], moment / ia, rate * rate * (ib - ic) / ia)
+
+
+def hinged_jacobi(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[1] * state[1] / 2 + hinged_potential(t, state[:1], parameters)[0],)
+
+
+def compass_acceleration(t: Any, q: Values, parameters: Values) -> Values:
+    across, along, spin, earth, cosine = parameters
+    rate = earth * cosine
+    return hoop_acceleration(q[0], along * spin * rate / across, rate * rate)
+
+
+def compass_potential(t: Any, q: Values, parameters: Values) -> Values:
+    across, along, spin, earth, cosine = parameters
+    rate = earth * cosine
+    return hoop_potential(q[0], along * spin * rate / across, rate * rate)
+
+
+def compass_jacobi(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[1] * state[1] / 2 + compass_potential(t, state[:1], parameters)[0],)
+
+
+HINGED_SCENE, COMPASS_SCENE = hinged_pull(hinged_acceleration), hinged_pull(compass_acceleration)
+
+
+def _unchanged(states: Floats) -> Floats:
+    return states
+
+
+class HoopCase(Case):
+    """What the thin cases share; a subclass states A and B by its parameters."""
+
+    state = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
+    _CYCLES: ClassVar[dict[str, str]] = {}
+    """Spans in periods where they are not 10.37."""
+
+    def coefficients(self) -> tuple[Fraction, Fraction]:
+        """A and B (1/s^2)."""
+        raise NotImplementedError
+
+    @cached_property
+    def _exact(self) -> Hoop:
+        theta, omega = self.initial_state
+        return Hoop(*self.coefficients(), theta, omega)
+
+    def motion(self) -> Hoop:
+        return self._exact
+
+    @property
+    def time_scale(self) -> float:
+        """Of a small swing without rotation and with it, and of a turn where that is shorter."""
+        pull, lift = map(abs, self.coefficients())
+        rate = sqrt(pull + lift)
+        if self._exact.regime == Hoop.ROTATION:
+            rate = max(rate, tau / float(self._exact.period()))
+        return 1 / rate if rate else 1.0
+
+    def natural_span(self) -> Number:
+        """10.37 periods; 9 time scales where the motion has none."""
+        period = self._exact.period(20)
+        cycles = self._CYCLES.get(self.variant or "", "10.37")
+        return 9 * self.time_scale if period is None else float(period) * float(cycles)
+
+    def scales(self) -> dict[str, float]:
+        """Next to a homoclinic motion the peaks are sharper than the grid, but stand at quarters of the period."""
+        found = accuracy.grid_scales(self)
+        period = self._exact.period()
+        if period is not None and 60 * self.time_scale < float(period) < float(self.span):
+            around = self.time_scale * np.linspace(-10, 10, 101)
+            near = self.sample(np.concatenate([float(period) * k / 4 + around for k in (1, 2, 3, 4)]))
+            angle, speed = np.max(np.abs(near), axis=0).tolist()
+            found = {
+                "angle": min(max(found["angle"], angle), pi),
+                "angular velocity": max(found["angular velocity"], speed),
+            }
+        return found
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self._exact
+        found = {"energy": motion.energy(digits)}
+        period = motion.period(digits)
+        if period is not None:
+            found["turn_time" if motion.regime == Hoop.ROTATION else "period"] = period
+        tilted, frequency = motion.tilted_equilibrium(digits), motion.small_frequency(digits)
+        if tilted is not None:
+            found["tilted_equilibrium"] = tilted
+        if frequency is not None:
+            found["small_frequency"] = frequency
+        return found
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        theta, omega = state
+        return (theta, -omega), self.parameters
+
+
+class RotatingPendulum(HoopCase):
+    name = "rotating_pendulum"
+    title = "Bead on a hoop, or pendulum in a plane, rotating at constant rate about the vertical"
+    section = "11.12.2, 6.9, 6.14, 10.12.5"
+    conventions = "theta from the downward vertical, rad, not wrapped; Om is prescribed."
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("R", "m", 1, "radius of the hoop"),
+        Parameter("Om", "rad/s", 4, "rate of the hoop"),
+    )
+    default_state = ("0.5", 0)
+    domain = Domain(
+        {
+            "g": positive(),
+            "R": positive(),
+            "Om": Range(typical=(-5.0, 5.0)),
+            "theta": Range(typical=(-7.0, 7.0)),
+            "omega": Range(typical=(-8.0, 8.0)),
+        }
+    )
+    variants = (
+        Variant("rotation", "turns over the top", initial_state=("0.5", 10)),
+        Variant(
+            "bifurcation",
+            "exactly Om^2 = g/R: no linear force, the period grows as 1/amplitude",
+            {"g": 9, "Om": 3},
+            ("0.001", 0),
+        ),
+        Variant(
+            "above_bifurcation",
+            "Om^2 1e-6 above g/R: equilibrium tilted by 1.4e-3, a slow swing",
+            {"g": 9, "Om": "3.0000015"},
+            ("0.0018", 0),
+        ),
+        Variant(
+            "homoclinic_inside",
+            "released at the double below 2 pi/3: creeps to the unstable bottom",
+            {"g": 1, "Om": 2},
+            (2.0943951023931953, 0),
+        ),
+        Variant(
+            "homoclinic_outside",
+            "released at the double above 2 pi/3: creeps to the unstable bottom, from the other side of the separatrix",
+            {"g": 1, "Om": 2},
+            (2.0943951023931957, 0),
+        ),
+        Variant("near_homoclinic", "1e-12 beside the unstable bottom", {"g": 1, "Om": 2}, ("1e-12", 0)),
+        Variant(
+            "separatrix",
+            "exactly the energy of the top, which it reaches after infinite time",
+            {"g": 1, "Om": "0.5"},
+            (0, 2),
+        ),
+        Variant("tilted", "small swings about the tilted equilibrium", initial_state=("0.911", 0)),
+        Variant("long_1e4", "10,000 periods: phase error"),
+        Variant("without_rotation", "Om = 0: the simple pendulum", {"Om": 0}, (2, 0)),
+        Variant("engines", "the numbers of engine tests, 5 s", initial_state=("0.3", 0), span=5),
+    )
+    invariants: ClassVar = {"jacobi": Invariant(bead_jacobi)}
+    _CYCLES: ClassVar[dict[str, str]] = {
+        "homoclinic_inside": "0.45",
+        "homoclinic_outside": "0.22",
+        "near_homoclinic": "2.37",
+        "long_1e4": "10000.37",
+    }
+
+    def coefficients(self) -> tuple[Fraction, Fraction]:
+        g, radius, rate = self.parameter_values()
+        return g / radius, rate * rate
+
+    @property
+    def forms(self) -> tuple[Separable, ...]:
+        return (Separable(bead_acceleration, bead_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`drive_torque` over the mass, of the start: 2 R^2 Om sin(theta) cos(theta) theta' (m^2/s^2)."""
+        _g, radius, rate = self.parameter_values()
+        theta, omega = self.initial_state
+        with working(digits + 10) as mp:
+            torque = mp.mpf(radius**2 * rate * omega) * mp.sin(2 * mp.mpf(theta))
+            return super().quantities(digits) | {"drive_torque": publish([torque], digits)[0]}
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        g, radius, _ = self.parameter_values()
+        still = PendulumSimple(initial_state=self.initial_state, span=self.span, g=g, L=radius)
+        return (Rung(still, _unchanged, "no rotation: the simple pendulum"),)
+
+
+class BearingReactionTorqueStability(HoopCase):
+    name = "bearing_reaction_torque_stability"
+    title = "Plate or rod hinged to a rotating shaft: relative equilibria and their stability"
+    section = "10.12.5"
+    conventions = (
+        "theta from the downward vertical, rad, not wrapped; a the hinge axis, c along the body, b across both, "
+        "moments about the hinge; Om is prescribed. Held away from the shaft where I_b > I_c."
+    )
+    parameter_list = (
+        Parameter("mgl", "N m", "4.905", "weight times distance of the centre of mass from the hinge"),
+        Parameter("I_a", "kg m^2", "0.4", "moment about the hinge axis"),
+        Parameter("I_b", "kg m^2", "0.35", "moment about the axis across the body"),
+        Parameter("I_c", "kg m^2", "0.05", "moment about the long axis"),
+        Parameter("Om", "rad/s", 6, "rate of the shaft"),
+    )
+    default_state = ("0.4", "0.5")
+    domain = Domain(
+        {
+            "mgl": Range(low=0.0, typical=(0.0, 10.0)),
+            **{name: positive(0.1, 2.0) for name in ("I_a", "I_b", "I_c")},
+            "Om": Range(typical=(-8.0, 8.0)),
+            "theta": Range(typical=(-7.0, 7.0)),
+            "omega": Range(typical=(-8.0, 8.0)),
+        }
+    )
+    variants = (
+        Variant("flat", "I_b < I_c: rotation presses the body to the shaft", {"I_b": "0.05", "I_c": "0.35"}),
+        Variant(
+            "between",
+            "I_b < I_c, fast: the upright is stable too, and the motion stays about it",
+            {"I_b": "0.05", "I_c": "0.35", "Om": 12},
+            ("3.5", 0),
+        ),
+        Variant("no_moment", "I_b = I_c: rotation has no effect", {"I_b": "0.2", "I_c": "0.2"}),
+        Variant("balanced", "hinged at the centre of mass: two wells a half turn apart", {"mgl": 0}, ("0.3", 0)),
+        Variant("unstable", "1e-10 beside the unstable bottom", initial_state=("1e-10", 0)),
+    )
+    invariants: ClassVar = {"jacobi": Invariant(hinged_jacobi)}
+    _CYCLES: ClassVar[dict[str, str]] = {"unstable": "2.37"}
+
+    def coefficients(self) -> tuple[Fraction, Fraction]:
+        moment, ia, ib, ic, rate = self.parameter_values()
+        return moment / ia, rate * rate * (ib - ic) / ia
+
+    @property
+    def forms(self) -> tuple[Separable, ...]:
+        return (Separable(hinged_acceleration, hinged_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return HINGED_SCENE
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """Of the start: the torque that drives the shaft, 2 Om (I_b - I_c) sin(theta) cos(theta) theta', and that
+
+        across it which the bearings take, Om theta' (I_a + (I_b - I_c) cos(2 theta)).
+        """
+        _moment, ia, ib, ic, rate = self.parameter_values()
+        theta, omega = self.initial_state
+        with working(digits + 10) as mp:
+            turn = 2 * mp.mpf(theta)
+            size, apart = mp.mpf(rate * omega), mp.mpf(ib - ic)
+            torques = publish((size * apart * mp.sin(turn), size * (mp.mpf(ia) + apart * mp.cos(turn))), digits)
+        return super().quantities(digits) | dict(zip(("drive_torque", "bearing_torque"), torques, strict=True))
+
+
+class Gyrocompass(HoopCase):
+    name = "gyrocompass"
+    title = "Gyrocompass, its axis held in the horizontal plane"
+    section = "10.13, 11.12.3"
+    conventions = (
+        "theta from true north to the spin axis in the horizontal plane, rad; s is the conserved total axial spin; C "
+        "axial moment, A transverse with the gimbal; coslat is the cosine of the latitude."
+    )
+    parameter_list = (
+        Parameter("A", "kg m^2", "0.08", "transverse moment, gimbal included"),
+        Parameter("C", "kg m^2", "0.1", "axial moment"),
+        Parameter("s", "rad/s", 1000, "axial spin"),
+        Parameter("Om", "rad/s", "7.292115e-5", "rate of the Earth"),
+        Parameter("coslat", "1", "0.7", "cosine of the latitude"),
+    )
+    default_state = ("0.5", 0)
+    domain = Domain(
+        {
+            "A": positive(0.1, 1.0),
+            "C": positive(0.1, 1.0),
+            "s": Range(typical=(-20.0, 20.0)),
+            "Om": Range(typical=(-5.0, 5.0)),
+            "coslat": Range(0.0, 1.0, typical=(0.0, 1.0)),
+            "theta": Range(typical=(-7.0, 7.0)),
+            "omega": Range(typical=(-8.0, 8.0)),
+        }
+    )
+    variants = (
+        Variant(
+            "slow_spin",
+            "C s = A W/2: the quadratic term wins and the axis settles 60 degrees off north",
+            {"A": "0.1", "C": "0.1", "s": "0.5", "Om": 1, "coslat": 1},
+        ),
+        Variant(
+            "south_seeking",
+            "negative spin: the axis seeks south",
+            {"s": -1000},
+            (3, 0),
+        ),
+        Variant(
+            "bifurcation",
+            "exactly C s = A W: north neither draws nor repels to first order",
+            {"A": "0.1", "C": "0.1", "s": 1, "Om": 1, "coslat": 1},
+            ("0.01", 0),
+        ),
+        Variant("fast_spin", "the quadratic term is 1e-9 of the first", {"s": 40834.0, "Om": "7.292115e-5"}),
+        Variant("pole", "no horizontal rate: the axis turns on unmoved", {"coslat": 0}, ("0.5", "0.01")),
+        Variant("turning", "thrown round the compass", initial_state=("0.5", "0.5")),
+    )
+    invariants: ClassVar = {"jacobi": Invariant(compass_jacobi)}
+
+    def coefficients(self) -> tuple[Fraction, Fraction]:
+        across, along, spin, earth, cosine = self.parameter_values()
+        rate = earth * cosine
+        return along * spin * rate / across, rate * rate
+
+    @property
+    def forms(self) -> tuple[Separable, ...]:
+        return (Separable(compass_acceleration, compass_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return COMPASS_SCENE
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`small_angle_period`: 2 pi sqrt(A/(C s W)), without the square of the Earth's rate."""
+        found, (pull, _) = super().quantities(digits), self.coefficients()
+        if pull <= 0:
+            return found
+        with working(digits + 10) as mp:
+            return found | {"small_angle_period": publish([2 * mp.pi / mp.sqrt(mp.mpf(pull))], digits)[0]}
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """The pendulum that is left without the square of the Earth's rate."""
+        pull, _ = self.coefficients()
+        if pull <= 0:
+            return ()
+        pendulum = PendulumSimple(initial_state=self.initial_state, span=self.span, g=pull, L=1)
+        return (
+            *pendulum.ladder,
+            Rung(pendulum, _unchanged, "restoring torque as the sine; no square of the Earth's rate"),
+        )

@@ -1,0 +1,333 @@
+"""Central motions in a plane: the isotropic oscillator, a mass hanging through a hole, k/r, a dumbbell on a spring."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import log, sqrt, tau
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Invariant, Variant
+from gnomon.cases.core.forms import FirstOrder, Form, Separable, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.rope_scene import HANGING
+from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
+from gnomon.cases.core.two_masses_scene import polar_pair, polar_point
+from gnomon.cases.oscillators.well import WellCase
+from gnomon.reference.numerics.precision import Number, quantity
+from gnomon.reference.numerics.well import WellMotion
+from gnomon.reference.numerics.wells import HangingMass, Logarithmic, SpringDumbbell
+from gnomon.reference.orbits.isotropic_oscillator import IsotropicOscillator
+
+TURNS = Rule("omega is not zero (else the mass passes through the centre)", lambda n: n["omega"] != 0)
+
+
+def hanging_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """(m1 + m2) r'' = m1 r theta'^2 - m2 g, theta'' = -2 r' theta'/r."""
+    r, _, vr, omega = state
+    g, m1, m2 = parameters
+    return vr, omega, (m1 * r * omega * omega - m2 * g) / (m1 + m2), -2 * vr * omega / r
+
+
+def hanging_energy(t: Any, state: Values, parameters: Values) -> Values:
+    r, _, vr, omega = state
+    g, m1, m2 = parameters
+    return (((m1 + m2) * vr * vr + m1 * r * r * omega * omega) / 2 + m2 * g * r,)
+
+
+def areal_spin(t: Any, state: Values, parameters: Values) -> Values:
+    """r^2 theta'."""
+    r, _, _, omega = state
+    return (r * r * omega,)
+
+
+def logarithmic_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """r'' = r theta'^2 - k/r, theta'' = -2 r' theta'/r."""
+    r, _, vr, omega = state
+    (k,) = parameters
+    return vr, omega, r * omega * omega - k / r, -2 * vr * omega / r
+
+
+def logarithmic_energy(t: Any, state: Values, parameters: Values) -> Values:
+    r, _, vr, omega = state
+    (k,) = parameters
+    return ((vr * vr + r * r * omega * omega) / 2 + k * log(r),)
+
+
+def spring_dumbbell_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """r'' = r theta'^2 - (k/mu) (r - l), theta'' = -2 r' theta'/r, mu = m1 m2/(m1 + m2)."""
+    r, _, vr, omega = state
+    m1, m2, k, length = parameters
+    return vr, omega, r * omega * omega - k * (1 / m1 + 1 / m2) * (r - length), -2 * vr * omega / r
+
+
+def spring_dumbbell_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Over the reduced mass."""
+    r, _, vr, omega = state
+    m1, m2, k, length = parameters
+    return ((vr * vr + r * r * omega * omega + k * (1 / m1 + 1 / m2) * (r - length) * (r - length)) / 2,)
+
+
+def isotropic_acceleration(t: Any, q: Values, parameters: Values) -> Values:
+    """r'' = -(k/m) r."""
+    x, y = q
+    m, k = parameters
+    return -(k / m) * x, -(k / m) * y
+
+
+def isotropic_potential(t: Any, q: Values, parameters: Values) -> Values:
+    x, y = q
+    m, k = parameters
+    return ((k / m) * (x * x + y * y) / 2,)
+
+
+def isotropic_energy(t: Any, state: Values, parameters: Values) -> Values:
+    x, y, vx, vy = state
+    m, k = parameters
+    return ((m * (vx * vx + vy * vy) + k * (x * x + y * y)) / 2,)
+
+
+def isotropic_spin(t: Any, state: Values, parameters: Values) -> Values:
+    x, y, vx, vy = state
+    return (x * vy - y * vx,)
+
+
+def isotropic_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    x, y, vx, vy = state
+    m, k = parameters
+
+    def spring(t: float, position: Vector, velocity: Vector) -> Vector:
+        return -k * position[0], -k * position[1], 0.0
+
+    body = Body("mass", m, (0.0, 0.0, 0.0), (x, y, 0.0), velocity=(vx, vy, 0.0))
+    return Scene((0.0, 0.0, 0.0), (body,), forces=(Force("mass", "position_force", spring),))
+
+
+def isotropic_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    position, _, velocity, _ = readings.bodies["mass"]
+    return position[0], position[1], velocity[0], velocity[1]
+
+
+ISOTROPIC = SceneForm(isotropic_scene, isotropic_reading, frozenset({"position_force"}))
+
+
+class CentralForceConservation(Case):
+    """A mass on a spring without natural length, in a plane: an ellipse about the centre."""
+
+    name = "central_force_conservation"
+    title = "Central force: the isotropic oscillator"
+    section = "7.8"
+    conventions = "The attraction is -k r towards the origin; the orbit is an ellipse about it, run in equal times."
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("y", "m", "length"),
+        Coordinate("vx", "m/s", "velocity"),
+        Coordinate("vy", "m/s", "velocity"),
+    )
+    parameter_list = (Parameter("m", "kg", 1, "mass"), Parameter("k", "N/m", 4, "stiffness"))
+    default_state = (1, 0, "0.5", "1.2")
+    domain = Domain(
+        {"m": positive(), "k": positive()} | {name: Range(typical=(-5.0, 5.0)) for name in ("x", "y", "vx", "vy")}
+    )
+    variants = (
+        Variant(
+            "thin", "passes 5e-7 m from the centre: the angle turns within 5e-7 rad", initial_state=(1, 0, 0, "1e-6")
+        ),
+        Variant("long_1e5", "100,000 periods: phase error"),
+    )
+    invariants: ClassVar = {"energy": Invariant(isotropic_energy), "angular_momentum": Invariant(isotropic_spin)}
+
+    @cached_property
+    def _exact(self) -> IsotropicOscillator:
+        return IsotropicOscillator(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> IsotropicOscillator:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return (Separable(isotropic_acceleration, isotropic_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return ISOTROPIC
+
+    @property
+    def time_scale(self) -> float:
+        m, k = map(float, self.parameter_values())
+        return sqrt(m / k)
+
+    def natural_span(self) -> Number:
+        """10.37 periods."""
+        return (100_000.37 if self.variant == "long_1e5" else 10.37) * tau * self.time_scale
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        semi = self._exact.semi_axes(digits)
+        return {"period": self._exact.period(digits), "semi_major_axis": semi[0], "semi_minor_axis": semi[1]}
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        x, y, vx, vy = state
+        return (x, y, -vx, -vy), self.parameters
+
+
+class _Central(WellCase):
+    state = (
+        Coordinate("r", "m", "length"),
+        Coordinate("theta", "rad", "angle"),
+        Coordinate("vr", "m/s", "velocity"),
+        Coordinate("omega", "rad/s", "angular velocity"),
+    )
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`apsidal_angle`: by which theta grows from the least to the largest distance."""
+        if self._exact.rests:
+            return {}
+        angle = self._exact.carried_over_period(0, digits + 5)
+        return super().quantities(digits) | {"apsidal_angle": quantity(digits, lambda mp: mp.mpf(angle) / 2)}
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        r, theta, vr, omega = state
+        return (r, theta, -vr, -omega), self.parameters
+
+
+class CentralForceHangingMass(_Central):
+    """A mass on a smooth table, on a string that runs through a hole to a hanging mass."""
+
+    name = "central_force_hanging_mass"
+    title = "Mass on a table, string through a hole, hanging mass"
+    section = "7.8"
+    conventions = "Polar coordinates of m1 about the hole; m2 hangs and moves only up and down; the string stays taut."
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("m1", "kg", 1, "mass on the table"),
+        Parameter("m2", "kg", "0.5", "hanging mass"),
+    )
+    default_state = (1, 0, 0, 4)
+    domain = Domain(
+        {
+            "g": positive(1.0, 10.0),
+            "m1": positive(0.5, 3.0),
+            "m2": positive(0.5, 3.0),
+            "r": positive(0.9, 1.5),
+            "theta": Range(typical=(-3.0, 3.0)),
+            "vr": Range(typical=(-0.2, 0.2)),
+            "omega": Range(typical=(1.5, 3.0)),
+        },
+        (TURNS,),
+    )
+    variants = (
+        Variant("circle", "exactly the circle: r must not move", {"g": 10, "m2": 1, "m1": "2.5"}, (1, 0, 0, 2)),
+        Variant(
+            "near_hole", "passes 0.1 m from the hole, where it turns 100 times faster", initial_state=(1, 0, 0, "0.3")
+        ),
+        Variant("light", "m2 = 1e-6 m1: nearly free motion, out to 47 m and back", {"m2": "1e-6"}, (1, 0, 0, "0.03")),
+    )
+    invariants: ClassVar = {"energy": Invariant(hanging_energy), "areal_spin": Invariant(areal_spin)}
+
+    @cached_property
+    def _exact(self) -> WellMotion:
+        return HangingMass(*self.initial_state, *self.parameter_values())
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return (FirstOrder(hanging_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return HANGING
+
+
+class CentralForceLogarithmic(_Central):
+    """The attraction k/r per unit mass."""
+
+    name = "central_force_logarithmic"
+    title = "Central force k/r: the logarithmic potential"
+    section = "7.8"
+    conventions = "Polar coordinates; the attraction per unit mass is k/r, the circular speed sqrt(k) everywhere."
+    parameter_list = (Parameter("k", "m^2/s^2", 1, "attraction times distance, per unit mass"),)
+    default_state = (1, 0, "0.5", "0.8")
+    domain = Domain(
+        {
+            "k": positive(0.8, 1.5),
+            "r": positive(0.9, 1.5),
+            "theta": Range(typical=(-3.0, 3.0)),
+            "vr": Range(typical=(-0.2, 0.2)),
+            "omega": Range(typical=(0.8, 1.2)),
+        },
+        (TURNS,),
+    )
+    variants = (
+        Variant("circle", "exactly the circle: r must not move", initial_state=(1, 0, 0, 1)),
+        Variant(
+            "eccentric",
+            "from 1 m to 0.02 m: the pericentre passage is 50 times faster",
+            initial_state=(1, 0, 0, "0.06"),
+        ),
+    )
+    invariants: ClassVar = {"energy": Invariant(logarithmic_energy), "areal_spin": Invariant(areal_spin)}
+
+    @cached_property
+    def _exact(self) -> WellMotion:
+        return Logarithmic(*self.initial_state, *self.parameter_values())
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return (FirstOrder(logarithmic_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return LOGARITHMIC
+
+
+class DumbbellSpring(_Central):
+    """Two masses on a spring in free flight, that turn and vibrate about each other."""
+
+    name = "dumbbell_spring"
+    title = "Rotating vibrating dumbbell: two masses on a spring of natural length l"
+    section = "8.6, 8.7"
+    conventions = "Distance and direction of m2 as seen from m1; the centre of mass moves as a free particle."
+    parameter_list = (
+        Parameter("m1", "kg", 1, "mass 1"),
+        Parameter("m2", "kg", 2, "mass 2"),
+        Parameter("k", "N/m", 20, "stiffness of the spring"),
+        Parameter("l", "m", 1, "natural length of the spring"),
+    )
+    default_state = ("1.4", 0, 0, 3)
+    domain = Domain(
+        {
+            "m1": positive(0.5, 3.0),
+            "m2": positive(0.5, 3.0),
+            "k": positive(10.0, 30.0),
+            "l": Range(low=0.0, typical=(0.5, 1.0)),
+            "r": positive(0.9, 1.5),
+            "theta": Range(typical=(-3.0, 3.0)),
+            "vr": Range(typical=(-0.2, 0.2)),
+            "omega": Range(typical=(1.0, 2.0)),
+        },
+        (TURNS,),
+    )
+    variants = (
+        Variant("steady", "turns at exactly the stretch that its spin holds", {"m2": 1, "k": 4}, (2, 0, 0, 2)),
+        Variant("stiff", "k = 1e10 N/m: vibrates 4e4 times in one turn", {"k": 10**10}, ("1.0001", 0, 0, 3)),
+        Variant("ellipse", "no natural length: an ellipse about the centre", {"l": 0}),
+    )
+    invariants: ClassVar = {"energy": Invariant(spring_dumbbell_energy), "areal_spin": Invariant(areal_spin)}
+
+    @cached_property
+    def _exact(self) -> WellMotion:
+        m1, m2, k, length = self.parameter_values()
+        r, theta, vr, omega = self.initial_state
+        return SpringDumbbell(r, theta, vr, omega, k * (1 / m1 + 1 / m2), length)
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return (FirstOrder(spring_dumbbell_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return DUMBBELL
+
+
+LOGARITHMIC = polar_point(lambda r, parameters: parameters[0] / r)
+DUMBBELL = polar_pair(lambda parameters: parameters[:2], lambda r, parameters: parameters[2] * (r - parameters[3]))

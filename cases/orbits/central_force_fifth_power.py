@@ -1,0 +1,131 @@
+"""An attraction as the inverse fifth power of the distance: circles through the centre, and unstable circles about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from math import hypot, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Invariant, Variant
+from gnomon.cases.core.forms import Form, Separable, Values
+from gnomon.cases.core.integrated import IntegratedCase
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.point_scene import free_point
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.orbits.central_force import isotropic_spin
+from gnomon.reference.numerics.precision import Number, publish, working
+
+
+def fifth_power_acceleration(t: Any, q: Values, parameters: Values) -> Values:
+    """r'' = -k r/|r|^6."""
+    x, y = q
+    (k,) = parameters
+    square = x * x + y * y
+    pull = -k / (square * square * square)
+    return pull * x, pull * y
+
+
+def fifth_power_potential(t: Any, q: Values, parameters: Values) -> Values:
+    x, y = q
+    (k,) = parameters
+    square = x * x + y * y
+    return (-k / (4 * square * square),)
+
+
+def fifth_power_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy per unit mass."""
+    x, y, vx, vy = state
+    (k,) = parameters
+    square = x * x + y * y
+    return ((vx * vx + vy * vy) / 2 - k / (4 * square * square),)
+
+
+def fifth_power_motion(t: Any, state: Values, parameters: Values) -> Values:
+    x, y, vx, vy = state
+    (k,) = parameters
+    square = x * x + y * y
+    pull = -k / (square * square * square)
+    return vx, vy, pull * x, pull * y
+
+
+SCENE = free_point(fifth_power_motion, (0, 1), token="position_force")
+
+
+def _off_centre(n: Mapping[str, Fraction]) -> bool:
+    return n["x"] != 0 or n["y"] != 0
+
+
+class CentralForceFifthPower(IntegratedCase):
+    name = "central_force_fifth_power"
+    title = "Central force k/r^5: a circle through the centre of force"
+    section = "7.8"
+    conventions = (
+        "The centre is the origin. With k = 2 r^4 v^2 and v across r the energy is zero and the orbit a circle of diameter "
+        "r through the centre, which it reaches after pi r/(4 v): the motion ends there."
+    )
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("y", "m", "length"),
+        Coordinate("vx", "m/s", "velocity"),
+        Coordinate("vy", "m/s", "velocity"),
+    )
+    parameter_list = (Parameter("k", "m^6/s^2", 2, "attraction times the fifth power of the distance, per unit mass"),)
+    default_state = (1, 0, 0, 1)
+    default_span = "0.78"
+    domain = Domain(
+        {
+            "k": positive(0.5, 1.0),
+            "x": Range(typical=(1.0, 2.0)),
+            "y": Range(typical=(-0.2, 0.2)),
+            "vx": Range(typical=(-0.2, 0.2)),
+            "vy": Range(typical=(0.7, 1.2)),
+        },
+        (Rule("x^2 + y^2 > 0 (the start is not at the centre)", _off_centre),),
+    )
+    variants = (
+        Variant("near_centre", "until 4e-4 s before the centre: r = 0.1, 90 times as fast", span="0.785"),
+        Variant(
+            "circle", "k = r^4 v^2, exactly the circle about the centre: unstable, any error grows", {"k": 1}, span=6
+        ),
+        Variant("spirals_out", "1e-4 faster than the circle: leaves it for good", {"k": 1}, (1, 0, 0, "1.0001"), 9),
+        Variant("spirals_in", "1e-4 slower: falls into the centre", {"k": 1}, (1, 0, 0, "0.9999"), "5.4"),
+        Variant("flyby", "comes in just outside what is captured, and whirls round", {"k": 1}, (-6, "1.2", 1, 0), 13),
+    )
+    invariants: ClassVar = {"energy": Invariant(fifth_power_energy), "angular_momentum": Invariant(isotropic_spin)}
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return (Separable(fifth_power_acceleration, fifth_power_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """The distance over the speed, or r^3/sqrt(k) where that is shorter."""
+        x, y, vx, vy = map(float, self.initial_state)
+        r, speed = hypot(x, y), hypot(vx, vy)
+        fall = r**3 / sqrt(float(self.parameters["k"]))
+        return min(fall, r / speed) if speed else fall
+
+    def natural_span(self) -> Number:
+        """Of a start of one's own a third of the time scale: no collision comes sooner than that."""
+        own = self.initial_state != tuple(map(Fraction, (1, 0, 0, 1))) or self.parameters["k"] != 2
+        return 0.3 * self.time_scale if own else self.default_span
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`circle_speed` at the start's distance; of the circle through the centre its diameter and its end."""
+        x, y, vx, vy = self.initial_state
+        k, square, speed = self.parameters["k"], x * x + y * y, vx * vx + vy * vy
+        with working(digits + 10) as mp:
+            found = {"circle_speed": mp.sqrt(mp.mpf(k)) / mp.mpf(square)}
+            if x * vx + y * vy == 0 and k == 2 * square**2 * speed:
+                found["diameter"] = mp.sqrt(mp.mpf(square))
+                found["collision_time"] = mp.pi / 4 * mp.sqrt(mp.mpf(square / speed))
+            return dict(zip(found, publish(found.values(), digits), strict=True))
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        x, y, vx, vy = state
+        return (x, y, -vx, -vy), self.parameters

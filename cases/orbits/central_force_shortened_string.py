@@ -1,0 +1,128 @@
+"""A mass on a table, on a string drawn through a hole at a given speed: its moment of momentum stays, its energy does not."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import cached_property
+from math import tau
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Invariant, Variant
+from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.rope_scene import SHORTENED
+from gnomon.cases.core.scene import SceneForm
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.orbits.central_force_shortened_string import ShortenedString
+
+
+def drawn_in(t: Any, state: Values, parameters: Values) -> Values:
+    """r theta'' = -2 r' theta' with r = r0 - c t."""
+    _, omega = state
+    _m, r0, c = parameters
+    return omega, 2 * c * omega / (r0 - c * t)
+
+
+def spin_on_string(t: Any, state: Values, parameters: Values) -> Values:
+    """r^2 theta'."""
+    _, omega = state
+    _m, r0, c = parameters
+    r = r0 - c * t
+    return (r * r * omega,)
+
+
+class CentralForceShortenedString(Case):
+    name = "central_force_shortened_string"
+    title = "Mass on a table, its string drawn through a hole at a given speed"
+    section = "7.8"
+    conventions = (
+        "Polar angle of the mass about the hole; its distance is prescribed, r = r0 - c t. The moment of momentum stays, "
+        "the string does work. The motion ends before the mass reaches the hole; c < 0 lets the string out."
+    )
+    state = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
+    parameter_list = (
+        Parameter("m", "kg", 1, "mass"),
+        Parameter("r0", "m", 1, "distance from the hole at the start"),
+        Parameter("c", "m/s", "0.05", "speed at which the string is drawn in"),
+    )
+    default_state = (0, 2)
+    domain = Domain(
+        {
+            "m": positive(),
+            "r0": positive(),
+            "c": Range(typical=(-2.0, 2.0)),
+            "theta": Range(typical=(-3.0, 3.0)),
+            "omega": Range(typical=(-5.0, 5.0)),
+        }
+    )
+    variants = (
+        Variant(
+            "to_the_hole",
+            "drawn in to 1e-3 of the first distance: turns 1e6 times as fast at the end",
+            {"c": 1},
+            (0, "0.5"),
+            span="0.999",
+        ),
+        Variant("let_out", "let out to 100 times the distance: turns 1e-4 times as fast", {"c": -1}, span=99),
+        Variant("slow", "drawn in by a third during 1,568 turns: r^2 omega must not drift", {"c": "1e-4"}, span=3300),
+        Variant("held", "c = 0: a circle", {"c": 0}, span="32.7"),
+    )
+    invariants: ClassVar = {"areal_spin": Invariant(spin_on_string)}
+    autonomous = False
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        r0, c = self.parameters["r0"], self.parameters["c"]
+        if c * self.span >= r0:
+            raise ValueError(
+                f"{self.name}: span = {float(self.span):g} s reaches the hole; give a span that ends before "
+                f"{float(r0 / c):.10g} s"
+            )
+
+    @cached_property
+    def _exact(self) -> ShortenedString:
+        return ShortenedString(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> ShortenedString:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(drawn_in),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SHORTENED
+
+    @property
+    def time_scale(self) -> float:
+        """The time of a radian at the mean rate; of a mass that does not turn, the time of its way to the hole, or 1 s."""
+        r0, c = self.parameters["r0"], self.parameters["c"]
+        mean = abs(self.initial_state[1]) * r0 / self._exact.radius(self.span)
+        return float(1 / mean if mean else r0 / abs(c) if c else Fraction(1))
+
+    @property
+    def fastest_time(self) -> float:
+        """The shortest time of a radian, or in which the distance changes e times."""
+        r0, c, omega = self.parameters["r0"], self.parameters["c"], self.initial_state[1]
+        nearest = min(r0, self._exact.radius(self.span))
+        rates = (abs(omega) * (r0 / nearest) ** 2, abs(c) / nearest)
+        return min([self.time_scale] + [float(1 / rate) for rate in rates if rate])
+
+    def natural_span(self) -> Number:
+        """Until a quarter of the first distance is left; let out, to four times that; without c 5.37 turns, or 1 s."""
+        r0, c, omega = self.parameters["r0"], self.parameters["c"], self.initial_state[1]
+        if c:
+            return r0 / c * Fraction(3, 4) if c > 0 else -3 * r0 / c
+        return 5.37 * tau / abs(float(omega)) if omega else 1
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """Tension of the string at both ends of the span, and the work that it does, all kinetic energy of the mass."""
+        motion, end = self._exact, self.span
+        exact = {
+            "tension_start": motion.tension(Fraction(0)),
+            "tension_end": motion.tension(end),
+            "rate_end": motion.at(end)[1],
+            "work": motion.work(end),
+        }
+        return {name: motion._rational(digits, value) for name, value in exact.items()}

@@ -1,0 +1,123 @@
+"""Radial fall under the inverse-square law."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Invariant, Variant
+from gnomon.cases.core.forms import Form, NBody, Separable, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.point_scene import railed_pull
+from gnomon.cases.core.scene import SceneForm
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.orbits.radial_fall_inverse_square import RadialFall
+
+
+def radial_attraction(t: Any, q: Values, parameters: Values) -> Values:
+    """r'' = -mu/r^2."""
+    (r,) = q
+    (mu,) = parameters
+    return (-mu / (r * r),)
+
+
+def radial_potential(t: Any, q: Values, parameters: Values) -> Values:
+    (r,) = q
+    (mu,) = parameters
+    return (-mu / r,)
+
+
+def radial_energy(t: Any, state: Values, parameters: Values) -> Values:
+    r, v = state
+    (mu,) = parameters
+    return (v * v / 2 - mu / r,)
+
+
+def falling_masses(parameters: Values) -> Values:
+    """The attracting point, and a test particle."""
+    (mu,) = parameters
+    return mu, 0.0
+
+
+def falling_bodies(state: Values) -> tuple[Values, ...]:
+    r, v = state
+    return (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (r, 0.0, 0.0, v, 0.0, 0.0)
+
+
+def apart(found: tuple[Values, ...]) -> Values:
+    centre, particle = found
+    return particle[0] - centre[0], particle[3] - centre[3]
+
+
+SCENE = railed_pull(radial_attraction)
+
+
+class RadialFallInverseSquare(Case):
+    name = "radial_fall_inverse_square"
+    title = "Radial fall under the inverse-square law: plunge and escape"
+    section = "5.9, 5.10, 7.7.1"
+    conventions = "r from the attracting point, v outward; the motion ends at the collision."
+    state = (Coordinate("r", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (Parameter("mu", "m^3/s^2", 398_600_441_800_000, "gravitational parameter: the Earth's"),)
+    default_state = (67_000_000, 0)
+    domain = Domain({"mu": positive(), "r": positive(0.5, 5.0), "v": Range(typical=(-2.0, 2.0))})
+    variants = (
+        Variant(
+            "plunge", "to 1e-5 of the time before the collision: speed without bound", {"mu": 1}, (1, 0), "1.11071"
+        ),
+        Variant(
+            "collision",
+            "to 1.2e-16 of the time before the collision: the next double is after it",
+            {"mu": 1.2337005501361695},
+            (1, 0),
+            1,
+        ),
+        Variant("escape", "exactly at the escape speed: the parabola between two regimes", {"mu": 2}, (1, 2), 1000),
+        Variant("above_escape", "1e-12 above the escape speed", {"mu": 2}, (1, "2.000000000002"), 1000),
+        Variant("below_escape", "1e-12 below it: will come back in 1e18 s", {"mu": 2}, (1, "1.999999999998"), 1000),
+        Variant("thrown", "thrown up: turns and falls", {"mu": 1}, ("0.2", 3)),
+    )
+    invariants: ClassVar = {"energy": Invariant(radial_energy)}
+
+    @cached_property
+    def _exact(self) -> RadialFall:
+        return RadialFall(self.parameters["mu"], *self.initial_state)
+
+    def motion(self) -> RadialFall:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return (
+            Separable(radial_attraction, radial_potential),
+            NBody(falling_masses, falling_bodies, apart),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(r0^3/mu), or the time to fly r0 where that is shorter."""
+        mu, (r, v) = float(self.parameters["mu"]), map(float, self.initial_state)
+        return min(math.sqrt(r**3 / mu), abs(r / v) if v else math.inf)
+
+    def natural_span(self) -> Number:
+        """0.93 of the time to the collision; 20.7 time scales where there is none, or where it is farther."""
+        collision = self._exact.collision_time()
+        far = 20.7 * self.time_scale
+        return far if collision is None else min(0.93 * float(collision), far)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self._exact
+        found = {"escape_speed": motion.escape_speed(digits), "farthest": motion.farthest(digits)}
+        collision = motion.collision_time(digits)
+        return found if collision is None else found | {"collision_time": collision}
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        r, v = state
+        return (r, -v), self.parameters

@@ -1,0 +1,231 @@
+"""Two bodies under their mutual attraction, neither of them fixed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import pi, sqrt
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core import accuracy
+from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import Form, NBody, SecondOrder, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.core.two_masses_scene import attracting
+from gnomon.cases.orbits.kepler_orbit import KeplerOrbit
+from gnomon.reference.numerics.precision import Number, quantity
+from gnomon.reference.orbits.kepler_orbit import Kepler
+from gnomon.reference.orbits.two_body import TwoBody as Motion
+
+
+def mutual_attraction(t: Any, q: Values, parameters: Values) -> Values:
+    """r1'' = G m2 (r2 - r1)/|r2 - r1|^3, and the same with the bodies exchanged."""
+    x1, y1, x2, y2 = q
+    G, m1, m2 = parameters
+    x, y = x2 - x1, y2 - y1
+    square = x * x + y * y
+    pull = G / (square * sqrt(square))
+    return pull * m2 * x, pull * m2 * y, -pull * m1 * x, -pull * m1 * y
+
+
+def mutual_energy(t: Any, state: Values, parameters: Values) -> Values:
+    x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
+    G, m1, m2 = parameters
+    x, y = x2 - x1, y2 - y1
+    kinetic = (m1 * (vx1 * vx1 + vy1 * vy1) + m2 * (vx2 * vx2 + vy2 * vy2)) / 2
+    return (kinetic - G * m1 * m2 / sqrt(x * x + y * y),)
+
+
+def momentum_x(t: Any, state: Values, parameters: Values) -> Values:
+    _, m1, m2 = parameters
+    return (m1 * state[4] + m2 * state[6],)
+
+
+def momentum_y(t: Any, state: Values, parameters: Values) -> Values:
+    _, m1, m2 = parameters
+    return (m1 * state[5] + m2 * state[7],)
+
+
+def total_angular_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """About the origin."""
+    x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
+    _, m1, m2 = parameters
+    return (m1 * (x1 * vy1 - y1 * vx1) + m2 * (x2 * vy2 - y2 * vx2),)
+
+
+def centre_start_x(t: Any, state: Values, parameters: Values) -> Values:
+    """x_C - V_C t: the centre of mass moves uniformly."""
+    _, m1, m2 = parameters
+    return ((m1 * (state[0] - state[4] * t) + m2 * (state[2] - state[6] * t)) / (m1 + m2),)
+
+
+def centre_start_y(t: Any, state: Values, parameters: Values) -> Values:
+    """y_C - V_C t."""
+    _, m1, m2 = parameters
+    return ((m1 * (state[1] - state[5] * t) + m2 * (state[3] - state[7] * t)) / (m1 + m2),)
+
+
+def gravitational_masses(parameters: Values) -> Values:
+    G, m1, m2 = parameters
+    return G * m1, G * m2
+
+
+def both_bodies(state: Values) -> tuple[Values, ...]:
+    x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
+    return (x1, y1, 0.0, vx1, vy1, 0.0), (x2, y2, 0.0, vx2, vy2, 0.0)
+
+
+def both_states(found: tuple[Values, ...]) -> Values:
+    one, two = found
+    return one[0], one[1], two[0], two[1], one[3], one[4], two[3], two[4]
+
+
+def _angular_momentum(n: Mapping[str, Fraction]) -> Fraction:
+    x, y, vx, vy = (n[f"{name}2"] - n[f"{name}1"] for name in ("x", "y", "vx", "vy"))
+    return x * vy - y * vx
+
+
+class TwoBody(Case):
+    name = "two_body"
+    title = "Two-body problem (Kepler's corrected third law)"
+    section = "8.3"
+    conventions = "Both bodies move in the plane; each body's place and velocity count relative to their own size."
+    state = tuple(
+        Coordinate(f"{letter}{axis}{n}", unit, kind, f"{kind} of body {n}")
+        for letter, unit, kind in (("", "m", "length"), ("v", "m/s", "velocity"))
+        for n in (1, 2)
+        for axis in "xy"
+    )
+    parameter_list = (
+        Parameter("G", "m^3/(kg s^2)", 1, "constant of gravitation"),
+        Parameter("m1", "kg", 1, "mass of body 1"),
+        Parameter("m2", "kg", "0.5", "mass of body 2"),
+    )
+    default_state = (0, 0, 1, 0, 0, "-0.25", 0, "0.75")
+    domain = Domain(
+        {"G": positive(0.5, 2.0), "m1": positive(0.5, 2.0), "m2": positive(0.1, 1.0)}
+        | {name: Range(typical=(-0.2, 0.2)) for name in ("x1", "y1", "y2", "vx1", "vy1", "vx2")}
+        | {"x2": Range(typical=(0.8, 1.5)), "vy2": Range(typical=(0.5, 1.0))},
+        (
+            Rule(
+                "angular momentum about the centre of mass is not zero (else the bodies collide)",
+                lambda n: _angular_momentum(n) != 0,
+            ),
+        ),
+    )
+    variants = (
+        Variant(
+            "planet",
+            "m2/m1 = 1e-9: the heavy body moves by 1e-9 of the distance, and that is what counts",
+            {"m2": "1e-9"},
+            (0, 0, 1, 0, 0, 0, 0, "1.2"),
+        ),
+        Variant("equal", "equal masses about a centre at rest", {"m2": 1}, (0, 0, 1, 0, 0, "-0.5", 0, "0.5")),
+        Variant(
+            "e0999",
+            "e = 0.999: both bodies turn within 3e-5 of a period",
+            {"m2": 1},
+            (0, 0, 1, 0, 0, "-0.02236", 0, "0.02236"),
+        ),
+        Variant("hyperbolic", "a flyby that deflects both", initial_state=(0, 0, -10, 1, 0, 0, 2, 0), span=15),
+        Variant("orbits_1e5", "100,000 orbits: phase error"),
+        Variant(
+            "drifting",
+            "the centre of mass moves at 1e6 m/s: the orbit is lost in the last digits",
+            initial_state=(0, 0, 1, 0, 10**6, "-0.25", 10**6, "0.75"),
+        ),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(mutual_energy),
+        "momentum_x": Invariant(momentum_x),
+        "momentum_y": Invariant(momentum_y),
+        "angular_momentum": Invariant(total_angular_momentum),
+        "centre_of_mass_start_x": Invariant(centre_start_x),
+        "centre_of_mass_start_y": Invariant(centre_start_y),
+    }
+
+    @cached_property
+    def _exact(self) -> Motion:
+        G, m1, m2 = self.parameter_values()
+        x1, y1, x2, y2, vx1, vy1, vx2, vy2 = self.initial_state
+        return Motion(G, m1, m2, (x1, y1, x2, y2), (vx1, vy1, vx2, vy2))
+
+    def motion(self) -> Motion:
+        return self._exact
+
+    @property
+    def orbit(self) -> Kepler:
+        """The motion of body 2 about body 1."""
+        return self._exact.relative
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return SecondOrder(mutual_attraction), NBody(gravitational_masses, both_bodies, both_states)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """The period over 2 pi; of an unbound orbit the time of a radian at the pericentre."""
+        if self.orbit.conic > 0:
+            return float(self.orbit.period()) / (2 * pi)
+        return float(self.orbit.pericentre() ** 2) / abs(float(self.orbit.angular_momentum))
+
+    def natural_span(self) -> Number:
+        """10.37 periods; of an unbound orbit through the pericentre and out."""
+        if self.orbit.conic > 0:
+            return (100_000.37 if self.variant == "orbits_1e5" else 10.37) * float(self.orbit.period())
+        return 40 * self.time_scale + 2 * abs(float(self.orbit.pericentre_time()))
+
+    def scales(self) -> dict[str, float]:
+        """On a grid, and at the pericentre, where the speeds have a peak sharper than it."""
+        found = accuracy.grid_scales(self)
+        moment = float(self.orbit.pericentre_time())
+        if 0 < moment < self.times[-1]:
+            state = self.sample(np.array([moment]))[0]
+            for name in found:
+                members = [i for i, coordinate in enumerate(self.state) if coordinate.group == name]
+                found[name] = max(found[name], float(np.linalg.norm(state[members])))
+        return found
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`third_law_factor`: T^2 mu1 / (4 pi^2 a^3) with mu1 = G m1 is 1/(1 + m2/m1), where Kepler has 1."""
+        found = {
+            "eccentricity": self.orbit.eccentricity(digits),
+            "pericentre": self.orbit.pericentre(digits),
+            "third_law_factor": quantity(digits, lambda mp: mp.mpf(self._exact.share[0])),
+        }
+        if self.orbit.conic > 0:
+            found |= {"period": self.orbit.period(digits), "semi_major_axis": self.orbit.semi_major_axis(digits)}
+        return found
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """Body 1 fixed where it starts: Kepler's third law uncorrected."""
+        if self.initial_state[4] != 0 or self.initial_state[5] != 0:
+            return ()
+        G, m1, _ = self.parameter_values()
+        orbit = self.orbit
+        first = np.array([float(x) for x in self.initial_state])
+
+        def project(states: Floats) -> Floats:
+            found = np.tile(first, (len(states), 1))
+            found[:, 2:4] = first[0:2] + states[:, :2]
+            found[:, 6:8] = states[:, 2:]
+            return found
+
+        start = (orbit.x, orbit.y, orbit.vx, orbit.vy)
+        return (
+            Rung(KeplerOrbit(initial_state=start, span=self.span, mu=G * m1), project, "attraction of a fixed body"),
+        )
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        return (*state[:4], *(-v for v in state[4:])), dict(self.parameters)
+
+
+SCENE = attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, (0, 1))

@@ -1,0 +1,358 @@
+"""Two masses joined by a spring or a rod, thrown together: the centre of mass and the motion about it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import cos, sin, sqrt, tau
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Invariant, Variant
+from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.core.two_masses_scene import ON_A_LINE, ROD, attracting
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.orbits.two_masses import RodPair, SpringPair
+
+
+def spring_on_a_line(t: Any, q: Values, parameters: Values) -> Values:
+    """x1'' = k (x2 - x1 - l)/m1, x2'' = -k (x2 - x1 - l)/m2."""
+    x1, x2 = q
+    m1, m2, k, length = parameters
+    stretch = x2 - x1 - length
+    return k / m1 * stretch, -k / m2 * stretch
+
+
+def line_energy(t: Any, state: Values, parameters: Values) -> Values:
+    x1, x2, v1, v2 = state
+    m1, m2, k, length = parameters
+    stretch = x2 - x1 - length
+    return ((m1 * v1 * v1 + m2 * v2 * v2 + k * stretch * stretch) / 2,)
+
+
+def line_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    _, _, v1, v2 = state
+    m1, m2, _, _ = parameters
+    return (m1 * v1 + m2 * v2,)
+
+
+def line_centre_start(t: Any, state: Values, parameters: Values) -> Values:
+    """x_C - v_C t."""
+    x1, x2, v1, v2 = state
+    m1, m2, _, _ = parameters
+    return ((m1 * (x1 - v1 * t) + m2 * (x2 - v2 * t)) / (m1 + m2),)
+
+
+def thrown_pair(t: Any, q: Values, parameters: Values) -> Values:
+    """r1'' = (k/m1) (r2 - r1) + g, r2'' = -(k/m2) (r2 - r1) + g."""
+    x1, y1, x2, y2 = q
+    g, m1, m2, k = parameters
+    x, y = x2 - x1, y2 - y1
+    return k / m1 * x, k / m1 * y - g, -(k / m2) * x, -(k / m2) * y - g
+
+
+def thrown_energy(t: Any, state: Values, parameters: Values) -> Values:
+    x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
+    g, m1, m2, k = parameters
+    x, y = x2 - x1, y2 - y1
+    kinetic = m1 * (vx1 * vx1 + vy1 * vy1) + m2 * (vx2 * vx2 + vy2 * vy2)
+    return ((kinetic + k * (x * x + y * y)) / 2 + g * (m1 * y1 + m2 * y2),)
+
+
+def thrown_momentum_x(t: Any, state: Values, parameters: Values) -> Values:
+    _, m1, m2, _ = parameters
+    return (m1 * state[4] + m2 * state[6],)
+
+
+def thrown_momentum_y(t: Any, state: Values, parameters: Values) -> Values:
+    """P_y + (m1 + m2) g t."""
+    g, m1, m2, _ = parameters
+    return (m1 * state[5] + m2 * state[7] + (m1 + m2) * g * t,)
+
+
+def thrown_centre_x(t: Any, state: Values, parameters: Values) -> Values:
+    """x_C - v_C t."""
+    x1, _, x2, _, vx1, _, vx2, _ = state
+    _, m1, m2, _ = parameters
+    return ((m1 * (x1 - vx1 * t) + m2 * (x2 - vx2 * t)) / (m1 + m2),)
+
+
+def thrown_centre_y(t: Any, state: Values, parameters: Values) -> Values:
+    """y_C - v_C t - g t^2/2."""
+    _, y1, _, y2, _, vy1, _, vy2 = state
+    g, m1, m2, _ = parameters
+    return ((m1 * (y1 - vy1 * t) + m2 * (y2 - vy2 * t)) / (m1 + m2) - g * t * t / 2,)
+
+
+def spin(t: Any, state: Values, parameters: Values) -> Values:
+    """Angular momentum about the centre of mass, over the reduced mass."""
+    x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
+    return ((x2 - x1) * (vy2 - vy1) - (y2 - y1) * (vx2 - vx1),)
+
+
+def dumbbell_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """The rod pulls mass 1 with m1 m2/(m1 + m2) l omega^2 along itself; omega' = 0."""
+    _, _, theta, vx, vy, omega = state
+    g, m1, m2, length = parameters
+    pull = m2 / (m1 + m2) * length * omega * omega
+    return vx, vy, omega, pull * cos(theta), pull * sin(theta) - g, 0
+
+
+def dumbbell_energy(t: Any, state: Values, parameters: Values) -> Values:
+    _, y, theta, vx, vy, omega = state
+    g, m1, m2, length = parameters
+    ux, uy = vx - length * omega * sin(theta), vy + length * omega * cos(theta)
+    kinetic = (m1 * (vx * vx + vy * vy) + m2 * (ux * ux + uy * uy)) / 2
+    return (kinetic + g * (m1 * y + m2 * (y + length * sin(theta))),)
+
+
+def dumbbell_momentum_x(t: Any, state: Values, parameters: Values) -> Values:
+    _, _, theta, vx, _, omega = state
+    _, m1, m2, length = parameters
+    return (m1 * vx + m2 * (vx - length * omega * sin(theta)),)
+
+
+def dumbbell_momentum_y(t: Any, state: Values, parameters: Values) -> Values:
+    """P_y + (m1 + m2) g t."""
+    _, _, theta, _, vy, omega = state
+    g, m1, m2, length = parameters
+    return (m1 * vy + m2 * (vy + length * omega * cos(theta)) + (m1 + m2) * g * t,)
+
+
+def dumbbell_spin(t: Any, state: Values, parameters: Values) -> Values:
+    """Angular momentum about the centre of mass."""
+    _g, m1, m2, length = parameters
+    return (m1 * m2 / (m1 + m2) * length * length * state[5],)
+
+
+class TwoMassSpring(Case):
+    """Two masses on a smooth rail, joined by a spring."""
+
+    name = "two_mass_spring"
+    title = "Two masses joined by a spring: reduced mass and drift"
+    section = "8.9.4"
+    conventions = "x1 and x2 along a smooth straight rail; the spring has its natural length at x2 - x1 = l."
+    state = (
+        Coordinate("x1", "m", "length"),
+        Coordinate("x2", "m", "length"),
+        Coordinate("v1", "m/s", "velocity"),
+        Coordinate("v2", "m/s", "velocity"),
+    )
+    parameter_list = (
+        Parameter("m1", "kg", 1, "mass 1"),
+        Parameter("m2", "kg", 2, "mass 2"),
+        Parameter("k", "N/m", 30, "stiffness of the spring"),
+        Parameter("l", "m", 1, "natural length of the spring"),
+    )
+    default_state = (0, "1.3", 0, "0.5")
+    domain = Domain(
+        {"m1": positive(), "m2": positive(), "k": positive(0.1, 100.0), "l": Range(low=0.0, typical=(0.0, 3.0))}
+        | {name: Range(typical=(-3.0, 3.0)) for name in ("x1", "x2", "v1", "v2")}
+    )
+    variants = (
+        Variant("stiff", "k = 1e10 N/m and a slow drift: 1e6 vibrations in the span", {"k": 10**10}, span="51.7"),
+        Variant("mass_ratio", "m2/m1 = 1e9: the heavy mass moves by 1e-9 of the light one", {"m2": 10**9}),
+        Variant("long_1e5", "100,000 periods: phase error beside a drift of 3e4 m"),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(line_energy),
+        "momentum": Invariant(line_momentum),
+        "centre_of_mass_start": Invariant(line_centre_start),
+    }
+
+    @cached_property
+    def _exact(self) -> SpringPair:
+        m1, m2, k, length = self.parameter_values()
+        x1, x2, v1, v2 = self.initial_state
+        return SpringPair(m1, m2, k, (length,), (Fraction(0),), ((x1, x2),), ((v1, v2),))
+
+    def motion(self) -> SpringPair:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[SecondOrder, ...]:
+        return (SecondOrder(spring_on_a_line),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return ON_A_LINE
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(reduced mass/k)."""
+        return sqrt(float(self._exact.reduced / self._exact.k))
+
+    def natural_span(self) -> Number:
+        """10.37 periods."""
+        return (100_000.37 if self.variant == "long_1e5" else 10.37) * tau * self.time_scale
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self._exact
+        vibration = motion.vibration(0)
+        return {
+            "period": vibration.period(digits),
+            "amplitude": vibration.amplitude(digits),
+            "drift_speed": motion._quantity(digits, lambda mp: mp.mpf(motion.centre(0)[1])),
+        }
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        x1, x2, v1, v2 = state
+        return (x1, x2, -v1, -v2), self.parameters
+
+
+class CenterOfMassMotion(Case):
+    """Two masses joined by a spring without natural length, thrown in a vertical plane."""
+
+    name = "center_of_mass_motion"
+    title = "Two masses on a spring, thrown: parabola of the centre of mass and vibration about it"
+    section = "8.2, 8.4"
+    conventions = "y upward; the spring has no natural length, so the pair vibrates harmonically in both directions."
+    state = tuple(
+        Coordinate(f"{letter}{axis}{n}", unit, kind)
+        for letter, unit, kind in (("", "m", "length"), ("v", "m/s", "velocity"))
+        for n in (1, 2)
+        for axis in "xy"
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("m1", "kg", 1, "mass 1"),
+        Parameter("m2", "kg", 2, "mass 2"),
+        Parameter("k", "N/m", 400, "stiffness of the spring"),
+    )
+    default_state = (0, 0, "0.4", 0, 3, 10, 3, 12)
+    domain = Domain(
+        {"g": Range(low=0.0, typical=(0.0, 10.0)), "m1": positive(), "m2": positive(), "k": positive(1.0, 100.0)}
+        | {f"{axis}{n}": Range(typical=(-3.0, 3.0)) for axis in ("x", "y", "vx", "vy") for n in (1, 2)}
+    )
+    variants = (
+        Variant("stiff", "k = 1e10 N/m inside a slow parabola: 3.6e4 vibrations", {"k": 10**10}, span="1.87"),
+        Variant("unequal", "m2/m1 = 1e-9: the light mass moves about the heavy one", {"m2": "1e-9"}),
+        Variant("long_1e5", "100,000 periods: phase error beside a fall of 3e9 m"),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(thrown_energy),
+        "momentum_x": Invariant(thrown_momentum_x),
+        "momentum_y_and_weight": Invariant(thrown_momentum_y),
+        "centre_of_mass_start_x": Invariant(thrown_centre_x),
+        "centre_of_mass_start_y": Invariant(thrown_centre_y),
+        "spin": Invariant(spin),
+    }
+
+    @cached_property
+    def _exact(self) -> SpringPair:
+        g, m1, m2, k = self.parameter_values()
+        x1, y1, x2, y2, vx1, vy1, vx2, vy2 = self.initial_state
+        zero = Fraction(0)
+        return SpringPair(m1, m2, k, (zero, zero), (zero, -g), ((x1, x2), (y1, y2)), ((vx1, vx2), (vy1, vy2)))
+
+    def motion(self) -> SpringPair:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[SecondOrder, ...]:
+        return (SecondOrder(thrown_pair),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return THROWN
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(reduced mass/k)."""
+        return sqrt(float(self._exact.reduced / self._exact.k))
+
+    def natural_span(self) -> Number:
+        """10.37 periods."""
+        return (100_000.37 if self.variant == "long_1e5" else 10.37) * tau * self.time_scale
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self._exact
+        vx, vy = (motion.centre(axis)[1] for axis in (0, 1))
+        total = motion.m1 + motion.m2
+        return {
+            "period": motion.vibration(0).period(digits),
+            "momentum_x": motion._quantity(digits, lambda mp: mp.mpf(total * vx)),
+            "momentum_y": motion._quantity(digits, lambda mp: mp.mpf(total * vy)),
+        }
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        return (*state[:4], *(-v for v in state[4:])), self.parameters
+
+
+class DumbbellFreeFlight(Case):
+    """Two masses on a massless rigid rod, thrown in a vertical plane."""
+
+    name = "dumbbell_free_flight"
+    title = "Dumbbell in free flight: parabola of the centre of mass and uniform rotation"
+    section = "8.6, 8.7"
+    conventions = (
+        "y upward; the state is the place of mass 1 and the angle of the rod from the x axis, seen from there."
+    )
+    state = (
+        Coordinate("x1", "m", "length"),
+        Coordinate("y1", "m", "length"),
+        Coordinate("theta", "rad", "angle"),
+        Coordinate("vx1", "m/s", "velocity"),
+        Coordinate("vy1", "m/s", "velocity"),
+        Coordinate("omega", "rad/s", "angular velocity"),
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("m1", "kg", 1, "mass 1"),
+        Parameter("m2", "kg", 2, "mass 2"),
+        Parameter("l", "m", 1, "length of the rod"),
+    )
+    default_state = (0, 0, "0.5", 2, 8, 10)
+    domain = Domain(
+        {"g": Range(low=0.0, typical=(0.0, 10.0)), "m1": positive(), "m2": positive(), "l": positive()}
+        | {name: Range(typical=(-5.0, 5.0)) for name in ("x1", "y1", "theta", "vx1", "vy1")}
+        | {"omega": Range(typical=(-20.0, 20.0))}
+    )
+    variants = (
+        Variant("fast_spin", "1e5 turns in one flight", initial_state=(0, 0, 0, 2, 8, 314159)),
+        Variant("light_end", "mass 1 is 1e-9 of mass 2: it is whirled round", {"m1": "2e-9"}),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(dumbbell_energy),
+        "momentum_x": Invariant(dumbbell_momentum_x),
+        "momentum_y_and_weight": Invariant(dumbbell_momentum_y),
+        "spin": Invariant(dumbbell_spin),
+    }
+
+    @cached_property
+    def _exact(self) -> RodPair:
+        g, m1, m2, length = self.parameter_values()
+        return RodPair(m1, m2, length, g, *self.initial_state)
+
+    def motion(self) -> RodPair:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(dumbbell_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return ROD
+
+    @property
+    def time_scale(self) -> float:
+        """The time of one radian; without spin sqrt(1 m/g), or 1 s."""
+        omega, g = abs(float(self.initial_state[5])), float(self.parameters["g"])
+        return 1 / max(omega, sqrt(g), 0.1)
+
+    def natural_span(self) -> Number:
+        """A flight of 2.03 s; 10.37 turns where those take longer."""
+        return 2.03 if self.time_scale * 65 < 2.03 or self.initial_state[5] == 0 else 10.37 * tau * self.time_scale
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """The tension of the rod, constant."""
+        return {"tension": self._exact.tension(digits)}
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        return (*state[:3], *(-v for v in state[3:])), self.parameters
+
+
+THROWN = attracting(lambda p: p[1:3], lambda r, p: p[3] / (p[1] * p[2]), (0, 2), lambda p: p[0])

@@ -1,0 +1,1 @@
+"""Cases. Oscillators: free, damped, forced, nonlinear, coupled."""

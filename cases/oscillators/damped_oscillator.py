@@ -1,0 +1,140 @@
+"""Free vibration with viscous damping."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Invariant, Variant
+from gnomon.cases.core.forms import SemiLinear, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.oscillators.damped_oscillator_scene import SCENE
+from gnomon.cases.oscillators.harmonic_oscillator import spring_energy
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.oscillators.damped_oscillator import DampedMotion
+
+
+def damped_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """x' = v, v' = -(c/m) v - (k/m) x."""
+    x, v = state
+    m, c, k = parameters
+    return v, -(c / m) * v - (k / m) * x
+
+
+def damped_matrix(parameters: Values) -> Values:
+    m, c, k = parameters
+    return 0, 1, -k / m, -c / m
+
+
+def damped_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+    return damped_matrix(parameters)
+
+
+def nothing_else(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0
+
+
+def damped_energy(t: Any, state: Values, parameters: Values) -> Values:
+    m, _, k = parameters
+    return spring_energy(t, state, (m, k))
+
+
+class DampedOscillator(Case):
+    """A mass m on a spring k with a viscous damper c."""
+
+    name = "damped_oscillator"
+    title = "Free vibration with viscous damping"
+    section = "6.11, 11.13-11.14"
+    conventions = "x from the equilibrium; the damper pulls with -c v."
+    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("m", "kg", 1, "mass"),
+        Parameter("c", "N s/m", "0.4", "damping constant"),
+        Parameter("k", "N/m", 20, "stiffness of the spring"),
+    )
+    default_state = ("0.5", 0)
+    domain = Domain(
+        {"m": positive(), "c": Range(low=0.0, typical=(0.0, 10.0)), "k": positive()}
+        | {name: Range(typical=(-5.0, 5.0)) for name in ("x", "v")}
+    )
+    variants = (
+        Variant("critical", "exactly critical: both rates equal", {"c": 4, "k": 4}, (1, 1)),
+        Variant(
+            "near_critical_above",
+            "discriminant 1.8e-15: two rates that differ in the 8th digit",
+            {"c": 4.000000000000001, "k": 4},
+            (1, 1),
+        ),
+        Variant(
+            "near_critical_below",
+            "discriminant -8.9e-16: a period of 7 years",
+            {"c": 3.9999999999999996, "k": 4},
+            (1, 1),
+        ),
+        Variant("stiff_1e6", "rates 1 and 1e6: the fast mode dies at once", {"c": 10**6 + 1, "k": 10**6}, (1, 0)),
+        Variant("stiff_1e9", "rates 1 and 1e9: the fast mode dies at once", {"c": 10**9 + 1, "k": 10**9}, (1, 0)),
+        Variant("stiff_1e12", "rates 1 and 1e12: the fast mode dies at once", {"c": 10**12 + 1, "k": 10**12}, (1, 0)),
+        Variant(
+            "long_1e5",
+            "100,000 cycles at damping ratio 1e-6: phase error under a slow decay",
+            {"c": "2e-6", "k": 1},
+            (1, 0),
+            span="628472.14",
+        ),
+    )
+    invariants: ClassVar = {"energy": Invariant(damped_energy, "decays")}
+
+    @cached_property
+    def _exact(self) -> DampedMotion:
+        return DampedMotion(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> DampedMotion:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[SemiLinear, ...]:
+        return (SemiLinear(damped_equations, damped_jacobian, linear=damped_matrix, rest=nothing_else),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(m/k); where overdamped the time of the slow mode, which is left when the fast one is dead."""
+        m, _, k = map(float, self.parameter_values())
+        if self._exact.regime == DampedMotion.OVERDAMPED:
+            return 1 / float(self._exact.rates()[0])
+        return sqrt(m / k)
+
+    @property
+    def fastest_time(self) -> float:
+        return min(self.time_scale, 1 / float(self._exact.decay)) if self._exact.decay > 0 else self.time_scale
+
+    def natural_span(self) -> Number:
+        """10.37 damped periods, at most 10 decay times; 10 decay times of the slow mode where nothing oscillates."""
+        if self._exact.regime != DampedMotion.UNDERDAMPED:
+            return 10 / float(self._exact.rates()[0])
+        cycles = 10.37 * float(self._exact.period())
+        decay = float(self._exact.decay)
+        return cycles if decay * cycles <= 10 else 10 / decay
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self._exact
+        found = {"damping_ratio": motion.damping_ratio(digits), "undamped_period": motion.undamped_period(digits)}
+        if motion.regime == DampedMotion.UNDERDAMPED:
+            found["period"] = motion.period(digits)
+            found["logarithmic_decrement"] = motion.logarithmic_decrement(digits)
+        else:
+            found["slow_rate"], found["fast_rate"] = motion.rates(digits)
+        overshoot = motion.overshoot_time(digits)
+        return found if overshoot is None else found | {"overshoot_time": overshoot}
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
+        """Only without damping: reversed damping would feed energy in."""
+        x, v = state
+        return ((x, -v), self.parameters) if self.parameters["c"] == 0 else None

@@ -1,0 +1,159 @@
+"""Damped vibrations of two masses: Rayleigh's dissipation function."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Invariant, Variant
+from gnomon.cases.core.forms import SemiLinear, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.row_scene import masses_in_a_row
+from gnomon.cases.core.scene import SceneForm
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.oscillators.vibrations import Vibrations, chain
+
+
+def rayleigh_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """Two masses between walls, a spring and a damper in each of the three gaps."""
+    x1, x2, v1, v2 = state
+    m1, m2, k1, k2, k3, c1, c2, c3 = parameters
+    between = k2 * (x2 - x1) + c2 * (v2 - v1)
+    return v1, v2, (between - k1 * x1 - c1 * v1) / m1, (-between - k3 * x2 - c3 * v2) / m2
+
+
+def rayleigh_matrix(parameters: Values) -> Values:
+    m1, m2, k1, k2, k3, c1, c2, c3 = parameters
+    first = -(k1 + k2) / m1, k2 / m1, -(c1 + c2) / m1, c2 / m1
+    second = k2 / m2, -(k2 + k3) / m2, c2 / m2, -(c2 + c3) / m2
+    return (0, 0, 1, 0, 0, 0, 0, 1, *first, *second)
+
+
+def rayleigh_jacobian(t: Any, state: Values, parameters: Values) -> Values:
+    return rayleigh_matrix(parameters)
+
+
+def nothing_else(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0, 0, 0
+
+
+def as_row(parameters: Values) -> Values:
+    """Masses, springs to the ground and between, then the dampers in the same order."""
+    m1, m2, k1, k2, k3, c1, c2, c3 = parameters
+    return m1, m2, k1, k3, k2, c1, c3, c2
+
+
+SCENE = masses_in_a_row(2, as_row, damped=True)
+
+
+def rayleigh_energy(t: Any, state: Values, parameters: Values) -> Values:
+    x1, x2, v1, v2 = state
+    m1, m2, k1, k2, k3, _, _, _ = parameters
+    return ((m1 * v1 * v1 + m2 * v2 * v2 + k1 * x1 * x1 + k2 * (x2 - x1) * (x2 - x1) + k3 * x2 * x2) / 2,)
+
+
+class RayleighDissipation(Case):
+    """M q'' + C q' + K q = 0 for two masses between two walls."""
+
+    name = "rayleigh_dissipation_mdof"
+    title = "Damped vibrations of two masses, Rayleigh's dissipation function"
+    section = "11.14"
+    conventions = (
+        "x1, x2 from the equilibrium; gap i (wall, between, wall) holds a spring k_i and a damper c_i. "
+        "Energy falls at twice D = (c1 v1^2 + c2 (v2 - v1)^2 + c3 v2^2)/2."
+    )
+    state = (
+        Coordinate("x1", "m", "length"),
+        Coordinate("x2", "m", "length"),
+        Coordinate("v1", "m/s", "velocity"),
+        Coordinate("v2", "m/s", "velocity"),
+    )
+    parameter_list = (
+        Parameter("m1", "kg", 1, "first mass"),
+        Parameter("m2", "kg", 2, "second mass"),
+        Parameter("k1", "N/m", 10, "spring from the first wall"),
+        Parameter("k2", "N/m", 5, "spring between"),
+        Parameter("k3", "N/m", 8, "spring to the second wall"),
+        Parameter("c1", "N s/m", "0.3", "damper from the first wall"),
+        Parameter("c2", "N s/m", "0.1", "damper between"),
+        Parameter("c3", "N s/m", "0.2", "damper to the second wall"),
+    )
+    default_state = (1, 0, 0, "-0.5")
+    domain = Domain(
+        {"m1": positive(), "m2": positive(), "k1": positive(), "k3": positive()}
+        | {"k2": Range(low=0.0, typical=(0.0, 10.0))}
+        | {name: Range(low=0.0, typical=(0.0, 4.0)) for name in ("c1", "c2", "c3")}
+        | {name: Range(typical=(-2.0, 2.0)) for name in ("x1", "x2", "v1", "v2")}
+    )
+    variants = (
+        Variant(
+            "proportional",
+            "C = M/4 + K/8: the undamped modes stay modes",
+            {"m1": 1, "m2": 1, "k1": 2, "k2": 4, "k3": 2, "c1": "0.5", "c2": "0.5", "c3": "0.5"},
+        ),
+        Variant(
+            "defective",
+            "both modes exactly critical, at different rates: no basis of eigenvectors",
+            {"m1": 1, "m2": 1, "k1": 1, "k2": 12, "k3": 1, "c1": 2, "c2": 4, "c3": 2},
+        ),
+        Variant(
+            "near_defective",
+            "a double beside it: eigenvectors equal to eight digits",
+            {"m1": 1, "m2": 1, "k1": 1, "k2": 12, "k3": 1, "c1": 2.0000000000000004, "c2": 4, "c3": 2},
+        ),
+        Variant(
+            "overdamped_stiff",
+            "a damper of 1e6 between the masses: a rate of 2e6 beside a swing that hardly fades",
+            {"m1": 1, "m2": 1, "k1": 1, "k2": 0, "k3": 2, "c1": 0, "c2": 10**6, "c3": 0},
+            (1, 0, 0, 0),
+        ),
+        Variant("undamped", "all dampers off: energy must stay", {"c1": 0, "c2": 0, "c3": 0}),
+    )
+    invariants: ClassVar = {"energy": Invariant(rayleigh_energy, "decays")}
+
+    @cached_property
+    def _exact(self) -> Vibrations:
+        m1, m2, k1, k2, k3, c1, c2, c3 = self.parameter_values()
+        springs, dampers = chain((k1, k3), (k2,)), chain((c1, c3), (c2,))
+        return Vibrations((m1, m2), springs, dampers, self.initial_state[:2], self.initial_state[2:])
+
+    def motion(self) -> Vibrations:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[SemiLinear, ...]:
+        return (SemiLinear(rayleigh_equations, rayleigh_jacobian, linear=rayleigh_matrix, rest=nothing_else),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """One radian of the slower undamped mode."""
+        return 1 / float(self._exact.frequencies()[0])
+
+    @cached_property
+    def fastest_time(self) -> float:
+        return 1 / max(abs(complex(*map(float, rate))) for rate in self._exact.rates())
+
+    def natural_span(self) -> Number:
+        """65.3 radians of the slower undamped mode, at most 20 times the slowest decay."""
+        decay = float(self._exact.rates()[0][0])
+        cycles = 65.3 * self.time_scale
+        return min(cycles, 20 / decay) if decay > 0 else cycles
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """Of each mode its decay (1/s) and its frequency (rad/s; 0 where it does not swing)."""
+        found: dict[str, Any] = {}
+        for i, (decay, frequency) in enumerate(self._exact.rates(digits), start=1):
+            found |= {f"decay_{i}": decay, f"frequency_{i}": frequency}
+        return found
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
+        """Only without damping."""
+        if any(self.parameters[name] for name in ("c1", "c2", "c3")):
+            return None
+        return (*state[:2], *(-v for v in state[2:])), self.parameters

@@ -1,0 +1,207 @@
+"""Radial oscillation of a rubber tube: a thin wall, and a wall of any thickness."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import log, pi
+from typing import Any, ClassVar
+
+from gnomon.cases.core import accuracy
+from gnomon.cases.core.case import Case, Invariant, Rung, Variant
+from gnomon.cases.core.forms import FirstOrder, Separable, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.oscillators.well import WellCase
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.numerics.wells import ThickTube
+from gnomon.reference.oscillators.rubber_tube_thick import Pinney
+
+STRETCH = (Coordinate("x", "1", "dimensionless"), Coordinate("v", "1/s", "rate"))
+
+
+def thin_acceleration(t: Any, q: Values, parameters: Values) -> Values:
+    """x'' = -w^2 (x - 1/x^3)."""
+    (x,) = q
+    (w,) = parameters
+    return (-w * w * (x - 1 / (x * x * x)),)
+
+
+def thin_potential(t: Any, q: Values, parameters: Values) -> Values:
+    (x,) = q
+    (w,) = parameters
+    return (w * w * (x * x + 1 / (x * x)) / 2,)
+
+
+def thin_energy(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    (w,) = parameters
+    return ((v * v + w * w * (x - 1 / x) * (x - 1 / x)) / 2,)
+
+
+def thick_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """x'' = -(M' v^2/2 + V')/M, M = x^2 ln(1 + gam/x^2).
+
+    V = (w^2/2)(x^2 - 1) (ln(1 + gam) - ln(1 + gam/x^2)) - p (x^2 - 1)/2.
+    """
+    x, v = state
+    gam, w, p = parameters
+    square = x * x
+    wall = log(1 + gam / square)
+    half_slope = x * wall - gam * x / (square + gam)
+    force = (w * w / 2) * (2 * x * (log(1 + gam) - wall) + 2 * gam * (square - 1) / (x * (square + gam)))
+    return v, -(half_slope * v * v + force - p * x) / (square * wall)
+
+
+def thick_energy(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    gam, w, p = parameters
+    wall = log(1 + gam / (x * x))
+    return ((x * x * wall * v * v + (x * x - 1) * (w * w * (log(1 + gam) - wall) - p)) / 2,)
+
+
+def _holds(n: Mapping[str, Fraction]) -> bool:
+    return ThickTube(n["gam"], n["w"], n["x"], n["v"], n["p"]).holds
+
+
+class RubberTubeThin(Case):
+    """No scene: a wall that deforms is no set of rigid bodies."""
+
+    name = "rubber_tube_thin"
+    title = "Radial oscillation of a thin-walled incompressible (neo-Hookean/Mooney-Rivlin) tube: Ermakov-Pinney"
+    section = "6.13.2"
+    conventions = "x=a(t)/A, w^2=mu/(rho A^2); isochronous with period pi/w at every amplitude."
+    state = STRETCH
+    parameter_list = (Parameter("w", "rad/s", 2, "rate: w^2 = mu/(rho A^2)"),)
+    default_state = ("0.5", 0)
+    domain = Domain(
+        {"w": positive(), "x": positive(0.1, 5.0), "v": Range(typical=(-5.0, 5.0))},
+    )
+    variants = (
+        Variant("squeezed_1e-2", "released at x = 1e-2: turns within 1e-4 of the period", initial_state=("1e-2", 0)),
+        Variant("squeezed_1e-4", "released at x = 1e-4: turns within 1e-8 of the period", initial_state=("1e-4", 0)),
+        Variant(
+            "small",
+            "amplitude 1e-6 about x = 1: the period is that of every other amplitude",
+            initial_state=(1, "2e-6"),
+        ),
+        Variant("long_1e5", "100,000 periods: phase error"),
+    )
+    invariants: ClassVar = {"energy": Invariant(thin_energy)}
+
+    @cached_property
+    def _exact(self) -> Pinney:
+        return Pinney(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> Pinney:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Separable, ...]:
+        return (Separable(thin_acceleration, thin_potential),)
+
+    @property
+    def time_scale(self) -> float:
+        """The period over 2 pi."""
+        return 1 / (2 * float(self.parameters["w"]))
+
+    @property
+    def fastest_time(self) -> float:
+        """The time of the turn where the tube is narrowest."""
+        return 1 / (float(self._exact.largest()) ** 2 * float(self.parameters["w"]))
+
+    def natural_span(self) -> Number:
+        """10.37 periods."""
+        return (100_000.37 if self.variant == "long_1e5" else 10.37) * 2 * pi * self.time_scale
+
+    def scales(self) -> dict[str, float]:
+        """In closed form where the motion completes a period: the peaks of the rate are sharp."""
+        found = accuracy.grid_scales(self)
+        if self.span >= self._exact.period():
+            largest, speed = float(self._exact.largest()), float(self._exact.top_speed())
+            return {"dimensionless": largest, "rate": speed or 1.0}
+        return found
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self._exact
+        largest = motion.largest(digits)
+        least = motion._quantity(digits, lambda mp: 1 / motion._largest(mp), 20)
+        return {
+            "period": motion.period(digits),
+            "least": least,
+            "largest": largest,
+            "top_rate": motion.top_speed(digits),
+        }
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        x, v = state
+        return (x, -v), self.parameters
+
+
+class RubberTubeThick(WellCase):
+    """No scene: a wall that deforms is no set of rigid bodies."""
+
+    name = "rubber_tube_thick"
+    title = "Knowles thick-walled incompressible Mooney-Rivlin tube, radial oscillation: quadrature"
+    section = "6.13.2"
+    conventions = (
+        "x=a/A inner-radius stretch, gam=B^2/A^2-1, w^2=mu/(rho A^2); energy M v^2/2+V const. A particle at "
+        "radius R in the unstressed wall stands at sqrt(R^2 + a^2 - A^2). An inner pressure applied at once adds "
+        "-p (x^2 - 1)/2 to V."
+    )
+    state = STRETCH
+    parameter_list = (
+        Parameter("gam", "1", 3, "B^2/A^2 - 1 of the unstressed radii, inner A and outer B"),
+        Parameter("w", "rad/s", 2, "rate: w^2 = mu/(rho A^2)"),
+        Parameter("p", "1/s^2", 0, "twice the inner pressure over rho A^2"),
+    )
+    default_state = (2, 0)
+    domain = Domain(
+        {
+            "gam": positive(0.5, 2.0),
+            "w": positive(0.5, 5.0),
+            "x": positive(0.8, 1.3),
+            "v": Range(typical=(-0.2, 0.2)),
+            "p": Range(typical=(-0.1, 0.1)),
+        },
+        (Rule("the wall holds the pressure: p < w^2 ln(1 + gam)", _holds),),
+    )
+    variants = (
+        Variant(
+            "thin_wall", "gam = 1e-6: differences of logarithms that nearly cancel; the thin tube", {"gam": "1e-6"}
+        ),
+        Variant("thick_wall", "gam = 1e3: the inertia is that of a body of fluid", {"gam": 1000}),
+        Variant("squeezed", "released at x = 0.2: a sharp turn where the tube is narrow", initial_state=("0.2", 0)),
+        Variant("small", "amplitude 1e-6 about x = 1", initial_state=("1.000001", 0)),
+        Variant("pressure", "pressure applied at once to the tube at rest", {"p": 2}, (1, 0)),
+        Variant(
+            "near_burst", "1 % below the pressure that no wall holds: stretches 15-fold and back", {"p": "5.49"}, (1, 0)
+        ),
+    )
+    invariants: ClassVar = {"energy": Invariant(thick_energy)}
+
+    @cached_property
+    def _exact(self) -> ThickTube:
+        gam, w, p = self.parameter_values()
+        x, v = self.initial_state
+        return ThickTube(gam, w, x, v, p)
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(thick_equations),)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`balance` is the stretch that holds the pressure at rest."""
+        return super().quantities(digits) | {"balance": self._exact.balance(digits)}
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """A thin wall, without pressure."""
+        if self.parameters["p"]:
+            return ()
+        thin = RubberTubeThin(initial_state=self.initial_state, span=self.span, w=self.parameters["w"])
+        return (Rung(thin, lambda states: states, "a wall without thickness: isochronous"),)
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        x, v = state
+        return (x, -v), self.parameters

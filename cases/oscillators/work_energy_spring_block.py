@@ -1,0 +1,151 @@
+"""A block dropped on a spring."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import cached_property
+from math import sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Event, Invariant, Variant
+from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.rail_scene import railed
+from gnomon.cases.core.scene import SceneForm
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.oscillators.work_energy_spring_block import SpringBlock
+from mpmath import fneg, mpf
+
+
+def free_block(t: Any, state: Values, parameters: Values) -> Values:
+    _, v = state
+    return v, -parameters[0]
+
+
+def block_on_spring(t: Any, state: Values, parameters: Values) -> Values:
+    """y'' = -g - (k/m) y."""
+    y, v = state
+    g, m, k = parameters
+    return v, -g - k / m * y
+
+
+def spring_end(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0],)
+
+
+def unchanged(t: Any, state: Values, parameters: Values) -> Values:
+    y, v = state
+    return y, v
+
+
+def spring_block_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """From the free end of the spring, which pushes only: (y - sqrt(y^2))/2 is its compression."""
+    y, v = state
+    g, m, k = parameters
+    squeezed = (y - sqrt(y * y)) / 2
+    return ((m * v * v + k * squeezed * squeezed) / 2 + m * g * y,)
+
+
+def which_side(t: Any, state: Values, parameters: Values) -> str:
+    y, v = state
+    return "spring" if y < 0 or (y == 0 and v <= 0) else "flight"
+
+
+class WorkEnergySpringBlock(Case):
+    """A block that drops on an upright spring, is thrown up and drops again."""
+
+    name = "work_energy_spring_block"
+    title = "Block dropped on a spring"
+    section = "7.5, 7.7.2, 7.9"
+    conventions = "y upward from the free end of a massless spring, to which the block does not stick; no losses."
+    state = (Coordinate("y", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("m", "kg", 1, "mass of the block"),
+        Parameter("k", "N/m", 500, "stiffness of the spring"),
+    )
+    default_state = ("0.5", 0)
+    domain = Domain(
+        {
+            "g": positive(1.0, 10.0),
+            "m": positive(0.5, 3.0),
+            "k": positive(10.0, 1000.0),
+            "y": Range(typical=(0.0, 2.0)),
+            "v": Range(typical=(-2.0, 2.0)),
+        }
+    )
+    variants = (
+        Variant("stiff", "k = 1e9 N/m: a contact of 1e-4 s between flights of 0.6 s", {"k": 10**9}),
+        Variant(
+            "soft", "released at the end of the spring: comes back to it at rest and never leaves", initial_state=(0, 0)
+        ),
+        Variant("on_spring", "starts compressed and is thrown off", initial_state=("-0.2", 0)),
+        Variant("long_1e3", "2,000 events: every error of an event's time stays"),
+    )
+    invariants: ClassVar = {"energy": Invariant(spring_block_energy)}
+    _PERIODS: ClassVar = {"long_1e3": 1000.37}
+
+    @cached_property
+    def _exact(self) -> SpringBlock:
+        g, m, k = self.parameter_values()
+        y, v = self.initial_state
+        return SpringBlock(g, m, k, y, v)
+
+    def motion(self) -> SpringBlock:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (
+            Hybrid(
+                modes=(Mode("flight", free_block), Mode("spring", block_on_spring)),
+                start=which_side,
+                transitions=(
+                    Transition("touch", "flight", spring_end, -1, unchanged, "spring"),
+                    Transition("lift", "spring", spring_end, 1, unchanged, "flight"),
+                ),
+                settle=1e-9 * self.time_scale,
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(m/k)."""
+        return 1 / sqrt(float(self._exact.square))
+
+    def natural_span(self) -> Number:
+        """5.37 periods."""
+        return self._PERIODS.get(self.variant or "", 5.37) * float(self._exact.period())
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """`touch` and `lift` in turn."""
+        motion, found, n = self._exact, list[Event](), 1
+        if not motion.leaves:
+            return ()
+        self._few(2 * float(self.span) / float(motion.period()))
+        u = motion.speed(digits)
+        down, up = (mpf(0), fneg(u, exact=True)), (mpf(0), u)
+        while True:
+            times = [("touch", motion.touch_time(n, digits), down), ("lift", motion.lift_time(n, digits), up)]
+            times.sort(key=lambda item: item[1])
+            for name, time, state in times:
+                if Fraction(float(time)) > self.span:
+                    return tuple(found)
+                if time > 0:
+                    found.append(Event(time, name, state, state))
+            n += 1
+
+    def same_course(self, other: Case) -> bool:
+        return isinstance(other, WorkEnergySpringBlock) and other._exact.leaves == self._exact.leaves
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self._exact
+        found = {"period": motion.period(digits), "largest_compression": motion.compression(digits)}
+        return found | {"contact_time": motion.contact_time(digits)} if motion.leaves else found
+
+
+SCENE = railed(lambda t, y, parameters: -parameters[0] - parameters[2] / parameters[1] * min(y, 0.0))

@@ -1,0 +1,1 @@
+"""Cases. Pendulums: plane, spherical, on carts and springs, Foucault's."""

@@ -1,0 +1,166 @@
+"""The planar double pendulum."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from math import cos, sin
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core.case import Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.integrated import IntegratedCase
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm
+from gnomon.cases.oscillators.small_vibrations import SmallVibrations
+from gnomon.reference.numerics.precision import Number, publish, working
+
+
+def double_pendulum_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """Lagrange's equations, solved for the accelerations."""
+    th1, th2, w1, w2 = state
+    m1, m2, l1, l2, g = parameters
+    sine, cosine = sin(th1 - th2), cos(th1 - th2)
+    weight1, weight2 = g * sin(th1), g * sin(th2)
+    first, second = l1 * w1 * w1, l2 * w2 * w2
+    inertia = m1 + m2 * sine * sine
+    total = m1 + m2
+    a1 = m2 * (weight2 * cosine - sine * (first * cosine + second)) - total * weight1
+    a2 = total * (weight1 * cosine - weight2 + sine * first) + m2 * sine * cosine * second
+    return w1, w2, a1 / (l1 * inertia), a2 / (l2 * inertia)
+
+
+def double_pendulum_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy, from the pivot."""
+    th1, th2, w1, w2 = state
+    m1, m2, l1, l2, g = parameters
+    first, second = l1 * w1, l2 * w2
+    kinetic = (m1 + m2) * first * first / 2 + m2 * second * (second / 2 + first * cos(th1 - th2))
+    return (kinetic - (m1 + m2) * g * l1 * cos(th1) - m2 * g * l2 * cos(th2),)
+
+
+def double_pendulum_scene(state: Values, parameters: Values) -> Scene:
+    """Two point masses; the second hinge hangs from the first mass (token `chained_hinges`)."""
+    th1, th2, w1, w2 = state
+    m1, m2, l1, l2, g = parameters
+    origin, across = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+    bodies = (Body("upper", m1, origin), Body("lower", m2, origin))
+    first = Hinge("pivot", "upper", origin, across, (0.0, 0.0, -l1), th1, w1)
+    second = Hinge("joint", "lower", (0.0, 0.0, -l1), across, (0.0, 0.0, -l2), th2 - th1, w2 - w1)
+    return Scene((0.0, 0.0, -g), bodies, hinges=(first, second))
+
+
+def double_pendulum_reading(readings: Readings, parameters: Values) -> Values:
+    (first, rate), (second, other) = readings.joints["pivot"], readings.joints["joint"]
+    return first, first + second, rate, rate + other
+
+
+SCENE = SceneForm(double_pendulum_scene, double_pendulum_reading, frozenset({"hinge", "chained_hinges"}))
+
+
+class DoublePendulum(IntegratedCase):
+    """Two point masses on two rigid massless rods, the second hanging from the first."""
+
+    name = "double_pendulum"
+    title = "Planar double pendulum (no closed form; certified Taylor)"
+    section = "11.9, 11.13"
+    conventions = "th1, th2 from the downward vertical, rad, continuous (not wrapped); absolute angles."
+    state = (
+        Coordinate("th1", "rad", "angle"),
+        Coordinate("th2", "rad", "angle"),
+        Coordinate("w1", "rad/s", "angular velocity"),
+        Coordinate("w2", "rad/s", "angular velocity"),
+    )
+    parameter_list = (
+        Parameter("m1", "kg", 1, "upper mass"),
+        Parameter("m2", "kg", 1, "lower mass"),
+        Parameter("l1", "m", 1, "upper rod"),
+        Parameter("l2", "m", 1, "lower rod"),
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+    )
+    default_state = (2, 1, 0, 0)
+    domain = Domain(
+        {name: positive(0.5, 2.0) for name in ("m1", "m2", "l1", "l2")}
+        | {"g": positive(5.0, 15.0)}
+        | {name: Range(typical=(-2.0, 2.0)) for name in ("th1", "th2", "w1", "w2")}
+    )
+    variants = (
+        Variant("small", "small swings: two modes, as good as linear", initial_state=("1e-3", "-1e-3", 0, 0)),
+        Variant(
+            "upright",
+            "released 1e-8 off the top: a long exponential phase first",
+            initial_state=("3.14159264", "3.1415926", 0, 0),
+        ),
+        Variant("light_below", "a lower mass of 1e-6: hardly moves the upper, whips itself", {"m2": "1e-6"}),
+        Variant(
+            "light_above",
+            "an upper mass of 0.01: whirls twenty times faster than the lower swings",
+            {"m1": "0.01"},
+            (1, "1.1", 0, 0),
+        ),
+        Variant(
+            "engines",
+            "the small slow mode of the engine tables, 1e-4 rad, but for a rounding",
+            initial_state=("1e-4", 1.4142135623730951e-4, 0, 0),
+            span=20,
+        ),
+    )
+    invariants: ClassVar = {"energy": Invariant(double_pendulum_energy)}
+
+    _SCALES: ClassVar = {"light_above": 1.87}
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(double_pendulum_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """Small swings: two masses in a row on springs, in their horizontal displacements; a third stands apart."""
+        m1, m2, l1, l2, g = self.parameter_values()
+        th1, th2, w1, w2 = self.initial_state
+        springs: dict[str, Any] = {"k1": (m1 + m2) * g / l1, "k2": 0, "k3": g, "k12": m2 * g / l2, "k23": 0}
+        start = (l1 * th1, l1 * th1 + l2 * th2, 0, l1 * w1, l1 * w1 + l2 * w2, 0)
+        small = SmallVibrations(initial_state=start, span=self.span, m1=m1, m2=m2, m3=1, **springs)
+        upper, lower = float(l1), float(l2)
+
+        def swung(states: Floats) -> Floats:
+            x1, x2, _, v1, v2, _ = states.T
+            return np.stack([x1 / upper, (x2 - x1) / lower, v1 / upper, (v2 - v1) / lower], axis=1)
+
+        return (Rung(small, swung, "small swings: two modes"),)
+
+    def _frequencies(self, digits: int = 15) -> tuple[Any, ...]:
+        """Of small swings: roots of m1 w^4 - (m1 + m2) g (1/l1 + 1/l2) w^2 + (m1 + m2) g^2/(l1 l2) = 0."""
+        with working(digits + 10) as mp:
+            m1, m2, l1, l2, g = map(mp.mpf, self.parameter_values())
+            total = (m1 + m2) / m1
+            half, product = total * g * (1 / l1 + 1 / l2) / 2, total * g * g / (l1 * l2)
+            upper = half + mp.sqrt(half * half - product)
+            return publish((mp.sqrt(product / upper), mp.sqrt(upper)), digits)
+
+    @property
+    def time_scale(self) -> float:
+        """One radian of the slow mode of small swings."""
+        return 1 / float(self._frequencies()[0])
+
+    @property
+    def fastest_time(self) -> float:
+        return 1 / float(self._frequencies()[1])
+
+    def natural_span(self) -> Number:
+        """10.37 radians of the slow small swing: chaos has not set in yet."""
+        return self._SCALES.get(self.variant or "", 10.37) * self.time_scale
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """Angular frequencies of the two modes of small swings."""
+        slow, fast = self._frequencies(digits)
+        return {"slow_frequency": slow, "fast_frequency": fast}
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        th1, th2, w1, w2 = state
+        return (th1, th2, -w1, -w2), self.parameters

@@ -1,0 +1,187 @@
+"""Foucault's pendulum at any amplitude: a spherical pendulum under Coriolis' force."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from math import cos, sin
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core.case import Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.integrated import IntegratedCase
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
+from gnomon.cases.pendulums.foucault_linear import FoucaultLinear, FoucaultPrecession
+from gnomon.reference.numerics.precision import Number, publish, working
+
+
+def foucault_sphere(t: Any, state: Values, parameters: Values) -> Values:
+    """e'' = f + lam e, f = (0, 0, -g/L) - 2 Om x e', with the lam that keeps e.e' as it is."""
+    ex, ey, ez, vx, vy, vz = state
+    g, length, rate, lat = parameters
+    oy, oz = rate * cos(lat), rate * sin(lat)
+    fx, fy, fz = 2 * (oz * vy - oy * vz), -2 * oz * vx, 2 * oy * vx - g / length
+    lam = -(vx * vx + vy * vy + vz * vz + ex * fx + ey * fy + ez * fz) / (ex * ex + ey * ey + ez * ez)
+    return vx, vy, vz, fx + lam * ex, fy + lam * ey, fz + lam * ez
+
+
+def sphere_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy over m L^2."""
+    _ex, _ey, ez, vx, vy, vz = state
+    g, length, _rate, _lat = parameters
+    return ((vx * vx + vy * vy + vz * vz) / 2 + g / length * ez,)
+
+
+def squared_radius(t: Any, state: Values, parameters: Values) -> Values:
+    ex, ey, ez, _vx, _vy, _vz = state
+    return (ex * ex + ey * ey + ez * ez,)
+
+
+def radial_rate(t: Any, state: Values, parameters: Values) -> Values:
+    """e.e', zero on the sphere."""
+    ex, ey, ez, vx, vy, vz = state
+    return (ex * vx + ey * vy + ez * vz,)
+
+
+def bob_scene(state: Values, parameters: Values) -> Scene:
+    """A point mass on a ball joint at the origin, under Coriolis' force."""
+    ex, ey, ez, vx, vy, vz = state
+    g, length, rate, lat = parameters
+
+    def coriolis(t: float, position: Vector, velocity: Vector) -> Vector:
+        oy, oz = rate * cos(lat), rate * sin(lat)
+        ux, uy, uz = velocity
+        return 2 * (oz * uy - oy * uz), -2 * oz * ux, 2 * oy * ux
+
+    place, speed = (length * ex, length * ey, length * ez), (length * vx, length * vy, length * vz)
+    bob = Body("bob", 1.0, (0.0, 0.0, 0.0), place, velocity=speed)
+    return Scene((0.0, 0.0, -g), (bob,), forces=(Force("bob", "velocity_force", coriolis),))
+
+
+def bob_reading(readings: Readings, parameters: Values) -> Values:
+    position, _, velocity, _ = readings.bodies["bob"]
+    return tuple(x / parameters[1] for x in (*position, *velocity))
+
+
+SCENE = SceneForm(bob_scene, bob_reading, frozenset({"ball_joint", "velocity_force"}), conservative=False)
+POLE = math.nextafter(math.pi / 2, 2)
+"""The double beyond pi/2, so that pi/2 to more digits is admitted."""
+
+
+class FoucaultNonlinear(IntegratedCase):
+    name = "foucault_pendulum_nonlinear"
+    title = "Foucault pendulum at any amplitude, with Coriolis' force at a latitude (certified Taylor)"
+    section = "6.17.1"
+    conventions = (
+        "e is the direction of the bob from its support: x east, y north, z up; centrifugal acceleration is in g. The "
+        "multiplier is divided by e.e, so that a start rounded off the sphere stays where it is; starts have e.e' = 0."
+    )
+    state = (
+        *(Coordinate(f"e{axis}", "1", "dimensionless") for axis in "xyz"),
+        *(Coordinate(f"v{axis}", "1/s", "rate") for axis in "xyz"),
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "apparent gravity"),
+        Parameter("L", "m", 67, "length of the pendulum"),
+        Parameter("Om", "rad/s", "7.292115e-5", "rate of rotation of the Earth"),
+        Parameter("lat", "rad", "0.8526", "latitude"),
+    )
+    default_state = ("0.28", 0, "-0.96", 0, 0, 0)
+    longest = 700
+    domain = Domain(
+        {
+            "g": positive(5.0, 15.0),
+            "L": positive(0.5, 5.0),
+            "Om": Range(typical=(-1.0, 1.0)),
+            "lat": Range(-POLE, POLE, typical=(-1.5, 1.5)),
+            "ex": Range(typical=(0.3, 1.0)),
+            "ey": Range(typical=(-1.0, 1.0)),
+            "ez": Range(typical=(-1.0, -0.5)),
+        }
+        | {name: Range(typical=(0.0, 0.0)) for name in ("vx", "vy", "vz")}
+    )
+    variants = (
+        Variant(
+            "wide", "swings of 74 degrees: far from any small-angle formula", {"L": 1}, ("0.96", 0, "-0.28", 0, 0, 0)
+        ),
+        Variant(
+            "ellipse",
+            "a wide ellipse whose axes turn by themselves, against the Earth's turning",
+            {"L": 1},
+            ("0.28", 0, "-0.96", 0, "0.4", 0),
+            "4.9",
+        ),
+        Variant("turntable", "turns as fast as it swings", {"L": 1, "Om": 3}, span="3.7"),
+        Variant("equator", "only the vertical Coriolis force is left", {"L": 1, "lat": 0}, span="3.3"),
+        Variant(
+            "pole",
+            "at the pole: the height is an elliptic function, the plane turns with all of Om",
+            {"L": 1, "Om": "0.5", "lat": math.pi / 2},
+            span="5.3",
+        ),
+        Variant("above", "released above its support: the rod pushes", {"L": 1}, ("0.96", 0, "0.28", 0, 0, 0), "3.1"),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(sphere_energy),
+        "squared_radius": Invariant(squared_radius),
+        "radial_rate": Invariant(radial_rate),
+    }
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(foucault_sphere),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(L/g), or one radian of the frame where that is shorter."""
+        g, length, rate, _lat = map(float, self.parameter_values())
+        return min(math.sqrt(length / g), 1 / abs(2 * rate) if rate else math.inf)
+
+    def natural_span(self) -> Number:
+        """3.37 small swings: the integration is dear."""
+        g, length, *_ = map(float, self.parameter_values())
+        return 3.37 * 2 * math.pi * math.sqrt(length / g)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """Of small swings: the period, the turning of the plane, and the ellipse's own 3/8 ab sqrt(g/L)."""
+        with working(digits + 10) as mp:
+            g, length, rate, lat = map(mp.mpf, self.parameter_values())
+            ex, ey, _ez, vx, vy, _vz = map(mp.mpf, self.initial_state)
+            swing = mp.sqrt(g / length)
+            found = (2 * mp.pi / swing, -rate * mp.sin(lat), 3 * (ex * vy - ey * vx) / 8)
+            return dict(
+                zip(("small_swing_period", "precession_rate", "apsidal_rate"), publish(found, digits), strict=True)
+            )
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        """Backwards the Earth turns the other way."""
+        ex, ey, ez, vx, vy, vz = state
+        return (ex, ey, ez, -vx, -vy, -vz), self.parameters | {"Om": -self.parameters["Om"]}
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """Models in the horizontal plane, lifted to the sphere; for swings below the support."""
+        ex, ey, ez, vx, vy, _vz = self.initial_state
+        if ez >= 0:
+            return ()
+        length = self.parameters["L"]
+        start = [length * value for value in (ex, ey, vx, vy)]
+        plane: dict[str, Any] = {"initial_state": start, "span": self.span, **self.parameters}
+        size = float(length)
+
+        def lifted(states: Floats) -> Floats:
+            x, y, u, w = (states[:, i] / size for i in range(4))
+            height = -np.sqrt(np.maximum(1 - x * x - y * y, 1e-12))
+            return np.stack([x, y, height, u, w, -(x * u + y * w) / height], axis=1)
+
+        return (
+            Rung(FoucaultPrecession(**plane), lifted, "small swings, their plane turning"),
+            Rung(FoucaultLinear(**plane), lifted, "small swings, exactly"),
+        )

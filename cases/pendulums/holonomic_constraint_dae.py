@@ -1,0 +1,159 @@
+"""The pendulum in Cartesian coordinates: a holonomic constraint with its multiplier."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import cached_property
+from math import pi, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Invariant, Variant
+from gnomon.cases.core.forms import Constrained, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.pendulums.holonomic_constraint_dae import CartesianPendulum
+
+
+def cartesian_pendulum_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """r'' = g - lam r, where lam makes the second derivative of the constraint vanish."""
+    x, y, vx, vy = state
+    (g,) = parameters
+    lam = (vx * vx + vy * vy - g * y) / (x * x + y * y)
+    return vx, vy, -lam * x, -lam * y - g
+
+
+def gravity_in_the_plane(t: Any, place: Values, parameters: Values) -> Values:
+    (g,) = parameters
+    return 0, -g
+
+
+def circle(t: Any, place: Values, parameters: Values) -> Values:
+    x, y = place
+    return (x * x + y * y,)
+
+
+def circle_gradient(t: Any, place: Values, parameters: Values) -> Values:
+    x, y = place
+    return 2 * x, 2 * y
+
+
+def cartesian_pendulum_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy over the mass, from the pivot."""
+    _x, y, vx, vy = state
+    (g,) = parameters
+    return ((vx * vx + vy * vy) / 2 + g * y,)
+
+
+def squared_length(t: Any, state: Values, parameters: Values) -> Values:
+    """The constraint itself: x^2 + y^2."""
+    x, y, _vx, _vy = state
+    return (x * x + y * y,)
+
+
+def radial_velocity(t: Any, state: Values, parameters: Values) -> Values:
+    """The constraint on velocities, x vx + y vy: zero."""
+    x, y, vx, vy = state
+    return (x * vx + y * vy,)
+
+
+def on_a_rod(state: Values, parameters: Values) -> Scene:
+    """A free point that a rod holds, as long as the start is far from the pivot (token `rod`)."""
+    x, y, vx, vy = state
+    bob = Body("bob", 1.0, (0.0, 0.0, 0.0), (x, 0.0, y), velocity=(vx, 0.0, vy))
+    return Scene((0.0, 0.0, -parameters[0]), (bob,))
+
+
+def rod_end(readings: Readings, parameters: Values) -> Values:
+    place, _, velocity, _ = readings.bodies["bob"]
+    return place[0], place[2], velocity[0], velocity[2]
+
+
+SCENE = SceneForm(on_a_rod, rod_end, frozenset({"rod"}))
+
+
+def _consistent(numbers: Mapping[str, Fraction]) -> bool:
+    return numbers["x"] * numbers["vx"] + numbers["y"] * numbers["vy"] == 0
+
+
+class HolonomicConstraintDae(Case):
+    """A mass on a rod: index 3 in its constraint, stated here with the index reduced and the multiplier eliminated."""
+
+    name = "holonomic_constraint_dae"
+    title = "Pendulum in Cartesian coordinates with a multiplier"
+    section = "11.2.1"
+    conventions = (
+        "x right and y up from the pivot; the rod's length is that of the start. Index reduced: drift off the "
+        "constraint x^2 + y^2 = L^2 grows linearly in time and is shown as the drift of `squared_length`. Starts are "
+        "consistent: x vx + y vy = 0 exactly, as on triangles 3-4-5."
+    )
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("y", "m", "length"),
+        Coordinate("vx", "m/s", "velocity"),
+        Coordinate("vy", "m/s", "velocity"),
+    )
+    parameter_list = (Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),)
+    default_state = ("0.75", "-1", "2", "1.5")
+    domain = Domain(
+        {"g": positive()}
+        | {name: Range(typical=(-2.0, 2.0)) for name in ("x", "y")}
+        | {name: Range(typical=(0.0, 0.0)) for name in ("vx", "vy")},
+        (
+            Rule("the rod has a length (x, y not both 0)", lambda numbers: numbers["x"] != 0 or numbers["y"] != 0),
+            Rule("the velocity is along the circle (x vx + y vy = 0)", _consistent),
+        ),
+    )
+    variants = (
+        Variant(
+            "released", "released at rest above the pivot: the multiplier changes sign", initial_state=(4, 3, 0, 0)
+        ),
+        Variant("rotation", "turns over the top: the constraint force never rests", initial_state=(3, -4, 16, 12)),
+        Variant(
+            "upright", "released 1e-6 rad off the top: the rod pushes for a long time", initial_state=("1e-6", 1, 0, 0)
+        ),
+        Variant("long_1e3", "1000 periods: the drift off the constraint adds up"),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(cartesian_pendulum_energy),
+        "squared_length": Invariant(squared_length),
+        "radial_velocity": Invariant(radial_velocity),
+    }
+
+    @cached_property
+    def _exact(self) -> CartesianPendulum:
+        return CartesianPendulum(self.parameters["g"], *self.initial_state)
+
+    def motion(self) -> CartesianPendulum:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Constrained, ...]:
+        return (
+            Constrained(
+                cartesian_pendulum_equations, force=gravity_in_the_plane, constraint=circle, gradient=circle_gradient
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(L/g), the time of a small swing; in fast rotation the time of a radian."""
+        small = sqrt(sqrt(float(self._exact.radius_squared)) / float(self.parameters["g"]))
+        return small if self._exact.on_separatrix else min(small, float(self._exact.period()) / (2 * pi))
+
+    def natural_span(self) -> Number:
+        """10.37 periods; less than one from next to the top; 9 sqrt(L/g) on the separatrix and at rest."""
+        if self._exact.on_separatrix or self._exact.rests:
+            return 9 * self.time_scale
+        periods = {"long_1e3": 1000.37, "upright": 0.9}.get(self.variant or "", 10.37)
+        return periods * float(self._exact.period())
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`multiplier` is that of the start: the rod's pull over mass and length (1/s^2)."""
+        found = {"multiplier": self._exact.multiplier(digits)}
+        return found if self._exact.on_separatrix else found | {"period": self._exact.period(digits)}

@@ -1,0 +1,141 @@
+"""A pendulum under a cart that is free to roll: the centre of mass goes its own way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import cos, pi, sin, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core import accuracy
+from gnomon.cases.core.cart_scene import CART_PENDULUM
+from gnomon.cases.core.case import Invariant, Variant
+from gnomon.cases.core.forms import FirstOrder, Form, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.oscillators.well import WellCase
+from gnomon.reference.numerics.wells import CartPendulum
+from gnomon.reference.pendulums.light_cart import LightCart
+
+
+def cart_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """x'' = m sin th (L th'^2 + g cos th)/(M + m sin^2 th), L th'' = -g sin th - x'' cos th."""
+    _, theta, vx, omega = state
+    g, m, M, length = parameters
+    sine, cosine = sin(theta), cos(theta)
+    cart = m * sine * (length * omega * omega + g * cosine) / (M + m * sine * sine)
+    return vx, omega, cart, -(g * sine + cart * cosine) / length
+
+
+def cart_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    _, theta, vx, omega = state
+    _, m, M, length = parameters
+    return ((M + m) * vx + m * length * omega * cos(theta),)
+
+
+def cart_energy(t: Any, state: Values, parameters: Values) -> Values:
+    _, theta, vx, omega = state
+    g, m, M, length = parameters
+    kinetic = ((M + m) * vx * vx + m * length * length * omega * omega) / 2 + m * length * vx * omega * cos(theta)
+    return (kinetic + 2 * m * g * length * sin(theta / 2) * sin(theta / 2),)
+
+
+def _swings(n: Any) -> bool:
+    return CartPendulum(n["g"], n["m"], n["M"], n["L"], n["x"], n["theta"], n["vx"], n["omega"]).swings
+
+
+class PendulumOnCart(WellCase):
+    name = "pendulum_on_cart"
+    title = "Pendulum on a cart that is free to roll"
+    section = "8.10, 8.11"
+    conventions = (
+        "[inferred] The book names the scene; the model is a point mass m on a massless rod L, hinged to a cart M on a "
+        "smooth straight rail. theta from the downward vertical; the pendulum swings and does not turn over."
+    )
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("theta", "rad", "angle"),
+        Coordinate("vx", "m/s", "velocity"),
+        Coordinate("omega", "rad/s", "angular velocity"),
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("m", "kg", 1, "mass of the pendulum"),
+        Parameter("M", "kg", 2, "mass of the cart"),
+        Parameter("L", "m", 1, "length of the rod"),
+    )
+    default_state = (0, 2, "0.3", 0)
+    domain = Domain(
+        {
+            "g": positive(1.0, 10.0),
+            "m": positive(0.2, 1.0),
+            "M": positive(2.0, 5.0),
+            "L": positive(0.5, 2.0),
+            "x": Range(typical=(-2.0, 2.0)),
+            "theta": Range(low=-pi, high=pi, typical=(-1.0, 1.0)),
+            "vx": Range(typical=(-2.0, 2.0)),
+            "omega": Range(typical=(-1.0, 1.0)),
+        },
+        (Rule("the energy is below that of the top (the pendulum swings)", _swings),),
+    )
+    variants = (
+        Variant(
+            "light_cart",
+            "M = 0.1 m: the mass falls almost straight, the cart is jerked through below the hinge",
+            {"M": "0.1"},
+        ),
+        Variant(
+            "bare_cart",
+            "m/M = 1e8: for some 1e-9 s of each swing the cart is jerked through below the hinge at 5e4 m/s",
+            {"M": "1e-8"},
+            span="4.1",
+        ),
+        Variant("heavy_cart", "M = 1e8 m: the cart moves by 1e-8 of the swing", {"M": 10**8}, (0, 2, 0, 0)),
+        Variant("long_1e4", "10,000 periods: phase error beside a drift of 8e3 m"),
+    )
+    invariants: ClassVar = {"energy": Invariant(cart_energy), "momentum": Invariant(cart_momentum)}
+    _PERIODS: ClassVar = {"long_1e4": 10000.37}
+
+    @cached_property
+    def _exact(self) -> CartPendulum | LightCart:  # type: ignore[override]
+        _g, m, M, _length = self.parameter_values()
+        numbers = (*self.parameter_values(), *self.initial_state)
+        moves = self.initial_state[1] != 0 or self.initial_state[3] != 0
+        return LightCart(*numbers) if m > M and moves else CartPendulum(*numbers)
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return (FirstOrder(cart_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return CART_PENDULUM
+
+    @property
+    def fastest_time(self) -> float:
+        """A light cart passes below the hinge while the pendulum turns by sqrt(M/m) rad."""
+        rate = self._bottom_rate()
+        m, M = float(self.parameters["m"]), float(self.parameters["M"])
+        return min(self.time_scale, sqrt(M / m) / rate) if rate else self.time_scale
+
+    def _bottom_rate(self) -> float:
+        """theta' at the bottom, by the energy."""
+        if self._exact.rests:
+            return 0.0
+        g, m, M, length = map(float, self.parameter_values())
+        return 2 * sin(float(self._exact.turning_points()[1]) / 2) * sqrt(g * (M + m) / (M * length))
+
+    def scales(self) -> dict[str, float]:
+        """On a grid, and at the bottom, where the speeds have a peak that may be sharper than it."""
+        found = accuracy.grid_scales(self)
+        if not self._exact.rests and self.span >= self._exact.period() / 2:
+            _g, m, M, length = map(float, self.parameter_values())
+            arm, rate, (_, theta, vx, omega) = m * length / (M + m), self._bottom_rate(), map(float, self.initial_state)
+            found["angular velocity"] = rate
+            found["velocity"] = abs(vx + arm * omega * cos(theta)) + arm * rate
+        return found
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        x, theta, vx, omega = state
+        return (x, theta, -vx, -omega), self.parameters

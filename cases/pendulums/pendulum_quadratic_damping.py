@@ -1,0 +1,203 @@
+"""A pendulum with drag proportional to the square of its speed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import cached_property
+from math import sin, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Event, Invariant, Rung, Variant, same
+from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import Body, Force, Hinge, Readings, Scene, SceneForm, Vector
+from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
+from gnomon.reference.numerics.precision import Number, exact
+from gnomon.reference.pendulums.pendulum_quadratic_damping import DampedPendulum
+from mpmath import mpf
+
+
+def dragged_swing(t: Any, state: Values, parameters: Values) -> Values:
+    """v' = -w2 sin(theta) - side c v^2; the side, 1 forward and -1 backward, belongs to the mode."""
+    theta, v = state
+    w2, c, side = parameters
+    return v, -w2 * sin(theta) - side * c * v * v
+
+
+def swing_rate(t: Any, state: Values, parameters: Values) -> Values:
+    _theta, v = state
+    return (v,)
+
+
+def at_rest(t: Any, state: Values, parameters: Values) -> Values:
+    theta, _v = state
+    return theta, 0
+
+
+def dragged_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Over m L^2, from the lowest position."""
+    theta, v = state
+    w2, _c = parameters
+    return (v * v / 2 + 2 * w2 * sin(theta / 2) * sin(theta / 2),)
+
+
+def way_of_the_swing(t: Any, state: Values, parameters: Values) -> str:
+    theta, v = map(exact, state)
+    forward = v > 0 if v else math.sin(theta) < 0
+    return "forward" if forward else "backward"
+
+
+def dragged_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A unit mass on a rod of 1 m: drag -c |u| u on the bob."""
+    theta, v = state
+    w2, c = parameters
+
+    def drag(t: float, position: Vector, velocity: Vector) -> Vector:
+        vx, vy, vz = velocity
+        pull = -c * sqrt(vx * vx + vy * vy + vz * vz)
+        return pull * vx, pull * vy, pull * vz
+
+    bob = Body("bob", 1.0, (0.0, 0.0, 0.0))
+    hinge = Hinge("pivot", "bob", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0), theta, v)
+    return Scene((0.0, 0.0, -w2), (bob,), hinges=(hinge,), forces=(Force("bob", "velocity_force", drag),))
+
+
+def dragged_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    return readings.joints["pivot"]
+
+
+SCENE = SceneForm(dragged_scene, dragged_reading, frozenset({"hinge", "velocity_force"}), conservative=False)
+
+
+def _moves(n: Mapping[str, Fraction]) -> bool:
+    return n["w2"] * n["theta"] ** 2 + n["v"] ** 2 >= n["w2"] * LEAST**2
+
+
+def _no_crawl(n: Mapping[str, Fraction]) -> bool:
+    return n["v"] == 0 or n["v"] ** 2 >= n["w2"] * SLOWEST**2
+
+
+SLOWEST = Fraction(1, 10**50)
+"""Of sqrt(w2): a start so slow is at rest for any double, and what it adds to the time is no integral worth the digits."""
+LEAST = Fraction(1, 10**15)
+"""Of rad: what drag takes from a swing is 8 c/3 of its amplitude, so from smaller ones nothing that binary64 shows."""
+
+
+MOST_RESTS = 500
+"""Within a span: each costs two integrals."""
+
+
+class PendulumQuadraticDamping(Case):
+    name = "pendulum_quadratic_damping"
+    title = "Pendulum with quadratic damping: a first integral for each half swing"
+    section = "6.13.1"
+    conventions = (
+        "theta from the downward vertical, rad, not wrapped; drag -c v |v|, whose second derivative jumps where the "
+        "pendulum rests: an event. v^2 = K exp(-2 c theta) + A (cos theta - 2 c sin theta), A = 2 w2/(1 + 4 c^2), while "
+        "v > 0; time by quadrature between the rests."
+    )
+    state = (Coordinate("theta", "rad", "angle"), Coordinate("v", "rad/s", "angular velocity"))
+    parameter_list = (
+        Parameter("w2", "1/s^2", "9.81", "g/L"),
+        Parameter("c", "1", "0.1", "drag on the bob over m L theta'^2"),
+    )
+    default_state = ("2.5", 0)
+    domain = Domain(
+        {
+            "w2": positive(1.0, 10.0),
+            "c": Range(low=0.0, high=4.0, low_open=True, typical=(0.02, 0.5)),
+            # beyond, a double is too coarse to tell where between two tops it is
+            "theta": Range(-1e9, 1e9, typical=(-2.5, 2.5)),
+            "v": Range(typical=(-8.0, 8.0)),
+        },
+        (
+            Rule("w2 theta^2 + v^2 >= 1e-30 w2 (the pendulum swings by 1e-15 rad or more)", _moves),
+            Rule("v = 0 or v^2 >= 1e-100 w2 (it starts from rest, or at 1e-50 of its natural rate or more)", _no_crawl),
+        ),
+    )
+    variants = (
+        Variant("turns", "goes over the top 5 times before it swings", {"c": "0.05"}, (0, 20)),
+        Variant("weak", "c = 1e-8: nearly the pendulum, whose turning points differ by 1e-8", {"c": "1e-8"}),
+        Variant("strong", "c = 2: each swing is 0.6 of the one before", {"c": 2}, ("-1.5", 0)),
+        Variant(
+            "just_over",
+            "thrown 1e-9 too fast to stop at the top: creeps over it, then round",
+            {"w2": 1, "c": "0.125"},
+            (0, 2.45170962707798 * (1 + 1e-9)),
+        ),
+        Variant(
+            "just_under",
+            "thrown 1e-9 too slowly: rests 4e-5 rad short of the top and falls back",
+            {"w2": 1, "c": "0.125"},
+            (0, 2.45170962707798 * (1 - 1e-9)),
+        ),
+        Variant("upright", "released at rest 1e-9 off the top", initial_state=("3.14159265458979", 0)),
+        Variant("many", "60 half swings: amplitudes fall as 1 over their number, not exponentially"),
+    )
+    invariants: ClassVar = {"energy": Invariant(dragged_energy, "decays")}
+    _RESTS: ClassVar = {"many": 60, "just_over": 2, "just_under": 2, "upright": 3}
+
+    @cached_property
+    def _exact(self) -> DampedPendulum:
+        return DampedPendulum(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> DampedPendulum:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (
+            Hybrid(
+                modes=(Mode("forward", dragged_swing, (1.0,)), Mode("backward", dragged_swing, (-1.0,))),
+                start=way_of_the_swing,
+                transitions=(
+                    Transition("rest", "forward", swing_rate, -1, at_rest, "backward"),
+                    Transition("rest", "backward", swing_rate, 1, at_rest, "forward"),
+                ),
+                settle=1e-9 * self.time_scale,
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """1/sqrt(w2), of a small swing; the time of a radian of the start where that is shorter."""
+        w2, _c = map(float, self.parameter_values())
+        return 1 / max(math.sqrt(w2), abs(float(self.initial_state[1])))
+
+    def natural_span(self) -> Number:
+        """0.37 of a small half swing beyond the tenth rest."""
+        wanted = self._RESTS.get(self.variant or "", 10)
+        half = math.pi / math.sqrt(float(self.parameters["w2"]))
+        return float(self._exact.turning_point(wanted)[0]) + 0.37 * half
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        """The rests, at most one a small half swing."""
+        self._few(float(self.span) * math.sqrt(float(self.parameters["w2"])) / math.pi, MOST_RESTS)
+        found: list[Event] = []
+        while True:
+            time, angle = self._exact.turning_point(len(found) + 1, digits)
+            if time > self.span:
+                return tuple(found)
+            found.append(Event(time, "rest", (angle, mpf(0)), (angle, mpf(0))))
+
+    def same_course(self, other: Case) -> bool:
+        theirs = DampedPendulum(*other.parameter_values(), *other.initial_state)
+        return (theirs.forward, theirs.turns) == (self._exact.forward, self._exact.turns)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`turns`: over the top before it swings. The first rests: the second is below the first by about (4/3) c a^2."""
+        time, first = self._exact.turning_point(1, digits)
+        found = {"turns": mpf(self._exact.turns), "first_rest": first, "first_rest_time": time}
+        return found | {"second_rest": self._exact.turning_point(2, digits)[1]}
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """Without drag."""
+        free = PendulumSimple(initial_state=self.initial_state, span=self.span, g=self.parameters["w2"], L=1)
+        return (Rung(free, same, "no drag: the pendulum"),)

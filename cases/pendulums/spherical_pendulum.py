@@ -1,0 +1,160 @@
+"""The spherical pendulum, in angles; also the nonlinear Foucault pendulum at the pole, after phi -> phi - Om t."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import cos, sin
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.formulation import Formulation
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.orbits.central_force import CentralForceConservation
+from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
+from gnomon.cases.pendulums.spherical_cartesian import CARTESIAN
+from gnomon.cases.pendulums.spherical_scene import SCENE
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.rigid_bodies.lagrange_top import SphericalPendulum
+
+
+def spherical_equations(t: Any, state: Values, parameters: Values) -> Values:
+    theta, omega, _phi = state
+    g, length, h = parameters
+    s = sin(theta)
+    return omega, h * h * cos(theta) / (s * s * s) - g / length * s, h / (s * s)
+
+
+def flat_start(state: Sequence[Fraction], parameters: Sequence[Fraction]) -> tuple[float, ...]:
+    """Place and velocity across, as seen from above."""
+    theta, omega, phi = map(float, state)
+    _g, length, h = map(float, parameters)
+    c, s, outward, around = cos(phi), sin(phi), length * cos(theta) * omega, length * h / sin(theta)
+    r = length * sin(theta)
+    return r * c, r * s, outward * c - around * s, outward * s + around * c
+
+
+def spherical_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Over m L^2, from the lowest point."""
+    theta, omega, _phi = state
+    g, length, h = parameters
+    s, half = sin(theta), sin(theta / 2)
+    return (omega * omega / 2 + h * h / (2 * s * s) + 2 * g / length * half * half,)
+
+
+class SphericalPendulumCase(Case):
+    name = "spherical_pendulum"
+    title = "Spherical pendulum"
+    section = "6.17, 11.10"
+    conventions = "theta from the downward vertical; h = sin^2(theta) phi' is constant and not zero; phi continuous."
+    state = (
+        Coordinate("theta", "rad", "angle", "tilt"),
+        Coordinate("omega", "rad/s", "angular velocity"),
+        Coordinate("phi", "rad", "angle", "azimuth"),
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("L", "m", 1, "length of the rod"),
+        Parameter("h", "1/s", "0.5", "sin^2(theta) phi', momentum about the vertical over m L^2"),
+    )
+    default_state = (1, 0, 0)
+    domain = Domain(
+        {
+            "g": positive(),
+            "L": positive(),
+            "h": Range(typical=(-5.0, 5.0)),
+            "theta": Range(0.0, math.pi, low_open=True, typical=(0.1, 3.0)),
+            "omega": Range(typical=(-5.0, 5.0)),
+        },
+        (Rule("h is not 0 (a plane swing is pendulum_simple)", lambda n: n["h"] != 0),),
+    )
+    variants = (
+        Variant("near_pole", "h = 1e-6: passes 3e-7 rad from the lowest point, phi jumps by pi", {"h": "1e-6"}),
+        Variant("over_the_top", "passes close to both poles", {"h": "0.01"}, (1, 7, 0)),
+        Variant("conical", "a circle to 1e-6: two roots nearly coincide", {"h": "3.01713"}),
+        Variant("thin_ellipse", "amplitude 0.01: precesses by (3/8)(ab/L^2) a radian", {"h": "1e-5"}, ("0.01", 0, 0)),
+        Variant("upper_half", "circles above the point of suspension at first", {"h": 1}, ("2.5", 1, 0)),
+        Variant("long_1e4", "10,000 polar periods: phase error"),
+    )
+    invariants: ClassVar = {"energy": Invariant(spherical_energy)}
+    _CYCLES: ClassVar[dict[str, str]] = {"long_1e4": "10000.37", "near_pole": "3.37"}
+
+    def motion(self) -> SphericalPendulum:
+        return self._exact
+
+    @cached_property
+    def _exact(self) -> SphericalPendulum:
+        return SphericalPendulum(*self.parameter_values(), *self.initial_state)
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(spherical_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def formulations(self) -> tuple[Formulation, ...]:
+        return (CARTESIAN,)
+
+    @property
+    def time_scale(self) -> float:
+        """Of a small swing, or of the azimuth where it is fastest, next to a pole."""
+        g, length, h = map(float, self.parameter_values())
+        low, high = self._exact.heights(30) or (0, 0)
+        nearest = min(float((1 - low) * (1 + low)), float((1 - high) * (1 + high)))
+        return 1 / max(math.sqrt(g / length), abs(h) / nearest)
+
+    def natural_span(self) -> Number:
+        """10.37 polar periods."""
+        cycles = float(self._CYCLES.get(self.variant or "", "10.37"))
+        return float(self._exact.nutation_period(20) or 1) * cycles
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`azimuth_advance` is per polar period; pi in the limit of a thin ellipse."""
+        motion = self._exact
+        return {
+            "polar_period": motion.nutation_period(digits),
+            "azimuth_advance": motion.precession_per_nutation(digits),
+        }
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """Harmonic across in both directions, then the swing in the plane of the start, without h; below the side only."""
+        g, length, _h = self.parameter_values()
+        theta, omega, phi = self.initial_state
+        if float(theta) >= math.pi / 2:
+            return ()
+        flat = CentralForceConservation(
+            initial_state=flat_start(self.initial_state, self.parameter_values()), span=self.span, m=length, k=g
+        )
+        plane = PendulumSimple(initial_state=(theta, omega), span=self.span, g=g, L=length)
+
+        def from_above(states: Floats) -> Floats:
+            x, y, vx, vy = states.T
+            r = np.hypot(x, y)
+            sine = np.clip(r / float(length), 0.0, 1.0)
+            rate = (x * vx + y * vy) / r / float(length) / np.sqrt(np.maximum(1 - sine * sine, 1e-9))
+            return np.stack([np.arcsin(sine), rate, np.arctan2(y, x)], axis=-1)
+
+        def in_the_plane(states: Floats) -> Floats:
+            angle, rate = states.T
+            side = np.where(np.remainder(angle, 2 * math.pi) <= math.pi, 1.0, -1.0)
+            tilt = np.abs(np.remainder(angle + math.pi, 2 * math.pi) - math.pi)
+            azimuth = float(phi) + np.where(side > 0, 0.0, math.pi)
+            return np.stack([tilt, side * rate, azimuth], axis=-1)
+
+        return (
+            Rung(flat, from_above, "small swings: an ellipse that does not turn"),
+            Rung(plane, in_the_plane, "swing of any size, in a plane"),
+        )
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        theta, omega, phi = state
+        return (theta, -omega, phi), self.parameters | {"h": -self.parameters["h"]}

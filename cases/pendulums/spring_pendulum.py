@@ -1,0 +1,160 @@
+"""The spring pendulum: a point mass that swings on a spring."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from math import cos, sin, sqrt
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core.case import Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import Separable, Values
+from gnomon.cases.core.integrated import IntegratedCase
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.point_scene import UP, free_point
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.oscillators.small_vibrations import SmallVibrations
+from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
+from gnomon.reference.numerics.precision import Number, publish, working
+
+
+def spring_pendulum_acceleration(t: Any, q: Values, parameters: Values) -> Values:
+    """The spring pulls along itself by k times its stretch; gravity along -y."""
+    x, y = q
+    m, k, length, g = parameters
+    pull = (k / m) * (1 - length / sqrt(x * x + y * y))
+    return -pull * x, -pull * y - g
+
+
+def spring_pendulum_potential(t: Any, q: Values, parameters: Values) -> Values:
+    x, y = q
+    m, k, length, g = parameters
+    stretch = sqrt(x * x + y * y) - length
+    return ((k / m) * stretch * stretch / 2 + g * y,)
+
+
+def spring_pendulum_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy over the mass."""
+    x, y, vx, vy = state
+    return ((vx * vx + vy * vy) / 2 + spring_pendulum_potential(t, (x, y), parameters)[0],)
+
+
+def spring_pendulum_equations(t: Any, state: Values, parameters: Values) -> Values:
+    x, y, vx, vy = state
+    return (vx, vy, *spring_pendulum_acceleration(t, (x, y), parameters))
+
+
+SCENE = free_point(spring_pendulum_equations, UP, token="position_force")
+
+
+class SpringPendulum(IntegratedCase):
+    name = "spring_pendulum"
+    title = "Spring pendulum (no closed form; certified Taylor)"
+    section = "11.9"
+    conventions = (
+        "x right and y up from the pivot; the spring can be pushed as well as pulled, and never passes the pivot."
+    )
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("y", "m", "length"),
+        Coordinate("vx", "m/s", "velocity"),
+        Coordinate("vy", "m/s", "velocity"),
+    )
+    parameter_list = (
+        Parameter("m", "kg", 1, "mass"),
+        Parameter("k", "N/m", 40, "stiffness of the spring"),
+        Parameter("L", "m", 1, "length of the spring at rest"),
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+    )
+    default_state = (1, "-0.5", 0, 0)
+    domain = Domain(
+        {"m": positive(0.5, 2.0), "k": positive(20.0, 100.0), "L": positive(0.5, 1.5), "g": positive(5.0, 12.0)}
+        | {"x": Range(typical=(0.5, 1.5)), "y": Range(typical=(-1.5, -0.5))}
+        | {name: Range(typical=(-1.0, 1.0)) for name in ("vx", "vy")},
+        (Rule("the mass is not at the pivot", lambda numbers: numbers["x"] != 0 or numbers["y"] != 0),),
+    )
+    variants = (
+        Variant(
+            "resonance",
+            "k L = 3 m g: the spring beats at twice the swing's rate, and the energy passes from one to the other",
+            {"k": "29.43"},
+            ("0.05", "-1.4", 0, 0),
+        ),
+        Variant(
+            "stiff",
+            "k = 1e4: nearly a rod, with a fast vibration of 1e-3 of its length on the swing",
+            {"k": 10**4},
+            ("0.8", "-0.6", 0, 0),
+        ),
+        Variant(
+            "vertical", "along the spring only: the component across stays exactly zero", initial_state=(0, -1, 0, 0)
+        ),
+    )
+    invariants: ClassVar = {"energy": Invariant(spring_pendulum_energy)}
+
+    _SCALES: ClassVar = {"resonance": 30, "stiff": 3.3}
+
+    @property
+    def forms(self) -> tuple[Separable, ...]:
+        return (Separable(spring_pendulum_acceleration, spring_pendulum_potential),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt((L + m g/k)/g), the time of a small swing."""
+        m, k, length, g = map(float, self.parameter_values())
+        return sqrt((length + m * g / k) / g)
+
+    @property
+    def fastest_time(self) -> float:
+        m, k, _, _ = map(float, self.parameter_values())
+        return min(self.time_scale, sqrt(m / k))
+
+    def natural_span(self) -> Number:
+        return self._SCALES.get(self.variant or "", 12.3) * self.time_scale
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """Length at rest under the weight, and the angular frequencies of small swings and of the spring."""
+        with working(digits + 10) as mp:
+            m, k, length, g = map(mp.mpf, self.parameter_values())
+            hanging = length + m * g / k
+            values = publish((hanging, mp.sqrt(g / hanging), mp.sqrt(k / m)), digits)
+        return dict(zip(("hanging_length", "swing_frequency", "spring_frequency"), values, strict=True))
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """About the hanging rest swing and spring are two oscillators apart (a third mass stands idle); then a rod."""
+        m, k, length, g = self.parameter_values()
+        x, y, vx, vy = self.initial_state
+        hanging = length + m * g / k
+        springs: dict[str, Any] = {"k1": m * g / hanging, "k2": k, "k3": k, "k12": 0, "k23": 0}
+        small = SmallVibrations(
+            initial_state=(x, y + hanging, 0, vx, vy, 0), span=self.span, m1=m, m2=m, m3=m, **springs
+        )
+        rest = float(hanging)
+
+        def hung(states: Floats) -> Floats:
+            return np.stack([states[:, 0], states[:, 1] - rest, states[:, 3], states[:, 4]], axis=1)
+
+        smallest = Rung(small, hung, "small swings: spring and swing apart")
+        if not x and not vx:
+            return (smallest,)
+        away, begin = math.hypot(float(x), float(y)), math.atan2(float(x), -float(y))
+        turn = (float(vx) * cos(begin) + float(vy) * sin(begin)) / away
+        rod = PendulumSimple(initial_state=(begin, turn), span=self.span, g=g, L=hanging)
+
+        def on_the_circle(states: Floats) -> Floats:
+            angle, rate = states.T
+            s, c = np.sin(angle), np.cos(angle)
+            return rest * np.stack([s, -c, rate * c, rate * s], axis=1)
+
+        return (smallest, Rung(rod, on_the_circle, "swings of any size, a rod instead of the spring"))
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        x, y, vx, vy = state
+        return (x, y, -vx, -vy), self.parameters

@@ -1,0 +1,158 @@
+"""A rigid body thrown in uniform gravity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Invariant, Variant
+from gnomon.cases.core.forms import Equations, FirstOrder, Values, euler_equations
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
+from gnomon.cases.rigid_bodies.euler_top import (
+    ORTHOGONAL,
+    EulerTopCase,
+    momentum_x,
+    momentum_y,
+    momentum_z,
+    spinning,
+    triangle,
+    twice_energy,
+)
+from gnomon.cases.rigid_bodies.euler_top_scene import euler_top_scene, in_body, matrix
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.rigid_bodies.dynamics_of_free_rigid_body_in_gravity import FreeBody
+from gnomon.reference.rigid_bodies.euler_top import EulerTop
+
+
+def thrown_body(t: Any, state: Values, parameters: Values) -> Values:
+    g, i1, i2, i3 = parameters
+    return (*state[3:6], 0 * g, 0 * g, -g, *euler_equations(state[6:], (i1, i2, i3), (0, 0, 0)))
+
+
+def thrown_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Of the centre, per unit mass."""
+    g = parameters[0]
+    return ((state[3] * state[3] + state[4] * state[4] + state[5] * state[5]) / 2 + g * state[2],)
+
+
+def thrown_spin_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Twice the energy of the rotation."""
+    return twice_energy(t, state[6:], parameters[1:])
+
+
+def thrown_velocity(t: Any, state: Values, parameters: Values) -> Values:
+    """vz + g t."""
+    return (state[5] + parameters[0] * t,)
+
+
+def of_the_rotation(momentum: Equations) -> Equations:
+    """A component of the angular momentum about the centre, in space."""
+
+    def about_the_centre(t: Any, state: Values, parameters: Values) -> Values:
+        return momentum(t, state[6:], parameters[1:])
+
+    return about_the_centre
+
+
+def thrown_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    (turning,) = euler_top_scene(state[6:], parameters[1:]).bodies
+    x, y, z, vx, vy, vz = state[:6]
+    body = Body(
+        "body",
+        1.0,
+        turning.inertia,
+        (x, y, z),
+        turning.quaternion,
+        (vx, vy, vz),
+        turning.angular_velocity,
+    )
+    return Scene((0.0, 0.0, -parameters[0]), (body,))
+
+
+def thrown_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    position, attitude, velocity, spin = readings.bodies["body"]
+    r = matrix(attitude)
+    return (*position, *velocity, *in_body(r, spin), *r)
+
+
+SCENE = SceneForm(thrown_scene, thrown_reading, frozenset({"gyroscopic"}), conservative=False)
+
+
+class DynamicsOfFreeRigidBodyInGravity(Case):
+    name = "dynamics_of_free_rigid_body_in_gravity"
+    title = "Rigid body thrown in uniform gravity"
+    section = "10.4"
+    conventions = (
+        "z up; x, y, z of the centre of mass. w are body components; R, row by row, takes body components to space, "
+        "R' = R hat(w). R(0) need not be orthogonal."
+    )
+    state = (
+        *(Coordinate(axis, "m", "length") for axis in "xyz"),
+        *(Coordinate(f"v{axis}", "m/s", "velocity") for axis in "xyz"),
+        *EulerTopCase.state,
+    )
+    parameter_list = (Parameter("g", "m/s^2", "9.81", "acceleration of gravity"), *EulerTopCase.parameter_list)
+    default_state = (0, 0, 1, 3, 0, 8, *spinning(4, "0.5", 1))
+    domain = Domain(
+        {"g": Range(low=0.0, typical=(0.0, 20.0))}
+        | {name: positive(0.8, 1.5) for name in ("I1", "I2", "I3")}
+        | {name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")}
+        | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)},
+        (Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >= I2", triangle),),
+    )
+    default_span = "1.7"
+    variants = (
+        Variant(
+            "racket",
+            "a racket flung about its middle axis: it flips on the way",
+            {"I1": 1, "I2": 2, "I3": "2.8"},
+            (0, 0, 1, 1, 0, 8, *spinning("0.001", 15, "0.001")),
+        ),
+        Variant("no_gravity", "g = 0: a straight line", {"g": 0}),
+        Variant("high", "falls for 100 s: 43 turns in one fall", span=100),
+    )
+    invariants: ClassVar[Mapping[str, Invariant]] = {
+        "energy": Invariant(thrown_energy),
+        "twice_spin_energy": Invariant(thrown_spin_energy),
+        "upward_velocity": Invariant(thrown_velocity),
+        "momentum_x": Invariant(of_the_rotation(momentum_x)),
+        "momentum_y": Invariant(of_the_rotation(momentum_y)),
+        "momentum_z": Invariant(of_the_rotation(momentum_z)),
+    }
+
+    @cached_property
+    def _exact(self) -> FreeBody:
+        g, i1, i2, i3 = self.parameter_values()
+        x, y, z, vx, vy, vz, w1, w2, w3, *attitude = self.initial_state
+        return FreeBody(g, (x, y, z), (vx, vy, vz), EulerTop((i1, i2, i3), (w1, w2, w3), tuple(attitude)))
+
+    def motion(self) -> FreeBody:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(thrown_body),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """One radian at the rate of the start."""
+        rate = math.hypot(*map(float, self.initial_state[6:9]))
+        return min(1 / rate, 1.0) if rate else 1.0
+
+    def natural_span(self) -> Number:
+        return self.default_span
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        return {"precession_rate": self._exact.body.precession(digits)}
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        x, y, z, vx, vy, vz, w1, w2, w3, *attitude = state
+        return (x, y, z, -vx, -vy, -vz, -w1, -w2, -w3, *attitude), self.parameters

@@ -1,0 +1,200 @@
+"""The torque-free rigid body, with its attitude."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from math import sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Invariant, Variant
+from gnomon.cases.core.forms import Form, RigidBody, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.core.turning import Turning
+from gnomon.cases.rigid_bodies.euler_top_scene import SCENE
+from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.rigid_bodies.euler_top import EulerTop
+
+TURN = 2 * math.pi
+
+
+def principal_moments(parameters: Values) -> Values:
+    return parameters
+
+
+def no_torque(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0, 0
+
+
+def twice_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """I1 w1^2 + I2 w2^2 + I3 w3^2."""
+    w1, w2, w3 = state[:3]
+    i1, i2, i3 = parameters
+    return (i1 * w1 * w1 + i2 * w2 * w2 + i3 * w3 * w3,)
+
+
+def momentum_size(t: Any, state: Values, parameters: Values) -> Values:
+    """|L|, from the components in the body."""
+    w1, w2, w3 = state[:3]
+    i1, i2, i3 = parameters
+    m1, m2, m3 = i1 * w1, i2 * w2, i3 * w3
+    return (sqrt(m1 * m1 + m2 * m2 + m3 * m3),)
+
+
+def momentum_x(t: Any, state: Values, parameters: Values) -> Values:
+    """L in space, x: it needs the attitude too."""
+    i1, i2, i3 = parameters
+    return (state[3] * i1 * state[0] + state[4] * i2 * state[1] + state[5] * i3 * state[2],)
+
+
+def momentum_y(t: Any, state: Values, parameters: Values) -> Values:
+    i1, i2, i3 = parameters
+    return (state[6] * i1 * state[0] + state[7] * i2 * state[1] + state[8] * i3 * state[2],)
+
+
+def momentum_z(t: Any, state: Values, parameters: Values) -> Values:
+    i1, i2, i3 = parameters
+    return (state[9] * i1 * state[0] + state[10] * i2 * state[1] + state[11] * i3 * state[2],)
+
+
+def triangle(n: Mapping[str, Fraction]) -> bool:
+    return 2 * max(n["I1"], n["I2"], n["I3"]) <= n["I1"] + n["I2"] + n["I3"]
+
+
+def spinning(w1: Number, w2: Number, w3: Number) -> tuple[Number, ...]:
+    """These rates, the body aligned with space."""
+    return (w1, w2, w3, 1, 0, 0, 0, 1, 0, 0, 0, 1)
+
+
+ORTHOGONAL = Range(typical=(-1.0, 1.0))
+
+
+class EulerTopCase(Case):
+    name = "euler_top"
+    title = "Torque-free rigid body"
+    section = "10.9, 10.14, 10.17"
+    conventions = (
+        "w are body components; R, row by row, takes body components to space, R' = R hat(w), hat(w) v = w x v. "
+        "R(0) need not be orthogonal."
+    )
+    state = (
+        *(Coordinate(f"w{i}", "rad/s", "angular velocity") for i in (1, 2, 3)),
+        *(Coordinate(f"R{i}{j}", "1", "attitude") for i in (1, 2, 3) for j in (1, 2, 3)),
+    )
+    parameter_list = (
+        Parameter("I1", "kg m^2", 2, "principal moment of inertia"),
+        Parameter("I2", "kg m^2", 3, "principal moment of inertia"),
+        Parameter("I3", "kg m^2", 4, "principal moment of inertia"),
+    )
+    default_state = spinning(1, "0.6", "0.3")
+    turning = Turning(tuple((f"R1{j}", f"R2{j}", f"R3{j}") for j in (1, 2, 3)))
+    domain = Domain(
+        {name: positive(0.8, 1.5) for name in ("I1", "I2", "I3")}
+        | {name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")}
+        | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)},
+        (Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >= I2", triangle),),
+    )
+    variants = (
+        Variant(
+            "flips_1e6",
+            "tumbles about the middle axis from 1e-6 beside it: long rests, sudden flips",
+            {"I1": 1, "I2": 2, "I3": 3},
+            spinning("1e-6", 1, "1e-6"),
+        ),
+        Variant(
+            "flips_1e12",
+            "tumbles from 1e-12 beside the middle axis, 1e-24 in energy: one rounding in the first flip decides the next",
+            {"I1": 1, "I2": 2, "I3": 3},
+            spinning("1e-12", 1, "1e-12"),
+        ),
+        Variant(
+            "separatrix",
+            "exactly on the separatrix: goes to the unstable axis for ever, errors grow as exp(1.6 t)",
+            {"I1": 1, "I2": 2, "I3": "2.25"},
+            spinning(3, 1, 4),
+            span=12,
+        ),
+        Variant(
+            "near_symmetric",
+            "two moments 1e-10 apart: formulas divide by the difference",
+            {"I1": 1, "I2": "1.0000000001", "I3": "1.5"},
+            spinning(1, "0.6", "0.8"),
+        ),
+        Variant("flat", "a flat body, I3 = I1 + I2", {"I1": 1, "I2": 2, "I3": 3}, spinning(1, "0.6", "0.8")),
+        Variant("revolutions_1e4", "1e4 revolutions of w in the body: phase error", span="151902.75"),
+        Variant("revolutions_1e5", "1e5 revolutions of w in the body: drift of round-off", span=1519002),
+        Variant(
+            "oblate", "two equal moments, the third greater", {"I1": 2, "I2": 2, "I3": 3}, spinning(1, "0.6", "0.8")
+        ),
+        Variant(
+            "prolate", "two equal moments, the third smaller", {"I1": 1, "I2": 3, "I3": 3}, spinning(1, "0.6", "0.8")
+        ),
+        Variant("sphere", "three equal moments: a turn about a fixed axis", {"I1": 2, "I2": 2, "I3": 2}),
+        Variant(
+            "engines",
+            "the tumbling body of the engine tables",
+            {"I1": 1, "I2": 2, "I3": 3},
+            spinning("0.1", 3, "0.1"),
+            span=10,
+        ),
+        Variant(
+            "speed",
+            "the body of the timing tables: 100.37 body periods, rates only",
+            {"I1": 1, "I2": 2, "I3": 3},
+            spinning(1, "0.6", 0),
+            scored=("angular velocity",),
+        ),
+    )
+    invariants: ClassVar[Mapping[str, Invariant]] = {
+        "twice_energy": Invariant(twice_energy),
+        "momentum": Invariant(momentum_size),
+        "momentum_x": Invariant(momentum_x),
+        "momentum_y": Invariant(momentum_y),
+        "momentum_z": Invariant(momentum_z),
+    }
+
+    def motion(self) -> EulerTop:
+        w1, w2, w3, *attitude = self.initial_state
+        i1, i2, i3 = self.parameter_values()
+        return EulerTop((i1, i2, i3), (w1, w2, w3), tuple(attitude))
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return (RigidBody(principal_moments, no_torque),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """One radian at the rate of the start."""
+        rate = math.hypot(*map(float, self.initial_state[:3]))
+        return 1 / rate if rate else float(self.span)
+
+    def natural_span(self) -> Number:
+        """10.37 body periods (100.37 in the variant speed); where there are none, of turns."""
+        motion = self.motion()
+        period = motion.body_period()
+        precession = float(motion.precession())
+        turn = TURN / precession if precession else 1.0
+        return (100.37 if self.variant == "speed" else 10.37) * (turn if period is None else float(period))
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self.motion()
+        found = {"precession_rate": motion.precession(digits)}
+        period = motion.body_period(digits + 5)
+        if period is not None:
+            with working(digits + 5) as mp:
+                turned = mp.mpf(motion.precession(digits + 5)) * mp.mpf(period)
+                period, found["precession_per_period"] = publish((mp.mpf(period), turned), digits)
+            found["body_period"] = period
+            if motion.kind == "general":
+                found["flip_interval"] = period / 2
+        return found
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        w1, w2, w3, *attitude = state
+        return (-w1, -w2, -w3, *attitude), dict(self.parameters)

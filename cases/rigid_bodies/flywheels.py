@@ -1,0 +1,339 @@
+"""A belt drive that slips and grips; a flywheel under a cyclic torque, and one that coasts down."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from math import cos
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Event, Invariant, Variant
+from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition, Values
+from gnomon.cases.core.hinge_scene import hinged_point
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm
+from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.rigid_bodies.flywheels import BeltDrive, CoastDown, Flywheel
+from mpmath import mpf
+
+
+def belt_slipping(t: Any, state: Values, parameters: Values) -> Values:
+    """The belt's force stands against the slip, whose sign belongs to the mode."""
+    i1, i2, r1, r2, force, torque, side = parameters
+    return (torque - side * force * r1) / i1, side * force * r2 / i2
+
+
+def belt_gripping(t: Any, state: Values, parameters: Values) -> Values:
+    i1, i2, r1, r2, _force, torque = parameters
+    rate = torque * r2 / (i1 * r2 * r2 + i2 * r1 * r1)
+    return rate * r2, rate * r1
+
+
+def belt_slip(t: Any, state: Values, parameters: Values) -> Values:
+    return (parameters[2] * state[0] - parameters[3] * state[1],)
+
+
+def belt_grips(t: Any, state: Values, parameters: Values) -> Values:
+    return state[0], parameters[2] * state[0] / parameters[3]
+
+
+def belt_mode(t: Any, state: Values, parameters: Values) -> str:
+    (slip,) = belt_slip(t, state, parameters)
+    return "ahead" if slip > 0 else "behind" if slip < 0 else "grip"
+
+
+def cyclic_torque(t: Any, state: Values, parameters: Values) -> Values:
+    inertia, c, torque, share, rate = parameters
+    return state[1], (torque * (1 + share * cos(rate * t)) - c * state[1]) / inertia
+
+
+def coasting(t: Any, state: Values, parameters: Values) -> Values:
+    inertia, c, torque = parameters
+    return state[1], -(torque + c * state[1]) / inertia
+
+
+def wheel_at_rest(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0
+
+
+def wheel_rate(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[1],)
+
+
+def wheel_stops(t: Any, state: Values, parameters: Values) -> Values:
+    return state[0], 0
+
+
+def wheel_energy(t: Any, state: Values, parameters: Values) -> Values:
+    return (parameters[0] * state[1] * state[1] / 2,)
+
+
+def coast_mode(t: Any, state: Values, parameters: Values) -> str:
+    return "turns" if state[1] > 0 else "rests"
+
+
+def viscous(t: Any, state: Values, parameters: Values) -> Values:
+    return state[1], -parameters[1] * state[1] / parameters[0]
+
+
+def belt_scene(state: Values, parameters: Values) -> Scene:
+    """Two pulleys, each on its axle; the belt between them is a token of its own."""
+    i1, i2, r1, r2, _force, _torque = parameters
+    w1, w2 = state
+    up = (0.0, 0.0, 1.0)
+    bodies = (Body("driving", 1.0, (i1, i1, i1)), Body("driven", 1.0, (i2, i2, i2)))
+    axles = (
+        Hinge("first", "driving", (0.0, 0.0, 0.0), up, (0.0, 0.0, 0.0), 0.0, w1),
+        Hinge("second", "driven", (2 * (r1 + r2), 0.0, 0.0), up, (0.0, 0.0, 0.0), 0.0, w2),
+    )
+    return Scene((0.0, 0.0, 0.0), bodies, hinges=axles)
+
+
+def belt_reading(readings: Readings, parameters: Values) -> Values:
+    return readings.joints["first"][1], readings.joints["second"][1]
+
+
+BELT_SCENE = SceneForm(belt_scene, belt_reading, frozenset({"hinge", "belt", "torque"}), conservative=False)
+WHEEL_SCENE = hinged_point(cyclic_torque, "time_force")
+COAST_SCENE = hinged_point(viscous, "joint_friction")
+WHEEL = (Coordinate("angle", "rad", "angle"), Coordinate("w", "rad/s", "angular velocity"))
+
+
+class BeltDrivenMachine(Case):
+    name = "belt_driven_machine"
+    title = "Belt-driven machine: the belt slips until both pulleys run together"
+    section = "10.12.1"
+    conventions = (
+        "[inferred] Two pulleys, a massless belt that transmits the constant force F while it slips, and grips from "
+        "the moment when r1 w1 = r2 w2; a constant torque M drives the first."
+    )
+    state = (
+        Coordinate("w1", "rad/s", "angular velocity"),
+        Coordinate("w2", "rad/s", "angular velocity"),
+    )
+    parameter_list = (
+        Parameter("I1", "kg m^2", "0.5", "moment of the driving pulley with its machine"),
+        Parameter("I2", "kg m^2", 2, "moment of the driven pulley with its machine"),
+        Parameter("r1", "m", "0.1", "radius of the driving pulley"),
+        Parameter("r2", "m", "0.25", "radius of the driven pulley"),
+        Parameter("F", "N", 60, "force of the slipping belt"),
+        Parameter("M", "N m", 4, "torque on the driving pulley"),
+    )
+    default_state = (100, 0)
+    domain = Domain(
+        {name: positive() for name in ("I1", "I2", "r1", "r2", "F")}
+        | {"M": Range(typical=(-1.0, 1.0))}
+        | {name: Range(typical=(-10.0, 10.0)) for name in ("w1", "w2")},
+        (
+            Rule(
+                "the belt can grip: |M| r1/I1 < F (r1^2/I1 + r2^2/I2)",
+                lambda n: abs(n["M"]) * n["r1"] / n["I1"] < n["F"] * (n["r1"] ** 2 / n["I1"] + n["r2"] ** 2 / n["I2"]),
+            ),
+        ),
+    )
+    variants = (
+        Variant("behind", "the machine drags the motor up", initial_state=(0, 50)),
+        Variant("weak", "the belt barely wins: a long slip", {"F": "8.2", "M": 2}),
+        Variant("grips", "runs together from the start", {"r1": "0.125"}, (100, 50), 10),
+    )
+
+    @cached_property
+    def _exact(self) -> BeltDrive:
+        return BeltDrive(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> BeltDrive:
+        return self._exact
+
+    @property
+    def time_scale(self) -> float:
+        """The time of the slip."""
+        return float(self._exact.grip_time) or 1.0
+
+    def natural_span(self) -> Number:
+        """2.3 times the slip."""
+        return 2.3 * self.time_scale
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (
+            Hybrid(
+                modes=(Mode("ahead", belt_slipping, (1.0,)), Mode("behind", belt_slipping, (-1.0,)),
+                       Mode("grip", belt_gripping)),
+                start=belt_mode,
+                transitions=(
+                    Transition("grips_ahead", "ahead", belt_slip, -1, belt_grips, "grip"),
+                    Transition("grips_behind", "behind", belt_slip, 1, belt_grips, "grip"),
+                ),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"grip"}),
+            ),
+        )  # fmt: skip
+
+    @property
+    def scene(self) -> SceneForm:
+        return BELT_SCENE
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        motion = self._exact
+        if not motion.side or motion.grip_time > self.span:
+            return ()
+        with working(digits + 2) as mp:
+            time, *there = publish(map(mp.mpf, (motion.grip_time, *motion.gripped)), digits)
+        return (Event(time, "grips_ahead" if motion.side > 0 else "grips_behind", tuple(there), tuple(there)),)
+
+    def same_course(self, other: Case) -> bool:
+        return BeltDrive(*other.parameter_values(), *other.initial_state).side == self._exact.side
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`belt_energy_loss` (J) is what the slip has turned into heat."""
+        motion = self._exact
+        with working(digits + 2) as mp:
+            found = publish(map(mp.mpf, (motion.grip_time, motion.gripped[0], motion.belt_energy_loss)), digits)
+        return dict(zip(("grip_time", "common_w1", "belt_energy_loss"), found, strict=True))
+
+
+class FlywheelCase(Case):
+    name = "flywheel"
+    title = "Flywheel under a cyclic torque"
+    section = "10.12.2, 10.11.1"
+    conventions = "I w' = M (1 + p cos(W t)) - c w."
+    autonomous = False
+    state = WHEEL
+    parameter_list = (
+        Parameter("I", "kg m^2", 10, "moment of inertia"),
+        Parameter("c", "N m s", "0.5", "viscous drag"),
+        Parameter("M", "N m", 20, "mean torque"),
+        Parameter("p", "1", 1, "cyclic share of the torque"),
+        Parameter("W", "rad/s", 6, "rate of the cycle"),
+    )
+    default_state = (0, 30)
+    domain = Domain(
+        {
+            "I": positive(),
+            "c": Range(low=0.0, typical=(0.0, 2.0)),
+            "M": Range(typical=(-10.0, 10.0)),
+            "p": Range(typical=(-2.0, 2.0)),
+            "W": Range(typical=(-8.0, 8.0)),
+            "angle": Range(typical=(-5.0, 5.0)),
+            "w": Range(typical=(-10.0, 10.0)),
+        }
+    )
+    variants = (
+        Variant("start_up", "from rest to the steady state, (M/c) (1 - e^(-c t/I))", {"p": 0}, (0, 0), 100),
+        Variant(
+            "constant_torque",
+            "c = p = 0: the start about a fixed axis, w = M t/I, which any method of order 2 has exactly",
+            {"p": 0, "c": 0},
+            (0, 0),
+            10,
+        ),
+        Variant("fast_cycle", "W = 1e4: a small ripple on a slow rise", {"W": 10000}, span="1.03"),
+        Variant("no_drag", "c = 0: rises without bound", {"c": 0}),
+        Variant("long", "1e4 cycles: drift of the angle", span="10472.4"),
+    )
+
+    @cached_property
+    def _exact(self) -> Flywheel:
+        return Flywheel(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> Flywheel:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(cyclic_torque),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return WHEEL_SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """A radian of the cycle, or of the wheel, or the time of the drag."""
+        n = {name: float(value) for name, value in self.parameters.items()}
+        return 1 / max(abs(n["W"]), n["c"] / n["I"], 0.1)
+
+    def natural_span(self) -> Number:
+        """10.37 cycles, at least ten seconds of a slow one."""
+        return min(10.37 * 2 * math.pi / max(abs(float(self.parameters["W"])), 1.0), 65.0)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`fluctuation` is the amplitude of w in the steady state."""
+        if not (self.parameters["W"] or self.parameters["c"]):
+            return {}
+        return {"fluctuation": self._exact.fluctuation(digits)}
+
+
+class FlywheelCoastDown(Case):
+    name = "flywheel_coast_down"
+    title = "Flywheel coasting down under constant friction and drag"
+    section = "10.12.2"
+    conventions = "I w' = -M - c w while w > 0; rest from the stop on."
+    state = WHEEL
+    parameter_list = (
+        Parameter("I", "kg m^2", 10, "moment of inertia"),
+        Parameter("c", "N m s", "0.05", "viscous drag"),
+        Parameter("M", "N m", 2, "constant friction torque"),
+    )
+    default_state = (0, 30)
+    domain = Domain(
+        {
+            "I": positive(),
+            "c": Range(low=0.0, typical=(0.0, 2.0)),
+            "M": positive(),
+            "angle": Range(typical=(-5.0, 5.0)),
+            "w": Range(low=0.0, typical=(0.0, 30.0)),
+        }
+    )
+    variants = (
+        Variant("dry", "no drag: the stop is at a rational time", {"c": 0}),
+        Variant("little_friction", "M = 1e-9: the drag leaves a long creep before the stop", {"M": "1e-9", "c": 1}),
+        Variant("rests", "at rest from the start", initial_state=(1, 0), span=10),
+    )
+    invariants: ClassVar = {"energy": Invariant(wheel_energy, "decays")}
+
+    @cached_property
+    def _exact(self) -> CoastDown:
+        return CoastDown(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> CoastDown:
+        return self._exact
+
+    @property
+    def time_scale(self) -> float:
+        """The time of the stop, of the drag where that is shorter."""
+        n = {name: float(value) for name, value in self.parameters.items()}
+        stop = float(self._exact.stop_time()) if self.initial_state[1] else 1.0
+        return min(stop, n["I"] / n["c"]) if n["c"] else stop
+
+    def natural_span(self) -> Number:
+        """1.3 times the stop."""
+        return 1.3 * float(self._exact.stop_time()) if self.initial_state[1] else 1.0
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (
+            Hybrid(
+                modes=(Mode("turns", coasting), Mode("rests", wheel_at_rest)),
+                start=coast_mode,
+                transitions=(Transition("stops", "turns", wheel_rate, -1, wheel_stops, "rests"),),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"rests"}),
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return COAST_SCENE
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        if self.initial_state[1] == 0 or self._exact.stop_time(20) > self.span:
+            return ()
+        there = (self._exact.stop_angle(digits), mpf(0))
+        return (Event(self._exact.stop_time(digits), "stops", there, there),)
+
+    def same_course(self, other: Case) -> bool:
+        return (other.initial_state[1] == 0) == (self.initial_state[1] == 0)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        return {"stop_time": self._exact.stop_time(digits), "stop_angle": self._exact.stop_angle(digits)}

@@ -1,0 +1,276 @@
+"""The gyrocompass beyond small angles and beyond its plane: with a damper, and with its axis free to tilt."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from math import atan2, cos, pi, sin, sqrt
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core.case import Floats, Invariant, Rung, Variant, same
+from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.hinge_scene import hinged_point
+from gnomon.cases.core.integrated import IntegratedCase
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
+from gnomon.cases.guided.pendulum_on_hoop import Gyrocompass, compass_jacobi
+from gnomon.cases.rigid_bodies.gyrocompass_damped import GyrocompassDamped
+from gnomon.reference.numerics.precision import Number, publish, working
+
+
+def damped_at_any_angle(t: Any, state: Values, parameters: Values) -> Values:
+    theta, omega = state
+    across, along, spin, earth, cosine, c = parameters
+    rate = earth * cosine
+    pull, lift = along * spin * rate / across, rate * rate
+    return omega, lift * sin(theta) * cos(theta) - pull * sin(theta) - c * omega / across
+
+
+def damped_jacobi(t: Any, state: Values, parameters: Values) -> Values:
+    """Over A; the damper takes c theta'^2 of it."""
+    return compass_jacobi(t, state, parameters[:5])
+
+
+def tilting_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """Lagrange's equations of azimuth and tilt, the spin ignored by Routh's method.
+
+    w1, w2, w3: the rates of the axis' frame along the axis, to its left in the level, and upward across both.
+    """
+    theta, beta, turn, tip = state
+    across, along, spin, earth, lat, weight = parameters
+    north, up = earth * cos(lat), earth * sin(lat)
+    s, c, sb, cb = sin(theta), cos(theta), sin(beta), cos(beta)
+    w1 = turn * sb + north * cb * c + up * sb
+    w2 = -tip - north * s
+    w3 = turn * cb - north * sb * c + up * cb
+    gyro = along * spin / across
+    w3_rate = (w3 * sb * tip - gyro * cb * tip - north * w2 * c + north * w3 * sb * s - gyro * north * cb * s) / cb
+    turn_rate = (w3_rate + turn * tip * sb + north * (tip * cb * c - turn * sb * s) + up * tip * sb) / cb
+    tip_rate = -north * c * turn - w3 * w1 + gyro * w3 - weight * sb / across
+    return turn, tip, turn_rate, tip_rate
+
+
+def tilting_jacobi(t: Any, state: Values, parameters: Values) -> Values:
+    """Jacobi's integral, from the axis level and pointing north."""
+    theta, beta, turn, tip = state
+    across, along, spin, earth, lat, weight = parameters
+    north, up = earth * cos(lat), earth * sin(lat)
+    s, c, sb, cb = sin(theta), cos(theta), sin(beta), cos(beta)
+    lifted = up * cb - north * sb * c
+    carried = across * (north * north * s * s + lifted * lifted) / 2 + along * spin * (north * cb * c + up * sb)
+    return (across * (tip * tip + turn * turn * cb * cb) / 2 - carried - weight * cb,)
+
+
+def relative_spin(theta: float, beta: float, parameters: Values) -> float:
+    """The rotor's axial rate as seen from the Earth."""
+    _across, _along, spin, earth, lat, _weight = parameters
+    return float(spin - earth * (cos(lat) * cos(beta) * cos(theta) + sin(lat) * sin(beta)))
+
+
+def tilting_scene(state: Values, parameters: Values) -> Scene:
+    """In the frame of the Earth: the rotor in its two gimbals, which turn with the Earth (tokens of their own)."""
+    theta, beta, turn, tip = state
+    across, along, *_ = parameters
+    axial = relative_spin(theta, beta, parameters) - turn * sin(beta)
+    attitude = (
+        sin(theta / 2) * sin(beta / 2),
+        -cos(theta / 2) * sin(beta / 2),
+        sin(theta / 2) * cos(beta / 2),
+        cos(theta / 2) * cos(beta / 2),
+    )
+    rates = (
+        tip * sin(theta) + axial * cos(theta) * cos(beta),
+        axial * sin(theta) * cos(beta) - tip * cos(theta),
+        turn + axial * sin(beta),
+    )
+    rotor = Body("rotor", 1.0, (along, across, across), quaternion=attitude, angular_velocity=rates)
+    return Scene((0.0, 0.0, 0.0), (rotor,))
+
+
+def tilting_reading(readings: Readings, parameters: Values) -> Values:
+    _, (x, y, z, w), _, (wx, wy, wz) = readings.bodies["rotor"]
+    ax, ay, az = 1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
+    level = sqrt(ax * ax + ay * ay)
+    theta, beta = atan2(ay, ax), atan2(az, level)
+    turn = (wz - relative_spin(theta, beta, parameters) * az) / (level * level)
+    return theta, beta, turn, (wx * ay - wy * ax) / level
+
+
+DAMPED_SCENE = hinged_point(damped_at_any_angle)
+TILTING_SCENE = SceneForm(
+    tilting_scene, tilting_reading, frozenset({"ball_joint", "driven_frame", "gyroscopic"}), conservative=False
+)
+
+
+class GyrocompassDampedNonlinear(IntegratedCase):
+    name = "gyrocompass_damped_nonlinear"
+    title = "Gyrocompass with viscous damping at any angle (certified Taylor)"
+    section = "11.12.3"
+    conventions = "As gyrocompass, its axis held in the horizontal plane, with the damping torque -c theta'."
+    state = Gyrocompass.state
+    parameter_list = GyrocompassDamped.parameter_list
+    default_state = (2, 0)
+    domain = Domain(
+        {
+            **{name: positive(0.1, 1.0) for name in ("A", "C")},
+            "s": Range(typical=(1.0, 20.0)),
+            "Om": Range(typical=(0.1, 3.0)),
+            "coslat": Range(0.0, 1.0, typical=(0.1, 1.0)),
+            "c": Range(low=0.0, typical=(0.0, 2.0)),
+            "theta": Range(typical=(-3.0, 3.0)),
+            "omega": Range(typical=(-0.5, 0.5)),
+        }
+    )
+    variants = (
+        Variant("small", "small angles: as good as the linear one", initial_state=("1e-3", 0)),
+        Variant("turning", "thrown round the compass, until the damper catches it", initial_state=("0.5", 2)),
+        Variant(
+            "slow_spin",
+            "C s = A W/2: settles 60 degrees off north",
+            {"A": "0.1", "C": "0.1", "s": "0.5", "Om": 1, "coslat": 1, "c": "0.02"},
+            ("0.3", 0),
+        ),
+        Variant("overdamped", "creeps to north: rates 5e3 apart", {"c": "1.5"}, span="5.7"),
+        Variant("unstable", "released 1e-6 rad off south: a long exponential phase", initial_state=(3.1415916535897933, 0)),
+    )  # fmt: skip
+    invariants: ClassVar = {"jacobi": Invariant(damped_jacobi, "decays")}
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(damped_at_any_angle),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return DAMPED_SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """Of a small swing without damping, or the radian of the start's turn."""
+        across, along, spin, earth, cosine, _c = map(float, self.parameter_values())
+        rate = earth * cosine
+        return 1 / max(sqrt(abs(along * spin * rate) / across + rate * rate), abs(float(self.initial_state[1])), 1e-3)
+
+    @property
+    def fastest_time(self) -> float:
+        damping = float(self.parameters["c"] / self.parameters["A"])
+        return min(self.time_scale, 1 / damping) if damping else self.time_scale
+
+    def natural_span(self) -> Number:
+        return 23.7 * self.time_scale
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        if not GyrocompassDamped.domain.admits(self.numbers):
+            return ()
+        numbers: dict[str, Any] = dict(self.parameters)
+        linear = GyrocompassDamped(initial_state=self.initial_state, span=self.span, **numbers)
+        undamped = {name: value for name, value in numbers.items() if name != "c"}
+        free = Gyrocompass(initial_state=self.initial_state, span=self.span, **undamped)
+        return (
+            Rung(linear, same, "small angles, damped"),
+            Rung(free, same, "any angle and the square of the Earth's rate, not damped"),
+        )
+
+
+class GyrocompassTilting(IntegratedCase):
+    name = "gyrocompass_tilting"
+    title = "Gyrocompass whose axis is free to tilt, held level by a weight (certified Taylor)"
+    section = "11.12.3"
+    conventions = (
+        "[inferred] theta from true north to the spin axis, to the west, beta its tilt above the level; the gimbals "
+        "have no mass but a weight below the axis, whose torque is -K sin(beta). s is the conserved total axial spin; "
+        "A the transverse moment."
+    )
+    state = (
+        Coordinate("theta", "rad", "angle"),
+        Coordinate("beta", "rad", "angle"),
+        Coordinate("turn", "rad/s", "angular velocity"),
+        Coordinate("tip", "rad/s", "angular velocity"),
+    )
+    parameter_list = (
+        Parameter("A", "kg m^2", "0.08", "transverse moment"),
+        Parameter("C", "kg m^2", "0.1", "axial moment"),
+        Parameter("s", "rad/s", 6, "axial spin"),
+        Parameter("Om", "rad/s", "0.5", "rate of the Earth, or of a turntable"),
+        Parameter("lat", "rad", "0.8", "latitude"),
+        Parameter("K", "N m", 1, "weight times its distance below the axis"),
+    )
+    default_state = ("0.5", 0, 0, 0)
+    domain = Domain(
+        {
+            **{name: positive(0.05, 0.2) for name in ("A", "C")},
+            "s": Range(typical=(4.0, 8.0)),
+            "Om": Range(typical=(0.1, 1.0)),
+            "lat": Range(-pi / 2, pi / 2, typical=(-1.0, 1.0)),
+            "K": Range(low=0.0, typical=(0.5, 2.0)),
+            "theta": Range(typical=(-1.0, 1.0)),
+            "beta": Range(-pi / 2, pi / 2, True, True, (-0.3, 0.3)),
+            **{name: Range(typical=(-0.2, 0.2)) for name in ("turn", "tip")},
+        }
+    )
+    variants = (
+        Variant("held", "K = 400 N m: hardly tilts, the compass in its plane", {"K": 400}, span="1.3"),
+        Variant("fast_spin", "nutation 246 times faster than the swing about north", {"s": 100}, span="0.93"),
+        Variant("no_weight", "K = 0: the axis keeps its direction in space", {"K": 0}),
+        Variant("high", "released 1 rad above the level", initial_state=("0.5", 1, 0, 0)),
+    )
+    invariants: ClassVar = {"jacobi": Invariant(tilting_jacobi)}
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(tilting_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return TILTING_SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """A radian of the nutation, C s/A, or of the tilt under the weight."""
+        across, along, spin, earth, _lat, weight = map(float, self.parameter_values())
+        return 1 / (abs(along * spin) / across + sqrt(weight / across) + abs(earth) + 1e-3)
+
+    def natural_span(self) -> Number:
+        return 94.7 * self.time_scale
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`level_tilt`, at which the weight's torque carries the axis along the meridian as fast as north turns away.
+
+        C s Om sin(lat - beta) = K sin(beta) + A Om^2 sin(lat - beta) cos(lat - beta), the axis pointing north.
+        """
+        with working(digits + 10) as mp:
+            across, along, spin, earth, lat, weight = map(mp.mpf, self.parameter_values())
+
+            def torque(beta: Any) -> Any:
+                off = lat - beta
+                return earth * mp.sin(off) * (along * spin - across * earth * mp.cos(off)) - weight * mp.sin(beta)
+
+            found = {"nutation_rate": along * abs(spin) / across}
+            if torque(mp.zero) * torque(lat) < 0:
+                found["level_tilt"] = mp.findroot(torque, (mp.zero, lat), solver="illinois")
+            return dict(zip(found, publish(found.values(), digits), strict=True))
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        """Backwards rotor and Earth turn the other way."""
+        theta, beta, turn, tip = state
+        opposite = {name: -self.parameters[name] for name in ("s", "Om")}
+        return (theta, beta, -turn, -tip), self.parameters | opposite
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """The compass in its plane, with the nearest double to the cosine of the latitude."""
+        theta, _beta, turn, _tip = self.initial_state
+        numbers: dict[str, Any] = {name: self.parameters[name] for name in ("A", "C", "s", "Om")}
+        plane = Gyrocompass(
+            initial_state=(theta, turn), span=self.span, coslat=cos(float(self.parameters["lat"])), **numbers
+        )
+
+        def level(states: Floats) -> Floats:
+            nothing = np.zeros(len(states))
+            return np.stack([states[:, 0], nothing, states[:, 1], nothing], axis=1)
+
+        def raised(rung: Rung) -> Rung:
+            return Rung(rung.case, lambda states: level(rung.project(states)), rung.effect)
+
+        return (*map(raised, plane.ladder), Rung(plane, level, "the axis held in the horizontal plane"))

@@ -1,0 +1,446 @@
+"""The heavy symmetric top: in Euler angles, on its way to the vertical, and as a rigid body."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import cos, sin
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Invariant, Rung, Variant, same
+from gnomon.cases.core.forms import FirstOrder, RigidBody, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.rigid_bodies.top_models import ANGLES, MOMENTS, SPIN, LagrangeTopFast, LagrangeTopSmallNutation
+from gnomon.cases.rigid_bodies.top_scene import ANGLES_SCENE, BODY_SCENE, RISING_SCENE
+from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop
+from gnomon.reference.rigid_bodies.top_attitude import TopAttitude
+
+
+def top_equations(t: Any, state: Values, parameters: Values) -> Values:
+    theta, omega, _phi, _psi = state
+    moment, axial, weight, a, b = parameters
+    s, u = sin(theta), cos(theta)
+    precession = (b - a * u) / (moment * s * s)
+    return (
+        omega,
+        (precession * (moment * precession * u - a) + weight) * s / moment,
+        precession,
+        a / axial - precession * u,
+    )
+
+
+def top_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """E = H - a^2/(2 I3)."""
+    theta, omega, _phi, _psi = state
+    moment, _axial, weight, a, b = parameters
+    across = (b - a * cos(theta)) / sin(theta)
+    return (moment * omega * omega / 2 + across * across / (2 * moment) + weight * cos(theta),)
+
+
+def rising_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """With b = a: nothing is singular at the vertical."""
+    theta, omega, _phi, _psi = state
+    moment, axial, weight, a = parameters
+    u = cos(theta)
+    precession = a / (moment * (1 + u))
+    return (
+        omega,
+        (precession * (moment * precession * u - a) + weight) * sin(theta) / moment,
+        precession,
+        a / axial - precession * u,
+    )
+
+
+def rising_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """E - W, which is zero on the homoclinic motion."""
+    theta, omega, _phi, _psi = state
+    moment, _axial, weight, a = parameters
+    half, low = sin(theta / 2), cos(theta / 2)
+    across = a * half / low
+    return (moment * omega * omega / 2 + across * across / (2 * moment) - 2 * weight * half * half,)
+
+
+def symmetric_moments(parameters: Values) -> Values:
+    moment, axial, _weight = parameters
+    return moment, moment, axial
+
+
+def weight_torque(t: Any, state: Values, parameters: Values) -> Values:
+    """The weight acts at a point of the third axis; the vertical stands in the third row of R."""
+    _moment, _axial, weight = parameters
+    return weight * state[10], -weight * state[9], 0
+
+
+def body_energy(t: Any, state: Values, parameters: Values) -> Values:
+    w1, w2, w3 = state[:3]
+    moment, axial, weight = parameters
+    return (moment * (w1 * w1 + w2 * w2) / 2 + axial * w3 * w3 / 2 + weight * state[11],)
+
+
+def body_spin(t: Any, state: Values, parameters: Values) -> Values:
+    """a = I3 w3."""
+    _moment, axial, _weight = parameters
+    return (axial * state[2],)
+
+
+def body_vertical_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """b: the angular momentum along the vertical."""
+    moment, axial, _weight = parameters
+    return (moment * (state[0] * state[9] + state[1] * state[10]) + axial * state[2] * state[11],)
+
+
+class _Angles(Case):
+    """What the cases in Euler angles share."""
+
+    state = ANGLES
+    _CYCLES: ClassVar[dict[str, str]] = {}
+
+    def motion(self) -> LagrangeTop:
+        return self._exact
+
+    @cached_property
+    def _exact(self) -> LagrangeTop:
+        n = self.parameters
+        return LagrangeTop(n["I1"], n["I3"], n["W"], n["a"], n.get("b", n["a"]), *self.initial_state)
+
+    @property
+    def time_scale(self) -> float:
+        """Of the fastest of nutation, spin, weight and precession, which is fast next to the vertical."""
+        moment, axial, weight, a = (float(self.parameters[name]) for name in ("I1", "I3", "W", "a"))
+        b = float(self.parameters.get("b", self.parameters["a"]))
+        rates = [abs(a) / moment, abs(a) / axial, math.sqrt(weight / moment), abs(float(self.initial_state[1]))]
+        heights = self._exact.heights(30)
+        for u in heights or ():
+            rates += [abs(b + a) / (2 * moment * float(1 + u)) if b != -a else 0.0]
+            rates += [abs(b - a) / (2 * moment * float(1 - u)) if b != a else 0.0]
+        return 1 / max(rates)
+
+    def natural_span(self) -> Number:
+        """10.37 nutations; ten time scales where there are none."""
+        period = self._exact.nutation_period(20)
+        cycles = self._CYCLES.get(self.variant or "", "10.37")
+        return 10 * self.time_scale if period is None else float(period) * float(cycles)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        motion = self._exact
+        found = {"energy": motion.energy(digits)}
+        heights = motion.heights(digits)
+        if heights is not None:
+            found["nutation_period"] = motion.nutation_period(digits)
+            found["precession_per_nutation"] = motion.precession_per_nutation(digits)
+            found["lowest_cosine"], found["highest_cosine"] = heights
+        return found | self._steady(digits)
+
+    def _steady(self, digits: int) -> dict[str, Any]:
+        """Rates of regular precession at the tilt of the start, and the least a with which the top sleeps."""
+        with working(digits + 20) as mp:
+            moment, weight, a = (mp.mpf(self.parameters[name]) for name in ("I1", "W", "a"))
+            across = 2 * moment * mp.cos(mp.mpf(self.initial_state[0]))
+            square = a * a - 2 * across * weight
+            found = {"sleeping_spin": 2 * mp.sqrt(moment * weight)}
+            if square >= 0 and a:
+                larger = a + mp.sign(a) * mp.sqrt(square)
+                found |= {"slow_precession": 2 * weight / larger, "fast_precession": larger / across}
+            return dict(zip(found, publish(found.values(), digits), strict=True))
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        theta, omega, phi, psi = state
+        momenta = {name: -self.parameters[name] for name in ("a", "b") if name in self.parameters}
+        return (theta, -omega, phi, psi), self.parameters | momenta
+
+
+class LagrangeTopCase(_Angles):
+    name = "lagrange_top"
+    title = "Heavy symmetric (Lagrange) top in Euler angles"
+    section = "11.12.4"
+    conventions = (
+        "3-1-3 Euler angles, R = Rz(phi) Rx(theta) Rz(psi) body -> space, theta from the upward vertical, phi and psi "
+        "continuous; W = m g l, a = p_psi = I3 w3, b = p_phi; b is not +-a, where theta would pass a pole."
+    )
+    parameter_list = (*MOMENTS, SPIN, Parameter("b", "kg m^2/s", "0.52", "p_phi, momentum about the vertical"))
+    default_state = ("0.6", 0, 0, 0)
+    domain = Domain(
+        {
+            "I1": positive(0.5, 2.0),
+            "I3": positive(0.5, 2.0),
+            "W": positive(0.2, 4.0),
+            "a": Range(typical=(-4.0, 4.0)),
+            "b": Range(typical=(-4.0, 4.0)),
+            "theta": Range(0.0, math.pi, low_open=True, typical=(0.1, 3.0)),
+            "omega_theta": Range(typical=(-2.0, 2.0)),
+        },
+        (
+            Rule(
+                "b differs from a and -a (b = a is lagrange_top_sleeping_separatrix)",
+                lambda n: abs(n["a"]) != abs(n["b"]),
+            ),
+        ),
+    )
+    variants = (
+        Variant("looping", "precession turns back in every nutation", {"b": "0.47"}),
+        Variant(
+            "near_cuspidal",
+            "b = a cos(theta) to 1e-16: the precession comes to a stop at every turning point",
+            {"b": 0.495201368945807},
+        ),
+        Variant(
+            "regular",
+            "regular precession to 1e-8: two roots nearly coincide",
+            {"b": "0.5006428"},
+        ),
+        Variant(
+            "near_vertical",
+            "b - a = 1e-6 a: passes 2e-6 rad from the vertical, where phi and psi jump by half a turn",
+            {"a": "0.1", "b": "0.1000001"},
+            ("1.2", "5", 0, 0),
+        ),
+        Variant("fast", "a^2/(I1 W) = 1e6: nutation a million times faster than the precession", {"a": 100, "b": 82}),
+        Variant("slow", "too slow to stand: nutates almost to the lowest point", {"a": "0.05", "b": "0.03"}),
+        Variant("precessions_1e4", "1e4 precessions: phase error"),
+        Variant("weightless_almost", "W = 1e-6: nearly free", {"W": "1e-6"}),
+    )
+    invariants: ClassVar = {"energy": Invariant(top_energy)}
+    _CYCLES: ClassVar[dict[str, str]] = {"near_vertical": "5.37", "fast": "40.37"}
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(top_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return ANGLES_SCENE
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """The fast top in steady precession, then nutation to first order about the tilt of regular precession."""
+        n: dict[str, Any] = dict(self.parameters)
+        theta, omega, phi, psi = self.initial_state
+        small = LagrangeTopSmallNutation(
+            initial_state=self.initial_state, span=self.span, tilt=self._steady_tilt(), **n
+        )
+        nutating = Rung(small, same, "small nutation about regular precession")
+        if not n["a"] or omega:
+            return (nutating,)
+        steady = LagrangeTopFast(
+            initial_state=(theta, 0, phi, psi), span=self.span, **{name: n[name] for name in ("I3", "W", "a")}
+        )
+        return (Rung(steady, same, "steady precession at W/a, no nutation"), nutating)
+
+    def _steady_tilt(self) -> float:
+        """The tilt between the turning points at which theta'' vanishes, by bisection in doubles."""
+        heights = self._exact.heights()
+        if heights is None:
+            return float(self.initial_state[0])
+        numbers = tuple(map(float, self.parameter_values()))
+        high, low = (math.acos(float(u)) for u in heights)
+        for _ in range(60):
+            middle = (low + high) / 2
+            low, high = (middle, high) if top_equations(0, (middle, 0, 0, 0), numbers)[1] > 0 else (low, middle)
+        return low
+
+    def natural_span(self) -> Number:
+        if self.variant == "precessions_1e4":
+            motion = self._exact
+            nutations = 10000 * 2 * math.pi / abs(float(motion.precession_per_nutation()))  # type: ignore[arg-type]
+            return float(motion.nutation_period(20)) * (math.floor(nutations) + 0.37)  # type: ignore[arg-type]
+        return super().natural_span()
+
+
+class LagrangeTopSleepingSeparatrix(_Angles):
+    name = "lagrange_top_sleeping_separatrix"
+    title = "Top rising to the vertical: next to the homoclinic motion of the weak sleeping top"
+    section = "11.12.4"
+    conventions = (
+        "As lagrange_top, with b = a: theta passes the vertical and changes its sign there. Exactly homoclinic starts, "
+        "theta = acos(a^2/(2 I1 W) - 1) at rest, are no binary64 numbers: the default is the double below, a "
+        "variant the double above."
+    )
+    parameter_list = (
+        Parameter("I1", "kg m^2", "0.25", "transverse moment about the point"),
+        Parameter("I3", "kg m^2", "0.125", "axial moment"),
+        Parameter("W", "N m", "0.5", "weight times distance of the centre of mass from the point"),
+        Parameter("a", "kg m^2/s", "0.25", "p_psi = p_phi"),
+    )
+    default_state = (2.418858405776377, 0, 0, 0)
+    domain = Domain(
+        {
+            "I1": positive(0.5, 2.0),
+            "I3": positive(0.5, 2.0),
+            "W": positive(0.2, 4.0),
+            "a": Range(typical=(-4.0, 4.0)),
+            "theta": Range(-math.pi, math.pi, typical=(-2.8, 2.8)),
+            "omega_theta": Range(typical=(-2.0, 2.0)),
+        },
+        (Rule("a is not 0 (a top without spin would pass the lowest point too)", lambda n: n["a"] != 0),),
+    )
+    variants = (
+        Variant(
+            "above",
+            "the double above the homoclinic start: stays a moment at the vertical and falls over it",
+            initial_state=(2.418858405776378, 0, 0, 0),
+        ),
+        Variant(
+            "from_vertical",
+            "1e-12 rad/s at the vertical: 18 s of exponential growth, to 9e-3 rad",
+            initial_state=(0, "1e-12", 0, 0),
+        ),
+        Variant(
+            "strong",
+            "a^2 > 4 I1 W: the sleeping top is stable, and swings through the vertical",
+            {"a": 2},
+            ("0.01", 0, 0, 0),
+        ),
+        Variant(
+            "marginal", "exactly a^2 = 4 I1 W, with numbers exact in binary", {"I1": "0.5", "a": 1}, ("0.01", 0, 0, 0)
+        ),
+        Variant("through", "passes the vertical at full speed", initial_state=(1, 5, 0, 0)),
+    )
+    invariants: ClassVar = {"energy": Invariant(rising_energy)}
+    _CYCLES: ClassVar[dict[str, str]] = {"": "0.45", "above": "0.2", "from_vertical": "0.2"}
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(rising_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return RISING_SCENE
+
+
+def tilted(tilt: float, nutation: float, precession: float, spin: float) -> tuple[float, ...]:
+    """The state at phi = psi = 0 from theta and the rates of theta, phi and psi, rounded to doubles."""
+    s, c = math.sin(tilt), math.cos(tilt)
+    return (nutation, precession * s, spin + precession * c, 1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c)
+
+
+AXIS = "direction of the axis"
+
+
+class LagrangeTopAttitude(Case):
+    name = "lagrange_top_attitude"
+    title = "Heavy symmetric (Lagrange) top as a rigid body"
+    section = "11.12.4"
+    conventions = (
+        "w are body components, the third along the symmetry axis; R, row by row, takes body to space, z up, "
+        "R' = R hat(w). R(0) need not be orthogonal. W = m g l. The initial state has phi = psi = 0: from th0, thd0, "
+        "phd0, psd0 it is w = (thd0, phd0 sin th0, psd0 + phd0 cos th0), R = Rx(th0), rounded."
+    )
+    state = (
+        *(Coordinate(f"w{i}", "rad/s", "angular velocity") for i in (1, 2, 3)),
+        *(Coordinate(f"R{i}{j}", "1", "attitude", AXIS if j == 3 else "") for i in (1, 2, 3) for j in (1, 2, 3)),
+    )
+    parameter_list = MOMENTS
+    default_state = tilted(0.6, 0.0, 2.0, 60.0)
+    domain = Domain(
+        {
+            "I1": positive(0.5, 2.0),
+            "I3": positive(0.5, 1.0),
+            "W": positive(0.2, 4.0),
+            **{name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")},
+            **{f"R{i}{j}": Range(typical=(-1.0, 1.0)) for i in (1, 2, 3) for j in (1, 2, 3)},
+        }
+    )
+    variants = (
+        Variant("cuspidal", "released without precession: exactly cuspidal", initial_state=tilted(0.6, 0.0, 0.0, 60.0)),
+        Variant("looping", "precession turns back in every nutation", initial_state=tilted(0.6, 0.0, -2.0, 60.0)),
+        Variant(
+            "near_vertical",
+            "passes 1e-6 rad from the vertical: no angle jumps here",
+            initial_state=tilted(1e-6, 3.0, 0.0, 10.0),
+        ),
+        Variant(
+            "through_vertical", "starts exactly upright and moves: b = a", initial_state=tilted(0.0, 3.0, 0.0, 10.0)
+        ),
+        Variant(
+            "sleeping",
+            "stands upright, stable by its spin: nothing moves but the spin",
+            initial_state=tilted(0.0, 0.0, 0.0, 60.0),
+        ),
+        Variant(
+            "weak_sleeping",
+            "stands upright, too slow: must be kept though unstable",
+            initial_state=tilted(0.0, 0.0, 0.0, 10.0),
+        ),
+        Variant(
+            "homoclinic",
+            "exactly homoclinic, numbers exact in binary (R(0) is 5/4 of a rotation): rises to the vertical for ever",
+            {"I1": "0.0625", "I3": "0.03125", "W": "1.5625"},
+            (3, 4, 16, "1.25", 0, 0, 0, "0.75", -1, 0, 1, "0.75"),
+        ),
+        Variant(
+            "without_spin", "a = 0: a spherical pendulum", initial_state=tilted(2.0, 1.0, 3.0, -3.0 * math.cos(2.0))
+        ),
+        Variant(
+            "plane",
+            "no momentum about axis or vertical: a pendulum in a plane, over the top",
+            initial_state=tilted(2.0, 12.0, 0.0, 0.0),
+        ),
+        Variant("fast", "a^2/(I1 W) = 1e6", initial_state=tilted(0.6, 0.0, 0.0, 10000.0)),
+        Variant("precessions_1e4", "1e4 precessions: drift of round-off", span=76000),
+        Variant(
+            "engines",
+            "the heavy top of the engine tables: tilt 30 degrees, 40 rad/s, no precession at the start",
+            {"I1": "0.19", "I3": "0.05", "W": "2.943"},
+            tilted(math.pi / 6, 0.0, 0.0, 40.0),
+            2,
+            scored=(AXIS,),
+        ),
+        Variant(
+            "speed",
+            "the heavy top of the timing tables: direction of the axis only",
+            {"I1": 1, "I3": "0.5", "W": 1},
+            tilted(0.6, 0.0, 0.0, 5.0),
+            200,
+            scored=(AXIS,),
+        ),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(body_energy),
+        "spin": Invariant(body_spin),
+        "vertical_momentum": Invariant(body_vertical_momentum),
+    }
+
+    def motion(self) -> TopAttitude:
+        return self._exact
+
+    @cached_property
+    def _exact(self) -> TopAttitude:
+        w1, w2, w3, *attitude = self.initial_state
+        i1, i3, weight = self.parameter_values()
+        return TopAttitude(i1, i3, weight, (w1, w2, w3), tuple(attitude))
+
+    @property
+    def forms(self) -> tuple[RigidBody, ...]:
+        return (RigidBody(symmetric_moments, weight_torque),)
+
+    @property
+    def time_scale(self) -> float:
+        """One radian at the fastest rate of the start, or of the nutation, or the time of a fall."""
+        moment, axial, weight = map(float, self.parameter_values())
+        w1, w2, w3 = map(float, self.initial_state[:3])
+        length = math.hypot(*map(float, self.initial_state[9:]))
+        return 1 / max(math.hypot(w1, w2, w3), abs(axial * w3) / moment, math.sqrt(weight * length / moment), 1e-3)
+
+    def natural_span(self) -> Number:
+        """10.37 nutations; 20 time scales where there are none."""
+        period = self._exact.nutation_period(20)
+        return 20 * self.time_scale if period is None else float(period) * 10.37
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        period, advance = self._exact.nutation_period(digits), self._exact.precession_per_nutation(digits)
+        return {} if period is None else {"nutation_period": period, "precession_per_nutation": advance}
+
+    @property
+    def scene(self) -> SceneForm | None:
+        """None where R(0) is no rotation: engines know no other attitude."""
+        rows = [self.initial_state[k : k + 3] for k in (3, 6, 9)]
+        lengths = [float(sum(x * x for x in row)) for row in rows]
+        return BODY_SCENE if max(abs(length - 1) for length in lengths) < 1e-9 else None
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        w1, w2, w3, *attitude = state
+        return (-w1, -w2, -w3, *attitude), self.parameters

@@ -1,0 +1,255 @@
+"""A sleigh and a skate on an edge: constraints on the velocity that no function of position expresses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import atan2, cos, sin, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Invariant, Variant
+from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.rigid_bodies.nonholonomic import ChaplyginSleigh, KnifeEdge
+
+
+def sleigh_equations(t: Any, state: Values, parameters: Values) -> Values:
+    v, w, _theta = state
+    m, inertia, a = parameters
+    return a * w * w, -m * a * v * w / (inertia + m * a * a), w
+
+
+def sleigh_energy(t: Any, state: Values, parameters: Values) -> Values:
+    v, w, _theta = state
+    m, inertia, a = parameters
+    return ((m * v * v + (inertia + m * a * a) * w * w) / 2,)
+
+
+def sleigh_turn(t: Any, state: Values, parameters: Values) -> Values:
+    """theta - (q/a) atan(v/(q w)), q^2 = I/m + a^2: the turn left, given by the shares of v and w in the energy."""
+    v, w, theta = state
+    m, inertia, a = parameters
+    q = sqrt(inertia / m + a * a)
+    return (theta - q / a * atan2(v * w, q * w * w),)
+
+
+def skate_equations(t: Any, state: Values, parameters: Values) -> Values:
+    _x, _y, th, v = state
+    w, gs = parameters
+    return v * cos(th), v * sin(th), w, gs * cos(th)
+
+
+def skate_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Per unit mass; the edge does no work."""
+    x, _y, _th, v = state
+    _w, gs = parameters
+    return (v * v / 2 - gs * x,)
+
+
+def skate_speed(t: Any, state: Values, parameters: Values) -> Values:
+    """w v - gs sin(theta)."""
+    _x, _y, th, v = state
+    w, gs = parameters
+    return (w * v - gs * sin(th),)
+
+
+def skate_turn(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[2] - parameters[0] * t,)
+
+
+def on_edge(x: float, y: float, angle: float, speed: float, turn: float, body: tuple[float, float]) -> Body:
+    """A body on an upright knife edge at (x, y): mass and moment about the upright."""
+    mass, moment = body
+    velocity = (speed * cos(angle), speed * sin(angle), 0.0)
+    attitude = (0.0, 0.0, sin(angle / 2), cos(angle / 2))
+    return Body("edge", mass, (moment, moment, moment), (x, y, 0.0), attitude, velocity, (0.0, 0.0, turn))
+
+
+def read_edge(readings: Readings) -> tuple[float, float, float, float, float]:
+    """x, y, angle, forward speed, turn."""
+    (x, y, _), (_, _, qz, qw), (vx, vy, _), (_, _, turn) = readings.bodies["edge"]
+    angle = 2 * atan2(qz, qw)
+    return x, y, angle, vx * cos(angle) + vy * sin(angle), turn
+
+
+def sleigh_scene(state: Values, parameters: Values) -> Scene:
+    """The edge at the origin; the mass a ahead of it goes into the moment."""
+    v, w, theta = state
+    m, inertia, a = parameters
+    return Scene((0.0, 0.0, 0.0), (on_edge(0.0, 0.0, theta, v, w, (m, inertia + m * a * a)),))
+
+
+def sleigh_reading(readings: Readings, parameters: Values) -> Values:
+    _, _, angle, speed, turn = read_edge(readings)
+    return speed, turn, angle
+
+
+def skate_scene(state: Values, parameters: Values) -> Scene:
+    x, y, th, v = state
+    w, gs = parameters
+    return Scene((gs, 0.0, 0.0), (on_edge(x, y, th, v, w, (1.0, 1.0)),))
+
+
+def skate_reading(readings: Readings, parameters: Values) -> Values:
+    return read_edge(readings)[:4]
+
+
+EDGE = frozenset({"knife_edge"})
+SLEIGH_SCENE = SceneForm(sleigh_scene, sleigh_reading, EDGE, conservative=False)
+SKATE_SCENE = SceneForm(skate_scene, skate_reading, EDGE, conservative=False)
+
+
+class ChaplyginSleighCase(Case):
+    name = "chaplygin_sleigh"
+    title = "Chaplygin sleigh (nonholonomic knife edge)"
+    section = "11.2.2"
+    conventions = (
+        "v is the forward speed of the edge, the centre of mass a ahead of it; energy is kept, yet the motion tends to "
+        "straight ahead (v = V): no volume is. Where the edge goes follows from the state: x' = v cos(theta), "
+        "y' = v sin(theta)."
+    )
+    state = (
+        Coordinate("v", "m/s", "velocity"),
+        Coordinate("w", "rad/s", "angular velocity"),
+        Coordinate("theta", "rad", "angle"),
+    )
+    parameter_list = (
+        Parameter("m", "kg", 2, "mass"),
+        Parameter("I", "kg m^2", "0.5", "moment of inertia about the centre of mass"),
+        Parameter("a", "m", "0.3", "from the edge to the centre of mass"),
+    )
+    default_state = ("-1.5", "0.4", 0)
+    domain = Domain(
+        {name: positive() for name in ("m", "I", "a")}
+        | {name: Range(typical=(-5.0, 5.0)) for name in ("v", "w", "theta")}
+    )
+    variants = (
+        Variant(
+            "backward",
+            "starts straight back to 1e-12: an unstable line, then a sudden turn",
+            initial_state=(-1, "1e-12", 0),
+        ),
+        Variant("spin", "starts turning on the spot, fast", initial_state=(0, 20, 0)),
+        Variant("straight", "exactly straight back: stays there, though unstable", initial_state=(-1, 0, 0), span=100),
+        Variant("slow", "the centre of mass almost on the edge: a slow turn", {"a": "1e-4"}),
+    )
+    invariants: ClassVar = {"energy": Invariant(sleigh_energy), "turn": Invariant(sleigh_turn)}
+
+    @cached_property
+    def _exact(self) -> ChaplyginSleigh:
+        return ChaplyginSleigh(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> ChaplyginSleigh:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(sleigh_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SLEIGH_SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """q/(a V), in which the turning dies away, or a radian of it where that is shorter."""
+        m, inertia, a = map(float, self.parameter_values())
+        square = inertia / m + a * a
+        speed = float(self._exact.speed())
+        return min(square / (a * speed), math.sqrt(square) / speed) if speed else 1.0
+
+    def natural_span(self) -> Number:
+        """Through the turn and 5 decay times on."""
+        m, inertia, a = map(float, self.parameter_values())
+        speed, w = float(self._exact.speed()), abs(float(self.initial_state[1]))
+        if not speed or not w:
+            return 10 * self.time_scale
+        square = inertia / m + a * a
+        until = max(0.0, -math.asinh(float(self.initial_state[0]) / (math.sqrt(square) * w)))
+        return (until + 5) * square / (a * speed)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`edge_x` and `edge_y`: where the edge is at the end of the span, seen from where it starts."""
+        x, y = self._exact.path(self.span, digits)
+        return {
+            "final_speed": self._exact.speed(digits),
+            "whole_turn": self._exact.whole_turn(digits),
+            "edge_x": x,
+            "edge_y": y,
+        }
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        v, w, theta = state
+        return (-v, -w, theta), self.parameters
+
+
+class KnifeEdgeIncline(Case):
+    name = "knife_edge_incline"
+    title = "Knife edge (skate) on an incline, constant turn rate"
+    section = "11.2.2"
+    conventions = "x down the slope, y across, gs = g sin(alpha); a turning skate drifts across the slope, not down."
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("y", "m", "length"),
+        Coordinate("th", "rad", "angle"),
+        Coordinate("v", "m/s", "velocity"),
+    )
+    parameter_list = (
+        Parameter("w", "rad/s", "0.7", "rate of turn"),
+        Parameter("gs", "m/s^2", "1.7", "g sin(alpha)"),
+    )
+    default_state = (0, 0, 0, 0)
+    domain = Domain(
+        {"w": Range(typical=(-5.0, 5.0)), "gs": Range(low=0.0, typical=(0.0, 9.0))}
+        | {name: Range(typical=(-5.0, 5.0)) for name in ("x", "y", "th", "v")}
+    )
+    variants = (
+        Variant("long_1e4", "10,000 turns: the way across grows, the way down must not", span="89763.5"),
+        Variant("slow_turn", "w = 1e-8: formulas divide by w^2", {"w": "1e-8"}, span=20),
+        Variant("straight", "w = 0: down the slope", {"w": 0}, (0, 0, "0.3", 0), span=20),
+        Variant("launched", "with speed across", initial_state=(0, 0, 1, 3)),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(skate_energy),
+        "speed": Invariant(skate_speed),
+        "turn": Invariant(skate_turn),
+    }
+
+    @cached_property
+    def _exact(self) -> KnifeEdge:
+        return KnifeEdge(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> KnifeEdge:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(skate_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SKATE_SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """A radian of the turn."""
+        w = abs(float(self.parameters["w"]))
+        return 1 / w if w > 0.01 else 1.0
+
+    def natural_span(self) -> Number:
+        """10.37 turns; 10 s where it does not turn."""
+        w = abs(float(self.parameters["w"]))
+        return 10.37 * 2 * math.pi / w if w > 0.01 else 10.0
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`drift` is the mean velocity across the slope, from rest."""
+        drift = self._exact.drift(digits)
+        return {} if drift is None else {"drift": drift}
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        x, y, th, v = state
+        return (x, y, th, -v), self.parameters | {"w": -self.parameters["w"]}

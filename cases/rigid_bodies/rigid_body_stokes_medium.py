@@ -1,0 +1,158 @@
+"""A rigid body turning in a Stokes medium."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from math import exp, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Invariant, Rung, Variant
+from gnomon.cases.core.forms import Equations, RigidBody, Values
+from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import Readings, Scene, SceneForm
+from gnomon.cases.rigid_bodies.euler_top import (
+    ORTHOGONAL,
+    EulerTopCase,
+    momentum_x,
+    momentum_y,
+    momentum_z,
+    spinning,
+    triangle,
+)
+from gnomon.cases.rigid_bodies.euler_top_scene import euler_top_reading, euler_top_scene
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.rigid_bodies.rigid_body_stokes_medium import StokesBody
+
+
+def stokes_moments(parameters: Values) -> Values:
+    return parameters[:3]
+
+
+def stokes_torque(t: Any, state: Values, parameters: Values) -> Values:
+    """-nu H."""
+    i1, i2, i3, nu = parameters
+    return -nu * i1 * state[0], -nu * i2 * state[1], -nu * i3 * state[2]
+
+
+def stokes_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Twice the energy; it decays as e^(-2 nu t)."""
+    w1, w2, w3 = state[:3]
+    i1, i2, i3, _nu = parameters
+    return (i1 * w1 * w1 + i2 * w2 * w2 + i3 * w3 * w3,)
+
+
+def stokes_ratio(t: Any, state: Values, parameters: Values) -> Values:
+    """T/|H|, over its own decay e^(-nu t) a constant: sqrt(2T)/|H|, in which the decay cancels."""
+    w1, w2, w3 = state[:3]
+    i1, i2, i3, _nu = parameters
+    m1, m2, m3 = i1 * w1, i2 * w2, i3 * w3
+    return (sqrt((m1 * w1 + m2 * w2 + m3 * w3) / (m1 * m1 + m2 * m2 + m3 * m3)),)
+
+
+def fading(momentum: Equations) -> Equations:
+    """A component of H in space, over its decay e^(-nu t)."""
+
+    def over_its_decay(t: Any, state: Values, parameters: Values) -> Values:
+        return (momentum(t, state, parameters[:3])[0] * exp(parameters[3] * t),)
+
+    return over_its_decay
+
+
+def stokes_scene(state: Values, parameters: Values) -> Scene:
+    """The medium's torque -nu H is a token of its own: engines damp rates, not momenta."""
+    return euler_top_scene(state, parameters[:3])
+
+
+def stokes_reading(readings: Readings, parameters: Values) -> Values:
+    return euler_top_reading(readings, parameters[:3])
+
+
+SCENE = SceneForm(stokes_scene, stokes_reading, frozenset({"gyroscopic", "drag_torque"}), conservative=False)
+
+
+class RigidBodyStokesMedium(Case):
+    name = "rigid_body_stokes_medium"
+    title = "Rigid body turning in a Stokes medium"
+    section = "10.22.1-10.22.3"
+    conventions = (
+        "Drag -nu v per unit mass on every element, so the medium's torque is -nu H. w are body components; R, row by "
+        "row, takes body components to space, R' = R hat(w). R(0) need not be orthogonal."
+    )
+    state = EulerTopCase.state
+    parameter_list = (*EulerTopCase.parameter_list, Parameter("nu", "1/s", "0.1", "drag over mass and speed"))
+    default_state = spinning(1, "0.6", "0.3")
+    domain = Domain(
+        {name: positive(0.8, 1.5) for name in ("I1", "I2", "I3")}
+        | {name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")}
+        | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)}
+        | {"nu": Range(low=0.0, typical=(0.0, 1.0))},
+        (
+            Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >= I2", triangle),
+            Rule("the body turns (w is not zero)", lambda n: any(n[w] != 0 for w in ("w1", "w2", "w3"))),
+        ),
+    )
+    variants = (
+        Variant(
+            "weak_flips",
+            "weak drag on a body that tumbles about its middle axis: the flips come ever later",
+            {"I1": 1, "I2": 2, "I3": 3, "nu": "0.001"},
+            spinning("1e-6", 1, "1e-6"),
+            span=400,
+        ),
+        Variant("dead", "nu t = 60: the rates fade to 1e-26, the attitude stands still", span=600),
+        Variant("strong", "nu = 20: stops within a twentieth of a second", {"nu": 20}),
+        Variant(
+            "rod",
+            "a thin rod, spinning across: one moment 1e-9 of the others",
+            {"I1": "1e-9", "I2": 1, "I3": 1},
+            spinning(0, 1, "0.5"),
+        ),
+        Variant("separatrix", "exactly on the separatrix", {"I1": 1, "I2": 2, "I3": "2.25"}, spinning(3, 1, 4)),
+        Variant("no_medium", "nu = 0: the torque-free body", {"nu": 0}, span=60),
+    )
+    invariants: ClassVar = {
+        "twice_energy": Invariant(stokes_energy, "decays"),
+        "ratio": Invariant(stokes_ratio),
+        "momentum_x": Invariant(fading(momentum_x)),
+        "momentum_y": Invariant(fading(momentum_y)),
+        "momentum_z": Invariant(fading(momentum_z)),
+    }
+
+    @cached_property
+    def _exact(self) -> StokesBody:
+        w1, w2, w3, *attitude = self.initial_state
+        i1, i2, i3, nu = self.parameter_values()
+        return StokesBody(nu, (i1, i2, i3), (w1, w2, w3), tuple(attitude))
+
+    def motion(self) -> StokesBody:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[RigidBody, ...]:
+        return (RigidBody(stokes_moments, stokes_torque),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """A radian at the rate of the start, or the time of the drag."""
+        return 1 / max(math.hypot(*map(float, self.initial_state[:3])), float(self.parameters["nu"]))
+
+    def natural_span(self) -> Number:
+        """Six times 1/nu, at most 100 radians of the start's rate."""
+        nu, scale = float(self.parameters["nu"]), self.time_scale
+        return min(6 / nu, 100 * scale) if nu else 100 * scale
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`free_time_limit`: the body never turns further than the free one does in this time."""
+        limit = self._exact.final_turn(digits)
+        return {} if limit is None else {"free_time_limit": limit}
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        moments: dict[str, Any] = {name: self.parameters[name] for name in ("I1", "I2", "I3")}
+        free = EulerTopCase(initial_state=self.initial_state, span=self.span, **moments)
+        return (Rung(free, lambda states: states, "no medium: the torque-free body"),)

@@ -1,0 +1,183 @@
+"""A thin disc that rolls without slip on a rough horizontal plane."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from math import cos, pi, sin, sqrt, tau
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Invariant, Variant
+from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.integrated import IntegratedCase
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.rigid_bodies.disc_scene import SCENE
+from gnomon.reference.numerics.precision import Number, publish, working
+
+
+def disc_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """Euler's equations about the point of contact, on axes along the horizontal tangent, the steepest radius, the axle.
+
+    5 theta'' = w2^2 cot(theta) - 6 w2 w3 - 4 (g/a) cos(theta), w2' = theta' (2 w3 - w2 cot(theta)),
+    w3' = (2/3) theta' w2; the point of contact runs along the tangent at -a psi', psi' = w3 - w2 cot(theta).
+    """
+    _x, _y, theta, phi, _psi, w1, w2, w3 = state
+    g, a = parameters
+    sine, cosine = sin(theta), cos(theta)
+    turned = w2 * cosine / sine
+    roll = w3 - turned
+    return (
+        -a * roll * cos(phi),
+        -a * roll * sin(phi),
+        w1,
+        w2 / sine,
+        roll,
+        (w2 * turned - 6 * w2 * w3 - 4 * g / a * cosine) / 5,
+        w1 * (2 * w3 - turned),
+        2 * w1 * w2 / 3,
+    )
+
+
+def disc_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Over the mass and the squared radius: (5 theta'^2 + w2^2 + 6 w3^2)/8 + (g/a) sin(theta)."""
+    _x, _y, theta, _phi, _psi, w1, w2, w3 = state
+    g, a = parameters
+    return ((5 * w1 * w1 + w2 * w2 + 6 * w3 * w3) / 8 + g / a * sin(theta),)
+
+
+def _is_kept_off_the_plane(n: Mapping[str, Fraction]) -> bool:
+    return n["w2"] != 0 or n["w3"] != 0
+
+
+class RollingDisc(IntegratedCase):
+    """A coin: upright, leaning, in a circle, spinning on the spot."""
+
+    name = "rolling_disc"
+    title = "Disc that rolls without slip (nonholonomic; certified Taylor)"
+    section = "11.2.2"
+    conventions = (
+        "A uniform thin disc of radius a. theta is the lean of its plane: pi/2 upright, 0 flat on the ground; phi the "
+        "heading of the horizontal tangent, psi the roll. w1 = theta', w2 = phi' sin(theta) and w3 = psi' + "
+        "phi' cos(theta) are the angular velocity along the tangent, the steepest radius and the axle; (x, y) is the "
+        "point of contact. Energy is kept; no volume in phase space need be."
+    )
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("y", "m", "length"),
+        Coordinate("theta", "rad", "angle"),
+        Coordinate("phi", "rad", "angle"),
+        Coordinate("psi", "rad", "angle"),
+        Coordinate("w1", "rad/s", "angular velocity"),
+        Coordinate("w2", "rad/s", "angular velocity"),
+        Coordinate("w3", "rad/s", "angular velocity"),
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+        Parameter("a", "m", "0.25", "radius of the disc"),
+    )
+    default_state = (0, 0, "1.2", 0, 0, 0, "-1.5", 6)
+    domain = Domain(
+        {
+            "g": positive(5.0, 15.0),
+            "a": positive(0.2, 1.0),
+            "theta": Range(low=0.0, high=pi, low_open=True, high_open=True, typical=(0.9, 2.2)),
+            "w1": Range(typical=(-0.5, 0.5)),
+            "w2": Range(typical=(0.5, 3.0)),
+            "w3": Range(typical=(-8.0, 8.0)),
+        }
+        | {name: Range(typical=(-2.0, 2.0)) for name in ("x", "y", "phi", "psi")},
+        (
+            Rule(
+                "the disc turns or rolls (w2 or w3 is not zero), else it falls flat",
+                _is_kept_off_the_plane,
+            ),
+        ),
+    )
+    variants = (
+        Variant(
+            "straight_stable",
+            "rolls straight, tilted by 1e-6, 1 % above the limit w3^2 = g/(3 a): wobbles slowly, stays up",
+            initial_state=(0, 0, "1.570795", 0, 0, 0, "1e-9", "3.653"),
+            span="12.3",
+        ),
+        Variant(
+            "straight_unstable",
+            "the same 1 % below the limit: the tilt grows",
+            initial_state=(0, 0, "1.570795", 0, 0, 0, "1e-9", "3.581"),
+            span="12.3",
+        ),
+        Variant(
+            "straight_slow",
+            "rolls straight at half the limit: wobbles over to 65 degrees and back",
+            initial_state=(0, 0, "1.57", 0, 0, 0, "1e-3", "1.8"),
+        ),
+        Variant(
+            "spinning_stable",
+            "spins on the spot, tilted by 1e-6, 1 % above the limit w2^2 = 4 g/(5 a)",
+            initial_state=(0, 0, "1.570795", 0, 0, 0, "5.659", 0),
+            span="12.3",
+        ),
+        Variant(
+            "spinning_unstable",
+            "spins 1 % below that limit: the tilt grows",
+            initial_state=(0, 0, "1.570795", 0, 0, 0, "5.547", 0),
+            span="12.3",
+        ),
+        Variant(
+            "circle",
+            "a steady circle, as near to it as doubles are: theta and the rates must not move",
+            {"g": 10},
+            (0, 0, 1, 0, 0, 0, 2, -6.98999987293042),
+        ),
+        Variant(
+            "nearly_flat",
+            "whirls 0.02 rad above the ground before it comes to rest: a coin's last moments, without friction",
+            initial_state=(0, 0, "0.02", 0, 0, 0, "0.9", "0.01"),
+            span="0.23",
+        ),
+        Variant(
+            "grazing",
+            "falls with little spin: turns round 0.01 rad above the ground in a few milliseconds",
+            initial_state=(0, 0, "1.2", 0, 0, 0, "0.1", "0.01"),
+            span="0.61",
+        ),
+    )
+    invariants: ClassVar = {"energy": Invariant(disc_energy)}
+
+    @property
+    def forms(self) -> tuple[FirstOrder, ...]:
+        return (FirstOrder(disc_equations),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(a/g), or one radian of the fastest turn at the start where that is shorter."""
+        g, a = map(float, self.parameter_values())
+        _x, _y, theta, _phi, _psi, w1, w2, w3 = map(float, self.initial_state)
+        heading = w2 / sin(theta)
+        return 1 / max(sqrt(g / a), abs(w1), abs(heading), abs(w3 - heading * cos(theta)))
+
+    def natural_span(self) -> Number:
+        """3.37 times 2 pi sqrt(a/g): the integration is dear."""
+        g, a = map(float, self.parameter_values())
+        return 3.37 * tau * sqrt(a / g)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """Limits of stability of an upright disc, rad/s: `rolling_limit` of w3, `spinning_limit` of w2.
+
+        `circle_spin` is the w3 with which the disc, leaning and turning as at the start, would run in a circle.
+        """
+        with working(digits + 10) as mp:
+            g, a = map(mp.mpf, self.parameter_values())
+            theta, w2 = mp.mpf(self.initial_state[2]), mp.mpf(self.initial_state[6])
+            found = {"rolling_limit": mp.sqrt(g / (3 * a)), "spinning_limit": mp.sqrt(4 * g / (5 * a))}
+            if w2:
+                found["circle_spin"] = (w2 * mp.cot(theta) - 4 * g / a * mp.cos(theta) / w2) / 6
+            return dict(zip(found, publish(found.values(), digits), strict=True))
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        return (*state[:5], *(-w for w in state[5:])), self.parameters

@@ -1,0 +1,301 @@
+"""A rod that slides down: the ladder between wall and floor, and the rod on a smooth floor."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from functools import cached_property
+from math import acos, atan2, cos, sin, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Event, Invariant, Variant
+from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import Body, Contact, Readings, Scene, SceneForm
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.rigid_bodies.sliding_rods import FallingRod, SlidingLadder
+from mpmath import mpf
+
+
+def on_wall_and_floor(t: Any, state: Values, parameters: Values) -> Values:
+    theta, omega = state
+    g, length = parameters
+    return omega, 3 * g / (2 * length) * sin(theta)
+
+
+def on_floor_alone(t: Any, state: Values, parameters: Values) -> Values:
+    """The centre keeps its horizontal velocity."""
+    theta, omega = state
+    g, length = parameters
+    s = sin(theta)
+    return omega, 3 * s * (2 * g / length - cos(theta) * omega * omega) / (3 * s * s + 1)
+
+
+def flat_on_floor(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0
+
+
+def wall_force(t: Any, state: Values, parameters: Values) -> Values:
+    """The wall's force over (m L/2) sin(theta)."""
+    theta, omega = state
+    g, length = parameters
+    return (3 * g / (2 * length) * cos(theta) - omega * omega,)
+
+
+def upright_share(t: Any, state: Values, parameters: Values) -> Values:
+    return (cos(state[0]),)
+
+
+def unchanged_rod(t: Any, state: Values, parameters: Values) -> Values:
+    return state
+
+
+def come_to_lie(t: Any, state: Values, parameters: Values) -> Values:
+    return state[0], 0
+
+
+def floor_state(t: Any, state: Values, parameters: Values) -> Values:
+    """Where the fall through a state meets the floor, by its energy."""
+    theta, omega = state
+    g, length = parameters
+    s = sin(theta)
+    return acos(0), sqrt((omega * omega * (3 * s * s + 1) + 12 * g / length * cos(theta)) / 4)
+
+
+def rod_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy on the floor alone over m L^2/24."""
+    theta, omega = state
+    g, length = parameters
+    s = sin(theta)
+    return (omega * omega * (3 * s * s + 1) + 12 * g / length * cos(theta),)
+
+
+def ladder_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy of the fall in theta alone: the horizontal velocity of the centre, once free, is not counted."""
+    theta, omega = state
+    g, length = parameters
+    return (omega * omega / 3 + g / length * cos(theta),)
+
+
+def ladder_mode(t: Any, state: Values, parameters: Values) -> str:
+    return "stands" if state[0] == 0 and state[1] == 0 else "wall"
+
+
+def rod_mode(t: Any, state: Values, parameters: Values) -> str:
+    return "stands" if state[0] == 0 else "floor"
+
+
+def rod_scene(state: Values, parameters: Values, wall: bool) -> Scene:
+    """A thin rod with smooth ends, its foot on the floor and, with a wall, its head against that."""
+    theta, omega = state
+    g, length = parameters
+    half, moment = length / 2, length * length / 12
+    rod = Body(
+        "rod",
+        1.0,
+        (moment, moment, 0.0),
+        (half * sin(theta), 0.0, half * cos(theta)),
+        (0.0, -sin(theta / 2), 0.0, cos(theta / 2)),
+        (half * cos(theta) * omega if wall else 0.0, 0.0, -half * sin(theta) * omega),
+        (0.0, -omega, 0.0),
+        half_extents=(0.0, 0.0, half),
+    )
+    floor, side = Contact("rod", (0.0, 0.0, 1.0)), Contact("rod", (1.0, 0.0, 0.0))
+    return Scene((0.0, 0.0, -g), (rod,), contacts=(floor, side) if wall else (floor,))
+
+
+def ladder_scene(state: Values, parameters: Values) -> Scene:
+    return rod_scene(state, parameters, True)
+
+
+def floor_scene(state: Values, parameters: Values) -> Scene:
+    return rod_scene(state, parameters, False)
+
+
+def rod_reading(readings: Readings, parameters: Values) -> Values:
+    _, (_x, y, _z, w), _, spin = readings.bodies["rod"]
+    return -2 * atan2(y, w), -spin[1]
+
+
+LADDER_SCENE = SceneForm(ladder_scene, rod_reading, frozenset({"thin_rod_contact"}), conservative=False)
+FLOOR_SCENE = SceneForm(floor_scene, rod_reading, frozenset({"thin_rod_contact"}), conservative=False)
+ROD = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
+NUMBERS = (
+    Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+    Parameter("L", "m", 2, "length of the rod"),
+)
+LIE = Transition("lies", "floor", upright_share, -1, come_to_lie, "flat", floor_state)
+REST = (Mode("flat", flat_on_floor), Mode("stands", flat_on_floor))
+
+
+class SlidingLadderCase(Case):
+    name = "sliding_ladder"
+    title = "Uniform rod sliding between smooth wall and floor until it leaves the wall, and on to the floor"
+    section = "10.12.3"
+    conventions = (
+        "theta from the vertical; the wall holds while (3g/2L) cos(theta) > omega^2, from rest until cos(theta) = "
+        "(2/3) cos(theta0); then the rod slides on the floor alone, and lies at pi/2 (a plastic impact)."
+    )
+    state = ROD
+    parameter_list = NUMBERS
+    default_state = ("0.3", 0)
+    domain = Domain(
+        {
+            "g": positive(),
+            "L": positive(),
+            "theta": Range(0.0, math.pi / 2, typical=(0.0, 1.2)),
+            "omega": Range(low=0.0, typical=(0.0, 1.0)),
+        },
+        (
+            Rule(
+                "the rod starts on the wall: 2 L omega^2 < 3 g cos(theta)",
+                lambda n: 2 * n["L"] * n["omega"] ** 2 < 3 * n["g"] * Fraction(math.cos(n["theta"])),
+            ),
+        ),
+    )
+    variants = (
+        Variant("upright", "released 1e-9 rad off the vertical: a long exponential phase", initial_state=("1e-9", 0)),
+        Variant("never", "released exactly upright: never starts", initial_state=(0, 0), span=10),
+        Variant("pushed", "pushed off the vertical", initial_state=(0, "0.5")),
+        Variant("low", "released nearly flat", initial_state=("1.4", 0)),
+    )
+    invariants: ClassVar = {"energy_on_floor_frame": Invariant(ladder_energy, "decays")}
+
+    @cached_property
+    def _exact(self) -> SlidingLadder:
+        return SlidingLadder(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> SlidingLadder:
+        return self._exact
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(2L/3g), the time of the inverted pendulum."""
+        return math.sqrt(2 * float(self.parameters["L"] / self.parameters["g"]) / 3)
+
+    def natural_span(self) -> Number:
+        """1.2 times the whole fall."""
+        return 10 * self.time_scale if self._exact.stands else 1.2 * float(self._exact.floor_time())
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        leave = Transition("leaves_wall", "wall", wall_force, -1, unchanged_rod, "floor")
+        return (
+            Hybrid(
+                modes=(Mode("wall", on_wall_and_floor), Mode("floor", on_floor_alone), *REST),
+                start=ladder_mode,
+                transitions=(leave, LIE),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"flat", "stands"}),
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return LADDER_SCENE
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        motion, found = self._exact, list[Event]()
+        if not motion.stands and motion.leaving_time(20) <= self.span:
+            there = motion.leaving_state(digits)
+            found.append(Event(motion.leaving_time(digits), "leaves_wall", there, there))
+            if motion.floor_time(20) <= self.span:
+                found.append(lying(motion, digits))
+        return tuple(found)
+
+    def same_course(self, other: Case) -> bool:
+        return (not any(other.initial_state)) == self._exact.stands
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`centre_velocity` is the horizontal one, which stays once the wall has let go."""
+        motion = self._exact
+        if motion.stands:
+            return {}
+        angle, rate = motion.leaving_state(digits)
+        return {
+            "leaving_time": motion.leaving_time(digits),
+            "leaving_angle": angle,
+            "leaving_rate": rate,
+            "floor_time": motion.floor_time(digits),
+            "floor_rate": motion.floor_rate(digits),
+            "centre_velocity": motion.centre_velocity(digits),
+        }
+
+
+class RigidLinkPlaneMotion(Case):
+    name = "rigid_link_plane_motion"
+    title = "Uniform rod falling from rest on a smooth floor"
+    section = "10.12.3"
+    conventions = (
+        "theta from the vertical; the lower end slides without friction, the centre falls straight down, and the rod "
+        "lies at pi/2 (a plastic impact)."
+    )
+    state = ROD
+    parameter_list = NUMBERS
+    default_state = ("0.3", 0)
+    domain = Domain(
+        {
+            "g": positive(),
+            "L": positive(),
+            "theta": Range(0.0, math.pi / 2, typical=(0.0, 1.4)),
+            "omega": Range(0.0, 0.0, typical=(0.0, 0.0)),
+        }
+    )
+    variants = (
+        Variant("upright", "released 1e-9 rad off the vertical: a long exponential phase", initial_state=("1e-9", 0)),
+        Variant("never", "released exactly upright: never starts", initial_state=(0, 0), span=10),
+        Variant("low", "released nearly flat", initial_state=("1.5", 0)),
+    )
+    invariants: ClassVar = {"energy": Invariant(rod_energy, "decays")}
+
+    @cached_property
+    def _exact(self) -> FallingRod:
+        g, length = self.parameter_values()
+        return FallingRod(g, length, self.initial_state[0])
+
+    def motion(self) -> FallingRod:
+        return self._exact
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(L/6g), in which a fall from near the vertical grows by e."""
+        return math.sqrt(float(self.parameters["L"] / self.parameters["g"]) / 6)
+
+    def natural_span(self) -> Number:
+        """1.2 times the fall."""
+        return 10 * self.time_scale if self._exact.stands else 1.2 * float(self._exact.floor_time())
+
+    @property
+    def forms(self) -> tuple[Hybrid, ...]:
+        return (
+            Hybrid(
+                modes=(Mode("floor", on_floor_alone), *REST),
+                start=rod_mode,
+                transitions=(LIE,),
+                settle=1e-9 * self.time_scale,
+                terminal=frozenset({"flat", "stands"}),
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return FLOOR_SCENE
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        if self._exact.stands or self._exact.floor_time(20) > self.span:
+            return ()
+        return (lying(self._exact, digits),)
+
+    def same_course(self, other: Case) -> bool:
+        return (other.initial_state[0] == 0) == self._exact.stands
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        if self._exact.stands:
+            return {}
+        return {"floor_time": self._exact.floor_time(digits), "floor_rate": self._exact.floor_rate(digits)}
+
+
+def lying(motion: SlidingLadder | FallingRod, digits: int) -> Event:
+    """The rod comes to lie."""
+    flat = motion.flat_angle(digits)
+    return Event(motion.floor_time(digits), "lies", (flat, motion.floor_rate(digits)), (flat, mpf(0)))

@@ -1,0 +1,1 @@
+"""Cases. Falls and tunnels in the frame of a turning planet."""

@@ -1,0 +1,392 @@
+"""Free motion seen from a turning frame: falls on the turning Earth, and the straight line of an inertial frame."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import cos, sin
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import Charged, Form, SecondOrder, SemiLinear, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range
+from gnomon.cases.core.point_scene import SPACE, free_point
+from gnomon.cases.core.scene import SceneForm
+from gnomon.reference.flight.gyration import RotatingFall
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.rotating_frames.inertial_straight_line import FirstOrderFall, StraightLine
+
+EARTH = "7.292115e-5"
+LATITUDE = "0.8901179185171081"
+"""51 degrees."""
+
+
+def coriolis_fall(t: Any, state: Values, parameters: Values) -> Values:
+    """r'' = g - 2 Om x r'."""
+    _x, _y, _z, vx, vy, vz = state
+    g, rate, lat = parameters
+    oy, oz = rate * cos(lat), rate * sin(lat)
+    return vx, vy, vz, 2 * (oz * vy - oy * vz), -2 * oz * vx, 2 * oy * vx - g
+
+
+def centrifugal_fall(t: Any, state: Values, parameters: Values) -> Values:
+    """r'' = g - 2 Om x r' - Om x (Om x r)."""
+    x, y, z, vx, vy, vz = state
+    g, rate, lat = parameters
+    oy, oz = rate * cos(lat), rate * sin(lat)
+    square, along = rate * rate, oy * y + oz * z
+    return (
+        vx,
+        vy,
+        vz,
+        2 * (oz * vy - oy * vz) + square * x,
+        -2 * oz * vx + square * y - oy * along,
+        2 * oy * vx - g + square * z - oz * along,
+    )
+
+
+def fall_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """Energy per unit mass: the Coriolis force does no work."""
+    _x, _y, z, vx, vy, vz = state
+    g, _rate, _lat = parameters
+    return ((vx * vx + vy * vy + vz * vz) / 2 + g * z,)
+
+
+def east_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """vx - 2 (Om x r)_x with the sign of the Coriolis force: what the fall gains eastward."""
+    _x, y, z, vx, _vy, _vz = state
+    _g, rate, lat = parameters
+    return (vx - 2 * (rate * sin(lat) * y - rate * cos(lat) * z),)
+
+
+def jacobi_integral(t: Any, state: Values, parameters: Values) -> Values:
+    """v^2/2 + g z - |Om x r|^2/2."""
+    x, y, z, vx, vy, vz = state
+    g, rate, lat = parameters
+    along = cos(lat) * y + sin(lat) * z
+    return ((vx * vx + vy * vy + vz * vz - rate * rate * (x * x + y * y + z * z - along * along)) / 2 + g * z,)
+
+
+def axial_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """Velocity along the axis, less what gravity gave it."""
+    _x, _y, _z, _vx, vy, vz = state
+    g, _rate, lat = parameters
+    return (cos(lat) * vy + sin(lat) * vz + g * sin(lat) * t,)
+
+
+def same_state(states: Floats) -> Floats:
+    return states
+
+
+def earth_fields(t: Any, place: Values, parameters: Values) -> Values:
+    """g, and twice the Earth's rate: v x 2 Om is Coriolis' acceleration."""
+    g, rate, lat = parameters
+    return 0 * g, 0 * g, -g, 0 * g, 2 * rate * cos(lat), 2 * rate * sin(lat)
+
+
+def centrifugal_fields(t: Any, place: Values, parameters: Values) -> Values:
+    """g - Om x (Om x r), and twice the rate."""
+    x, y, z = place
+    g, rate, lat = parameters
+    oy, oz = rate * cos(lat), rate * sin(lat)
+    square, along = rate * rate, oy * y + oz * z
+    return square * x, square * y - oy * along, square * z - oz * along - g, 0 * g, 2 * oy, 2 * oz
+
+
+def north_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """vy + 2 (Om x r)_y."""
+    x, _y, _z, _vx, vy, _vz = state
+    _g, rate, lat = parameters
+    return (vy + 2 * rate * sin(lat) * x,)
+
+
+def upward_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """vz + 2 (Om x r)_z + g t."""
+    x, _y, _z, _vx, _vy, vz = state
+    g, rate, lat = parameters
+    return (vz - 2 * rate * cos(lat) * x + g * t,)
+
+
+EARTH_SCENE = free_point(coriolis_fall, SPACE)
+CENTRIFUGAL_SCENE = free_point(centrifugal_fall, SPACE)
+
+
+class FreeFallRotatingEarth(Case):
+    name = "free_fall_rotating_earth"
+    title = "Free fall and projectile relative to the rotating Earth"
+    section = "6.15, 6.16, 6.18"
+    conventions = (
+        "x east, y north, z up; the centrifugal acceleration is in the constant g. The eastward coordinate, the small "
+        "deflection of a fall, has a scale of its own."
+    )
+    state = (
+        Coordinate("x", "m", "length", "eastward"),
+        Coordinate("y", "m", "length"),
+        Coordinate("z", "m", "length"),
+        Coordinate("vx", "m/s", "velocity", "eastward velocity"),
+        Coordinate("vy", "m/s", "velocity"),
+        Coordinate("vz", "m/s", "velocity"),
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "apparent gravity"),
+        Parameter("Om", "rad/s", EARTH, "rate of rotation of the Earth"),
+        Parameter("lat", "rad", LATITUDE, "latitude"),
+    )
+    default_state = (0, 0, "158.5", 0, 0, 0)
+    domain = Domain(
+        {
+            "g": Range(low=0.0, typical=(0.1, 10.0)),
+            "Om": Range(typical=(-3.0, 3.0)),
+            "lat": Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)),
+        }
+    )
+    variants: ClassVar[tuple[Variant, ...]] = (
+        Variant("day", "24 h thrown upward: twice round in the frame", {}, (0, 0, 0, 100, 200, 300), 86400),
+        Variant("fast", "a turntable at 10 rad/s: gyrations and drift instead of a fall", {"Om": 10}, span=11),
+        Variant("slow", "1e-12 rad/s: a deflection of 4e-10 m beside a fall of 158 m", {"Om": "1e-12"}),
+        Variant(
+            "south",
+            "thrown in the southern hemisphere: deflected to the left",
+            {"lat": "-0.9"},
+            (0, 0, 0, 0, 300, 300),
+            60,
+        ),
+        Variant("equator", "no northward deflection at all: a component that stays exactly zero", {"lat": 0}),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(fall_energy),
+        "east_momentum": Invariant(east_momentum),
+        "north_momentum": Invariant(north_momentum),
+        "upward_momentum": Invariant(upward_momentum),
+    }
+    _centrifugal: ClassVar[bool] = False
+
+    @cached_property
+    def _exact(self) -> RotatingFall:
+        x, y, z, vx, vy, vz = self.initial_state
+        g, rate, latitude = self.parameter_values()
+        return RotatingFall((x, y, z), (vx, vy, vz), g, rate, latitude, self._centrifugal)
+
+    def motion(self) -> RotatingFall:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        """To a charge in crossed fields the equations are the same."""
+        return (Charged(coriolis_fall, fields=earth_fields),)
+
+    @property
+    def scene(self) -> SceneForm | None:
+        return EARTH_SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """The time of the fall or of the throw, or half a radian of the frame's turning where that is shorter."""
+        rate = abs(float(self.parameters["Om"]))
+        return min(self._fall_time(), 1 / (2 * rate) if rate else math.inf)
+
+    def _fall_time(self) -> float:
+        """sqrt(2 z/g) or v/g, the longer; 1 s where there is neither."""
+        g = float(self.parameters["g"])
+        z, speed = abs(float(self.initial_state[2])), math.hypot(*map(float, self.initial_state[3:]))
+        return max(math.sqrt(2 * z / g), speed / g) or 1.0 if g else 1.0
+
+    def natural_span(self) -> Number:
+        """The fall, or ten turns of the velocity where they are shorter."""
+        return min(self._fall_time(), 10.37 * 2 * math.pi * self.time_scale)
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """For a drop from rest: when and where it strikes z = 0; to first order east by g Om cos(lat) t^3/3."""
+        if any(self.initial_state[3:]) or self.initial_state[2] <= 0 or not self.parameters["g"]:
+            return {}
+        time, east, north = self._exact.strike(self._fall_time(), digits)
+        found = {"fall_time": time, "east_deflection": east, "north_deflection": north}
+        return found | {"first_order_deflection": self._exact.first_order_deflection(digits)}
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        """Backwards the Earth turns the other way."""
+        x, y, z, vx, vy, vz = state
+        return (x, y, z, -vx, -vy, -vz), self.parameters | {"Om": -self.parameters["Om"]}
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        x, y, z, *thrown = self.initial_state
+        still = self.with_numbers(self.initial_state, self.parameters | {"Om": Fraction(0)})
+        numbers: dict[str, Any] = self.parameters | dict(zip(("ux", "uy", "uz"), thrown, strict=True))
+        first = FreeFallFirstOrder(initial_state=(x, y, z, *thrown), span=self.span, **numbers)
+        return (
+            Rung(still, same_state, "gravity on an Earth at rest"),
+            Rung(first, same_state, "the Coriolis force of the unperturbed velocity"),
+        )
+
+
+class FreeFallCentrifugal(FreeFallRotatingEarth):
+    name = "free_fall_rotating_frame_centrifugal"
+    title = "Uniform gravity fixed in a uniformly turning frame, with the centrifugal force"
+    section = "5.14-5.17, 6.15, 6.18"
+    conventions = "As free_fall_rotating_earth, the origin on the axis: the centrifugal force varies with the place."
+    variants: ClassVar[tuple[Variant, ...]] = (
+        Variant("fast", "a turntable at 10 rad/s: thrown outward in a spiral", {"Om": 10}, span="5.3"),
+        Variant("slow", "1e-12 rad/s: the textbook formula loses 46 digits", {"Om": "1e-12"}),
+        Variant("day", "24 h thrown upward", {}, (0, 0, 0, 100, 200, 300), 86400),
+        Variant("thrown", "thrown north at 424 m/s", {}, (0, 0, 0, 0, 300, 300), 60),
+    )
+    invariants: ClassVar = {"jacobi": Invariant(jacobi_integral), "axial_momentum": Invariant(axial_momentum)}
+    _centrifugal = True
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return (Charged(centrifugal_fall, fields=centrifugal_fields),)
+
+    @property
+    def scene(self) -> SceneForm | None:
+        return CENTRIFUGAL_SCENE
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        numbers: dict[str, Any] = dict(self.parameters)
+        earth = FreeFallRotatingEarth(initial_state=self.initial_state, span=self.span, **numbers)
+        return (*earth.ladder, Rung(earth, same_state, "the Coriolis force, exactly"))
+
+
+def first_order_fall(t: Any, q: Values, parameters: Values) -> Values:
+    """r'' = g - 2 Om x (u + g t)."""
+    g, rate, lat, ux, uy, uz = parameters
+    oy, oz = rate * cos(lat), rate * sin(lat)
+    return 2 * (oz * uy - oy * (uz - g * t)), -2 * oz * ux, 2 * oy * ux - g
+
+
+def first_order_motion(t: Any, state: Values, parameters: Values) -> Values:
+    return (*state[3:], *first_order_fall(t, state[:3], parameters))
+
+
+FIRST_ORDER_SCENE = free_point(first_order_motion, SPACE, token="time_force")
+
+
+class FreeFallFirstOrder(Case):
+    name = "free_fall_first_order"
+    title = "Fall on the turning Earth, Coriolis force of the unperturbed velocity"
+    section = "6.18"
+    conventions = "As free_fall_rotating_earth, the Coriolis force taken with u + g t; for its first order u = v(0)."
+    state = FreeFallRotatingEarth.state
+    parameter_list = (
+        *FreeFallRotatingEarth.parameter_list,
+        *(Parameter(f"u{name}", "m/s", 0, f"unperturbed starting velocity along {name}") for name in "xyz"),
+    )
+    default_state = FreeFallRotatingEarth.default_state
+    domain = FreeFallRotatingEarth.domain
+    autonomous = False
+
+    def motion(self) -> FirstOrderFall:
+        x, y, z, vx, vy, vz = self.initial_state
+        g, rate, lat, *thrown = self.parameter_values()
+        return FirstOrderFall(g, rate, lat, (thrown[0], thrown[1], thrown[2]), (x, y, z), (vx, vy, vz))
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return (SecondOrder(first_order_fall),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return FIRST_ORDER_SCENE
+
+    @property
+    def time_scale(self) -> float:
+        g, z = float(self.parameters["g"]), abs(float(self.initial_state[2]))
+        return math.sqrt(2 * z / g) if g * z else 1.0
+
+    def natural_span(self) -> Number:
+        return self.time_scale
+
+
+def turning_line(t: Any, state: Values, parameters: Values) -> Values:
+    """r'' = -2 Om x r' - Om x (Om x r) in the plane."""
+    x, y, vx, vy = state
+    (rate,) = parameters
+    return vx, vy, 2 * rate * vy + rate * rate * x, -2 * rate * vx + rate * rate * y
+
+
+def turning_line_matrix(parameters: Values) -> Values:
+    (rate,) = parameters
+    square = rate * rate
+    return 0, 0, 1, 0, 0, 0, 0, 1, square, 0, 0, 2 * rate, 0, square, -2 * rate, 0
+
+
+def no_force(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0, 0, 0
+
+
+def line_jacobi(t: Any, state: Values, parameters: Values) -> Values:
+    """(v^2 - |Om x r|^2)/2."""
+    x, y, vx, vy = state
+    (rate,) = parameters
+    return ((vx * vx + vy * vy - rate * rate * (x * x + y * y)) / 2,)
+
+
+def inertial_moment(t: Any, state: Values, parameters: Values) -> Values:
+    """Moment of momentum about the axis in the frame at rest, over the mass."""
+    x, y, vx, vy = state
+    (rate,) = parameters
+    return (x * vy - y * vx + rate * (x * x + y * y),)
+
+
+LINE_SCENE = free_point(turning_line, (0, 1))
+
+
+class InertialStraightLine(Case):
+    name = "inertial_straight_line"
+    title = "Uniform straight motion seen from a turning frame"
+    section = "5.5.2, 5.13"
+    conventions = "x, y turn at Om about the origin; no force in the frame at rest."
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("y", "m", "length"),
+        Coordinate("vx", "m/s", "velocity"),
+        Coordinate("vy", "m/s", "velocity"),
+    )
+    parameter_list = (Parameter("Om", "rad/s", 2, "rate of rotation of the frame"),)
+    default_state = (1, 0, "0.5", 0)
+    domain = Domain({"Om": Range(typical=(-5.0, 5.0))})
+    variants = (
+        Variant(
+            "turns_1e5", "100,000 turns: centrifugal and Coriolis force cancel to a straight line", span="314172.1"
+        ),
+        Variant("at_rest", "at rest in space: a circle in the frame, no secular growth", initial_state=(1, 0, 0, -2)),
+        Variant("slow_frame", "Om = 1e-9: nearly an inertial frame", {"Om": "1e-9"}, span=10),
+    )
+    invariants: ClassVar = {"jacobi": Invariant(line_jacobi), "inertial_moment": Invariant(inertial_moment)}
+
+    @cached_property
+    def _exact(self) -> StraightLine:
+        return StraightLine(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> StraightLine:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        return (SemiLinear(turning_line, linear=turning_line_matrix, rest=no_force),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return LINE_SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """One radian of the frame's turning."""
+        rate = abs(float(self.parameters["Om"]))
+        return 1 / rate if rate else 1.0
+
+    def natural_span(self) -> Number:
+        """10.37 turns."""
+        return 10.37 * 2 * math.pi * self.time_scale
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        return {"closest_distance": self._exact.closest_distance(digits)}
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        """Backwards the frame turns the other way."""
+        x, y, vx, vy = state
+        return (x, y, -vx, -vy), {"Om": -self.parameters["Om"]}

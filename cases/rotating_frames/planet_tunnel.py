@@ -1,0 +1,219 @@
+"""A tunnel through the planet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Event, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import Form, Hybrid, Mode, Separable, Transition, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.point_scene import railed_pull
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.flight.projectile_parabola import ProjectileParabola
+from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.rotating_frames.planet_tunnel import PlanetTunnel
+from mpmath import fneg
+
+
+def tunnel_pull(t: Any, q: Values, parameters: Values) -> Values:
+    """x'' = -(g/R) x."""
+    g, radius = parameters
+    return (-g / radius * q[0],)
+
+
+def tunnel_potential(t: Any, q: Values, parameters: Values) -> Values:
+    g, radius = parameters
+    return (g / radius * q[0] * q[0] / 2,)
+
+
+def in_the_tunnel(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    g, radius = parameters
+    return v, -g / radius * x
+
+
+def above_the_planet(t: Any, state: Values, parameters: Values) -> Values:
+    """x'' = -side g R^2/x^2; the side belongs to the mode."""
+    x, v = state
+    g, radius, side = parameters
+    return v, -side * g * radius * radius / (x * x)
+
+
+def upper_end(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0] - parameters[1],)
+
+
+def lower_end(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0] + parameters[1],)
+
+
+def at_upper_end(t: Any, state: Values, parameters: Values) -> Values:
+    return parameters[1], state[1]
+
+
+def at_lower_end(t: Any, state: Values, parameters: Values) -> Values:
+    return -parameters[1], state[1]
+
+
+def tunnel_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """v^2/2 + g near^2/(2R) - g R^2/far, near and far the smaller and the larger of |x| and R."""
+    x, v = state
+    g, radius = parameters
+    distance = sqrt(x * x)
+    above = sqrt((distance - radius) * (distance - radius))
+    near, far = (distance + radius - above) / 2, (distance + radius + above) / 2
+    return (v * v / 2 + g * near * near / (2 * radius) - g * radius * radius / far,)
+
+
+def pull_anywhere(t: float, q: Values, parameters: Values) -> Values:
+    """All modes in one, for a scene's force."""
+    (x,), (g, radius) = q, parameters
+    return (-g / radius * x,) if abs(x) <= radius else (-math.copysign(g * radius * radius / (x * x), x),)
+
+
+SCENE = railed_pull(pull_anywhere)
+
+
+def same_tunnel(states: Floats) -> Floats:
+    return states
+
+
+def where_it_starts(t: Any, state: Values, parameters: Values) -> str:
+    x, radius = state[0], parameters[1]
+    return "above" if x > radius else "below" if x < -radius else "inside"
+
+
+def comes_back(n: Any) -> bool:
+    """Below the escape speed."""
+    x = abs(n["x"])
+    if x <= n["R"]:
+        return bool(n["v"] ** 2 + n["g"] / n["R"] * x**2 < 3 * n["g"] * n["R"])
+    return bool(n["v"] ** 2 < 2 * n["g"] * n["R"] ** 2 / x)
+
+
+class PlanetTunnelCase(Case):
+    name = "planet_tunnel"
+    title = "Through a planet of uniform density, and above its surface"
+    section = "5.8"
+    conventions = (
+        "x from the centre along a straight tunnel through it; g at the surface; no rotation, no air. The default is dropped "
+        "1000 km above the surface, where the force is continuous and its slope is not."
+    )
+    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "acceleration of gravity at the surface"),
+        Parameter("R", "m", 6_371_000, "radius of the planet"),
+    )
+    default_state = (7_371_000, 0)
+    domain = Domain(
+        {"g": positive(), "R": positive(1.0, 5.0), "x": Range(typical=(-8.0, 8.0)), "v": Range(typical=(-3.0, 3.0))},
+        (
+            Rule("below the escape speed", comes_back),
+            Rule(
+                "a motion that starts at the surface stays inside (|x| = R only with v = 0)",
+                lambda n: abs(n["x"]) != n["R"] or n["v"] == 0,
+            ),
+        ),
+    )
+    variants = (
+        Variant("inside", "dropped at the surface: harmonic, no event", initial_state=(6_371_000, 0)),
+        Variant("high", "dropped from ten radii: short passages between long falls", initial_state=(63_710_000, 0)),
+        Variant("thrown_out", "leaves the planet from its centre", initial_state=(0, 10_000)),
+        Variant("long_1e5", "100,000 periods inside: phase error", {}, (6_371_000, 0), "506364732"),
+    )
+
+    invariants: ClassVar = {"energy": Invariant(tunnel_energy)}
+
+    @cached_property
+    def _exact(self) -> PlanetTunnel:
+        return PlanetTunnel(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> PlanetTunnel:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        """Smooth where the motion stays inside."""
+        if self._exact.inside:
+            return (Separable(tunnel_pull, tunnel_potential),)
+        return (
+            Hybrid(
+                modes=(
+                    Mode("inside", in_the_tunnel),
+                    Mode("above", above_the_planet, (1.0,)),
+                    Mode("below", above_the_planet, (-1.0,)),
+                ),
+                start=where_it_starts,
+                transitions=(
+                    Transition("leaves_up", "inside", upper_end, 1, at_upper_end, "above"),
+                    Transition("enters_down", "above", upper_end, -1, at_upper_end, "inside"),
+                    Transition("leaves_down", "inside", lower_end, -1, at_lower_end, "below"),
+                    Transition("enters_up", "below", lower_end, 1, at_lower_end, "inside"),
+                ),
+                settle=1e-9 * self.time_scale,
+            ),
+        )
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        x, v = self.initial_state
+        g, radius = self.parameter_values()
+        side = -1 if x < 0 else 1
+        flat = ProjectileParabola(initial_state=(0, side * x, 0, side * v), span=self.span, g=g)
+        linear = HarmonicOscillator(initial_state=(x, v), span=self.span, m=radius, k=g)
+        uniform = Rung(flat, lambda states: side * states[:, [1, 3]], "uniform gravity")
+        if self._exact.inside:
+            return (uniform,)
+        return (uniform, Rung(linear, same_tunnel, "the pull of the inside, above the surface too"))
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        x, v = state
+        return (x, -v), self.parameters
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(R/g)."""
+        return math.sqrt(float(self.parameters["R"] / self.parameters["g"]))
+
+    def natural_span(self) -> Number:
+        """10.37 periods; 3.37 where the surface is crossed."""
+        return (10.37 if self._exact.inside else 3.37) * float(self._exact.period())
+
+    def _listed(self, digits: int) -> tuple[Event, ...]:
+        motion, found = self._exact, list[Event]()
+        if motion.inside:
+            return ()
+        self._few(4 * float(self.span) / float(motion.period()))
+        ends = {side: motion.number(side * motion.R, digits) for side in (1, -1)}
+        speed = motion.surface_speed(digits)
+        for time, enters, side in motion.crossings(self.span, digits):
+            upward = (side > 0) != enters
+            name = ("enters" if enters else "leaves") + ("_up" if upward else "_down")
+            there = (ends[side], speed if upward else fneg(speed, exact=True))
+            found.append(Event(time, name, there, there))
+        return tuple(found)
+
+    def same_course(self, other: Case) -> bool:
+        theirs, mine = PlanetTunnel(*other.parameter_values(), *other.initial_state), self._exact
+        return theirs.inside == mine.inside and (mine.inside or len(other.events()) == len(self.events()))
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """Of a tunnel along any chord the period is the same, 2 pi sqrt(R/g), where the motion stays inside."""
+        motion = self._exact
+        found = {"period": motion.period(digits)}
+        if motion.inside:
+            return found
+        return found | {
+            "surface_speed": motion.surface_speed(digits),
+            "farthest": motion.number(motion.highest, digits),
+        }

@@ -1,0 +1,146 @@
+"""Free fall inside a turning planet: the top of the ladder of the tunnel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import SemiLinear, Values
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.point_scene import free_point
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.flight.projectile_parabola import ProjectileParabola
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.rotating_frames.planet_tunnel_rotating import TurningPlanet
+
+
+def shaft_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """r'' = -(g/R) r - 2 Om x r' + Om^2 r."""
+    x, y, vx, vy = state
+    g, radius, rate = parameters
+    pull = rate * rate - g / radius
+    return vx, vy, pull * x + 2 * rate * vy, pull * y - 2 * rate * vx
+
+
+def shaft_matrix(parameters: Values) -> Values:
+    g, radius, rate = parameters
+    pull, twice = rate * rate - g / radius, 2 * rate
+    return 0, 0, 1, 0, 0, 0, 0, 1, pull, 0, 0, twice, 0, pull, -twice, 0
+
+
+def shaft_load(t: Any, state: Values, parameters: Values) -> Values:
+    return 0, 0, 0, 0
+
+
+def shaft_jacobi(t: Any, state: Values, parameters: Values) -> Values:
+    """v^2/2 + (g/R - Om^2) r^2/2."""
+    x, y, vx, vy = state
+    g, radius, rate = parameters
+    return ((vx * vx + vy * vy + (g / radius - rate * rate) * (x * x + y * y)) / 2,)
+
+
+def shaft_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """Moment of momentum about the axis in the frame at rest, per unit mass."""
+    x, y, vx, vy = state
+    rate = parameters[2]
+    return (x * vy - y * vx + rate * (x * x + y * y),)
+
+
+SCENE = free_point(shaft_equations, (0, 1))
+
+
+def _inside(n: Mapping[str, Fraction]) -> bool:
+    return TurningPlanet(n["g"], n["R"], n["Om"], n["x"], n["y"], n["vx"], n["vy"]).inside
+
+
+class PlanetTunnelRotating(Case):
+    name = "planet_tunnel_rotating"
+    title = "Free fall inside a turning planet of uniform density"
+    section = "5.8"
+    conventions = (
+        "x, y from the centre in the plane of the equator, turning with the planet at Om; g at the surface without its "
+        "turning. No wall holds the body: the shaft is as wide as its path."
+    )
+    state = (
+        Coordinate("x", "m", "length"),
+        Coordinate("y", "m", "length"),
+        Coordinate("vx", "m/s", "velocity"),
+        Coordinate("vy", "m/s", "velocity"),
+    )
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.81", "gravitation at the surface"),
+        Parameter("R", "m", 6_371_000, "radius of the planet"),
+        Parameter("Om", "rad/s", "7.292115e-5", "rate of the planet"),
+    )
+    default_state = (6_371_000, 0, 0, 0)
+    domain = Domain(
+        {"g": positive(), "R": positive(4.0, 8.0), "Om": Range(typical=(-0.3, 0.3))}
+        | {name: Range(typical=(-2.0, 2.0)) for name in ("x", "y")}
+        | {name: Range(typical=(-1.0, 1.0)) for name in ("vx", "vy")},
+        (Rule("the body stays inside the planet", _inside),),
+    )
+    variants = (
+        Variant("day", "24 h: the path turns once round", span=86400),
+        Variant(
+            "break_up",
+            "the planet turns at 0.999 of the rate at which it would fly apart: hardly any pull is left",
+            {"g": 1, "R": 1, "Om": "0.999"},
+            (1, 0, 0, 0),
+            2000,
+        ),
+        Variant("long_1e5", "100,000 periods: phase error", span="506364732"),
+    )
+    invariants: ClassVar = {"jacobi": Invariant(shaft_jacobi), "momentum": Invariant(shaft_momentum)}
+
+    @cached_property
+    def _exact(self) -> TurningPlanet:
+        return TurningPlanet(*self.parameter_values(), *self.initial_state)
+
+    def motion(self) -> TurningPlanet:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[SemiLinear, ...]:
+        return (SemiLinear(shaft_equations, linear=shaft_matrix, rest=shaft_load),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """One radian of the faster of the two circular motions, sqrt(g/R) + |Om|."""
+        g, radius, rate = map(float, self.parameter_values())
+        return 1 / (math.sqrt(g / radius) + abs(rate))
+
+    def natural_span(self) -> Number:
+        """10.37 periods."""
+        return 10.37 * float(self._exact.period())
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """`closest`: how far it passes the centre by."""
+        farthest, closest = self._exact.half_axes(digits)
+        return {"period": self._exact.period(digits), "farthest": farthest, "closest": closest}
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        """Backwards the planet turns the other way."""
+        x, y, vx, vy = state
+        return (x, y, -vx, -vy), self.parameters | {"Om": -self.parameters["Om"]}
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        x, y, vx, vy = self.initial_state
+        still = self.with_numbers(self.initial_state, self.parameters | {"Om": Fraction(0)})
+        flat = ProjectileParabola(initial_state=(y, x, vy, vx), span=self.span, g=self.parameters["g"])
+
+        def as_here(states: Floats) -> Floats:
+            return states
+
+        return (
+            Rung(flat, lambda states: states[:, [1, 0, 3, 2]], "uniform gravity along -x"),
+            Rung(still, as_here, "the pull of the inside of a planet at rest"),
+        )

@@ -1,0 +1,202 @@
+"""A fall from a tower on a turning planet: the top of the ladder of falls."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import cos, sin, sqrt
+from typing import Any, ClassVar
+
+from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.forms import Charged, Values
+from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.point_scene import SPACE, free_point
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.rotating_frames.free_falls_rotating import (
+    EARTH,
+    LATITUDE,
+    FreeFallCentrifugal,
+    FreeFallFirstOrder,
+    FreeFallRotatingEarth,
+    same_state,
+)
+from gnomon.reference.flight.gyration import strike
+from gnomon.reference.numerics.precision import Number
+from gnomon.reference.rotating_frames.tower_drop import TowerDrop
+
+
+def tower_fields(t: Any, place: Values, parameters: Values) -> Values:
+    """Gravitation and centrifugal acceleration, and twice the rate: v x 2 Om is Coriolis' acceleration."""
+    x, y, z = place
+    g, radius, rate, lat = parameters
+    oy, oz = rate * cos(lat), rate * sin(lat)
+    up = radius + z
+    square = x * x + y * y + up * up
+    pull = rate * rate - g * radius * radius / (square * sqrt(square))
+    along = oy * y + oz * up
+    return pull * x, pull * y - oy * along, pull * up - oz * along, 0 * g, 2 * oy, 2 * oz
+
+
+def tower_equations(t: Any, state: Values, parameters: Values) -> Values:
+    """r'' = -g R^2 P/|P|^3 - 2 Om x r' - Om x (Om x P), P = r + R up."""
+    x, y, z, vx, vy, vz = state
+    ax, ay, az, _wx, wy, wz = tower_fields(t, (x, y, z), parameters)
+    return vx, vy, vz, ax + vy * wz - vz * wy, ay - vx * wz, az + vx * wy
+
+
+def at_rest(state: Values, parameters: Values) -> Values:
+    """Place from the centre and velocity in the frame at rest, by the axes of the moment."""
+    x, y, z, vx, vy, vz = state
+    _g, radius, rate, lat = parameters
+    oy, oz = rate * cos(lat), rate * sin(lat)
+    up = radius + z
+    return x, y, up, vx + oy * up - oz * y, vy + oz * x, vz - oy * x
+
+
+def orbit_energy(t: Any, state: Values, parameters: Values) -> Values:
+    """In the frame at rest, per unit mass."""
+    x, y, up, vx, vy, vz = at_rest(state, parameters)
+    g, radius, _rate, _lat = parameters
+    return ((vx * vx + vy * vy + vz * vz) / 2 - g * radius * radius / sqrt(x * x + y * y + up * up),)
+
+
+def orbit_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """Square of the moment of momentum about the centre in the frame at rest, per unit mass."""
+    x, y, up, vx, vy, vz = at_rest(state, parameters)
+    east, north, upward = y * vz - up * vy, up * vx - x * vz, x * vy - y * vx
+    return (east * east + north * north + upward * upward,)
+
+
+def orbit_axial_momentum(t: Any, state: Values, parameters: Values) -> Values:
+    """Its component along the planet's axis."""
+    x, y, up, vx, vy, vz = at_rest(state, parameters)
+    lat = parameters[3]
+    return (cos(lat) * (up * vx - x * vz) + sin(lat) * (x * vy - y * vx),)
+
+
+def _bound(n: Mapping[str, Fraction]) -> bool:
+    return n["z"] > -n["R"] and _motion(n).bound
+
+
+def _motion(n: Mapping[str, Fraction]) -> TowerDrop:
+    return TowerDrop(n["g"], n["R"], n["Om"], n["lat"], (n["x"], n["y"], n["z"]), (n["vx"], n["vy"], n["vz"]))
+
+
+SCENE = free_point(tower_equations, SPACE)
+
+
+class TowerFall(Case):
+    name = "tower_drop"
+    title = "Fall from a tower on a turning planet, gravitation by the inverse square"
+    section = "6.16"
+    conventions = (
+        "x east, y north, z up from the tower's foot, which is R from the centre of a spherical planet; g is gravitation "
+        "alone, at the foot. The eastward coordinate has a scale of its own. The ground is not part of the motion."
+    )
+    state = FreeFallRotatingEarth.state
+    parameter_list = (
+        Parameter("g", "m/s^2", "9.825", "gravitation at the foot"),
+        Parameter("R", "m", 6_371_000, "distance of the foot from the centre"),
+        Parameter("Om", "rad/s", EARTH, "rate of rotation of the planet"),
+        Parameter("lat", "rad", LATITUDE, "latitude"),
+    )
+    default_state = FreeFallRotatingEarth.default_state
+    domain = Domain(
+        {
+            "g": positive(1.0, 10.0),
+            "R": positive(10.0, 100.0),
+            "Om": Range(typical=(0.01, 0.2)),
+            "lat": Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)),
+            "z": Range(typical=(0.5, 3.0)),
+        }
+        | {name: Range(typical=(-2.0, 2.0)) for name in ("x", "y", "vx", "vy", "vz")},
+        (Rule("above the centre and below the escape speed", _bound),),
+    )
+    variants = (
+        Variant("high", "from 1000 km: gravity changes by a third on the way", initial_state=(0, 0, 10**6, 0, 0, 0)),
+        Variant(
+            "elevator",
+            "let go at 30,000 km over the equator: an orbit that clears the planet",
+            {"lat": 0},
+            (0, 0, 3 * 10**7, 0, 0, 0),
+            86400,
+        ),
+        Variant("thrown", "thrown north at 2 km/s", initial_state=(0, 0, 0, 0, 1500, 1500)),
+        Variant("still_planet", "Om = 0: straight down, two components that stay exactly zero", {"Om": 0}),
+        Variant("small_drop", "from 1 mm: a deflection of 4e-10 m", initial_state=(0, 0, "1e-3", 0, 0, 0)),
+    )
+    invariants: ClassVar = {
+        "energy": Invariant(orbit_energy),
+        "momentum_squared": Invariant(orbit_momentum),
+        "axial_momentum": Invariant(orbit_axial_momentum),
+    }
+
+    @cached_property
+    def _exact(self) -> TowerDrop:
+        return _motion(self.numbers)
+
+    def motion(self) -> TowerDrop:
+        return self._exact
+
+    @property
+    def forms(self) -> tuple[Charged, ...]:
+        return (Charged(tower_equations, fields=tower_fields),)
+
+    @property
+    def scene(self) -> SceneForm:
+        return SCENE
+
+    @property
+    def time_scale(self) -> float:
+        """The time of the fall or of the throw, a radian of the orbit at most."""
+        g, radius, rate, _lat = map(float, self.parameter_values())
+        z, speed = abs(float(self.initial_state[2])), math.hypot(*map(float, self.initial_state[3:]))
+        return min(max(math.sqrt(2 * z / g), speed / g) or 1.0, math.sqrt(radius / g), 1 / abs(rate or 1e-300))
+
+    def natural_span(self) -> Number:
+        return self.time_scale
+
+    def quantities(self, digits: int = 15) -> dict[str, Any]:
+        """For a drop from rest to z = 0: when and where it strikes."""
+        g, radius, _rate, _lat = map(float, self.parameter_values())
+        z = float(self.initial_state[2])
+        if any(self.initial_state[3:]) or not 0 < z < radius / 5:
+            return {}
+        time, east, north = strike(self._exact, math.sqrt(2 * z / g) * (1 + z / radius), digits)
+        return {"fall_time": time, "east_deflection": east, "north_deflection": north}
+
+    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
+        """Backwards the planet turns the other way."""
+        x, y, z, vx, vy, vz = state
+        return (x, y, z, -vx, -vy, -vz), self.parameters | {"Om": -self.parameters["Om"]}
+
+    @property
+    def ladder(self) -> tuple[Rung, ...]:
+        """Gravity is the apparent one, its small southward part left out, until the centrifugal force is a rung."""
+        g, radius, rate, lat = self.parameter_values()
+        x, y, z, *thrown = self.initial_state
+        weight = float(g) - float(rate) ** 2 * float(radius) * cos(float(lat)) ** 2
+        turning: dict[str, Any] = {"initial_state": self.initial_state, "span": self.span, "g": weight, "lat": lat}
+        drift: dict[str, Any] = dict(zip(("ux", "uy", "uz"), thrown, strict=True))
+        lifted: dict[str, Any] = {"initial_state": (x, y, z + radius, *thrown), "span": self.span}
+        size = float(radius)
+
+        def lowered(states: Floats) -> Floats:
+            return states - [0.0, 0.0, size, 0.0, 0.0, 0.0]
+
+        return (
+            Rung(FreeFallRotatingEarth(Om=0, **turning), same_state, "gravity on a planet at rest"),
+            Rung(
+                FreeFallFirstOrder(Om=rate, **turning, **drift),
+                same_state,
+                "the Coriolis force of the unperturbed velocity",
+            ),
+            Rung(FreeFallRotatingEarth(Om=rate, **turning), same_state, "the Coriolis force, exactly"),
+            Rung(
+                FreeFallCentrifugal(g=g, Om=rate, lat=lat, **lifted),
+                lowered,
+                "the centrifugal force, which varies with the place",
+            ),
+        )

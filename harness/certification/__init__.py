@@ -1,0 +1,1 @@
+"""Certificates of exact motions, and independent computations beside checks."""

@@ -1,0 +1,102 @@
+"""How agreement is counted: digits of a motion relative to its size, and the two computations that others build on.
+
+The digits of the residual and those of an integration's end states are what every way of a certificate reduces to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
+from gnomon.cases.core.case import Case
+from gnomon.cases.core.forms import Equations, FirstOrder
+from gnomon.reference.numerics.precision import exact, working
+from gnomon.reference.numerics.taylor import Field, ball, flint_arithmetic
+
+DIGITS = 50
+"""Digits to which a motion is evaluated, and beyond which agreement is not counted."""
+REQUIRED = 45
+"""Of a closed form; an integration states fewer."""
+SPARE = 3
+"""Digits beyond the required ones to which an integration is evaluated: each of them costs time."""
+SIZE_TIMES = 8
+RESIDUAL_DIGITS = 120
+"""Of the states in a residual: 40 for the step leave 80, which stiff equations may use up."""
+
+
+def asked(case: Case) -> int:
+    """Digits to which the case's motion is evaluated."""
+    return DIGITS if case.certified_digits >= REQUIRED else case.certified_digits + SPARE
+
+
+@lru_cache(maxsize=8)
+def sizes(case: Case) -> tuple[float, ...]:
+    """The size of each coordinate: the largest norm of its group at a few times of the motion."""
+    states = np.array([[float(x) for x in case.exact(case.span * k / SIZE_TIMES)] for k in range(SIZE_TIMES + 1)])
+    largest = {}
+    for name in {coordinate.group for coordinate in case.state}:
+        members = [i for i, coordinate in enumerate(case.state) if coordinate.group == name]
+        norm = float(np.max(np.linalg.norm(states[:, members], axis=1)))
+        largest[name] = norm or case.natural_sizes.get(name, 1.0)
+    return tuple(largest[coordinate.group] for coordinate in case.state)
+
+
+def agreed(differences: Iterable[tuple[Any, float]]) -> float:
+    """Decimal digits in which pairs (difference, size) agree, the worst, at most DIGITS."""
+    worst = max((abs(difference) / size for difference, size in differences), default=0)
+    return float(DIGITS) if worst == 0 else min(float(DIGITS), -float(_log10(worst)))
+
+
+def _log10(x: Any) -> float:
+    with working(20) as mp:
+        return float(mp.log10(mp.mpf(x)))
+
+
+def first_order_equations(case: Case) -> Equations:
+    """The case's equations as y' = f(t, y, parameters)."""
+    form = next(form for form in case.all_forms() if isinstance(form, FirstOrder))
+    return form.equations
+
+
+def series_field(equations: Equations, values: Sequence[Fraction], offset: Fraction = Fraction(0)) -> Field:
+    """The equations over power series, from the exact parameters; the series' time starts at `offset`."""
+    rebound = rebind(equations, flint_arithmetic())
+
+    def field(t: Any, state: tuple[Any, ...]) -> tuple[Any, ...]:
+        return tuple(rebound(t + ball(offset), state, tuple(map(ball, values))))
+
+    return field
+
+
+def residual(case: Case, equations: Equations, t: Fraction, constants: tuple[float, ...] = ()) -> float:
+    """Digits of x'(t) - f(t, x), relative to size over time scale.
+
+    A central difference over h time scales cancels log10(1/h) digits and errs by h^2: a third of the digits for h.
+    """
+    digits = RESIDUAL_DIGITS if case.certified_digits >= REQUIRED else 2 * asked(case)
+    h = exact(case.time_scale) / 10 ** (digits // 3)
+    before, here, after = (case.exact(s, digits) for s in (t - h, t, t + h))
+    with working(digits) as mp:
+        rebound = rebind(equations, mpmath_arithmetic(mp))
+        parameters = tuple(mp.mpf(v) for v in (*case.parameter_values(), *map(Fraction, constants)))
+        rates = rebound(mp.mpf(t), tuple(map(mp.mpf, here)), parameters)
+        return agreed(
+            (((mp.mpf(b) - mp.mpf(a)) / (2 * mp.mpf(h)) - rate) * case.time_scale, size)
+            for a, b, rate, size in zip(before, after, rates, sizes(case), strict=True)
+        )
+
+
+def against(case: Case, states: dict[Fraction, tuple[Fraction, ...]]) -> float:
+    """Digits in which the exact motion agrees with states found in another way."""
+    pairs = []
+    for t, state in states.items():
+        with working(2 * DIGITS) as mp:
+            pairs += [
+                (mp.mpf(a) - mp.mpf(b), size)
+                for a, b, size in zip(case.exact(t, asked(case)), state, sizes(case), strict=True)
+            ]
+    return agreed(pairs)

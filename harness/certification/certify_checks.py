@@ -1,0 +1,44 @@
+"""Certificates of checks: the closed forms against their independent way, and against themselves with more digits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from gnomon.cases.core.check import Check
+from gnomon.harness.certification.agreement import DIGITS
+from gnomon.harness.certification.certify import Certificate
+from gnomon.reference.numerics.precision import working
+
+REQUIRED = 40
+"""Digits asked of a closed form without motion."""
+
+
+@dataclass(frozen=True)
+class CheckCertificate(Certificate):
+    """Digits agreed for one check, the worst of its quantities."""
+
+    @property
+    def passed(self) -> bool:
+        """At least the required digits, by both ways."""
+        return self.digits >= REQUIRED and set(self.ways) == {"independent", "rounding"}
+
+
+def certify_check(check: Check) -> CheckCertificate:
+    """Confirm a check: `independent`, the other way to the same numbers; `rounding`, three times the digits."""
+    exact = check.exact(DIGITS)
+    ways = {
+        "independent": agreed(check, exact, check.independent(DIGITS)),
+        "rounding": agreed(check, exact, check.exact(3 * DIGITS)),
+    }
+    return CheckCertificate(check.name, check.variant or "default", ways)
+
+
+def agreed(check: Check, first: dict[str, Any], second: dict[str, Any]) -> float:
+    """Decimal digits in which two sets of results agree, the worst, at most DIGITS; 0 where names differ."""
+    if first.keys() != second.keys():
+        return 0.0
+    sizes = check.sizes(first)
+    with working(2 * DIGITS) as mp:
+        worst = max(abs(mp.mpf(first[name]) - mp.mpf(second[name])) / mp.mpf(sizes[name]) for name in first)
+        return float(DIGITS) if worst == 0 else min(float(DIGITS), -float(mp.log10(worst)))

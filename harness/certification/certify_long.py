@@ -1,0 +1,125 @@
+"""Certificates of long spans: integrated pieces, the group property that chains to them, and continuity.
+
+A span of many periods is not integrated from start to end. Instead the motion is shown to be a flow, x(2t) being x(t)
+from x(t), from half the span down to a stretch that is integrated; and to have no jump where its formulas change their
+branch, which is where a coordinate or its rate passes zero, or an angle a quarter turn.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
+from gnomon.cases.core.case import Case
+from gnomon.harness.certification.agreement import (
+    DIGITS,
+    against,
+    agreed,
+    asked,
+    first_order_equations,
+    residual,
+    series_field,
+    sizes,
+)
+from gnomon.reference.numerics.precision import exact, working
+from gnomon.reference.numerics.taylor import integrate
+
+WINDOW_SCALES = 10
+SEAMS = 6
+"""Places at which continuity is looked at, the last ones of the span."""
+GRID = 48
+
+
+def long_ways(case: Case, times: Sequence[Fraction]) -> dict[str, float]:
+    """`windows`, `group` (of an autonomous case) and `seams` (where there are any)."""
+    ways = {"windows": min(window(case, t) for t in (Fraction(0), *times))}
+    if case.autonomous:
+        ways |= _found("group", group(case))
+    return ways | _found("seams", seams(case))
+
+
+def _found(name: str, digits: float | None) -> dict[str, float]:
+    return {} if digits is None else {name: digits}
+
+
+def _width(case: Case) -> Fraction:
+    return min(WINDOW_SCALES * exact(case.fastest_time), case.span / 10)
+
+
+def window(case: Case, begin: Fraction) -> float:
+    """An integration from the exact state at `begin` over a stretch that ends within the span."""
+    width = _width(case)
+    begin = min(begin, case.span - width)
+    start = [exact(x) for x in case.exact(begin, 2 * DIGITS)]
+    field = series_field(first_order_equations(case), case.parameter_values(), begin)
+    found = integrate(field, start, [width], DIGITS + 20)
+    return against(case, {begin + width: found[0]})
+
+
+def group(case: Case) -> float | None:
+    """x(2t) against the motion over t that starts at x(t), for t = span/2, span/4, ... down to a window's width.
+
+    None where a rounded state leaves the domain, on whose edge the motion then stands.
+    """
+    pairs = []
+    for halvings in range(1, math.ceil(math.log2(case.span / _width(case))) + 1):
+        t = case.span / 2**halvings
+        try:
+            rest = case.with_numbers([exact(x) for x in case.exact(t, 3 * DIGITS)], case.parameters)
+        except ValueError:
+            return None
+        with working(2 * DIGITS) as mp:
+            pairs += [
+                (mp.mpf(a) - mp.mpf(b), size)
+                for a, b, size in zip(
+                    rest.exact(t, asked(case)), case.exact(2 * t, asked(case)), sizes(case), strict=True
+                )
+            ]
+    return agreed(pairs)
+
+
+def seams(case: Case) -> float | None:
+    """The residual across the places where formulas may change their branch, at the end of the span."""
+    width = _width(case)
+    times = [case.span - width * k / GRID for k in range(GRID + 1, 0, -1)]
+    marks = [_marks(case, t, 20) for t in times]
+    found = []
+    for index in range(GRID, 0, -1):
+        changed = [k for k, (a, b) in enumerate(zip(marks[index - 1], marks[index], strict=True)) if a * b < 0]
+        found += [_crossing(case, times[index - 1], times[index], k) for k in changed]
+        if len(found) >= SEAMS:
+            break
+    equations = first_order_equations(case)
+    return min((residual(case, equations, t) for t in found), default=None)
+
+
+def _marks(case: Case, t: Fraction, digits: int) -> list[Any]:
+    """What changes its sign at a seam: coordinates, their rates, and the sine of twice an angle."""
+    with working(digits + 10) as mp:
+        state = tuple(map(mp.mpf, case.exact(t, digits + 10)))
+        parameters = tuple(mp.mpf(v) for v in case.parameter_values())
+        rates = rebind(first_order_equations(case), mpmath_arithmetic(mp))(mp.mpf(t), state, parameters)
+        angles = [mp.sin(2 * x) for x, c in zip(state, case.state, strict=True) if c.unit == "rad"]
+        return [*state, *map(mp.mpf, rates), *angles]
+
+
+def _crossing(case: Case, low: Fraction, high: Fraction, index: int) -> Fraction:
+    """The time of a change of sign to far below the step of the residual, by regula falsi (the Illinois rule)."""
+    near = exact(case.time_scale) / 10**DIGITS
+    f, g = (_marks(case, t, DIGITS)[index] for t in (low, high))
+    for _ in range(200):
+        if abs(high - low) <= near or not g:
+            break
+        middle = (high - (high - low) * exact(g) / (exact(g) - exact(f))).limit_denominator(10 ** (2 * DIGITS))
+        if middle in (low, high):
+            break
+        value = _marks(case, middle, DIGITS)[index]
+        if value * g < 0:
+            low, f = high, g
+        else:
+            f = f / 2
+        high, g = middle, value
+    return high

@@ -1,0 +1,146 @@
+"""Numerical opponents of the checks: what people would call for the same number, with its error and its time.
+
+An opponent is given the numbers rounded to binary64 and is read against the closed form of those very numbers. Its
+error is relative to the size of the quantity (a vector or a tensor: its largest component).
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import statistics
+import time
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas
+from gnomon.cases import checks, get_check
+from gnomon.cases.core.check import Check
+from gnomon.harness.certification import independent_bodies as opponents_bodies
+from gnomon.harness.certification import independent_fields as opponents_fields
+from gnomon.harness.certification import independent_frames as opponents_frames
+from gnomon.harness.certification import independent_inertia as opponents_inertia
+from gnomon.harness.certification import independent_particles as opponents_particles
+from gnomon.harness.certification import independent_rigid as opponents_rigid
+from gnomon.harness.certification.independent import Opponent, Unsupported
+from gnomon.harness.contract import environment
+from gnomon.harness.results import publish
+from gnomon.reference.numerics.precision import exact, working
+
+REPEATS = 5
+INACCURATE = 0.1
+COLUMNS = ("check", "variant", "opponent", "library", "quantity", "error", "seconds", "status", "reason")
+
+OPPONENTS: tuple[Opponent, ...] = (
+    *opponents_inertia.OPPONENTS,
+    *opponents_bodies.OPPONENTS,
+    *opponents_rigid.OPPONENTS,
+    *opponents_fields.OPPONENTS,
+    *opponents_frames.OPPONENTS,
+    *opponents_particles.OPPONENTS,
+)
+
+
+def run_checks(
+    chosen: Iterable[Check] | None = None, opponents: Iterable[Opponent] = OPPONENTS, repeats: int = REPEATS
+) -> pandas.DataFrame:
+    """Each check (all with their variants where none is given) against the opponents declared for it.
+
+    One row for each quantity with columns COLUMNS; `seconds` is the median of `repeats` calls that give all quantities
+    of the row's opponent at once. A failure is a row with its status: `refused` (unsupported by the opponent, with the
+    reason), `crashed` (it
+    raised), `inaccurate` (error above 0.1), `diverged` (not
+    finite), `not_installed`.
+    """
+    rows = []
+    for check in everything() if chosen is None else chosen:
+        rounded = check.rounded()
+        for opponent in opponents:
+            if opponent.check == check.name:
+                rows += _measure(rounded, opponent, repeats)
+    return pandas.DataFrame(rows, columns=list(COLUMNS))
+
+
+def everything() -> list[Check]:
+    """All checks, each with all its variants."""
+    found = []
+    for name in checks():
+        default = get_check(name)
+        found += [default, *(get_check(name, variant.name) for variant in default.variants)]
+    return found
+
+
+def write(frame: pandas.DataFrame, path: Path) -> None:
+    """The table as JSON, one object each row with the revision that made it, for the report."""
+    revision = environment.describe().get("revision")
+    rows = frame.astype(object).where(frame.notna(), None).to_dict("records")
+    publish.write([row | {"revision": revision} for row in rows], path)
+
+
+def _measure(check: Check, opponent: Opponent, repeats: int) -> list[dict[str, Any]]:
+    def row(
+        quantity: str = "", error: float | None = None, seconds: float | None = None, **rest: str
+    ) -> dict[str, Any]:
+        return {
+            "check": check.name,
+            "variant": check.variant or "default",
+            "opponent": opponent.name,
+            "library": opponent.library,
+            "quantity": quantity,
+            "error": error,
+            "seconds": seconds,
+            "status": "ok",
+            "reason": "",
+        } | rest
+
+    if importlib.util.find_spec(opponent.library) is None:
+        return [row(status="not_installed", reason=f"{opponent.library} is not installed")]
+    numbers = {name: float(value) for name, value in check.parameters.items()}
+    try:
+        # Warnings are for people at a prompt; here the error tells the same.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = opponent.compute(numbers)
+            seconds = _median(lambda: opponent.compute(numbers), repeats)
+    except Unsupported as refusal:
+        return [row(status="refused", reason=str(refusal))]
+    except Exception as failure:  # whatever a library raises is a result
+        return [row(status="crashed", reason=f"{type(failure).__name__}: {failure}")]
+    rows = []
+    for name, error in errors(check, found).items():
+        if error != error:
+            rows.append(row(name, None, seconds, status="diverged", reason="not finite"))
+        elif error > INACCURATE:
+            rows.append(row(name, error, seconds, status="inaccurate", reason=f"an error above {INACCURATE}"))
+        else:
+            rows.append(row(name, error, seconds))
+    return rows
+
+
+def _median(call: Callable[[], Any], repeats: int) -> float:
+    times = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        call()
+        times.append(time.perf_counter() - begin)
+    return statistics.median(times)
+
+
+def errors(check: Check, found: Mapping[str, float]) -> dict[str, float]:
+    """The error of each quantity in `found`, components taken together; NaN where a number is not finite."""
+    truth = check.exact(30)
+    sizes = check.sizes(truth)
+    worst: dict[str, float] = {}
+    with working(40) as mp:
+        for name, value in found.items():
+            quantity = name.partition(".")[0]
+            if value != value or abs(value) == float("inf"):
+                worst[quantity] = float("nan")
+                continue
+            x = exact(value)
+            difference = mp.mpf(x.numerator) / x.denominator - mp.mpf(truth[name])
+            error = float(abs(difference) / mp.mpf(sizes[name]))
+            before = worst.get(quantity, 0.0)
+            worst[quantity] = max(before, error) if before == before else before
+    return worst

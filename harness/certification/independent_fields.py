@@ -1,0 +1,191 @@
+"""Opponents for fields and path integrals: SciPy's special functions and quadratures, formulas in doubles."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+from gnomon.harness.certification.independent import Numbers, Opponent
+from gnomon.reference.numerics.vectors import named
+
+
+def ring_special(p: Numbers) -> dict[str, float]:
+    """scipy.special.ellipk and ellipe of m, the usual formula: 1 - m is lost next to the ring."""
+    from scipy.special import ellipe, ellipk
+
+    a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]
+    far, near = (a + rho) ** 2 + z * z, (a - rho) ** 2 + z * z
+    m = 4 * a * rho / far
+    return _ring(p, float(ellipk(m)), float(ellipe(m)), far, near, mu)
+
+
+def ring_special_complement(p: Numbers) -> dict[str, float]:
+    """scipy.special.ellipkm1 of 1 - m, formed without cancellation; the field's K - E still cancels near the axis."""
+    from scipy.special import ellipe, ellipkm1
+
+    a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]
+    far, near = (a + rho) ** 2 + z * z, (a - rho) ** 2 + z * z
+    return _ring(p, float(ellipkm1(near / far)), float(ellipe(4 * a * rho / far)), far, near, mu)
+
+
+def _ring(p: Numbers, K: float, E: float, far: float, near: float, mu: float) -> dict[str, float]:
+    a, rho, z = p["a"], p["rho"], p["z"]
+    potential = -2 * mu * K / (math.pi * math.sqrt(far))
+    factor = mu / (math.pi * math.sqrt(far))
+    outward = -factor * (K - (a * a - rho * rho + z * z) / near * E) / rho if rho else 0.0
+    return {
+        "ring_potential": potential,
+        "ring_excess": potential + mu / math.hypot(rho, z),
+        **named("ring", (outward, -2 * factor * z * E / near), ("rho", "z")),
+        "disc": 2 * mu / (a * a) * (1 - z / math.sqrt(a * a + z * z)),
+    }
+
+
+def field_cubature(p: Numbers) -> dict[str, float]:
+    """scipy.integrate.cubature: the ring's potential and field, and the disc's field, as integrals over particles."""
+    from scipy.integrate import cubature
+
+    a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]
+
+    def ring(points: np.ndarray) -> np.ndarray:
+        cosine = np.cos(points[:, 0])
+        distance = np.sqrt(a * a + rho * rho + z * z - 2 * a * rho * cosine)
+        share = mu / (math.pi * distance)
+        return np.stack([-share, share * (a * cosine - rho) / distance**2, -share * z / distance**2], axis=1)
+
+    def disc(points: np.ndarray) -> np.ndarray:
+        s = points[:, 0]
+        return np.asarray(2 * mu / (a * a) * s * z / np.sqrt(s * s + z * z) ** 3)
+
+    potential, outward, along = cubature(
+        ring, [0.0], [math.pi], rule="gk21", rtol=1e-12, atol=0, max_subdivisions=500
+    ).estimate
+    return {
+        "ring_potential": float(potential),
+        "ring_excess": float(potential) + mu / math.hypot(rho, z),
+        **named("ring", (float(outward), float(along)), ("rho", "z")),
+        "disc": float(cubature(disc, [0.0], [a], rule="gk21", rtol=1e-12, atol=0, max_subdivisions=500).estimate),
+    }
+
+
+def field_quad(p: Numbers) -> dict[str, float]:
+    """scipy.integrate.quad: QUADPACK on the same integrals, one component at a time, at tolerance 1e-12."""
+    from scipy.integrate import quad
+
+    a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]
+
+    def distance(phi: float) -> float:
+        return math.sqrt(a * a + rho * rho + z * z - 2 * a * rho * math.cos(phi))
+
+    def integral(f: object, high: float) -> float:
+        return float(quad(f, 0.0, high, epsabs=0, epsrel=1e-12, limit=200)[0])
+
+    potential = integral(lambda phi: -mu / (math.pi * distance(phi)), math.pi)
+    outward = integral(lambda phi: mu / math.pi * (a * math.cos(phi) - rho) / distance(phi) ** 3, math.pi)
+    along = integral(lambda phi: -mu / math.pi * z / distance(phi) ** 3, math.pi)
+    return {
+        "ring_potential": potential,
+        "ring_excess": potential + mu / math.hypot(rho, z),
+        **named("ring", (outward, along), ("rho", "z")),
+        "disc": integral(lambda s: 2 * mu / (a * a) * s * z / math.hypot(s, z) ** 3, a),
+    }
+
+
+def circulation_quad(p: Numbers) -> dict[str, float]:
+    """scipy.integrate.quad around the circle and along the line, at its default tolerance."""
+    from scipy.integrate import quad
+
+    X, Y, R = p["X"], p["Y"], p["R"]
+    dx, dy = p["Bx"] - p["Ax"], p["By"] - p["Ay"]
+
+    def circle(t: float) -> float:
+        cosine, sine = R * math.cos(t), R * math.sin(t)
+        x, y = X + cosine, Y + sine
+        return (x * cosine + y * sine) / (x * x + y * y)
+
+    def line(s: float) -> float:
+        x, y = p["Ax"] + s * dx, p["Ay"] + s * dy
+        return (x * dy - y * dx) / (x * x + y * y)
+
+    return {"circle": float(quad(circle, 0.0, 2 * math.pi)[0]), "line": float(quad(line, 0.0, 1.0)[0])}
+
+
+def weight_doubles(p: Numbers) -> dict[str, float]:
+    """The formulas in doubles, as written: differences of nearly equal numbers cancel."""
+    g0, R, h = p["g0"], p["R"], p["h"]
+    below, above = R + h, R + h + p["L"]
+    g, first = g0 * (R / (R + h)) ** 2, g0 * (1 - 2 * h / R)
+    return {
+        "g": g,
+        "first_order": first,
+        "beyond_first_order": g - first,
+        "rod_weight_per_mass": g0 * R * R / (below * above),
+        "centre_of_gravity_below": (below + above) / 2 - math.sqrt(below * above),
+    }
+
+
+def wrench_solve(p: Numbers) -> dict[str, float]:
+    """numpy.linalg.solve: the wrench's axis and pitch from four linear equations."""
+    F, M, Q = (np.array([p[name + axis] for axis in "xyz"]) for name in "FMQ")
+    matrix = np.zeros((4, 4))
+    matrix[:3, :3] = [[0, F[2], -F[1]], [-F[2], 0, F[0]], [F[1], -F[0], 0]]
+    matrix[:3, 3] = F
+    matrix[3, :3] = F
+    x, y, z, pitch = np.linalg.solve(matrix, [*M, 0])
+    return {
+        **named("moment_Q", [float(v) for v in M - np.cross(Q, F)]),
+        "pitch": float(pitch),
+        **named("axis", (float(x), float(y), float(z))),
+        **named("momentum_O", [float(v) for v in M + np.cross(Q, F)]),
+    }
+
+
+def impulse_solve(p: Numbers) -> dict[str, float]:
+    """numpy.linalg.solve: M(q) q' = Q for the struck rods."""
+    m1, m2, l1, l2 = p["m1"], p["m2"], p["L1"], p["L2"]
+    coupling = m2 * l1 * l2 * math.cos(p["th1"] - p["th2"]) / 2
+    matrix = np.array([[(m1 / 3 + m2) * l1 * l1, coupling], [coupling, m2 * l2 * l2 / 3]])
+    struck = np.array([p["P"] * l1 * math.cos(p["th1"]), p["P"] * p["d"] * math.cos(p["th2"])])
+    first, second = np.linalg.solve(matrix, struck)
+    return {"first_rate": float(first), "second_rate": float(second), "energy": float(struck @ [first, second]) / 2}
+
+
+def round_bodies_quad(p: Numbers) -> dict[str, float]:
+    """scipy.integrate.quad: the rod by particles; shell and sphere by rings and discs across the line to the point."""
+    from scipy.integrate import quad
+
+    mu, a, r, length = p["mu"], p["a"], p["r"], p["L"]
+
+    def integral(f: object, low: float, high: float) -> float:
+        return float(quad(f, low, high, epsabs=0, epsrel=1e-12, limit=200)[0])
+
+    def ring(cosine: float) -> float:
+        square = r * r + a * a - 2 * a * r * cosine
+        return mu / 2 * (r - a * cosine) / (square * math.sqrt(square))
+
+    def disc(x: float) -> float:
+        off = r - x
+        return 3 * mu / (2 * a**3) * (math.copysign(1.0, off) - off / math.sqrt(a * a - x * x + off * off))
+
+    parts = [-a, r, a] if r < a else [-a, a]
+    return {
+        "particle": mu / (r * r),
+        "rod": 2 * integral(lambda x: mu / length * r / math.hypot(x, r) ** 3, 0.0, length / 2),
+        "shell": integral(ring, -1.0, 1.0),
+        "sphere": sum(integral(disc, low, high) for low, high in itertools.pairwise(parts)),
+    }
+
+
+FIELD = "gravity_field_particle_body"
+OPPONENTS = (
+    Opponent("ellipk, ellipe", "scipy", FIELD, ring_special),
+    Opponent("ellipkm1, ellipe", "scipy", FIELD, ring_special_complement),
+    Opponent("cubature", "scipy", FIELD, field_cubature),
+    Opponent("quad", "scipy", FIELD, field_quad),
+    Opponent("quad over round bodies", "scipy", FIELD, round_bodies_quad),
+    Opponent("quad", "scipy", "conservative_force_test", circulation_quad),
+    Opponent("formulas in doubles", "numpy", "weight_local_gravity", weight_doubles),
+    Opponent("solve", "numpy", "moment_equipollent", wrench_solve),
+    Opponent("solve", "numpy", "generalized_impulse", impulse_solve),
+)

@@ -1,0 +1,208 @@
+"""Opponents for inertia: SciPy's quadratures, NumPy's eigenvalues, PyBullet's inertia from shapes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from gnomon.harness.certification.independent import Numbers, Opponent, Unsupported
+from gnomon.reference.numerics.vectors import AXES, PLANES, named
+from gnomon.reference.rigid_bodies.bodies import BODIES, Body
+
+INTEGRATED = ("box", "cylinder", "cone", "torus")
+"""The bodies on which quadratures are timed: a polynomial integrand, an angle, a tip, two angles."""
+
+
+def _edges(body: Body) -> tuple[list[float], list[float]]:
+    pairs = [(0.0, 2 * math.pi) if edges is None else edges for edges in body.edges]
+    return [low for low, _ in pairs], [high for _, high in pairs]
+
+
+def cubature(p: Numbers) -> dict[str, float]:
+    """scipy.integrate.cubature: adaptive Gauss-Kronrod over the volume, all moments in one vector-valued integrand."""
+    from scipy.integrate import cubature as integrate
+
+    found: dict[str, float] = {}
+    for name in INTEGRATED:
+        body = BODIES[name]
+        sizes = [p[size] for size in body.sizes]
+
+        def moments(points: Any, body: Body = body, sizes: list[float] = sizes) -> Any:
+            x, y, z, weight = body.place(np, points[:, 0], points[:, 1], points[:, 2], *sizes)
+            return np.stack([weight * q for q in (1 + 0 * x, x, y, z, x * x, y * y, z * z)], axis=1)
+
+        # Some moments are zero by symmetry: without an absolute tolerance they would be refined for ever.
+        unit = max(sizes)
+        low, high = _edges(body)
+        result = integrate(moments, low, high, rule="gk15", rtol=1e-12, atol=1e-13 * unit**2, max_subdivisions=10)
+        found |= _principal(name, p["m"], result.estimate)
+    return found
+
+
+def nested(p: Numbers) -> dict[str, float]:
+    """scipy.integrate.nquad: nested QUADPACK, one moment at a time; the box alone, at its loose default tolerance."""
+    from scipy.integrate import nquad
+
+    body = BODIES["box"]
+    sizes = [p[size] for size in body.sizes]
+    ranges = list(zip(*_edges(body), strict=True))
+
+    def moment(power: int, axis: int) -> float:
+        def integrand(u: float, v: float, w: float) -> float:
+            point = body.place(math, u, v, w, *sizes)
+            return float(point[3] * point[axis] ** power)
+
+        return float(nquad(integrand, ranges)[0])
+
+    mass = moment(0, 0)
+    return _principal("box", p["m"], [mass, 0, 0, 0, *(moment(2, axis) for axis in range(3))])
+
+
+def triple(p: Numbers) -> dict[str, float]:
+    """scipy.integrate.tplquad: the cylinder in cylindrical coordinates."""
+    from scipy.integrate import tplquad
+
+    body = BODIES["cylinder"]
+    sizes = [p[size] for size in body.sizes]
+
+    def moment(power: int, axis: int) -> float:
+        def integrand(w: float, v: float, u: float) -> float:
+            point = body.place(math, u, v, w, *sizes)
+            return float(point[3] * point[axis] ** power)
+
+        return float(tplquad(integrand, 0.0, 1.0, 0.0, 2 * math.pi, -0.5, 0.5)[0])
+
+    mass = moment(0, 0)
+    return _principal("cylinder", p["m"], [mass, 0, 0, 0, *(moment(2, axis) for axis in range(3))])
+
+
+def _principal(name: str, m: float, moments: Any) -> dict[str, float]:
+    """Moments about the centre of mass from the integrals of 1, x, y, z, x^2, y^2, z^2."""
+    mass = moments[0]
+    squares = [m * (moments[4 + i] / mass - (moments[1 + i] / mass) ** 2) for i in range(3)]
+    return named(name, [float(sum(squares) - square) for square in squares])
+
+
+@contextmanager
+def _world() -> Iterator[tuple[Any, int]]:
+    import pybullet
+
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        yield pybullet, client
+    finally:
+        pybullet.disconnect(client)
+
+
+def bullet_shapes(p: Numbers) -> dict[str, float]:
+    """PyBullet's inertia from collision shapes: what createMultiBody gives a body of box, sphere or cylinder."""
+    with _world() as (bullet, client):
+        shapes = {
+            "box": {"shapeType": bullet.GEOM_BOX, "halfExtents": [p["a"] / 2, p["b"] / 2, p["c"] / 2]},
+            "sphere": {"shapeType": bullet.GEOM_SPHERE, "radius": p["r"]},
+            "cylinder": {"shapeType": bullet.GEOM_CYLINDER, "radius": p["r"], "height": p["h"]},
+        }
+        found: dict[str, float] = {}
+        for name, shape in shapes.items():
+            collision = bullet.createCollisionShape(**shape, physicsClientId=client)
+            if collision < 0:
+                raise Unsupported(f"createCollisionShape refuses the {name}")
+            body = bullet.createMultiBody(p["m"], collision, physicsClientId=client)
+            found |= named(name, [float(x) for x in bullet.getDynamicsInfo(body, -1, physicsClientId=client)[2]])
+        return found
+
+
+def transfer_and_back(p: Numbers) -> dict[str, float]:
+    """The textbook's way in doubles: tensor about the origin by parallel axes, then back to the centre of mass."""
+    a, b, c, rho = p["a"], p["b"], p["c"], p["rho"]
+    plate, hole = rho * a * b * c, -rho * math.pi * p["r"] ** 2 * c
+    r2 = p["r"] ** 2
+    parts = (
+        (plate, np.diag([b * b + c * c, a * a + c * c, a * a + b * b]) / 12, np.array([p["X"], p["Y"], p["Z"]])),
+        (
+            hole,
+            np.diag([3 * r2 + c * c, 3 * r2 + c * c, 6 * r2]) / 12,
+            np.array([p["X"] + p["p"], p["Y"] + p["q"], p["Z"]]),
+        ),
+    )
+    mass = sum(m for m, _, _ in parts)
+    centre: Any = sum(m * place for m, _, place in parts) / mass
+    about_origin = sum(m * (own + _shift(place)) for m, own, place in parts)
+    about_centre = about_origin - mass * _shift(centre)
+    return {
+        "mass": mass,
+        **named("centre", [float(x) for x in centre]),
+        **named("about_centre", _entries(about_centre), PLANES),
+        **named("about_origin", _entries(about_origin), PLANES),
+    }
+
+
+def _shift(r: Any) -> Any:
+    return np.dot(r, r) * np.eye(3) - np.outer(r, r)
+
+
+def _entries(tensor: Any) -> list[float]:
+    pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    return [float(tensor[i, j]) for i, j in pairs]
+
+
+def _tensor(p: Numbers) -> Any:
+    xx, yy, zz, xy, xz, yz = (p["I" + plane] for plane in PLANES)
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def symmetric_eigenvalues(p: Numbers) -> dict[str, float]:
+    """numpy.linalg.eigh: LAPACK's symmetric eigenvalues; the change of axes as two products of matrices."""
+    values = np.linalg.eigh(_tensor(p))[0]
+    ca, sa, cb, sb = math.cos(p["alpha"]), math.sin(p["alpha"]), math.cos(p["beta"]), math.sin(p["beta"])
+    axes = np.array([[ca, sa, 0], [-cb * sa, cb * ca, sb], [sb * sa, -sb * ca, cb]])
+    n = np.array([p["n" + axis] for axis in AXES])
+    moment = float(n @ _tensor(p) @ n / (n @ n))
+    return {
+        **_values(values),
+        **named("turned", _entries(axes @ _tensor(p) @ axes.T), PLANES),
+        "moment_about_n": moment,
+        "radius_of_gyration": math.sqrt(abs(moment) / p["m"]),
+    }
+
+
+def general_eigenvalues(p: Numbers) -> dict[str, float]:
+    """numpy.linalg.eigvals: the general eigenvalues, which know nothing of the symmetry."""
+    return _values(np.sort(np.linalg.eigvals(_tensor(p)).real))
+
+
+def trigonometric_cubic(p: Numbers) -> dict[str, float]:
+    """The textbook's cubic in doubles: q + 2 p cos(acos(r)/3 + 2 pi k/3); acos loses half the digits near +-1."""
+    tensor = _tensor(p)
+    q = np.trace(tensor) / 3
+    rest = tensor - q * np.eye(3)
+    size = math.sqrt(float(np.sum(rest * rest)) / 6)
+    if size == 0:
+        return _values([q, q, q])
+    r = min(1.0, max(-1.0, float(np.linalg.det(rest / size)) / 2))
+    angle = math.acos(r) / 3
+    return _values(sorted(q + 2 * size * math.cos(angle + 2 * math.pi * k / 3) for k in range(3)))
+
+
+def _values(values: Any) -> dict[str, float]:
+    return named("principal", [float(x) for x in values], ("least", "middle", "largest"))
+
+
+BODY, COMPOSITE, PRINCIPAL = (
+    "inertia_tensor_special_bodies",
+    "inertia_composite_parallel_axis",
+    "inertia_transformation_principal",
+)
+OPPONENTS = (
+    Opponent("cubature", "scipy", BODY, cubature),
+    Opponent("nquad", "scipy", BODY, nested),
+    Opponent("tplquad", "scipy", BODY, triple),
+    Opponent("inertia from shapes", "pybullet", BODY, bullet_shapes),
+    Opponent("parallel axes there and back", "numpy", COMPOSITE, transfer_and_back),
+    Opponent("eigh", "numpy", PRINCIPAL, symmetric_eigenvalues),
+    Opponent("eigvals", "numpy", PRINCIPAL, general_eigenvalues),
+    Opponent("trigonometric cubic", "numpy", PRINCIPAL, trigonometric_cubic),
+)

@@ -1,0 +1,123 @@
+"""Opponents for rigid bodies: an unbalanced rotor by SciPy's Rotation and cubature, work and energy by its integrator."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from gnomon.harness.certification.independent import Numbers, Opponent
+from gnomon.reference.numerics.vectors import named
+from gnomon.reference.rigid_bodies.bodies import BODIES
+
+Floats = Any
+
+
+def rotor_turned(p: Numbers) -> dict[str, float]:
+    """The disc's tensor turned by scipy's Rotation, w x I w, the bearings by numpy.linalg.solve."""
+    from scipy.spatial.transform import Rotation
+
+    m, square = p["m"], p["r"] ** 2
+    across = m * (square / 4 + p["h"] ** 2 / 12)
+    turn = Rotation.from_euler("y", p["beta"]).as_matrix()
+    tensor = turn @ np.diag([across, across, m * square / 2]) @ turn.T
+    rate = np.array([0.0, 0.0, p["w"]])
+    torque = np.cross(rate, tensor @ rate)
+    force = m * np.cross(rate, np.cross(rate, [p["e"], 0.0, 0.0]))
+    return _rotor(p, float(tensor[0, 2]), float(torque[1]), float(force[0]))
+
+
+def rotor_cubature(p: Numbers) -> dict[str, float]:
+    """scipy.integrate.cubature of the accelerations of the tilted disc, and of their moments, over its volume."""
+    from scipy.integrate import cubature
+
+    cosine, sine = math.cos(p["beta"]), math.sin(p["beta"])
+    disc = BODIES["cylinder"]
+
+    def pull(points: Floats) -> Floats:
+        x, _, z, share = disc.place(np, points[:, 0], points[:, 1], points[:, 2], p["r"], p["h"])
+        across, along = x * cosine + z * sine, z * cosine - x * sine
+        return np.stack([share * q for q in (1 + 0 * x, across + p["e"], along * (across + p["e"]))], axis=1)
+
+    low, high = [0.0, 0.0, -0.5], [1.0, 2 * math.pi, 0.5]
+    # Some moments are zero by symmetry: without an absolute tolerance they would be refined for ever.
+    size = max(p["r"], p["h"], abs(p["e"]))
+    found = cubature(pull, low, high, rule="gk15", rtol=1e-12, atol=1e-14 * size**2, max_subdivisions=10).estimate
+    volume, first, second = (float(x) for x in found)
+    square = p["w"] ** 2
+    return _rotor(p, -p["m"] * second / volume, -p["m"] * square * second / volume, -p["m"] * square * first / volume)
+
+
+def _rotor(p: Numbers, product: float, torque: float, force: float) -> dict[str, float]:
+    """Bearings at z = d and z = -d that give force and torque; what balances the rotor is the same over w^2."""
+    arms = [[1.0, 1.0], [p["d"], -p["d"]]]
+    bearing = np.linalg.solve(arms, [force, torque])
+    correction = np.linalg.solve(arms, [-p["m"] * p["e"], product])
+    return {
+        "I_xz": product,
+        "torque": torque,
+        "force": force,
+        **named("bearing", [float(x) for x in bearing], ("A", "B")),
+        **named("correction", [float(x) for x in correction], ("A", "B")),
+    }
+
+
+def energies_ivp(p: Numbers) -> dict[str, float]:
+    """scipy.integrate.solve_ivp (DOP853, rtol 1e-12): Euler's equations, energies of the rates, work as an integral."""
+    from scipy.integrate import quad, solve_ivp
+
+    weight = np.array([0.0, 0.0, -p["m"] * p["g"]])
+    inertia, heavy = (np.array([p[name] for name in names]) for names in (("I1", "I2", "I3"), ("A", "A", "C")))
+    axis = np.array([0.0, 0.0, 1.0])
+
+    def motion(_: float, y: Floats) -> Floats:
+        """Velocity and rates of the free body, its work; rates of the top, the upward vertical in it, its work."""
+        v, w, top, up = y[0:3], y[3:6], y[7:10], y[10:13]
+        torque = p["W"] * np.cross(up, axis)
+        return np.concatenate(
+            [
+                weight / p["m"],
+                np.cross(inertia * w, w) / inertia,
+                [weight @ v],
+                (np.cross(heavy * top, top) + torque) / heavy,
+                np.cross(up, top),
+                [torque @ top],
+            ]
+        )
+
+    sine, cosine = math.sin(p["theta"]), math.cos(p["theta"])
+    around = (p["p_phi"] - p["p_psi"] * cosine) / sine / p["A"]
+    start = np.concatenate(
+        [
+            [p["vx"], p["vy"], p["vz"]],
+            [p["w1"], p["w2"], p["w3"], 0.0],
+            [p["rate"], around, p["p_psi"] / p["C"]],
+            [0.0, sine, cosine, 0.0],
+        ]
+    )
+    end = start
+    if p["t"] > 0:
+        end = solve_ivp(motion, (0.0, p["t"]), start, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    v, w, top, up = end[0:3], end[3:6], end[7:10], end[10:13]
+    sliding, pull = math.hypot(p["s0x"], p["s0y"]), p["mu"] * p["g"]
+    until = 2 * sliding / (7 * pull)
+    found = {
+        "translational": p["m"] * (v @ v) / 2,
+        "rotational": (inertia * w) @ w / 2,
+        "kinetic": p["m"] * (v @ v) / 2 + (inertia * w) @ w / 2,
+        "power": weight @ v,
+        "work": end[6],
+        "ball_loss": quad(lambda t: p["m"] * pull * (sliding - 7 * pull * t / 2), 0.0, until)[0],
+        "top_kinetic": (heavy * top) @ top / 2,
+        "top_power": p["W"] * np.cross(up, axis) @ top,
+        "top_work": end[13],
+    }
+    return {name: float(value) for name, value in found.items()}
+
+
+ROTOR = "rotor_dynamic_balance"
+OPPONENTS = (
+    Opponent("Rotation, solve", "scipy", ROTOR, rotor_turned),
+    Opponent("cubature", "scipy", ROTOR, rotor_cubature),
+    Opponent("solve_ivp, quad", "scipy", "work_energy_rigid_body", energies_ivp),
+)

@@ -1,0 +1,91 @@
+"""What `gnomon run` prints at its end: one line a series, or an integrator where there are many series."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.reporting.tables import error_text, scene_name, time_text
+from gnomon.harness.results import analysis
+from gnomon.harness.results.values import SCORED
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+MOST_SERIES = 40
+"""Of more series than these there is one line an integrator, with medians over its series."""
+REASON = 100
+"""Characters of a reason that are shown."""
+NOT_BROKEN = ("ok", "skipped", "interrupted", *analysis.NEVER_RAN)
+
+
+def run_table(frame: pd.DataFrame) -> Table:
+    """Error, measured order, time and preparation time at that error, statuses, and the first setting that failed.
+
+    The error is the smallest of a series. `frame`: the rows of `store.load`.
+    """
+    reduced = analysis.settings(analysis.tidy(frame))
+    reduced["where"] = [scene_name(*names) for names in reduced[["case", "variant", "formulation"]].to_numpy()]
+    orders = analysis.orders(reduced)
+    many = len(reduced.drop_duplicates(analysis.SERIES)) > MOST_SERIES
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
+    for name in ("integrator", "series" if many else "case"):
+        table.add_column(name, no_wrap=True)
+    for name in ("error", "order", "time", "preparation"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for name in ("statuses", "broke at"):
+        table.add_column(name)
+    for key, rows in reduced.groupby(["integrator_id"] if many else ["where", "integrator_id"], sort=False):
+        own = orders[orders["integrator_id"] == key[-1]]
+        if not many:
+            own = own.merge(rows[analysis.SERIES].drop_duplicates(), on=analysis.SERIES)
+        where = str(rows.groupby(analysis.SERIES).ngroups) if many else key[0]
+        table.add_row(escape(key[-1]), escape(where), *_numbers(rows, own["order"].dropna()), *_words(rows))
+    return table
+
+
+def _numbers(rows: pd.DataFrame, orders: pd.Series) -> tuple[str, str, str, str]:
+    good = rows[rows["status"] == "ok"]
+    if good.empty:
+        return "–", "–", "–", "–"
+    best = good.loc[good.groupby(analysis.SERIES)["error_max"].idxmin()]
+    error, seconds, prepare = (float(np.median(best[c])) for c in ("error_max", "seconds_median", "prepare_seconds"))
+    order = float(orders.median()) if len(orders) else math.nan
+    return (
+        error_text(error),
+        f"{order:.2f}" if math.isfinite(order) else "–",
+        time_text(seconds),
+        time_text(prepare),
+    )
+
+
+def _words(rows: pd.DataFrame) -> tuple[str, str]:
+    counts = ", ".join(f"{count} {status.replace('_', ' ')}" for status, count in Counter(rows["status"]).most_common())
+    broken = rows[~rows["status"].isin(NOT_BROKEN)]
+    if broken.empty:
+        return counts, ""
+    first = broken.iloc[0]
+    setting = f"{first['setting']:.3g}: " if math.isfinite(first["setting"]) else ""
+    return counts, escape(f"{setting}{' '.join(str(first['reason']).split())}"[:REASON])
+
+
+def shortcomings(frame: pd.DataFrame, own: Sequence[Integrator]) -> list[str]:
+    """In one line each, why a run fails: nothing was measured, or an integrator of a user's own never succeeded."""
+    why = analysis.nothing_ran(frame)
+    if why is not None:
+        return [f"nothing ran ({why})"]
+    if not frame["status"].isin(SCORED).any():
+        counts: Any = frame["status"].value_counts().items()
+        return [f"nothing was measured: {', '.join(f'{n} {status}' for status, n in counts)}; see the reasons above"]
+    found = []
+    for one in own:
+        rows = frame[frame["integrator_id"] == one.id]
+        if not (rows["status"] == "ok").any():
+            status, reason = rows[["status", "reason"]].value_counts(dropna=False).index[0] if len(rows) else ("", "")
+            found.append(f"{one.id} never succeeded ({f'{status}: {reason}'[:REASON]})")
+    return found

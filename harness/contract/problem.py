@@ -1,0 +1,78 @@
+"""What an integrator is given of a case: its equations in an accepted form, its numbers, its sample times."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+from gnomon.cases.core.case import Case
+from gnomon.cases.core.forms import FirstOrder, Form, first_order
+from gnomon.cases.core.formulation import Formulation
+from gnomon.cases.core.scene import SceneForm
+from gnomon.harness.contract.integrator import Problem
+from gnomon.reference.numerics.precision import nearest_double, working
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+DIGITS = 40
+"""Initial states of formulations and values of their clocks are computed to this many digits and rounded once."""
+
+
+def accepted_form(
+    case: Case, accepts: tuple[type, ...], formulation: Formulation | None = None
+) -> Form | SceneForm | None:
+    """The most structured form of a case, or of a formulation of it, that is of an accepted type; None without one."""
+    offered: tuple[Form | SceneForm, ...] = case.all_forms() if formulation is None else _with_first_order(formulation)
+    if formulation is None and case.scene is not None:
+        offered = (*offered, case.scene)
+    return next((form for form in offered if isinstance(form, accepts)), None)
+
+
+def problem_of(
+    case: Case, accepts: tuple[type, ...], formulation: Formulation | None = None, counted: bool = False
+) -> Problem:
+    """The problem that an integrator which accepts `accepts` is given; `case` has binary64 numbers (Case.rounded).
+
+    Raises ValueError where the case offers no such form.
+    """
+    form = accepted_form(case, accepts, formulation)
+    if form is None:
+        names = " or ".join(kind.__name__ for kind in accepts)
+        raise ValueError(f"{case.id} has no form {names}")
+    parameters = np.array([float(value) for value in case.parameter_values()])
+    times, scale = case.times, float(case.time_scale)
+    if formulation is not None and formulation.independent is not None:
+        times = np.array([nearest_double(formulation.independent(Fraction(t), DIGITS)) for t in case.times.tolist()])
+        scale *= float(times[-1] / case.times[-1])
+    dimension, groups = len(initial_state(case, formulation)), groups_of(case, formulation)
+    return Problem(form, dimension, parameters, times, scale, counted, groups)
+
+
+def groups_of(case: Case, formulation: Formulation | None = None) -> tuple[int, ...]:
+    """`Problem.groups`: the groups of the case's coordinates in order of appearance; none stated in a formulation."""
+    names = list(dict.fromkeys(coordinate.group for coordinate in case.state))
+    return () if formulation is not None else tuple(names.index(coordinate.group) for coordinate in case.state)
+
+
+def initial_state(case: Case, formulation: Formulation | None = None) -> Floats:
+    """The initial state as the integrator gets it, shape (dim,): encoded in high precision and rounded once."""
+    if formulation is None:
+        return np.array([float(value) for value in case.initial_state])
+    with working(DIGITS) as mp:
+        state = [mp.mpf(x.numerator) / x.denominator for x in case.initial_state]
+        parameters = [mp.mpf(x.numerator) / x.denominator for x in case.parameter_values()]
+        return np.array([nearest_double(mp.mpf(x)) for x in formulation.encode(mp, state, parameters)])
+
+
+def counting(problem: Problem) -> Problem:
+    """The same problem, to be run once, untimed, with its right-hand sides counted."""
+    return replace(problem, counted=True)
+
+
+def _with_first_order(formulation: Formulation) -> tuple[Form, ...]:
+    forms = formulation.forms
+    if any(isinstance(form, FirstOrder) for form in forms):
+        return forms
+    implied = next((f for f in map(first_order, forms) if f is not None), None)
+    return forms if implied is None else (*forms, implied)

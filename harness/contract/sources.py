@@ -1,0 +1,164 @@
+"""The text of what a result depends on: the functions of a form, the modules behind an integrator or a case."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import hashlib
+import importlib.util
+import inspect
+import numbers
+import types
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache, wraps
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from gnomon.cases.core.arithmetic import _names
+
+Result = TypeVar("Result")
+
+
+def digest(parts: Iterable[str]) -> str:
+    """A hash of several texts that no other division of the same characters gives."""
+    hasher = hashlib.sha256()
+    for part in parts:
+        data = part.encode()
+        hasher.update(len(data).to_bytes(8, "big") + data)
+    return hasher.hexdigest()[:32]
+
+
+def of_value(value: Any) -> str:
+    """The text of a form or any value in it: functions by their source with all that they read, the rest by repr."""
+    parts: list[Any] = []
+    _collect(value, parts, set(), _source)
+    return "\n".join(parts)
+
+
+def cached_by_content(function: Callable[..., Result]) -> Callable[..., Result]:
+    """A cache whose key holds what the functions among the arguments read, at any depth.
+
+    That is their code, numbers at module level, closures and default values: where one of these is another than at the
+    last call, the result is computed anew. Raises ValueError for a function that reads what can change unseen.
+    """
+    kept: dict[tuple[Any, ...], Result] = {}
+
+    @wraps(function)
+    def remembered(*arguments: Any) -> Result:
+        parts: list[Any] = []
+        _collect(arguments, parts, set(), None)
+        key = tuple(parts)
+        if key not in kept:
+            kept[key] = function(*arguments)
+        return kept[key]
+
+    return remembered
+
+
+def _collect(value: Any, parts: list[Any], seen: set[int], text: Callable[[Any], str] | None) -> None:
+    """Append what a value consists of: functions as `text`, or as their code where there is none and all must be known."""
+    if isinstance(value, types.FunctionType):
+        if id(value) in seen:
+            return
+        seen.add(id(value))
+        parts.append(text(value) if text else value.__code__)
+        for name, used in _read(value):
+            parts.append(f"{name} =")
+            try:
+                _collect(used, parts, seen, text)
+            except ValueError as error:
+                raise ValueError(f"{value.__qualname__} reads {name}: {error}") from None
+    elif isinstance(value, types.MethodType):
+        parts.append(type(value.__self__).__qualname__)
+        _collect(value.__func__, parts, seen, text)
+    elif dataclasses.is_dataclass(value) and not isinstance(value, type):
+        parts.append(type(value).__qualname__)
+        for field in dataclasses.fields(value):
+            parts.append(f"{field.name} =")
+            _collect(getattr(value, field.name), parts, seen, text)
+    elif isinstance(value, tuple | list):
+        parts.append(f"{type(value).__name__} of {len(value)}")
+        for item in value:
+            _collect(item, parts, seen, text)
+    elif isinstance(value, dict):
+        _collect(sorted(value.items(), key=repr), parts, seen, text)
+    elif isinstance(value, frozenset | set):
+        parts.append(repr(sorted(value, key=repr)))
+    elif isinstance(value, str | bytes | numbers.Number | None):
+        parts.append(f"{type(value).__name__} {value!r}")
+    elif isinstance(value, types.BuiltinFunctionType):
+        parts.append(value.__qualname__)
+    elif isinstance(value, np.ndarray):
+        parts.append(f"{value.dtype} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}")
+    elif text is None:
+        raise ValueError(
+            f"{value!r} may change unseen, so what is compiled for it could be out of date; "
+            "equations may use numbers, tuples, plain functions and math"
+        )
+    elif isinstance(value, type | types.ModuleType):
+        parts.append(getattr(value, "__qualname__", value.__name__))
+    else:
+        parts.append(type(value).__qualname__)  # a repr could hold an address, which is new in every process
+
+
+def _read(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
+    """The names that a function reads from outside, and their values: globals, closure, default values."""
+    for name in sorted(_names(function.__code__)):
+        if name in function.__globals__:
+            yield name, function.__globals__[name]
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        yield name, cell.cell_contents
+    if function.__defaults__ or function.__kwdefaults__:
+        yield "default values", (function.__defaults__, function.__kwdefaults__)
+
+
+def _source(function: types.FunctionType) -> str:
+    return _text_of_code(function.__code__)
+
+
+@cache
+def _text_of_code(code: types.CodeType) -> str:
+    return inspect.getsource(code)
+
+
+@cache
+def of_module(module: str, within: tuple[str, ...]) -> str:
+    """A hash of a module's file and of every module under the packages `within` that it imports, at any depth."""
+    seen: dict[str, str] = {}
+    _follow(module, within, seen)
+    return digest(f"{name}\n{text}" for name, text in sorted(seen.items()))
+
+
+def _follow(module: str, within: tuple[str, ...], seen: dict[str, str]) -> None:
+    if module in seen:
+        return
+    text = _text(module)
+    if text is None:
+        return
+    seen[module] = text
+    for name in sorted(_imports(text)):
+        if name.startswith(within):
+            _follow(name, within, seen)
+
+
+@cache
+def _imports(text: str) -> set[str]:
+    """Absolute imports anywhere in the text, those inside functions too; `from a import b` may mean module a.b."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+    return found
+
+
+def _text(module: str) -> str | None:
+    """The source of a module; None where there is none (compiled, or a name that is no module)."""
+    try:
+        specification = importlib.util.find_spec(module)
+    except (ImportError, ValueError):
+        specification = None
+    origin = specification.origin if specification is not None else None
+    return Path(origin).read_text() if origin is not None and origin.endswith(".py") else None

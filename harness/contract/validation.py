@@ -1,0 +1,94 @@
+"""What an integrator returned, checked before anything is made of it: types, shapes, real numbers, possible counts."""
+
+from __future__ import annotations
+
+import math
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+from gnomon.harness.contract.integrator import Solution
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+MOST = 2**53
+"""Counts above this are none: no double tells them apart, and no run takes that many steps."""
+LEAST_SECONDS = 1e-11
+"""No right-hand side and no step takes less: a twentieth of the cycle of a processor."""
+RESOLUTION_SECONDS = 1e-6
+TEXT = 300
+"""Characters of a reason that are kept."""
+
+
+class Unusable(Exception):  # noqa: N818 (it names an answer)
+    """An answer that is no solution: the message names the value and the rule."""
+
+
+def checked(solution: Any, shape: tuple[int, ...]) -> Solution:
+    """The solution with states as float64 of this shape (a copy), counts as ints and events as plain pairs.
+
+    Raises Unusable where it is anything else.
+    """
+    if not isinstance(solution, Solution):
+        raise Unusable(f"solve returned {type(solution).__name__}, not a Solution")
+    if solution.stopped is not None and not isinstance(solution.stopped, str):
+        raise Unusable(f"returned stopped = {short(solution.stopped)}: it is a text, or None")
+    return Solution(
+        real_states(solution.states, shape),
+        None if solution.steps is None else count(solution.steps, "steps"),
+        solution.stopped and solution.stopped[:TEXT],
+        None if solution.events is None else tuple(_event(event) for event in _listed(solution.events)),
+    )
+
+
+def real_states(states: Any, shape: tuple[int, ...]) -> Floats:
+    """States as a new float64 array of this shape. Complex numbers are taken where every imaginary part is zero."""
+    found = np.asarray(states)
+    if found.dtype.kind not in "iufc":
+        raise Unusable(f"returned states of type {found.dtype}, not real numbers")
+    if found.shape != shape:
+        raise Unusable(f"returned states of shape {found.shape}, not {shape}")
+    if found.dtype.kind == "c":
+        if np.any(found.imag != 0):
+            raise Unusable(f"returned complex states (imaginary parts up to {np.nanmax(np.abs(found.imag)):.2g})")
+        found = found.real
+    with np.errstate(over="ignore"):  # a wider float beyond binary64 becomes infinite, and is judged as that
+        return np.array(found, dtype=np.float64)
+
+
+def count(value: Any, name: str) -> int:
+    """A count as an int; Unusable where it is not a whole number from 0 to 2^53."""
+    whole = isinstance(value, Integral | Real) and not isinstance(value, bool | np.bool_) and math.isfinite(value)
+    if not whole or value != math.floor(value) or not 0 <= value <= MOST:
+        raise Unusable(f"returned {name} = {short(value)}: a count is a whole number from 0 to 2^53")
+    return int(value)
+
+
+def possible(count: int | None, seconds: float, name: str) -> None:
+    """Raise Unusable for more steps or right-hand sides than a processor can do in that time."""
+    if count is not None and count * LEAST_SECONDS > seconds + RESOLUTION_SECONDS:
+        raise Unusable(f"claims {count} {name} in {seconds:.2g} s: one takes {LEAST_SECONDS:g} s at least")
+
+
+def _listed(events: Any) -> list[Any]:
+    try:
+        return list(events)
+    except TypeError:
+        raise Unusable(f"returned events = {short(events)}: they are pairs (time, name)") from None
+
+
+def _event(event: Any) -> tuple[float, str]:
+    try:
+        time, name = event
+    except (TypeError, ValueError):
+        raise Unusable(f"returned the event {short(event)}: it is a pair (time, name)") from None
+    if not isinstance(time, Real) or not math.isfinite(time) or not isinstance(name, str):
+        raise Unusable(f"returned the event {short(event)}: it is a pair (time, name) with a finite time")
+    return float(time), name
+
+
+def short(value: object) -> str:
+    """A value as a message shows it."""
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

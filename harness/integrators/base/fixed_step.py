@@ -1,0 +1,181 @@
+"""One-step methods at a fixed step size: a subclass is a declaration of a step function and its coefficients."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import sys
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
+from gnomon.cases.core.scene import SceneForm
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Steps
+from gnomon.harness.integrators.base import stepping
+from gnomon.harness.kernels import equations as compiling
+from gnomon.reference.numerics.precision import nearest_double, working
+from gnomon.reference.storage import diskcache
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Table = Sequence[Sequence[Any]]
+Loop = Callable[[Floats, Floats, NDArray[np.int64]], int]
+"""(initial states, room for the states at the samples, room for why and where the first one ended early) -> steps."""
+
+DIGITS = 60
+"""Coefficients are known to this many digits; the binary64 table is their rounding."""
+
+MOST_STEPS = 10**10
+"""About three minutes of the cheapest method: more than that is a mistake in the setting."""
+
+
+class FixedStep(Integrator):
+    """A one-step method whose one knob is the step size h.
+
+    A subclass declares `step` (its contract stands in `stepping`), `coefficients` and how many rows its step stores.
+    `compensated`: increments are added with Kahan's compensation.
+    """
+
+    sweep = Steps()
+    sampling = "grid"
+    compensated: ClassVar[bool] = False
+    step: ClassVar[stepping.Step]
+
+    @classmethod
+    @abstractmethod
+    def coefficients(cls, mp: Any) -> Table:
+        """The method's coefficients in the mpmath context `mp`, at the precision that it has."""
+
+    def rows(self, form: Form) -> int:
+        """How many rows of the state's length the step stores."""
+        return 1
+
+    def equations(self, form: Form) -> Callable[..., Any]:
+        """The plain function that the step calls."""
+        if isinstance(form, SecondOrder):
+            return form.acceleration
+        assert isinstance(form, FirstOrder)
+        return form.equations
+
+    def widths(self, form: Form, dimension: int) -> tuple[int, int]:
+        """How many values that function takes as its state, and how many it gives."""
+        width = dimension // 2 if isinstance(form, SecondOrder) else dimension
+        return width, width
+
+    def kernel(self, problem: Problem) -> compiling.Kernel:
+        """The same function compiled, counting where the problem asks for it."""
+        if isinstance(problem.form, SecondOrder):
+            return compiling.acceleration(problem)
+        return compiling.right_hand_side(problem)
+
+    def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
+        """The coefficients, with what the step needs beside them: numbers of the problem, the unit round-off."""
+        return self.coefficients(mp)
+
+    def table_for(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any, h: Any) -> Table:
+        """The same for methods whose coefficients depend on the step size."""
+        return self.table(mp, form, parameters, roundoff)
+
+    def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
+        """The table rounded once from high precision; where it takes milliseconds to make, a method has it `kept`."""
+        with working(DIGITS) as mp:
+            numbers = [mp.mpf(x) for x in parameters]
+            return rounded(self.table_for(mp, form, numbers, mp.mpf(2) ** -52, mp.mpf(h)))
+
+    def step_for(self, form: Form) -> stepping.Step:
+        return type(self).step
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        substeps = substeps_of(problem, setting)
+        h = problem.interval / substeps if problem.uniform else setting
+        run = self.loop(problem, h, substeps if problem.uniform else 0)
+
+        def solve(initial: Floats) -> Solution:
+            out = stepping.blank(problem, initial)
+            stop = np.zeros(3, dtype=np.int64)
+            taken = run(initial, out, stop)
+            return Solution(out, taken, reason(stop))
+
+        return solve
+
+    def loop(self, problem: Problem, h: float, substeps: int) -> Loop:
+        """Steps of h: `substeps` of them to a sampling interval, or 0 where samples lie between steps."""
+        form = problem.form
+        assert not isinstance(form, SceneForm)
+        step, address = self.step_for(form), self.kernel(problem).address
+        table = self.binary64(form, problem.parameters.tolist(), h)
+        return self.advancing(
+            problem, h, substeps, step, address, table, self.widths(form, problem.dimension), self.rows(form)
+        )
+
+    def advancing(
+        self,
+        problem: Problem,
+        h: float,
+        substeps: int,
+        step: stepping.Step,
+        address: int,
+        table: Floats,
+        widths: tuple[int, int],
+        rows: int,
+    ) -> Loop:
+        """The compiled loop around a step, the equations at an address, and what else that step needs."""
+        run, compensated = stepping.compiled(step), self.compensated
+        buffer, times = problem.buffer, problem.times
+
+        def advance(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
+            return run(address, buffer, table, widths, rows, initial, times, h, substeps, compensated, out, stop)
+
+        return advance
+
+
+def substeps_of(problem: Problem, h: float) -> int:
+    """How many steps of h make a sampling interval. Raises Refused where h is no positive fraction of it."""
+    span = float(problem.times[-1])
+    if not (math.isfinite(h) and h > 0):
+        raise Refused(f"step size {h} is not a positive number")
+    if span / h > MOST_STEPS or span + h == span:
+        least = f"take at least {span / MOST_STEPS:.1g}"
+        raise Refused(f"step size {h:g} would take more than {MOST_STEPS:g} steps to reach t = {span:g}; {least}")
+    if not problem.uniform:
+        return max(1, round(problem.interval / h))
+    count = round(problem.interval / h)
+    if count < 1 or abs(count * h - problem.interval) > 2 * math.ulp(problem.interval):
+        nearest = problem.interval / max(1, count)
+        raise Refused(f"step size {h!r} does not divide the sampling interval {problem.interval!r}; {nearest!r} does")
+    return count
+
+
+def given(mp: Any, function: Callable[[Any], Any], parameters: Sequence[Any], count: int) -> list[Any]:
+    """The `count` numbers that a form's function of the parameters gives. Raises ValueError where it gives others."""
+    compiling.check_values({"function": function}, "function(p)", 0, len(parameters), count)
+    return [mp.mpf(x) for x in function(tuple(parameters))]
+
+
+def rounded(table: Table, double: Callable[[Any], float] = nearest_double) -> Floats:
+    """Rows of mpmath numbers, or of those that `double` takes, as the nearest doubles; shorter rows end in zeros."""
+    found = np.zeros((len(table), max(map(len, table))))
+    for row, values in zip(found, table, strict=True):
+        row[: len(values)] = [double(x) for x in values]
+    return found
+
+
+def kept(name: str, modules: Sequence[str], build: Callable[[], Floats]) -> Floats:
+    """A table that is kept on disk, under its name and the source of the modules that make it."""
+    made_of = "".join(inspect.getsource(sys.modules[module]) for module in (__name__, *modules))
+    key = f"table {name}\n{made_of}"
+    return diskcache.cached(key, lambda: diskcache.Entry({"rows": build()})).arrays["rows"]
+
+
+def reason(stop: NDArray[np.int64]) -> str | None:
+    """In words why a trajectory ended early."""
+    if stop[0] == 0:
+        return None
+    what = {
+        stepping.NOT_FINITE: "the state was not finite",
+        stepping.NOT_SOLVED: "the stages of a step did not converge",
+    }[int(stop[0])]
+    where = f"{what} before sample {stop[2] + 1}" + (f" of trajectory {stop[1] + 1}" if stop[1] else "")
+    return f"{where}; take shorter steps" if stop[0] == stepping.NOT_SOLVED else where

@@ -1,0 +1,292 @@
+"""Adaptive one-step methods: the loop that they share, its controller and its limits.
+
+A family (`embedded`, `nystrom`) writes the pieces of a step as plain functions, and each method is the loop compiled
+around them once, with the method's own counts of stages as constants:
+
+    first_step(f, y, p, k, x, slope, tolerance, most, groups) -> h, nan where the equations are not finite; k[0] is set
+    attempt(f, t, h, y, low, p, table, inverse, x, slope, k, change, end) -> the estimated error, relative
+    arrive(f, t, end, p, x, slope, k) -> whether the slope at the end of the step, k[STAGES], is finite
+    open_step(f, t, h, y, p, table, x, slope, k)                                once in a step that holds samples
+    between(f, t, h, ahead, y, low, end, p, table, x, slope, k, spare, out)     once a sample: the state at t + ahead
+
+`low` is what the sums so far have lost to round-off; `change` is by how much the state changes, `low` included.
+`groups` and `inverse`: see `sizes`, which says what errors are compared with.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable
+from decimal import Context, Decimal, localcontext
+from functools import cache
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core.forms import SecondOrder
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, rounded
+from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, roughen, soften
+from gnomon.harness.integrators.base.stepping import blank, call, compiled_whole
+from gnomon.harness.kernels import equations as compiling
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+LEAST_TOLERANCE = 1e-15
+"""About four units of round-off: no step can be held to less."""
+
+MOST_STEPS = 5_000_000
+"""A few seconds: past that the tolerance is out of proportion to the span, or the equations are stiff."""
+
+NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 1, 2, 3
+REASONS = {
+    NOT_FINITE: "the equations gave a value that is not finite",
+    STEP_TOO_SMALL: "the step size fell below the spacing of times",
+}
+
+SHRINK_MOST, GROW_MOST = 3.0, 6.0
+
+SAFETY, BETA = 0.9, 0.04
+"""Of the PI controller and its integral part (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4)."""
+
+FORESEEING, FORESEEN_SAFETY = 8, 0.8
+"""From this order of the error on, steps are so long that on an eccentric orbit each must be much shorter than the last:
+a controller that looks at the error alone has a quarter of them rejected. There the change of the step that the last two
+errors call for is taken to go on (Gustafsson's predictive controller, as in RADAU5: Hairer and Wanner, Solving Ordinary
+Differential Equations II, IV.8), where it shrinks the step. At equal error that saves DOP853 and Verner's 9(8) a fifth of
+their right-hand sides on Kepler's orbits, RKN 12(10) an eighth, and the pendulum takes as many as before; methods of lower
+order have few steps rejected."""
+
+ERROR_ORDER = WIDTHS = LAST = 0
+"""Of each method, when it is compiled: the power of the step by which its estimated error falls, how many widths of a
+slope make a state, the rows of `k`."""
+
+
+class Adaptive(Integrator):
+    """A one-step method that holds its estimated error to the tolerance; sums are compensated.
+
+    The error of each component is relative to the largest size so far of its group (`Problem.groups`, see `sizes`), so
+    that results do not depend on units. With `absolute` it is relative to 1 + |y| in SI units, as in most libraries: of
+    a motion of a millimetre the same tolerance then leaves an error a thousand times as large, relative to its size. The
+    norm of the error is the root mean square over the components. A subclass gives its table of coefficients, the
+    constants that it is compiled with, and the functions of its family.
+    """
+
+    sampling = "dense output"
+    sweep = Tolerance(1e-3, 1e-14)
+    absolute: ClassVar[bool] = False
+    most_steps: ClassVar[int] = MOST_STEPS
+    loop: ClassVar[Callable[..., int]]
+    pieces: ClassVar[tuple[Callable[..., Any], ...]]
+
+    @classmethod
+    @abstractmethod
+    def rows(cls, mp: Any) -> Table:
+        """The table of coefficients, of the numbers of an mpmath context `mp` or of `Decimals`."""
+
+    @classmethod
+    @abstractmethod
+    def constants(cls) -> tuple[tuple[str, int], ...]:
+        """The names that the family's functions read as constants, with their values for this method."""
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        check_tolerance(setting)
+        second = isinstance(problem.form, SecondOrder)
+        kernel = compiling.acceleration(problem) if second else compiling.right_hand_side(problem)
+        limits = ("MOST_STEPS", self.most_steps), ("ABSOLUTE", int(self.absolute))
+        run = compiled_whole(type(self).loop, SIGNATURE, (*self.constants(), *limits), self.pieces)
+        table = _table(type(self))
+        address, buffer, times = kernel.address, problem.buffer, problem.times
+        groups, scale = problem.grouping, problem.time_scale
+
+        def solve(initial: Floats) -> Solution:
+            out = blank(problem, initial)
+            stop = np.zeros(2, dtype=np.int64)
+            steps = run(address, buffer, table, initial, times, setting, groups, scale, out, stop)
+            return Solution(out, int(steps), reason(stop, self.most_steps))
+
+        return solve
+
+
+@cache
+def _table(method: type[Adaptive]) -> Floats:
+    return tabulated(method.rows)
+
+
+class Decimals:
+    """What a table of decimals and fractions asks of an mpmath context, in a tenth of the time."""
+
+    mpf, zero, fsum, sqrt = Decimal, Decimal(0), sum, Decimal.sqrt
+
+
+def tabulated(rows: Callable[[Any], Table]) -> Floats:
+    """The coefficients in binary64, rounded once from `DIGITS` digits."""
+    with localcontext(Context(prec=DIGITS)):
+        return rounded(rows(Decimals), float)
+
+
+def check_tolerance(setting: float, least: float = LEAST_TOLERANCE) -> None:
+    """Raises Refused for a tolerance that is no number from `least` to below 1."""
+    if not (math.isfinite(setting) and least <= setting < 1):
+        raise Refused(f"tolerance {setting} is not between {least:g} and 1")
+
+
+def reason(stop: NDArray[np.int64], most_steps: int) -> str | None:
+    """In words why a trajectory ended early."""
+    if stop[0] == 0:
+        return None
+    too_many = f"more than {most_steps} steps (stiff, or too small a tolerance for so long a span)"
+    what = too_many if stop[0] == TOO_MANY_STEPS else REASONS[int(stop[0])]
+    return f"{what}, before sample {stop[1] + 1}"
+
+
+SIGNATURE = (
+    "int64(intp, float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, int64[::1], float64, "
+    "float64[:, :, ::1], int64[::1])"
+)
+
+
+def integrate(
+    f: Any,
+    p: Floats,
+    table: Floats,
+    initial: Floats,
+    times: Floats,
+    tolerance: float,
+    groups: NDArray[np.int64],
+    time_scale: float,
+    out: Floats,
+    stop: NDArray[np.int64],
+) -> int:
+    """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps accepted.
+
+    `stop` gets the reason and the sample where a trajectory ended early.
+    """
+    dimension = initial.shape[1]
+    width = dimension // WIDTHS
+    y, low, end = np.empty(dimension), np.empty(dimension), np.empty(dimension)
+    change, spare = np.empty(dimension), np.empty(dimension)
+    x, slope, k = np.empty(width), np.empty(width), np.empty((LAST, width))
+    sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
+    taken = 0
+    for n in range(initial.shape[0]):
+        y[:] = initial[n]
+        low[:] = 0.0
+        t, sample, attempts = 0.0, 0, 0
+        h = first_step(f, y, p, k, x, slope, tolerance, min(times[-1], time_scale), groups)
+        before, last = 1e-4, 0.0
+        rejected, noisy = False, False
+        rough[:] = 0.0
+        reason = 0
+        while sample < times.size:
+            if not (h > 0.0 and h < np.inf):
+                reason = NOT_FINITE
+                break
+            if t + h / 4 <= t:
+                reason = STEP_TOO_SMALL
+                break
+            # The step is h rounded so that t + step is exact; the last one ends at the last sample.
+            step = times[-1] - t if t + h >= times[-1] else (t + h) - t
+            attempts += 1
+            if attempts > MOST_STEPS:
+                reason = TOO_MANY_STEPS
+                break
+            if t == 0.0:
+                for i in range(dimension):
+                    change[i] = step * (k[0, i - dimension + width] if i >= dimension - width else y[width + i])
+                first_sizes(y, change, groups, sizes, inverse)
+            if noisy:
+                if t > 0.0:
+                    invert(groups, sizes, inverse)
+                soften(step / tolerance, groups, rough, inverse)
+            error = attempt(f, t, step, y, low, p, table, inverse, x, slope, k, change, end) / tolerance
+            if not error < np.inf:
+                h = min(h, step) / 10
+                rejected = True
+                continue
+            if error > 1.0:
+                nudge(y, x)
+                call(f, t, x, p, slope)
+                roughen(k[0], slope, dimension - width, groups, rough)
+                noisy = soften(step / tolerance, groups, rough, inverse) or noisy
+                h = min(h, step) * max(1 / SHRINK_MOST, shortened(error))
+                rejected = True
+                continue
+            if not arrive(f, t + step, end, p, x, slope, k):
+                reason = NOT_FINITE
+                break
+            if times[sample] <= t + step:
+                open_step(f, t, step, y, p, table, x, slope, k)
+                while sample < times.size and times[sample] <= t + step:
+                    between(f, t, step, times[sample] - t, y, low, end, p, table, x, slope, k, spare, out[n, sample])
+                    sample += 1
+            if enlarge(end, groups, sizes) or t == 0.0:
+                invert(groups, sizes, inverse)
+            taken += 1
+            t += step
+            for i in range(dimension):
+                low[i] = change[i] - (end[i] - y[i])
+                y[i] = end[i]
+            for i in range(width):
+                k[0, i] = k[STAGES, i]
+            factor = max(1 / SHRINK_MOST, min(GROW_MOST, lengthened(error, before, step, last)))
+            h = step * (min(1.0, factor) if rejected else factor)
+            before, last = max(error, 1e-4), step
+            rejected = False
+        if reason != 0 and stop[0] == 0:
+            stop[0] = reason
+            stop[1] = sample
+    return taken
+
+
+def shortened(error: float) -> float:
+    """The factor to a step whose error was more than the tolerance."""
+    if ERROR_ORDER >= FORESEEING:
+        return float(FORESEEN_SAFETY * error ** (-1 / ERROR_ORDER))
+    return float(SAFETY * error ** (0.2 * BETA - 1 / ERROR_ORDER))
+
+
+def lengthened(error: float, before: float, step: float, last: float) -> float:
+    """The factor to the next step, from this one and the `last`, 0 where there is none, with both errors over the tolerance:
+    `error` and the one `before`."""
+    if ERROR_ORDER < FORESEEING:
+        return float(SAFETY * error ** (0.2 * BETA - 1 / ERROR_ORDER) * before**BETA)
+    least = max(error, 1e-4)
+    factor = FORESEEN_SAFETY * least ** (-1 / ERROR_ORDER)
+    if last > 0.0:
+        factor *= max(0.5, min(1.0, step / last * (before / least) ** (1 / ERROR_ORDER)))
+    return float(factor)
+
+
+Adaptive.loop = integrate
+
+STAGES = 0
+"""Of each method: its stages up to the end of the step, whose slope is k[STAGES] and begins the next."""
+
+
+def first_step(f: Any, y: Any, p: Any, k: Any, x: Any, slope: Any, tolerance: float, most: float, groups: Any) -> float:
+    """Of each family; stands here for the name alone, as do the four below."""
+    raise NotImplementedError
+
+
+def attempt(
+    f: Any, t: float, h: float, y: Any, low: Any, p: Any, table: Any, inverse: Any, x: Any, slope: Any, k: Any,
+    change: Any, end: Any,
+) -> float:  # fmt: skip
+    raise NotImplementedError
+
+
+def arrive(f: Any, t: float, end: Any, p: Any, x: Any, slope: Any, k: Any) -> bool:
+    raise NotImplementedError
+
+
+def open_step(f: Any, t: float, h: float, y: Any, p: Any, table: Any, x: Any, slope: Any, k: Any) -> None:
+    raise NotImplementedError
+
+
+def between(
+    f: Any, t: float, h: float, ahead: float, y: Any, low: Any, end: Any, p: Any, table: Any, x: Any, slope: Any,
+    k: Any, spare: Any, out: Any,
+) -> None:  # fmt: skip
+    raise NotImplementedError

@@ -1,0 +1,222 @@
+"""The stepping that every fixed-step method shares, and the compilation of a method's step into it.
+
+A step is one plain function, written once and run in two arithmetics: compiled in binary64, and as it stands in mpmath
+for orders that binary64 cannot show. Its contract:
+
+    step(f, t, h, y, p, table, x, slope, store, increment) -> bool
+
+writes into `increment` (dim,) by how much the state `y` (dim,) at t changes over h. `call(f, t, x, p, slope)`
+evaluates the equations at the scratch vector `x` into the scratch vector `slope`. `table`: the method's coefficients,
+2-D. `store` (rows, dim): kept, as x and slope are, from one step to the next, and zero before the first. False means
+that the step could not be made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.kernels import equations as compiling
+from gnomon.harness.kernels.equations import OPTIONS, gather_into
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Step = Callable[..., bool]
+
+NOT_FINITE = 1
+NOT_SOLVED = 2
+
+
+def blank(problem: Problem, initial: Floats) -> Floats:
+    """Room for the states of a Solution, nan so far. Raises ValueError for initial states that are not (n, dimension)."""
+    if initial.ndim != 2 or initial.shape[1] != problem.dimension:
+        raise ValueError(f"initial states of shape {initial.shape}; they must be (n, {problem.dimension})")
+    out = np.empty((len(initial), len(problem.times), problem.dimension))
+    out.fill(np.nan)  # half of the time of np.full, which is a hundredth of a short solve
+    return out
+
+
+def call(f: Any, t: Any, x: Any, p: Any, slope: Any) -> None:
+    """Evaluate plain equations into `slope`. Compiled steps get CALL in its place, which takes an address for `f`."""
+    slope[:] = f(t, tuple(x), tuple(p))
+
+
+def product(a: Any, b: Any) -> tuple[Any, Any]:
+    """a * b, rounded, and what rounding has taken from it. Compiled steps get PRODUCT in its place, which is exact."""
+    return a * b, a * 0
+
+
+def sum_of(a: Any, b: Any) -> tuple[Any, Any]:
+    """a + b, rounded, and what rounding has taken from it (Knuth, The Art of Computer Programming 2, 4.2.2)."""
+    found = a + b
+    part = found - a
+    return found, (a - (found - part)) + (b - part)
+
+
+PRODUCT = '''
+@intrinsic
+def product(typing, a, b):
+    """a * b, rounded and never contracted with what it is added to, and by a fused operation what rounding has taken."""
+
+    def generate(context, builder, signature, arguments):
+        rounded = builder.fmul(*arguments)
+        values = rounded, builder.fma(*arguments, builder.fneg(rounded))
+        return context.make_tuple(builder, signature.return_type, values)
+
+    return types.UniTuple(types.float64, 2)(types.float64, types.float64), generate
+'''
+
+CALL = '''
+@intrinsic
+def call(typing, address, t, x, p, slope):
+    """Call the C function void(double t, double *x, double *p, double *slope) at an address.
+
+    Passing an address costs 0.1 us; passing the compiled function itself costs numba 40 us a call to unpack.
+    """
+    vector = types.float64[::1]
+
+    def generate(context, builder, signature, arguments):
+        pointer = ir.PointerType(ir.DoubleType())
+        function = ir.FunctionType(ir.VoidType(), [ir.DoubleType(), pointer, pointer, pointer])
+        data = [context.make_array(vector)(context, builder, array).data for array in arguments[2:]]
+        builder.call(builder.inttoptr(arguments[0], ir.PointerType(function)), [arguments[1], *data])
+        return context.get_dummy_value()
+
+    return types.void(types.intp, types.float64, vector, vector, vector), generate
+'''
+
+
+def advance(
+    f: Any,
+    p: Floats,
+    table: Floats,
+    widths: tuple[int, int],
+    rows: int,
+    initial: Floats,
+    times: Floats,
+    h: float,
+    substeps: int,
+    compensated: bool,
+    out: Floats,
+    stop: NDArray[np.int64],
+) -> int:
+    """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps taken.
+
+    With substeps > 0 the times are multiples of substeps * h. With substeps = 0 they are not: the grid is uniform, and
+    each sample is one shorter step from the last grid point before it, which is not fed back. A trajectory whose state
+    is no longer finite, or whose step fails, ends there: `stop` gets the reason, the trajectory and the sample.
+    """
+    dimension = initial.shape[1]
+    y, low, increment = np.empty(dimension), np.empty(dimension), np.empty(dimension)
+    x, slope, store = np.empty(widths[0]), np.empty(widths[1]), np.empty((rows, dimension))
+    x_aside, slope_aside, store_aside = np.empty(widths[0]), np.empty(widths[1]), np.empty((rows, dimension))
+    taken = 0
+    for n in range(initial.shape[0]):
+        y[:] = initial[n]
+        low[:] = 0.0
+        store[:] = 0.0
+        grid = 0
+        for k in range(times.size):
+            target = (k + 1) * substeps if substeps > 0 else int(times[k] / h)
+            solved = True
+            while grid < target:
+                solved = step(f, grid * h, h, y, p, table, x, slope, store, increment)
+                if not solved:
+                    break
+                grid += 1
+                if compensated:
+                    for i in range(dimension):
+                        change = increment[i] + low[i]
+                        moved = y[i] + change
+                        low[i] = change - (moved - y[i])
+                        y[i] = moved
+                else:
+                    for i in range(dimension):
+                        y[i] += increment[i]
+            for i in range(dimension):
+                out[n, k, i] = y[i]
+            if solved and substeps == 0 and times[k] != grid * h:
+                store_aside[:] = 0.0
+                solved = aside(
+                    f, grid * h, times[k] - grid * h, y, p, table, x_aside, slope_aside, store_aside, increment
+                )
+                for i in range(dimension):
+                    out[n, k, i] += increment[i] + low[i]
+            if not (solved and np.all(np.isfinite(out[n, k]))):
+                out[n, k, :] = np.nan
+                if stop[0] == 0:
+                    stop[0] = NOT_FINITE if solved else NOT_SOLVED
+                    stop[1] = n
+                    stop[2] = k
+                break
+        taken += grid
+    return taken
+
+
+def step(*_: Any) -> bool:
+    """The method's step, inlined into the loop; stands here for the name alone."""
+    raise NotImplementedError
+
+
+def aside(*_: Any) -> bool:
+    """The method's step once more, out of line, for samples between grid points."""
+    raise NotImplementedError
+
+
+ADVANCE_SIGNATURE = (
+    "int64(intp, float64[::1], float64[:, ::1], UniTuple(int64, 2), int64, float64[:, ::1], float64[::1], float64, "
+    "int64, boolean, float64[:, :, ::1], int64[::1])"
+)
+
+
+@cache
+def compiled(method: Step) -> Callable[..., int]:
+    """`advance` compiled around a method's step, cached on disk under a hash of all its sources."""
+    parts = sources(method)
+    plain, name = parts[-1], method.__name__
+    parts.append(f"aside = {name}")
+    parts.append(plain.replace("@njit(", "@njit(forceinline=True, ", 1).replace(f"def {name}(", "def step(", 1))
+    parts.append(f"NOT_FINITE, NOT_SOLVED = {NOT_FINITE}, {NOT_SOLVED}")
+    parts.append(f'@njit("{ADVANCE_SIGNATURE}", {OPTIONS})\n{compiling.source_of(advance)}')
+    run: Callable[..., int] = compiling.compiled("\n".join(parts), "advance")
+    return run
+
+
+@cache
+def compiled_whole(
+    method: Callable[..., int],
+    signature: str,
+    constants: tuple[tuple[str, int], ...] = (),
+    pieces: tuple[Callable[..., Any], ...] = (),
+) -> Callable[..., int]:
+    """A function that does its own stepping, compiled with `call` as above.
+
+    `pieces` take the places of the functions of the same names that it calls, `constants` of the numbers of the same
+    names that it and they read.
+    """
+    bound = FunctionType(method.__code__, {**method.__globals__, **{piece.__name__: piece for piece in pieces}})
+    values = dict(constants)
+    parts = [
+        f"{name} = {values[name]!r}" if (name := part.partition(" = ")[0]) in values else part
+        for part in sources(bound)
+    ]
+    inlined = tuple(f"def {piece.__name__}(" for piece in pieces)
+    parts = [
+        part.replace("@njit(", "@njit(forceinline=True, ", 1) if any(d in part for d in inlined) else part
+        for part in parts
+    ]
+    parts[-1] = parts[-1].replace("@njit(", f'@njit("{signature}", ', 1)
+    run: Callable[..., int] = compiling.compiled("\n".join(parts), method.__name__)
+    return run
+
+
+def sources(method: Callable[..., Any]) -> list[str]:
+    """Source text that defines `call`, `product` and all that a method uses, the method itself last."""
+    parts = ["import numpy as np", "from llvmlite import ir", "from numba import njit, types"]
+    parts += ["from numba.extending import intrinsic", CALL, PRODUCT]
+    gather_into(method, {"call": call, "product": product, "np": np}, parts)
+    return parts

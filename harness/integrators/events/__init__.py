@@ -1,0 +1,1 @@
+"""Methods that locate events, and time stepping with contact."""

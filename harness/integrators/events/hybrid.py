@@ -1,0 +1,174 @@
+"""Methods for hybrid problems: impact, stick and slip are located to round-off, not stepped over."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core.forms import Hybrid
+from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solve, Steps, Tolerance
+from gnomon.harness.integrators.base.fixed_step import Table, substeps_of
+from gnomon.harness.integrators.base.step_control import check_tolerance, tabulated
+from gnomon.harness.integrators.base.stepping import blank
+from gnomon.harness.integrators.events import event_stepping
+from gnomon.harness.integrators.events.event_stepping import (
+    ACCUMULATED,
+    ASK,
+    COUNT,
+    DONE,
+    FIELDS,
+    FIRED,
+    FRESH,
+    FULL,
+    MODE,
+    MOST_STEPS,
+    NOT_FINITE,
+    SAMPLE,
+    STEP_TOO_SMALL,
+    STEPS,
+    TOO_MANY_STEPS,
+)  # fmt: skip
+from gnomon.harness.integrators.runge_kutta import dop853
+from gnomon.harness.integrators.runge_kutta.explicit import RK4, ExplicitEuler
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+MOST_EVENTS = 1_000_000
+"""A few seconds: past that the span is out of proportion to the time between events."""
+
+REASONS = {
+    NOT_FINITE: "the state or a guard was not finite",
+    STEP_TOO_SMALL: "the step size fell below the spacing of times",
+    ACCUMULATED: "events accumulate, and the form states no limit mode for them,",
+    FULL: f"more than {MOST_EVENTS} events",
+    TOO_MANY_STEPS: f"more than {MOST_STEPS} steps (stiff, or too small a tolerance for so long a span)",
+}
+
+
+class EventRungeKutta(Integrator):
+    """An explicit Runge-Kutta method whose step ends where a guard crosses zero.
+
+    The event is located by root finding on the step length, and the step from there goes to the next grid point. A guard
+    that falls at the start of a step and rises at its end is looked at in between, so that no grazing is stepped over;
+    that costs a right-hand side in steps that approach. When a transition fires twice within `settle`, the motion
+    enters its limit mode. Samples are ends of steps.
+    """
+
+    accepts = (Hybrid,)
+    sampling = "stops at samples"
+    policy = "events"
+    stages: ClassVar[int]
+
+    def table(self, mp: Any) -> Table:
+        """Coefficients as `event_stepping.one_step` takes them, of the numbers of `adaptive.Decimals`."""
+        raise NotImplementedError
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        form, times, buffer = problem.form, problem.times, problem.buffer
+        assert isinstance(form, Hybrid)
+        fixed = isinstance(self.sweep, Steps)
+        if fixed:
+            substeps_of(problem, setting)
+        else:
+            check_tolerance(setting)
+        run = event_stepping.compiled()
+        parts = event_stepping.compiled_parts(form, problem.dimension, len(problem.parameters))
+        table = tabulated(self.table)
+        h, tolerance = (setting, 0.0) if fixed else (0.1 * problem.time_scale, setting)
+        modes, transitions, names = Modes(form), form.transitions, event_names(form)
+        parameters, groups = tuple(problem.parameters.tolist()), problem.grouping
+
+        def trajectory(start: Floats, out: Floats) -> tuple[int, str | None, list[tuple[float, str]]]:
+            y, since = start.copy(), np.full(len(transitions), np.inf)
+            sizes = np.zeros(problem.dimension)
+            clock = np.array([0.0, 0.0, h])
+            where = np.zeros(FIELDS, dtype=np.int64)
+            where[MODE], where[FRESH] = modes.of(form.start(0.0, tuple(y.tolist()), parameters)), 2
+            found, kinds = np.empty(64), np.empty(64, dtype=np.int64)
+            while True:
+                code = run(
+                    parts, len(form.modes), y, clock, where, since, found, kinds, out, buffer, times, h, tolerance, table, self.stages,
+                    modes.source, modes.target, modes.limit, form.settle, groups, sizes,
+                )  # fmt: skip
+                if code == ASK:
+                    transition = transitions[where[FIRED]]
+                    lands = transition.lands(float(found[where[COUNT] - 1]), tuple(y.tolist()), parameters)
+                    where[MODE] = modes.of(lands)
+                elif code == FULL and len(found) < MOST_EVENTS:
+                    found, kinds = np.resize(found, 4 * len(found)), np.resize(kinds, 4 * len(kinds))
+                else:
+                    break
+            events = zip(found[: where[COUNT]].tolist(), kinds[: where[COUNT]].tolist(), strict=True)
+            stopped = None if code == DONE else f"{REASONS[code]} before sample {where[SAMPLE] + 1}"
+            return int(where[STEPS]), stopped, [(time, names[kind]) for time, kind in events]
+
+        def solve(initial: Floats) -> Solution:
+            states = blank(problem, initial)
+            runs = [trajectory(start, out) for start, out in zip(initial, states, strict=True)]
+            stopped = next((why for _, why, _ in runs if why), None)
+            return Solution(states, sum(steps for steps, _, _ in runs), stopped, tuple(runs[0][2]))
+
+        return solve
+
+
+class Modes:
+    """The modes of a hybrid form as numbers: from which, to which and past which each transition leads."""
+
+    def __init__(self, form: Hybrid) -> None:
+        self.number = {mode.name: i for i, mode in enumerate(form.modes)}
+        limits = {transition: mode for transition, mode, _ in form.limits}
+        targets = [g.target if isinstance(g.target, str) else None for g in form.transitions]
+        self.source = self._numbers([g.mode for g in form.transitions])
+        self.target = self._numbers(targets)
+        self.limit = self._numbers([limits.get(g.name) for g in form.transitions])
+
+    def of(self, name: str) -> int:
+        """The number of a mode. Raises ValueError for one that the form does not have."""
+        if name not in self.number:
+            raise ValueError(f"there is no mode {name!r}; the form has {', '.join(self.number)}")
+        return self.number[name]
+
+    def _numbers(self, names: list[str | None] | list[str]) -> NDArray[np.int64]:
+        return np.array([-1 if name is None else self.of(name) for name in names], dtype=np.int64)
+
+
+def event_names(form: Hybrid) -> list[str]:
+    """Names by kind: those of the transitions, then `limit` for each."""
+    return [g.name for g in form.transitions] + ["limit"] * len(form.transitions)
+
+
+class EulerEvents(EventRungeKutta):
+    """Euler's method with events located on its step length. Order 1."""
+
+    name, order = "Explicit Euler", 1
+    sweep = Steps()
+    stages = 1
+
+    def table(self, mp: Any) -> Table:
+        return ExplicitEuler.coefficients(mp)
+
+
+class RK4Events(EventRungeKutta):
+    """The classical Runge-Kutta method (Kutta 1901) with events located on its step length. Order 4."""
+
+    name, order = "RK4", 4
+    sweep = Steps()
+    stages = 4
+
+    def table(self, mp: Any) -> Table:
+        return RK4.coefficients(mp)
+
+
+class Dop853Events(EventRungeKutta):
+    """Dormand and Prince's 8(5,3) pair with error control and events located on its step length. Order 8."""
+
+    name, order = "DOP853", 8
+    sweep = Tolerance(1e-3, 1e-14)
+    stages = dop853.WEIGHTS
+
+    def table(self, mp: Any) -> Table:
+        return dop853.rows(mp)
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (EulerEvents, RK4Events, Dop853Events)

@@ -1,0 +1,120 @@
+"""Moreau's time stepping: contact and friction as laws for measures, without locating an event."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from gnomon.cases.core.forms import Form, Friction, Impact, Values
+from gnomon.harness.contract.integrator import Integrator, Problem, Steps
+from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
+from gnomon.harness.integrators.base.stepping import Step, call
+from gnomon.harness.kernels.equations import Kernel, call_kernel, check_values
+
+
+def impact_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """Half a drift; there, if the gap is closed, the impact law for the velocities before and after; half a drift.
+
+    `call` gives the free derivatives of the state, the gap, the normal and the coefficient of restitution.
+    """
+    half = y.size // 2
+    for i in range(half):
+        x[i] = y[i] + h / 2 * y[half + i]
+        x[half + i] = y[half + i]
+    call(f, t + h / 2, x, p, slope)
+    gap, restitution = slope[2 * half], slope[3 * half + 1]
+    before, free = 0.0, 0.0
+    for i in range(half):
+        increment[half + i] = h * slope[half + i]
+        before += slope[2 * half + 1 + i] * y[half + i]
+        free += slope[2 * half + 1 + i] * (y[half + i] + increment[half + i])
+    if gap <= 0.0:
+        push = max(0.0, -(free + restitution * before))
+        for i in range(half):
+            increment[half + i] += push * slope[2 * half + 1 + i]
+    for i in range(half):
+        increment[i] = h * (y[half + i] + increment[half + i] / 2)
+    return True
+
+
+def friction_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """Half a drift; friction stops the motion where it can within the step, else it brakes it; half a drift.
+
+    `call` gives the derivatives of the state without friction and its bounds while it slides and while it holds.
+    """
+    x[0] = y[0] + h / 2 * y[1]
+    x[1] = y[1]
+    call(f, t + h / 2, x, p, slope)
+    free = y[1] + h * slope[1]
+    bound = slope[3] if y[1] == 0.0 else slope[2]
+    if abs(free) <= h * bound:
+        increment[1] = -y[1]
+    else:
+        brake = h * slope[2]
+        increment[1] = h * slope[1] + (-brake if free > 0.0 else brake)
+    increment[0] = h * (y[1] + increment[1] / 2)
+    return True
+
+
+class Moreau(FixedStep):
+    """Moreau's midpoint scheme with Newton's impact law or Coulomb's of friction. Order 1.
+
+    Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988; Jean, Comput. Methods Appl. Mech. Eng.
+    177, 1999. Any number of impacts fits into a step; times of events are not found. Holding bears the static bound.
+    """
+
+    name, order = "Moreau", 1
+    accepts = (Impact, Friction)
+    policy = "time stepping"
+    sweep = Steps(halvings=12)
+    step = impact_step
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        return [[mp.mpf(1)]]
+
+    def step_for(self, form: Form) -> Step:
+        return impact_step if isinstance(form, Impact) else friction_step
+
+    def equations(self, form: Form) -> Callable[..., Any]:
+        if isinstance(form, Impact):
+            free, gap, normal, restitution = form.free, form.gap, form.normal, form.restitution
+
+            def contact(t: Any, y: Values, p: Values) -> Values:
+                return *free(t, y, p), *gap(t, y, p), *normal(t, y, p), *restitution(p)
+
+            return contact
+        assert isinstance(form, Friction)
+        sliding, bounds = form.sliding, form.bounds
+
+        def rubbing(t: Any, y: Values, p: Values) -> Values:
+            return *sliding(t, y, (*p, 0)), *bounds(t, y, p)
+
+        return rubbing
+
+    def widths(self, form: Form, dimension: int) -> tuple[int, int]:
+        return dimension, dimension + (dimension // 2 + 2 if isinstance(form, Impact) else 2)
+
+    def kernel(self, problem: Problem) -> Kernel:
+        form, n = problem.form, problem.dimension
+        functions: dict[str, Callable[..., Any]]
+        known = len(problem.parameters)
+        if isinstance(form, Impact):
+            functions = {"free": form.free, "gap": form.gap, "normal": form.normal, "restitution": form.restitution}
+            half = "".join(f"y[{i}], " for i in range(n // 2))
+            calls = ["free(t, y, p)", f"gap(t, ({half}), p)", f"normal(t, ({half}), p)", "restitution(p)"]
+            counts = [n, 1, n // 2, 1]
+        else:
+            assert isinstance(form, Friction)
+            functions = {"sliding": form.sliding, "bounds": form.bounds}
+            calls, counts = ["sliding(t, y, p + (0.0,))", "bounds(t, y, p)"], [n, 2]
+        for (name, function), text, count in zip(functions.items(), calls, counts, strict=True):
+            check_values({name: function}, text, n, known, count)
+        return call_kernel(functions, " + ".join(calls), n, known, self.widths(form, n)[1], problem.counted)
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (Moreau,)

@@ -1,0 +1,301 @@
+"""Gauss-Legendre methods: implicit Runge-Kutta of order 2s with s stages, by the fixed point or Newton's iteration."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
+from gnomon.harness.contract.integrator import Integrator, Problem, Steps
+from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Floats, Loop, Table, kept, rounded
+from gnomon.harness.integrators.base.stepping import Step
+from gnomon.harness.integrators.gauss.gauss_steps import gauss_nystrom_step, gauss_step, newton_numbers, newton_step
+from gnomon.harness.kernels import graph
+from gnomon.harness.kernels.equations import cache_folder, module_name
+from gnomon.reference.numerics.precision import nearest_double, working
+from gnomon.reference.storage import cachefolder
+from numpy.typing import NDArray
+
+SHORT = 42
+"""Significant bits of the leading part of a coefficient: what is left is up to 2^10 times what 53 bits would leave."""
+
+
+class Gauss(FixedStep):
+    """The Gauss-Legendre method of `stages` stages, order 2s (Kuntzmann 1961, Butcher, Math. Comp. 18, 1964).
+
+    Starting values from the last step's collocation polynomial and the iteration to round-off follow Hairer, Lubich,
+    Wanner VIII.6. Second-order equations are solved in Nyström form. Sums are compensated (Hairer, McLachlan,
+    Razakarivony, BIT 48, 2008).
+
+    A trajectory with a step where that iteration does not converge is stiff, or its steps are long: it is done again
+    from its start by Newton's iteration with the exact Jacobian (differentiated from the equations, IV.8 of Hairer and
+    Wanner, Solving Ordinary Differential Equations II, 1996). Both solve the same equations to round-off. Evaluations of
+    the Jacobian are not counted as right-hand sides.
+    """
+
+    accepts = (FirstOrder, SecondOrder)
+    conserves = ("symplectic", "reversible", "momentum")
+    compensated = True
+    stages: ClassVar[int]
+
+    def step_for(self, form: Form) -> Step:
+        return gauss_nystrom_step if isinstance(form, SecondOrder) else gauss_step
+
+    def rows(self, form: Form) -> int:
+        return 1 + (2 if isinstance(form, SecondOrder) else 3) * self.stages
+
+    def table(self, mp: Any, form: Form, parameters: Any, roundoff: Any) -> Table:
+        second = isinstance(form, SecondOrder)
+        rows, weights, nystrom = stage_rows(mp, self.stages, second, mp.prec)
+        if second:
+            return [*rows, *what_is_taken(mp, rows[: self.stages], [[roundoff, *weights], nystrom], second, roundoff)]
+        split = [halves(mp, row[1:], roundoff) for row in rows[: self.stages]]
+        stages = [[row[0], *high] for row, (high, _) in zip(rows, split, strict=False)]
+        b, fine = halves(mp, weights, roundoff)
+        zero = mp.mpf(0)
+        last = [[zero, *low] for _, low in split]
+        return [*stages, *rows[self.stages :], [roundoff, *b], [zero, *fine], *last]
+
+    def loop(self, problem: Problem, h: float, substeps: int) -> Loop:
+        fixed_point = super().loop(problem, h, substeps)
+        compiled_once(self.name + self.kernel(problem).source, lambda: self.by_newton(problem, h, substeps))
+
+        def run(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
+            taken = fixed_point(initial, out, stop)
+            newton = self.by_newton(problem, h, substeps) if stop[0] else None
+            if newton is None:
+                return taken
+            stop[:] = 0
+            for i in np.flatnonzero(np.isnan(out[:, -1]).any(axis=1)):
+                own = np.zeros_like(stop)
+                out[i] = np.nan
+                taken += newton(initial[i : i + 1], out[i : i + 1], own)
+                if own[0] and not stop[0]:
+                    stop[:] = own[0], i, own[2]
+            return taken
+
+        return run
+
+    def by_newton(self, problem: Problem, h: float, substeps: int) -> Loop | None:
+        """The same steps by Newton's iteration; None where the equations cannot be differentiated."""
+        form, dimension = problem.form, problem.dimension
+        assert isinstance(form, FirstOrder | SecondOrder)
+        width, _ = self.widths(form, dimension)
+        address = derivatives(self.equations(form), width, len(problem.parameters))
+        if address is None:
+            return None
+        rows = -(-newton_numbers(self.stages, width) // dimension)
+        table = newton_table(self.stages, isinstance(form, SecondOrder))
+        return self.advancing(problem, h, substeps, newton_step, address, table, (width, width * (1 + width)), rows)
+
+    def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
+        name = f"Gauss {self.stages} {isinstance(form, SecondOrder)}"
+        return kept(name, (__name__,), lambda: super(Gauss, self).binary64(form, parameters, h))
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        c, a, b = cls.tableau(mp)
+        return [*([node, *row] for node, row in zip(c, a, strict=True)), [mp.mpf(0), *b]]
+
+    @classmethod
+    def tableau(cls, mp: Any) -> tuple[list[Any], list[list[Any]], list[Any]]:
+        """Nodes, matrix and weights: collocation at the zeros of the Legendre polynomial shifted to [0, 1]."""
+        c = nodes(mp, cls.stages)
+        return c, [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
+
+
+def compiled_once(what: str, make: Callable[[], Any]) -> None:
+    """What `make` compiles for a method and equations is to lie on disk before anything is timed; then nothing is loaded."""
+    name = f"{module_name(what + newton_source())}.newton"
+    if cachefolder.load(cache_folder(), name) is None:
+        make()
+        cachefolder.store_or_warn(cache_folder(), name, b"")
+
+
+@cache
+def newton_source() -> str:
+    """What the compiled code and the tables of Newton's iteration depend on, beside the equations."""
+    from gnomon.harness.kernels import machine_code  # loads numba
+
+    modules = (
+        "base/fixed_step",
+        "gauss/gauss",
+        "gauss/gauss_steps",
+        "base/linear",
+        "base/stepping",
+        "../kernels/graph",
+    )
+    folder = Path(__file__).parents[1]
+    return "\n".join([machine_code.machine(), *((folder / f"{x}.py").read_text() for x in modules)])
+
+
+@cached_by_content
+def derivatives(equations: Callable[..., Any], width: int, parameters: int) -> int | None:
+    """The address of what gives a function and its derivatives; None where it cannot be differentiated."""
+    try:
+        return graph.compiled(graph.counting_text(FirstOrder(equations), width, parameters))
+    except ValueError:
+        return None
+
+
+@cache
+def newton_table(stages: int, second_order: bool) -> Floats:
+    def build() -> Floats:
+        with working(DIGITS) as mp:
+            return rounded(newton_rows(mp, stages, second_order, mp.mpf(2) ** -52))
+
+    return kept(f"Gauss by Newton {stages} {second_order}", (__name__,), build)
+
+
+def newton_rows(mp: Any, stages: int, second_order: bool, roundoff: Any) -> Table:
+    """The table of `newton_step`. For y' = f the change is b^T A^-1 z; for q'' = f that of q is so too, and that of v
+    is b^T A^-2 (z - c h v) / h, where b^T A^-1 1 is 2 for odd numbers of stages and 0 for even ones."""
+    rows, b, _ = stage_rows(mp, stages, second_order, mp.prec)
+    c = nodes(mp, stages)
+    inverse = mp.matrix([integrals(mp, c, node) for node in c]) ** -1
+    change = mp.matrix([b]) * inverse
+    last = [[roundoff, *change], [mp.mpf(-2 * (stages % 2)), *(change * inverse)]]
+    return [*rows[:stages], *what_is_taken(mp, rows[:stages], last, second_order, roundoff)]
+
+
+def what_is_taken(mp: Any, rows: Table, last: Table, second_order: bool, roundoff: Any) -> Table:
+    """The `last` rows of a table, each with what rounding takes from it; then what it takes from each stage's row: from
+    the sum of its coefficients, or, for second-order equations, from its node."""
+    halved = [half for row in last for half in halves(mp, row, roundoff)]
+    return [*halved, [mp.fsum(rounding_residuals(mp, row[:1] if second_order else row[1:], roundoff)) for row in rows]]
+
+
+def halves(mp: Any, row: Sequence[Any], roundoff: Any) -> tuple[list[Any], list[Any]]:
+    """A row of numbers to SHORT bits, and the rest: nothing where the step runs in the context's digits.
+
+    Sums begin with the rest. Next to a number of all 53 bits it would be a fraction of the last one, which a product by a
+    simple number, such as 1/4 or 5/18, rounds the same way in every step: it would be lost, and the energy drift as t.
+    """
+    if roundoff <= mp.eps:
+        return list(row), [mp.mpf(0)] * len(row)
+    with mp.workprec(SHORT):
+        high = [+value for value in row]
+    return high, [value - short for value, short in zip(row, high, strict=True)]
+
+
+def rounding_residuals(mp: Any, row: Sequence[Any], roundoff: Any) -> list[Any]:
+    """What rounding to binary64 takes from numbers: nothing where the step runs in the context's digits."""
+    return [mp.mpf(0) if roundoff <= mp.eps else value - mp.mpf(nearest_double(value)) for value in row]
+
+
+@cache
+def stage_rows(mp: Any, stages: int, second_order: bool, precision: int) -> tuple[Table, list[Any], list[Any]]:
+    """Rows c_j, a_j1 ... and rows 0, values of the last step's polynomial at this step's nodes; weights; and 0, weights
+    of positions. For second-order equations the matrix is squared."""
+    c = nodes(mp, stages)
+    a, b = [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
+    s = range(stages)
+    if second_order:
+        a = [[mp.fsum(a[j][m] * a[m][k] for m in s) for k in s] for j in s]
+    rows = [[c[j], *a[j]] for j in s] + [[mp.mpf(0), *row] for row in lagrange(mp, c, [1 + node for node in c])]
+    return rows, b, [mp.mpf(0), *(b[j] * (1 - c[j]) for j in s)]
+
+
+def nodes(mp: Any, stages: int) -> list[Any]:
+    """The zeros of the shifted Legendre polynomial, by Newton's method from the Chebyshev-like estimates."""
+    found = []
+    for j in range(1, stages + 1):
+        x = -mp.cos(mp.pi * (4 * j - 1) / (4 * stages + 2))
+        for _ in range(12):
+            previous, value = mp.mpf(1), x
+            for n in range(1, stages):
+                previous, value = value, ((2 * n + 1) * x * value - n * previous) / (n + 1)
+            x -= value * (x * x - 1) / (stages * (x * value - previous))
+        found.append((1 + x) / 2)
+    return found
+
+
+def basis(mp: Any, c: list[Any]) -> list[list[Any]]:
+    """Coefficients, lowest first, of the polynomials that are 1 at one node and 0 at the others."""
+    found = []
+    for j, node in enumerate(c):
+        polynomial = [mp.mpf(1)]
+        for other in [*c[:j], *c[j + 1 :]]:
+            shifted = [mp.mpf(0), *polynomial]
+            polynomial = [(s - other * q) / (node - other) for s, q in zip(shifted, [*polynomial, 0], strict=True)]
+        found.append(polynomial)
+    return found
+
+
+def integrals(mp: Any, c: list[Any], upper: Any) -> list[Any]:
+    """Integrals of the basis polynomials from 0 to `upper`."""
+    return [mp.fsum(q * upper ** (k + 1) / (k + 1) for k, q in enumerate(p)) for p in basis(mp, c)]
+
+
+def lagrange(mp: Any, c: list[Any], points: list[Any]) -> list[list[Any]]:
+    """Values of the basis polynomials at each of `points`."""
+    polynomials = basis(mp, c)
+    return [[mp.fsum(q * x**k for k, q in enumerate(p)) for p in polynomials] for x in points]
+
+
+class ImplicitMidpoint(Gauss):
+    """One stage: the implicit midpoint rule. Order 2."""
+
+    name, order, stages = "Implicit midpoint", 2, 1
+    everywhere = False
+
+
+class Gauss2(Gauss):
+    """Two stages (Hammer and Hollingsworth, 1955). Order 4."""
+
+    name, order, stages = "Gauss 2-stage", 4, 2
+
+
+class Gauss3(Gauss):
+    """Three stages. Order 6."""
+
+    name, order, stages = "Gauss 3-stage", 6, 3
+    everywhere = False
+
+
+class Gauss4(Gauss):
+    """Four stages. Order 8."""
+
+    name, order, stages = "Gauss 4-stage", 8, 4
+    sweep = Steps(coarsest=1.0, halvings=8)
+
+
+class Gauss5(Gauss):
+    """Five stages. Order 10."""
+
+    name, order, stages = "Gauss 5-stage", 10, 5
+    everywhere = False
+    sweep = Steps(coarsest=1.0, halvings=7)
+
+
+class Gauss6(Gauss):
+    """Six stages. Order 12."""
+
+    name, order, stages = "Gauss 6-stage", 12, 6
+    everywhere = False
+    sweep = Steps(coarsest=1.0, halvings=7)
+
+
+class Gauss7(Gauss):
+    """Seven stages. Order 14."""
+
+    name, order, stages = "Gauss 7-stage", 14, 7
+    everywhere = False
+    sweep = Steps(coarsest=1.0, halvings=7)
+
+
+class Gauss8(Gauss):
+    """Eight stages. Order 16."""
+
+    name, order, stages = "Gauss 8-stage", 16, 8
+    everywhere = False
+    sweep = Steps(coarsest=2.0, halvings=7)
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (
+    ImplicitMidpoint, Gauss2, Gauss3, Gauss4, Gauss5, Gauss6, Gauss7, Gauss8,
+)  # fmt: skip

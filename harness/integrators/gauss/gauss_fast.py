@@ -1,0 +1,250 @@
+"""The fast Gauss method: eight stages in the eight lanes of one vector, steps from the tolerance."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.forms import FirstOrder, SecondOrder, first_order
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, kept, rounded
+from gnomon.harness.integrators.base.stepping import blank
+from gnomon.harness.integrators.gauss import gauss, gauss_fast_kernel, gauss_fast_text, radau
+from gnomon.harness.integrators.gauss.gauss import integrals, lagrange, nodes, rounding_residuals
+from gnomon.harness.integrators.gauss.gauss_fast_text import SCRATCH, SCRATCH_ROWS
+from gnomon.reference.numerics.precision import nearest_double, working
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+LEAST_TOLERANCE, LOOSEST = 1e-16, 1e-4
+"""Looser tolerances count as the second. In longer steps the polynomial of the stages says nothing of the error, and
+rounds cost what length gains: at 1e-2 Kepler's orbit in Sundman time took as many steps as at 1e-4, some of them wrong."""
+
+FINEST_SHARE = 1e-14
+"""Of the largest component: where the finest absolute tolerance of Radau IIA 5 is above it, that is no help."""
+
+ENSEMBLE, CHUNK = 16, 256
+"""From so many trajectories on eight go through one vector, and so many of them are one task of a thread."""
+
+USUAL_WIDTH, MOST_WIDTH = 2.1, 1.6
+"""Of `bandwidth`, at a tolerance of 1e-6 and at most: the rounds of ten motions were counted, and the pendulum timed. At
+loose tolerances 5 to 15 % fewer are taken than from the polynomial carried on, from 1e-9 on as many; Kepler's orbit in
+Sundman time takes up to 7 % more."""
+
+REASONS = {
+    gauss_fast_text.NOT_FINITE: "the equations gave a value that is not finite",
+    gauss_fast_text.STEP_TOO_SMALL: "the step size fell below the spacing of times",
+    gauss_fast_text.TOO_MANY_STEPS: f"more than {gauss_fast_text.MOST_STEPS} steps",
+    gauss_fast_text.STIFF: "the equations are stiff, and Radau IIA 5 stops too or has too coarse a tolerance",
+    gauss_fast_text.OUT_OF_RANGE: "the largest component of the start is not between "
+    f"{gauss_fast_text.SMALLEST:g} and {gauss_fast_text.LARGEST:g}; choose other units",
+}
+
+
+class GaussFast(Integrator):
+    """Gauss-Legendre collocation with 8 stages in SIMD lanes, adaptive. Order 16.
+
+    Kuntzmann 1961; Butcher, Mathematics of Computation 18, 1964. Stages by fixed-point iteration from the last step's
+    polynomial (Hairer, Lubich, Wanner, Geometric Numerical Integration, VIII.6), sped up by the equations' derivatives
+    where these are few and the equations dear, many components in groups (Gauss-Seidel). The step size follows the
+    decay of the stage polynomial, and stays equal or follows the frequency of the motion as long as it can. Sums are
+    compensated. Samples are steps of their own within a step, of the same order.
+
+    A trajectory whose steps are limited by convergence, while it moves slowly, is stiff: Radau IIA 5 does it instead, to
+    the same tolerance.
+
+    Tolerances above 1e-4 count as 1e-4. At 1e-16 only round-off is left, and the error of energy grows as t^(1/2)
+    (Brouwer's law).
+
+    Of ensembles eight trajectories go through one vector with common steps, on all cores: as good as each alone.
+    """
+
+    name, order = "Gauss 8-stage SIMD", 16
+    accepts = (FirstOrder, SecondOrder)
+    sampling = "dense output"
+    sweep = Tolerance(LOOSEST, LEAST_TOLERANCE)
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        if not (math.isfinite(setting) and LEAST_TOLERANCE <= setting < 1):
+            raise Refused(f"tolerance {setting} is not between {LEAST_TOLERANCE:g} and 1")
+        setting, form = min(setting, LOOSEST), problem.form
+        assert isinstance(form, FirstOrder | SecondOrder)
+        form = form.source if isinstance(form, FirstOrder) and form.source is not None else form
+        arguments = (form, len(problem.parameters), problem.dimension, problem.counted)
+        run = gauss_fast_kernel.compiled(*arguments)
+        coefficients = table(gauss_fast_kernel.layout(*arguments[:3]).second_order, bandwidth(setting))
+        buffer, times = problem.buffer, problem.times
+
+        def solve(initial: Floats) -> Solution:
+            out = blank(problem, initial)
+            stop = np.zeros(3, dtype=np.int64)
+            if len(initial) >= ENSEMBLE:
+                return together(initial, out, stop)
+            taken = alone(initial, out, stop) if len(initial) == 1 else one_by_one(initial, out, stop, 0)
+            return Solution(out, taken, reason(stop))
+
+        def alone(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
+            taken = run(buffer, coefficients, initial, times, setting, out, stop)
+            if stop[0] == gauss_fast_text.STIFF:
+                instead = stiffly(problem, setting, initial)
+                if instead is not None:
+                    taken, out[:], stop[0] = taken + (instead.steps or 0), instead.states, 0
+            return taken
+
+        def one_by_one(initial: Floats, out: Floats, stop: NDArray[np.int64], first: int) -> int:
+            taken = 0
+            for i in range(len(initial)):
+                one, end = slice(i, i + 1), np.zeros(3, dtype=np.int64)
+                taken += alone(initial[one], out[one], end)
+                if end[0] and not stop[0]:
+                    stop[:] = end[0], first + i, end[2]
+            return taken
+
+        @cache
+        def compiled_ensemble() -> tuple[Callable[..., int], tuple[int, int]]:
+            return gauss_fast_kernel.compiled_ensemble(*arguments)
+
+        def together(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> Solution:
+            eight, shape = compiled_ensemble()
+            workers = 1 if problem.counted else os.cpu_count() or 1
+
+            def part(first: int) -> tuple[int, list[int]]:
+                here = slice(first, first + CHUNK)
+                left_over = np.zeros(CHUNK // 8, dtype=np.int64)
+                states = initial[here]
+                taken = eight(buffer, coefficients, states, times, setting, out[here], left_over, np.empty(shape))
+                return taken, [first + 8 * int(i) for i in np.flatnonzero(left_over)]
+
+            with ThreadPoolExecutor(workers) as threads:
+                parts = list(threads.map(part, range(0, len(initial), CHUNK)))
+            steps = sum(taken for taken, _ in parts)
+            for first in (first for _, firsts in parts for first in firsts):
+                here = slice(first, first + 8)
+                steps += one_by_one(initial[here], out[here], stop, first)
+            return Solution(out, int(steps), reason(stop))
+
+        return solve
+
+
+def stiffly(problem: Problem, tolerance: float, initial: Floats) -> Solution | None:
+    """One trajectory by Radau IIA 5, whose tolerance is absolute below 1; None where that stops too."""
+    form = first_order(problem.form)  # type: ignore[arg-type]
+    problem, finest = replace(problem, form=form), 1e-16  # type: ignore[arg-type]
+    try:
+        found = radau.prepared(problem, max(tolerance, finest), 0.0)(initial)
+        # Components that stay small are known only now.
+        sizes = np.max(np.abs(found.states[0]), axis=0)
+        if max(tolerance, FINEST_SHARE) * np.max(sizes) < finest:
+            return None
+        smallest = np.min(sizes[sizes > 0], initial=1.0)
+        if smallest < 1 and found.stopped is None:
+            found = radau.prepared(problem, max(tolerance * smallest, finest), 0.0)(initial)
+    except Refused:
+        return None
+    return found if found.stopped is None else None
+
+
+@cache
+def table(second_order: bool, width: float = 0.0) -> Floats:
+    """The coefficients as the kernel takes them, rounded once from high precision; each row one line of the cache.
+
+    `width`: the bandwidth of the slopes for which first guesses are made, in radians a step.
+
+    They take .06 s and are kept on disk, under all that they are made of.
+    """
+
+    def build() -> Floats:
+        with working(DIGITS) as mp:
+            return rounded(rows(mp, second_order, width))
+
+    found = kept(f"Gauss SIMD, second order: {second_order}, {width:g}", (__name__, gauss.__name__), build)
+    whole = SCRATCH + SCRATCH_ROWS
+    space = np.zeros(8 * whole + 8)
+    aligned = space[-space.ctypes.data % 64 // 8 :][: 8 * whole].reshape(whole, 8)
+    aligned[: len(found)] = found
+    return aligned
+
+
+def rows(mp: Any, second_order: bool, width: float) -> Table:
+    """Rows of the kernel's table: eight numbers each."""
+    c = nodes(mp, 8)
+    s = range(8)
+    once, b = [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
+    a, ahead = once, foreseen(mp, c, width)
+    if second_order:
+        a = [[mp.fsum(a[j][m] * a[m][k] for m in s) for k in s] for j in s]
+    a, once = ([summing(mp, row) for row in matrix] for matrix in (a, once))
+    # The stage polynomial about its end, where c = 1 + x, from its values at small x: exact, it has degree 7.
+    points = [mp.mpf(k - 4) / 8 for k in s]
+    few = [mp.nint(node * 2**24) / 2**24 for node in c]
+    positions = [b[j] * (1 - c[j]) for j in s]
+    vandermonde = mp.matrix([[x**k for k in s] for x in points])
+    monomials = vandermonde**-1 * mp.matrix(lagrange(mp, c, [1 + x for x in points]))
+    legendre = [[(2 * n + 1) * b[j] * mp.legendre(n, 2 * c[j] - 1) for j in s] for n in s]
+    return [
+        *([a[j][k] for j in s] for k in s),
+        *([monomials[j, k] for j in s] for k in s),
+        *([node**k for node in c] for k in s),
+        c,
+        b,
+        positions,
+        *([ahead[j][k] for j in s] for k in s),
+        *([once[j][k] for j in s] for k in s),
+        *([mp.fsum(m[j][i] * ahead[i][k] for i in s) for j in s] for m in (a, once) for k in s),
+        few,
+        [node - high for node, high in zip(c, few, strict=True)],
+        *(rounding_residuals(mp, row, mp.mpf(2) ** -52) for row in (b, positions)),
+        *([mp.fsum(m[j][i] * c[i] ** k for i in s) for j in s] for m in (a, once) for k in s),
+        lagrange(mp, c, [mp.mpf(1)])[0],
+        *([legendre[n][j] for n in s] for j in s),
+        *legendre[4:],
+    ]
+
+
+def bandwidth(tolerance: float) -> float:
+    """Radians a step that the slopes are taken to change by where the error of a step is a tolerance."""
+    width: float = USUAL_WIDTH * (tolerance / 1e-6) ** 0.11
+    return round(min(MOST_WIDTH, width), 1)
+
+
+def foreseen(mp: Any, c: list[Any], width: float) -> list[list[Any]]:
+    """Weights of a function's values at `c` in its values at 1 + c.
+
+    Of random functions whose frequencies have a normal distribution of this width it is the best linear estimate
+    (Rasmussen, Williams, Gaussian Processes for Machine Learning, 2006, 2.2), which tends to the interpolating polynomial
+    as the width goes to zero. A polynomial carried on over a long step is worse than none.
+    """
+    if width == 0:
+        return lagrange(mp, c, [1 + node for node in c])
+    near, ahead = (
+        mp.matrix([[mp.exp(-((width * (there + x - y)) ** 2) / 2) for y in c] for x in c]) for there in (0, 1)
+    )
+    found: list[list[Any]] = (ahead * near**-1).tolist()
+    return found
+
+
+def summing(mp: Any, row: Sequence[Any]) -> list[Any]:
+    """A row rounded to binary64 so that its sum is not: each number takes what rounding took from the larger ones."""
+    found, left = list(row), mp.mpf(0)
+    for k in sorted(range(len(row)), key=lambda k: -abs(row[k])):
+        found[k] = mp.mpf(nearest_double(row[k] + left))
+        left += row[k] - found[k]
+    return found
+
+
+def reason(stop: NDArray[np.int64]) -> str | None:
+    """In words why a trajectory ended early."""
+    if stop[0] == 0:
+        return None
+    what = f"{REASONS[int(stop[0])]}, before sample {stop[2] + 1}"
+    return what + (f" of trajectory {stop[1] + 1}" if stop[1] else "")
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (GaussFast,)

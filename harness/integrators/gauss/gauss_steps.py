@@ -1,0 +1,300 @@
+"""The steps of Gauss-Legendre methods: stages by fixed-point iteration, and by Newton's where that does not converge."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gnomon.harness.integrators.base.linear import factor, substitute
+from gnomon.harness.integrators.base.stepping import call
+
+MOST_ITERATIONS = 100
+
+
+def gauss_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """One step for y' = f(t, y). Rows of `table`: c_j, a_j1 ... a_js for each stage; 0 and the coefficients that carry
+    the last step's slopes on, for each stage; the unit round-off, b_1 ... b_s; 0 and what is left of these beyond their
+    leading bits; for each stage 0 and what is left of a_j1 ... a_js.
+
+    `store` holds a flag, the slopes k_1 ... k_s, a copy of the last step's, and for each stage what the slopes give by
+    the rest of its coefficients. The iteration ends when its next change would be far below round-off, or when round-off
+    stops it from shrinking. Coefficients are rounded the same way in every step, and so is what is left of the
+    iteration: either would make the energy drift as t (Hairer, McLachlan, Razakarivony, BIT 48, 2008).
+    """
+    stages = (table.shape[0] - 2) // 3
+    weights = 2 * stages
+    start_stages(f, t, y, p, table, x, slope, store, stages, y.size)
+    before, least, stalled, accepted, beyond = 0.0, 0.0, 0, 0, store[0, 0]
+    near = False
+    for iteration in range(MOST_ITERATIONS):
+        renew = iteration > 0 and not near
+        near = renew and before < NEAR
+        change = 0.0
+        for j in range(stages):
+            for i in range(y.size):
+                if renew:
+                    store[weights + 1 + j, i] = weighted_sum(0.0, table, weights + 2 + j, store, 1, i, stages)
+                rest = store[weights + 1 + j, i]
+                x[i] = y[i] + h * weighted_sum(rest, table, j, store, 1, i, stages)
+            call(f, t + table[j, 0] * h, x, p, slope)
+            for i in range(y.size):
+                moved = abs(slope[i] - store[j + 1, i])
+                if not moved <= LARGEST:
+                    return False
+                if h * moved > SMALLEST:
+                    change = max(change, h * moved / (abs(y[i]) + h * abs(slope[i])))
+                store[j + 1, i] = slope[i] + beyond * (slope[i] - store[j + 1, i])
+        beyond = 0.0
+        stalled = stalled + 1 if change >= least else 0
+        accepted = accepted + 1 if accepted > 0 or settled(iteration, change, least, stalled, table[weights, 0]) else 0
+        if change == 0.0 or accepted > MORE_ROUNDS:
+            for i in range(y.size):
+                increment[i] = h * full_sum(table, weights, store, i, stages)
+            return True
+        if iteration > 1 and change > before and change > FAR:
+            return False
+        if iteration == 1:
+            store[0, 0] = -store[0, 0]
+        elif iteration == 2:
+            store[0, 0] = as_far(store[0, 0], change / before)
+        least = change if iteration == 0 else min(least, change)
+        before = change
+    return False
+
+
+def gauss_nystrom_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """The same step for q'' = f(t, q), with half the unknowns: the rows of a hold the square of that matrix. After b
+    come the weights b_j (1 - c_j), each with what rounding has taken from it, and what it has taken from c."""
+    half = x.size
+    stages = (table.shape[0] - 5) // 2
+    weights = 2 * stages
+    start_stages(f, t, y, p, table, x, slope, store, stages, half)
+    before, least, stalled, accepted, beyond = 0.0, 0.0, 0, 0, store[0, 0]
+    for iteration in range(MOST_ITERATIONS):
+        change = 0.0
+        for j in range(stages):
+            for i in range(half):
+                total = weighted_sum(0.0, table, j, store, 1, i, stages)
+                velocity = y[half + i]
+                x[i] = y[i] + h * (table[j, 0] * velocity + (table[weights + 4, j] * velocity + h * total))
+            call(f, t + table[j, 0] * h, x, p, slope)
+            for i in range(half):
+                moved = abs(slope[i] - store[j + 1, i])
+                if not moved <= LARGEST:
+                    return False
+                if h * moved > SMALLEST:
+                    change = max(change, h * moved / (abs(y[half + i]) + h * abs(slope[i])))
+                store[j + 1, i] = slope[i] + beyond * (slope[i] - store[j + 1, i])
+        beyond = 0.0
+        stalled = stalled + 1 if change >= least else 0
+        accepted = accepted + 1 if accepted > 0 or settled(iteration, change, least, stalled, table[weights, 0]) else 0
+        if change == 0.0 or accepted > MORE_ROUNDS:
+            for i in range(half):
+                weighted = full_sum(table, weights + 2, store, i, stages)
+                increment[i] = h * (h * weighted) + h * y[half + i]
+                increment[half + i] = h * full_sum(table, weights, store, i, stages)
+            return True
+        if iteration > 1 and change > before and change > FAR:
+            return False
+        if iteration == 1:
+            store[0, 0] = -store[0, 0]
+        elif iteration == 2:
+            store[0, 0] = as_far(store[0, 0], change / before)
+        least = change if iteration == 0 else min(least, change)
+        before = change
+    return False
+
+
+def start_stages(
+    f: Any, t: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, stages: int, width: int
+) -> None:
+    """First guesses of the slopes: the last step's polynomial carried on; at the very first step the slope at t."""
+    if store[0, 0] == 0.0:
+        store[0, 0] = FIRST_SIDE
+        for i in range(width):
+            x[i] = y[i]
+        call(f, t, x, p, slope)
+        for j in range(stages):
+            for i in range(width):
+                store[j + 1, i] = slope[i]
+    else:
+        for j in range(stages):
+            for i in range(width):
+                store[stages + j + 1, i] = store[j + 1, i]
+        for j in range(stages):
+            for i in range(width):
+                store[j + 1, i] = weighted_sum(0.0, table, stages + j, store, stages + 1, i, stages)
+
+
+def as_far(beyond: Any, rate: Any) -> Any:
+    """By what share of its first change the next step's iteration goes beyond it, of the sign of `beyond`: three times
+    what is left of it, so that it comes to the solution from the other side."""
+    share = max(3.0 * min(rate, 0.1), 1e-6)
+    return share if beyond > 0.0 else -share
+
+
+def weighted_sum(total: Any, table: Any, row: int, k: Any, first: int, i: int, stages: int) -> Any:
+    """`total` and column i of the rows of k from the `first` on, one a stage, by the weights in a row of the table."""
+    for m in range(stages):
+        total += table[row, m + 1] * k[first + m, i]
+    return total
+
+
+def full_sum(table: Any, row: int, store: Any, i: int, stages: int) -> Any:
+    """The slopes by the weights in a row and, first, by what rounding has taken from these, in the next row."""
+    lost = weighted_sum(0.0, table, row + 1, store, 1, i, stages)
+    return weighted_sum(lost, table, row, store, 1, i, stages)
+
+
+def newton_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """One step of either kind, its stages solved by Newton's iteration: for stiff equations.
+
+    `call` gives the equations and, row by row, their derivatives. Unknown are the differences z_j of the stages from the
+    start, not the slopes, whose round-off stiffness magnifies (Hairer, Wanner, Solving Ordinary Differential Equations
+    II, 1996, IV.8). Rows of `table`: c_j, a_j1 ... a_js for each stage, the squared matrix for q'' = f(t, q); the unit
+    round-off, weights of the z_j in the change of the state; what rounding has taken from these; by how much the velocity
+    changes by itself, over it, and the weights of the z_j / h in its change; what rounding has taken from these; what it
+    has taken from the sums of a_j, or from c.
+
+    `store` holds a flag, the z_j, slopes, right sides, pivots and factors of the whole system I - h a (x) df/dy. Factors
+    are kept, from one step to the next, until the iteration converges slowly; then each stage gives its own derivatives.
+    A third change, or a later one, by more than the state's own size ends the iteration: what it may come upon after that
+    is, as a rule, another solution than the one that is near the start.
+    """
+    stages = table.shape[0] - 5
+    width = x.size
+    second = width < y.size
+    size = stages * width
+    flat = store.reshape(store.size)
+    z, slopes, right = flat[1 : 1 + size], flat[1 + size : 1 + 2 * size], flat[1 + 2 * size : 1 + 3 * size]
+    pivots = flat[1 + 3 * size : 1 + 4 * size]
+    matrix = flat[1 + 4 * size : 1 + (4 + size) * size].reshape((size, size))
+    length = h * h if second else h
+    for k in range(size):
+        z[k] = 0.0
+    before, least, stalled = 0.0, 0.0, 0
+    for iteration in range(MOST_ITERATIONS):
+        renewed = flat[0] == 0.0
+        for m in range(stages):
+            for i in range(width):
+                x[i] = y[i] + z[m * width + i]
+            call(f, t + table[m, 0] * h, x, p, slope)
+            for i in range(width):
+                slopes[m * width + i] = slope[i]
+                if renewed:
+                    for j in range(stages):
+                        for k in range(width):
+                            partial = slope[width + i * width + k]
+                            matrix[j * width + i, m * width + k] = -length * table[j, m + 1] * partial
+        if renewed:
+            for k in range(size):
+                matrix[k, k] += 1.0
+            if not factor(matrix, pivots):
+                return False
+            flat[0] = 1.0
+        for j in range(stages):
+            for i in range(width):
+                total = 0.0
+                for m in range(stages):
+                    total += table[j, m + 1] * slopes[m * width + i]
+                if second:
+                    velocity = y[width + i]
+                    total = table[j, 0] * velocity + (table[stages + 4, j] * velocity + h * total)
+                else:
+                    total += table[stages + 4, j] * slopes[j * width + i]
+                right[j * width + i] = h * total - z[j * width + i]
+        substitute(matrix, pivots, right)
+        change = 0.0
+        for j in range(stages):
+            for i in range(width):
+                k = j * width + i
+                moved = abs(right[k])
+                if not moved <= LARGEST:
+                    return False
+                z[k] += right[k]
+                if moved > SMALLEST:
+                    change = max(change, moved / (abs(y[i]) + abs(z[k])))
+        stuck = iteration > 0 and renewed and before <= change < NOISE * table[stages, 0]
+        stalled = stalled + 1 if change >= least else 0
+        if settled(iteration, change, least, stalled, table[stages, 0]) or stuck:
+            for i in range(width):
+                total, weighted = 0.0, 0.0
+                for j in range(stages):
+                    total += table[stages + 1, j + 1] * z[j * width + i]
+                    weighted += table[stages + 3, j + 1] * z[j * width + i]
+                for j in range(stages):
+                    total += table[stages, j + 1] * z[j * width + i]
+                    weighted += table[stages + 2, j + 1] * z[j * width + i]
+                increment[i] = total
+                if second:
+                    increment[width + i] = table[stages + 2, 0] * y[width + i] + weighted / h
+            return True
+        if iteration > 1 and change > 1.0:
+            return False
+        if iteration > 0 and change > SLOW * before:
+            flat[0] = 0.0
+        least = change if iteration == 0 else min(least, change)
+        before = change
+    return False
+
+
+def newton_numbers(stages: int, width: int) -> int:
+    """How many numbers Newton's step stores."""
+    size = stages * width
+    return 1 + (4 + size) * size
+
+
+def settled(iteration: int, change: Any, least: Any, stalled: int, roundoff: Any) -> bool:
+    """Whether the stages are as good as the arithmetic.
+
+    `change` is the last round's, relative to the state: the residual of the stages before it. `least` is the smallest of
+    the changes before, and for `stalled` rounds none was smaller. Accepted is what does not change, or what the next round
+    would change by far less than round-off; or it is below CLOSE units of round-off and shrinks no more; or
+    it is below NOISE units and has not shrunk for PATIENCE rounds: round-off of the equations themselves, where large
+    terms cancel. One round that shrinks little is not enough for that: changes of an oscillation rise and fall.
+    """
+    if change == 0.0:
+        return True
+    if iteration == 0 or not change < NOISE * roundoff:
+        return False
+    if stalled > 0:
+        return bool(change < CLOSE * roundoff or stalled >= PATIENCE)
+    return bool(change * change / least < FAR_BELOW * roundoff)
+
+
+FAR_BELOW = 2e-6
+"""What is left of the iteration has a sign that lasts: over 1e6 steps it must stay below the walk of their round-off. A
+change below round-off is not enough: implicit midpoint lost or gained 0.025 units in each step of the oscillator."""
+
+NEAR = 1e-6
+"""After a change below it the slopes are near enough for what they give by the rest of the coefficients."""
+
+MORE_ROUNDS = 2
+"""Where rounding stops the iteration from shrinking, the round in which that shows depends on the rounding itself: what is
+left would be of one sign more often. After so many rounds more it is not."""
+
+LARGEST = 1e300
+"""A slope, or a change of a stage, beyond this or not a number ends the iteration."""
+
+CLOSE, NOISE, PATIENCE = 16.0, 1e6, 20
+"""See `settled`. An iteration that loses a fifth a round, the slowest that ends in time, may rest for half of PATIENCE."""
+
+SMALLEST = 2.0**-1022
+"""The smallest normal number: changes of the state up to it are none, however small the state is, and what decays comes to
+rest."""
+
+FIRST_SIDE = 0.1
+"""The iteration goes this share of its first change beyond it, or short of it, in turn from step to step. Where rounding
+stops it short of the solution, it stops on the side that it comes from, which would otherwise be the same in every step."""
+
+FAR = 0.1
+"""A third change, or a later one, that is larger than the one before and than this part of the state's size ends the
+fixed-point iteration: it does not contract, and what it may come upon is another solution than the one near the start."""
+
+SLOW = 0.1
+"""Where an iteration leaves more than this of the change before, new factors are made."""

@@ -1,0 +1,366 @@
+"""The stepping of Radau IIA 5: simplified Newton iteration on the transformed system, error estimate, step control."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+from gnomon.harness.integrators.base.linear import factor, substitute
+from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, soften
+from gnomon.harness.integrators.base.stepping import call
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+DIMENSION = 0
+"""Of each problem, when it is compiled: loops over so few components cost more than what is done in them."""
+
+ABSOLUTE = 0
+"""When it is compiled: 1 where errors are compared with 1 + |y| in SI units, not with `sizes`."""
+
+MOST_STEPS = 1_000_000
+NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, NOT_SOLVED = 1, 2, 3, 4
+MOST_ITERATIONS = 10
+ROUNDOFF = 2e-15
+"""Relative to what errors are compared with: changes of stages that do not shrink below it are round-off."""
+
+SAFETY, SHRINK_MOST, GROW_MOST = 0.9, 0.2, 8.0
+FORESEEN_MOST = 10**0.5
+"""The factor that an error of 1e-2 of the tolerance asks for: errors below that say nothing of how the next will change."""
+
+
+C, EIGENVALUES, FORWARD, BACK, ERROR, BASIS = 0, 1, 2, 5, 8, 9
+"""Rows of the table."""
+
+SIGNATURE = (
+    "int64(intp, intp, float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64, int64[::1], "
+    "float64, float64[:, :, ::1], int64[::1])"
+)
+
+
+def integrate(
+    f: Any,
+    derivative: Any,
+    p: Floats,
+    table: Floats,
+    initial: Floats,
+    times: Floats,
+    tolerance: float,
+    fixed: float,
+    groups: NDArray[np.int64],
+    time_scale: float,
+    out: Floats,
+    stop: NDArray[np.int64],
+) -> int:
+    """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps accepted.
+
+    `stop` gets the reason and the sample where a trajectory ended early. `fixed` > 0: all steps are that long, and
+    `tolerance` is for the iteration alone.
+
+    Samples within a step are values of its polynomial where that is as good as the step (`smooth`), else each is a step
+    of its own from the same start: the polynomial through the stages of a long step is no solution of stiff equations.
+    """
+    n = DIMENSION or initial.shape[1]
+    y, low, x, slope, start, error = (
+        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+    )  # fmt: skip
+    z, w, before_z, slopes = np.empty((3, n)), np.empty((3, n)), np.empty((3, n)), np.empty((3, n))
+    z_step = np.empty((3, n))
+    partial, real, both = np.empty(n * n), np.empty((n, n)), np.empty((n, n), dtype=np.complex128)
+    weight, right, pair = np.empty(n), np.empty(n), np.empty(n, dtype=np.complex128)
+    sizes, inverse, rough = np.zeros(n), np.zeros(n), np.zeros(n)
+    pivots, pivots_both = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+    taken = 0
+    for m in range(initial.shape[0]):
+        for i in range(n):
+            y[i] = initial[m, i]
+            low[i], rough[i] = 0.0, 0.0
+        t, h, sample, attempts, reason = 0.0, 1e-6 * time_scale, 0, 0, 0
+        last, reach, steps = 0.0, 1.0, 0
+        rejected, aside, noisy = False, False, False
+        end, step, length, norm, scale, wanted = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        call(f, t, y, p, start)
+        while sample < times.size:
+            attempts += 1
+            if attempts > MOST_STEPS:
+                reason = TOO_MANY_STEPS
+                break
+            if aside:
+                length = times[sample] - t
+            else:
+                if fixed > 0.0:
+                    h = fixed
+                if not h > 0.0:
+                    reason = NOT_FINITE
+                    break
+                # The step is h rounded so that t + step is exact; the last one ends at the last sample.
+                step = times[-1] - t if t + h >= times[-1] else (t + h) - t
+                length = step
+                if t + h / 4 <= t:
+                    reason = STEP_TOO_SMALL
+                    break
+                call(derivative, t, y, p, partial)
+            iterations = 0
+            solvable = factored(partial, length, table, real, pivots, both, pivots_both)
+            if solvable:
+                if not aside:
+                    if ABSOLUTE == 0:
+                        if t == 0.0:
+                            error[:] = start
+                            substitute(real, pivots, error)
+                            first_sizes(y, error, groups, sizes, inverse)
+                        elif noisy:
+                            invert(groups, sizes, inverse)
+                        if noisy:
+                            soften(1.0 / tolerance, groups, rough, inverse)
+                    for i in range(n):
+                        weight[i] = (1.0 / (1.0 + abs(y[i])) if ABSOLUTE == 1 else inverse[i]) / tolerance
+                if aside:
+                    for j in range(3):
+                        for i in range(n):
+                            z[j, i] = between(table[C, j] * length / step, table, z_step, i)
+                else:
+                    guess(last, step, table, before_z, z)
+                iterations = newton(
+                    f, t, length, y, p, table, tolerance, error, slopes, weight, real, pivots, both, pivots_both,
+                    right, pair, w, z,
+                )  # fmt: skip
+            if iterations == 0:
+                if fixed > 0.0 or not finite(start):
+                    reason = NOT_SOLVED if finite(start) else NOT_FINITE
+                    break
+                if ABSOLUTE == 0 and solvable:
+                    noise(f, t, y, p, start, real, pivots, x, slope, error, groups, rough)
+                    noisy = True
+                h = length if aside else min(h, step) / 2
+                rejected, aside = True, False
+                continue
+            if aside:
+                for i in range(n):
+                    out[m, sample, i] = y[i] + (low[i] + z[2, i])
+                sample += 1
+                aside = times[sample] < end
+                if aside:
+                    continue
+                z[:] = z_step
+            else:
+                norm = estimate(
+                    f, t, step, y, p, table, weight, x, slope, start, real, pivots, z, error, rejected, steps
+                )
+                safety = SAFETY * (2 * MOST_ITERATIONS + 1) / (2 * MOST_ITERATIONS + iterations)
+                scale = 1.0 / sqrt(sqrt(norm)) if norm > 0.0 else np.inf
+                wanted = min(scale, FORESEEN_MOST)
+                if steps > 0 and not rejected:
+                    scale *= min(1.0, step / reach * scale)
+                scale = min(GROW_MOST, max(SHRINK_MOST, safety * scale))
+                if not norm < 1.0 and fixed == 0.0:
+                    if ABSOLUTE == 0:
+                        noise(f, t, y, p, start, real, pivots, x, slope, error, groups, rough)
+                    noisy = True
+                    h = min(h, step) * (scale if norm < np.inf else 0.1)
+                    rejected = True
+                    continue
+                for i in range(n):
+                    x[i] = y[i] + (z[2, i] + low[i])
+                end = times[-1] if t + h >= times[-1] else t + step
+                call(f, end, x, p, slope)
+                if not finite(slope) or not finite(x):
+                    reason = NOT_FINITE
+                    break
+                if times[sample] < end and not smooth(step, table, weight, start, z, norm):
+                    aside = True
+                    z_step[:] = z
+                    continue
+            while sample < times.size and times[sample] <= end:
+                part = (times[sample] - t) / step
+                for i in range(n):
+                    out[m, sample, i] = y[i] + (low[i] + between(part, table, z, i))
+                sample += 1
+            for i in range(n):
+                change = z[2, i] + low[i]
+                low[i] = change - (x[i] - y[i])
+                y[i] = x[i]
+                start[i] = slope[i]
+                for j in range(3):
+                    before_z[j, i] = z[j, i]
+            if ABSOLUTE == 0 and (enlarge(y, groups, sizes) or t == 0.0):
+                invert(groups, sizes, inverse)
+            h = step * (min(1.0, scale) if rejected else scale)
+            last, reach, t = step, step * wanted, end
+            rejected = False
+            steps += 1
+        taken += steps
+        if reason != 0 and stop[0] == 0:
+            stop[0], stop[1] = reason, sample
+    return taken
+
+
+def noise(
+    f: Any, t: Any, y: Any, p: Any, start: Any, real: Any, pivots: Any, x: Any, slope: Any, change: Any, groups: Any,
+    rough: Any,
+) -> None:  # fmt: skip
+    """Raise `rough` to what the real system makes of the rates' change when the state is moved by its round-off.
+
+    Of a fast mode that is its round-off, not h times its rates': no error is compared with less (`sizes.soften`)."""
+    nudge(y, x)
+    call(f, t, x, p, slope)
+    for i in range(change.size):
+        change[i] = slope[i] - start[i]
+    substitute(real, pivots, change)
+    enlarge(change, groups, rough)
+
+
+def finite(values: Any) -> bool:
+    total = 0.0
+    for value in values:
+        total += 0.0 * value
+    return total == 0.0
+
+
+def factored(partial: Any, h: Any, table: Any, real: Any, pivots: Any, both: Any, pivots_both: Any) -> bool:
+    """gamma/h - J and (alpha + i beta)/h - J, factored; False where one is singular."""
+    n = DIMENSION or pivots.size
+    gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
+    for i in range(n):
+        for j in range(n):
+            real[i, j] = -partial[i * n + j]
+            both[i, j] = -partial[i * n + j]
+        real[i, i] += gamma
+        both[i, i] += complex(alpha, beta)
+    return bool(factor(real, pivots) and factor(both, pivots_both))
+
+
+def basis(k: int, x: Any, table: Any) -> Any:
+    """The polynomial that is 1 at c_k, 0 at the other nodes and at 0."""
+    value = x * table[BASIS, k]
+    for j in range(3):
+        if j != k:
+            value *= x - table[C, j]
+    return value
+
+
+def between(x: Any, table: Any, z: Any, i: int) -> Any:
+    """The change of component i at the fraction x of the step, by the collocation polynomial."""
+    return basis(0, x, table) * z[0, i] + basis(1, x, table) * z[1, i] + basis(2, x, table) * z[2, i]
+
+
+def smooth(h: Any, table: Any, weight: Any, start: Any, z: Any, norm: Any) -> bool:
+    """Whether the polynomial is as good within the step as at its end.
+
+    Its error follows the fourth derivative, as does what the estimate is before it is filtered. The filter is 1 where no
+    component is stiff, up to h |df/dy| of about gamma; where it takes more than half, it is for the end of the step alone.
+    """
+    n = DIMENSION or weight.size
+    square = 0.0
+    for i in range(n):
+        weighted = table[ERROR, 0] * z[0, i] + table[ERROR, 1] * z[1, i] + table[ERROR, 2] * z[2, i]
+        square += ((h * start[i] + weighted) * weight[i]) ** 2
+    return bool(sqrt(square / n) <= 2.0 * table[EIGENVALUES, 0] * norm)
+
+
+def guess(last: Any, h: Any, table: Any, before_z: Any, z: Any) -> None:
+    """First values of the stages: the last step's polynomial carried on; none at the very first step."""
+    n = DIMENSION or z.shape[1]
+    ratio = h / last if last > 0.0 else 0.0
+    for j in range(3):
+        for i in range(n):
+            z[j, i] = 0.0
+        if last > 0.0:
+            x = 1.0 + table[C, j] * ratio
+            a, b, c = basis(0, x, table), basis(1, x, table), basis(2, x, table) - 1.0
+            for i in range(n):
+                z[j, i] = a * before_z[0, i] + b * before_z[1, i] + c * before_z[2, i]
+
+
+def newton(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, tolerance: Any, x: Any, slopes: Any, weight: Any,
+    real: Any, pivots: Any, both: Any, pivots_both: Any, right: Any, pair: Any, w: Any, z: Any,
+) -> int:  # fmt: skip
+    """Simplified Newton iteration for the stages z, from their first values; how many it took, 0 where it failed.
+
+    What it leaves, by the rate at which changes shrink, is below `enough` of the tolerance: 3 %, or round-off.
+    """
+    n = DIMENSION or y.size
+    gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
+    for j in range(3):
+        for i in range(n):
+            w[j, i] = table[BACK + j, 0] * z[0, i] + table[BACK + j, 1] * z[1, i] + table[BACK + j, 2] * z[2, i]
+    rest = ROUNDOFF / tolerance
+    enough = max(rest, min(0.03, sqrt(tolerance)))
+    before, rate = 0.0, 0.0
+    iteration = 0
+    # Not a range, which the compiler would write out: ten iterations take ten times as long to compile.
+    while iteration < MOST_ITERATIONS:
+        iteration += 1
+        for j in range(3):
+            for i in range(n):
+                x[i] = y[i] + z[j, i]
+            call(f, t + table[C, j] * h, x, p, slopes[j])
+            if not finite(slopes[j]):
+                return 0
+        for i in range(n):
+            a, b, c = slopes[0, i], slopes[1, i], slopes[2, i]
+            right[i] = table[BACK, 0] * a + table[BACK, 1] * b + table[BACK, 2] * c - gamma * w[0, i]
+            u = table[BACK + 1, 0] * a + table[BACK + 1, 1] * b + table[BACK + 1, 2] * c
+            v = table[BACK + 2, 0] * a + table[BACK + 2, 1] * b + table[BACK + 2, 2] * c
+            pair[i] = complex(u - (alpha * w[1, i] - beta * w[2, i]), v - (beta * w[1, i] + alpha * w[2, i]))
+        substitute(real, pivots, right)
+        substitute(both, pivots_both, pair)
+        square = 0.0
+        for i in range(n):
+            w[0, i] += right[i]
+            w[1, i] += pair[i].real
+            w[2, i] += pair[i].imag
+            a, b, c = right[i] * weight[i], pair[i].real * weight[i], pair[i].imag * weight[i]
+            square += a * a + b * b + c * c
+            for j in range(3):
+                z[j, i] = (
+                    table[FORWARD + j, 0] * w[0, i] + table[FORWARD + j, 1] * w[1, i] + table[FORWARD + j, 2] * w[2, i]
+                )
+        norm = sqrt(square / (3 * n))
+        if not norm < 1e300:
+            return 0
+        if iteration > 1:
+            rate = norm / before
+            left = MOST_ITERATIONS - iteration
+            if norm > enough and (rate >= 1.0 or rate**left / (1.0 - rate) * norm > enough):
+                return 0
+        # After the first iteration its rate is not known yet: only a change that is negligible ends it. Changes that do
+        # not shrink say nothing of what is left, unless they are round-off.
+        if norm <= 1e-3 * enough or (iteration > 1 and rate < 1.0 and rate / (1.0 - rate) * norm <= enough):
+            return iteration
+        if iteration > 1 and rate >= 1.0 and norm <= rest:
+            return iteration
+        before = norm
+    return 0
+
+
+def estimate(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, weight: Any, x: Any, slope: Any, start: Any,
+    real: Any, pivots: Any, z: Any, error: Any, rejected: bool, steps: int,
+) -> float:  # fmt: skip
+    """The error of the embedded formula of order 3 over the tolerance, filtered by the real system (IV.8.19-20)."""
+    n = DIMENSION or y.size
+    found = 0.0
+    for again in range(2):
+        for i in range(n):
+            given = slope[i] if again == 1 else start[i]
+            weighted = table[ERROR, 0] * z[0, i] + table[ERROR, 1] * z[1, i] + table[ERROR, 2] * z[2, i]
+            error[i] = given + weighted / h
+        substitute(real, pivots, error)
+        square = 0.0
+        for i in range(n):
+            square += (error[i] * weight[i]) ** 2
+        found = sqrt(square / n)
+        if found < 1.0 or again == 1 or not (rejected or steps == 0):
+            break
+        # Where a fast mode has not died yet the estimate is too large; the second one damps it.
+        for i in range(n):
+            x[i] = y[i] + error[i]
+        call(f, t, x, p, slope)
+    return found
+
+
+INLINED = (factor, substitute, newton, factored, finite)
+"""Each is called at one or two places, between which values then stay in registers: half the time of a step."""

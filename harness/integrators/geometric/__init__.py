@@ -1,0 +1,1 @@
+"""Splitting, Lie group, constrained and exponential methods."""

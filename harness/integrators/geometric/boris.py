@@ -1,0 +1,203 @@
+"""Boris's method and its relatives: a charge drifts, is pushed by E and turned by B, each in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import sqrt, tan
+from typing import Any, ClassVar
+
+from gnomon.cases.core.forms import Charged, Form
+from gnomon.cases.core.scene import SceneForm
+from gnomon.harness.contract.integrator import Integrator, Problem
+from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, given
+from gnomon.harness.integrators.base.stepping import call, product, sum_of
+from gnomon.harness.integrators.geometric.splitting import KahanLi6, Suzuki4
+from gnomon.harness.kernels.equations import Kernel, function_kernel
+
+RATIONAL, EXACT, MEAN = 0, 1, 2
+"""How the magnetic field turns u: by 2 atan(angle/2); by the angle; by the first with gamma of the mean u."""
+
+
+def boris_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """Rows of `table`: lengths gamma of the symmetric steps; how to turn, the speed of light (0: not relativistic).
+
+    Each symmetric step of gamma h: half a drift, half a push, the whole turn, half a push, half a drift.
+    """
+    turning, light = table[1, 0], table[1, 1]
+    for i in range(6):
+        increment[i] = store[0, i]
+        store[0, i] = 0.0
+    now = t
+    for j in range(table.shape[1]):
+        length = table[0, j] * h
+        if length == 0.0:
+            continue
+        half = length / 2
+        drift(half, y, light, store, increment)
+        for i in range(3):
+            x[i] = y[i] + increment[i]
+        call(f, now + half, x, p, slope)
+        push(half, slope, store, increment)
+        turn(half, y, slope, turning, light, store, increment)
+        push(half, slope, store, increment)
+        drift(half, y, light, store, increment)
+        now += length
+    return True
+
+
+def push(half: Any, fields: Any, store: Any, increment: Any) -> None:
+    """Over `half` E changes u. What rounding takes goes to `store`, and from the last push of a step to the next step.
+
+    A uniform E pushes by the same number in every step, and what a sum with it rounds is the same wherever the sum is
+    between the same powers of two: left out, it would drift as t.
+    """
+    for i in range(3):
+        pushed, first = product(half, fields[i])
+        increment[3 + i], second = sum_of(increment[3 + i], pushed)
+        store[0, 3 + i] += first + second
+
+
+def drift(length: Any, y: Any, light: Any, store: Any, increment: Any) -> None:
+    """The place moves by u/gamma."""
+    u1, lost1 = sum_of(y[3], increment[3])
+    u2, lost2 = sum_of(y[4], increment[4])
+    u3, lost3 = sum_of(y[5], increment[5])
+    lost1, lost2, lost3 = lost1 + store[0, 3], lost2 + store[0, 4], lost3 + store[0, 5]
+    scale = length
+    if light > 0.0:
+        scale = length / sqrt(1 + (u1 * u1 + u2 * u2 + u3 * u3) / (light * light))
+    increment[0] += scale * u1 + scale * lost1
+    increment[1] += scale * u2 + scale * lost2
+    increment[2] += scale * u3 + scale * lost3
+
+
+def turn(half: Any, y: Any, fields: Any, turning: Any, light: Any, store: Any, increment: Any) -> None:
+    """Over twice `half` the magnetic field turns u about itself: u + (u + u x T) x S, S = 2 T/(1 + T^2).
+
+    It is a rotation by 2 atan |T|, so |u| stays.
+    """
+    u1, lost1 = sum_of(y[3], increment[3])
+    u2, lost2 = sum_of(y[4], increment[4])
+    u3, lost3 = sum_of(y[5], increment[5])
+    lost1, lost2, lost3 = lost1 + store[0, 3], lost2 + store[0, 4], lost3 + store[0, 5]
+    a, b, c = half * fields[3], half * fields[4], half * fields[5]
+    square = a * a + b * b + c * c
+    if square == 0.0:
+        return
+    scale = 1 + 0 * square
+    if light > 0.0:
+        gamma_square = 1 + (u1 * u1 + u2 * u2 + u3 * u3) / (light * light)
+        if turning == MEAN:
+            along = (u1 * a + u2 * b + u3 * c) / light
+            left = gamma_square - square
+            gamma_square = (left + sqrt(left * left + 4 * (square + along * along))) / 2
+        scale = 1 / sqrt(gamma_square)
+    if turning == EXACT:
+        angle = sqrt(square) * scale
+        scale = scale * tan(angle) / angle
+    a, b, c = a * scale, b * scale, c * scale
+    v1 = u1 + ((u2 * c - u3 * b) + (lost1 + (lost2 * c - lost3 * b)))
+    v2 = u2 + ((u3 * a - u1 * c) + (lost2 + (lost3 * a - lost1 * c)))
+    v3 = u3 + ((u1 * b - u2 * a) + (lost3 + (lost1 * b - lost2 * a)))
+    w1, w2, w3 = v2 * c - v3 * b, v3 * a - v1 * c, v1 * b - v2 * a
+    share, lost = share_of(a, b, c)
+    increment[3] += share * w1 + lost * w1
+    increment[4] += share * w2 + lost * w2
+    increment[5] += share * w3 + lost * w3
+
+
+def share_of(a: Any, b: Any, c: Any) -> tuple[Any, Any]:
+    """2/(1 + T^2) and what rounding has taken from it.
+
+    Without that |u| would change by the same share in every step where the field is the same, and so drift as t.
+    """
+    aa, lost_a = product(a, a)
+    bb, lost_b = product(b, b)
+    cc, lost_c = product(c, c)
+    square, first = sum_of(aa, bb)
+    square, second = sum_of(square, cc)
+    whole, third = sum_of(1 + 0 * square, square)
+    share = 2 / whole
+    two, lost = product(share, whole)
+    left = (2 - two) - lost - share * (third + (second + (first + (lost_a + lost_b + lost_c))))
+    return share, left * share / 2
+
+
+class ChargeMethod(FixedStep):
+    """A step for a charge: the function that it calls gives the fields."""
+
+    accepts = (Charged,)
+    conserves = ("volume", "reversible")
+    compensated = True
+    step = boris_step
+    turning: ClassVar[int]
+
+    def equations(self, form: Form) -> Callable[..., Any]:
+        assert isinstance(form, Charged)
+        return form.fields
+
+    def widths(self, form: Form, dimension: int) -> tuple[int, int]:
+        return 3, 6
+
+    def kernel(self, problem: Problem) -> Kernel:
+        assert not isinstance(problem.form, SceneForm)
+        return function_kernel(self.equations(problem.form), 3, len(problem.parameters), 6, problem.counted)
+
+    def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
+        assert isinstance(form, Charged)
+        light = [mp.mpf(0)] if form.light is None else given(mp, form.light, parameters, 1)
+        return [*self.coefficients(mp), [mp.mpf(self.turning), *light]]
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        return [[mp.mpf(1)]]
+
+
+class Boris(ChargeMethod):
+    """Boris's rotation (Proc. 4th Conf. Numerical Simulation of Plasmas, 1970). Order 2.
+
+    Birdsall and Langdon, Plasma Physics via Computer Simulation, 1985, 4-3 and, where it is relativistic, 15-4.
+
+    Staggered in time as usual, synchronised by half drifts; relativistic with gamma of the middle of the push.
+    """
+
+    name, order, turning = "Boris", 2, RATIONAL
+
+
+class HigueraCary(ChargeMethod):
+    """Boris's rotation with gamma of the mean velocity: E x B drifts come out right. Order 2.
+
+    Higuera and Cary, Physics of Plasmas 24, 052104, 2017. Where nothing is relativistic it is Boris's method.
+    """
+
+    name, order, turning = "Higuera-Cary", 2, MEAN
+
+    def unsupported(self, form: Form | SceneForm) -> str | None:
+        relativistic = isinstance(form, Charged) and form.light is not None
+        return None if relativistic else "the charge is not relativistic: there it is Boris's method"
+
+
+class VolumePreserving4(ChargeMethod):
+    """Five symmetric steps with exact gyration, in Suzuki's lengths (He et al., J. Comput. Phys. 305, 2016). Order 4."""
+
+    name, order, turning = "Volume-preserving 4", 4, EXACT
+    everywhere = False
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        return [Suzuki4.lengths(mp)]
+
+
+class VolumePreserving6(ChargeMethod):
+    """Nine symmetric steps with exact gyration, in Kahan and Li's lengths (Math. Comput. 66, 1997). Order 6."""
+
+    name, order, turning = "Volume-preserving 6", 6, EXACT
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        return [KahanLi6.lengths(mp)]
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (Boris, HigueraCary, VolumePreserving4, VolumePreserving6)

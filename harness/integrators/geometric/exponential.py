@@ -1,0 +1,194 @@
+"""Exponential Runge-Kutta methods: the linear part of the equations is solved exactly, however stiff it is."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core.forms import Form, SemiLinear
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solve
+from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Floats, Table, kept
+from gnomon.harness.integrators.base.stepping import call, product, sum_of
+from gnomon.harness.integrators.gauss.gauss import halves
+from gnomon.harness.kernels.equations import Kernel, check_values, function_kernel
+from gnomon.reference.numerics.precision import working
+
+Matrix = Any
+"""A square numpy array of mpmath numbers."""
+Phi = Callable[[int, Any], Matrix]
+"""(k, c) -> phi_k(c h L)."""
+
+
+def exponential_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """Rows of `table`: c_1 ... c_s; then for each stage and the end, row by row, exp(c h L) - 1 and h a_1 ... h a_s; those
+    of the end once more: what is left of them beyond the leading bits. Without it the linear part alone would grow or
+    shrink, and what a constant slope adds be wrong, as t.
+
+    A constant slope adds the same numbers in every step, and what sums with them round may be the same: it is carried
+    on, to the sum with the state and, in the last row of `store`, to the next step.
+    """
+    n = y.size
+    stages = store.shape[0] - 1
+    for j in range(stages + 1):
+        first = 1 + j * (stages + 1)
+        for i in range(n):
+            if j == stages:
+                total = combined(store[stages, i], table, first + stages + 1, i, y, store, j)
+                slopes = 0.0
+                for m in range(stages):
+                    for k in range(n):
+                        added, first_lost = product(table[first + 1 + m, i * n + k], store[m, k])
+                        slopes, second_lost = sum_of(slopes, added)
+                        total += first_lost + second_lost
+                total = combined(total, table, first, i, y, store, 0)
+                total, store[stages, i] = sum_of(total, slopes)
+            else:
+                total = combined(0.0, table, first, i, y, store, j)
+            increment[i] = total
+        if j < stages:
+            for i in range(n):
+                x[i] = y[i] + increment[i]
+            call(f, t + table[0, j] * h, x, p, slope)
+            for i in range(n):
+                store[j, i] = slope[i]
+    return True
+
+
+def combined(total: Any, table: Any, first: Any, i: Any, y: Any, store: Any, count: Any) -> Any:
+    """`total` and component i of the first `count` slopes and of the state, times the matrices in the rows from `first`."""
+    n = y.size
+    for m in range(count):
+        for k in range(n):
+            total += table[first + 1 + m, i * n + k] * store[m, k]
+    for k in range(n):
+        total += table[first, i * n + k] * y[k]
+    return total
+
+
+class ExponentialRungeKutta(FixedStep):
+    """A method by its nodes and its coefficients, which are matrices made of phi functions of h L.
+
+    phi_0 = exp, phi_k(z) = (phi_{k-1}(z) - 1/(k-1)!)/z. What it calls is the rest of the equations.
+    """
+
+    accepts = (SemiLinear,)
+    compensated = True
+    step = exponential_step
+    nodes: ClassVar[tuple[float, ...]]
+
+    @classmethod
+    @abstractmethod
+    def tableau(cls, phi: Phi) -> list[list[Matrix]]:
+        """a_j1 ... a_j,j-1 for each stage j, then b_1 ... b_s."""
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        return [[mp.mpf(c) for c in cls.nodes]]
+
+    def equations(self, form: Form) -> Callable[..., Any]:
+        assert isinstance(form, SemiLinear)
+        return form.rest
+
+    def kernel(self, problem: Problem) -> Kernel:
+        assert isinstance(problem.form, SemiLinear)
+        n, known = problem.dimension, len(problem.parameters)
+        check_values({"linear": problem.form.linear}, "linear(p)", 0, known, n * n)
+        return function_kernel(problem.form.rest, n, known, n, problem.counted)
+
+    def rows(self, form: Form) -> int:
+        return len(self.nodes) + 1
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        if not problem.uniform:
+            raise Refused("its coefficients are those of one step size; these samples need others in between")
+        return super().prepare(problem, setting)
+
+    def table_for(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any, h: Any) -> Table:
+        assert isinstance(form, SemiLinear)
+        entries = [mp.mpf(x) * h for x in form.linear(tuple(parameters))]
+        n = round(len(entries) ** 0.5)
+        known = {c: phi_functions(mp, c * np.array(entries).reshape(n, n)) for c in {*self.nodes, 1}}
+        rows = [*self.tableau(lambda k, c: known[c][k])]
+        table = self.coefficients(mp)
+        flat = []
+        for c, row in zip((*self.nodes, 1), rows, strict=True):
+            less_one = known[c][0] - np.eye(n, dtype=int)
+            blanks = [less_one * 0] * (len(self.nodes) - len(row))
+            flat += [less_one, *(h * a for a in row), *blanks]
+        flattened = [list(matrix.ravel()) for matrix in flat]
+        end = [halves(mp, row, roundoff) for row in flattened[-len(self.nodes) - 1 :]]
+        return [*table, *flattened[: -len(end)], *(high for high, _ in end), *(low for _, low in end)]
+
+
+def phi_functions(mp: Any, z: Matrix, count: int = 4) -> list[Matrix]:
+    """phi_0 ... phi_{count-1} of a matrix: Taylor series of z / 2^s, doubled s times (Skaflestad and Wright, 2009).
+
+    Rows of very different size cost digits; as many are added as the matrix is large.
+    """
+    size = max(mp.mpf(1), max(abs(x) for x in z.ravel()) * len(z))
+    doublings = int(mp.ceil(mp.log(size, 2))) + 1
+    with mp.workdps(mp.dps + 10 + int(3 * mp.log10(size))):
+        scaled = z / mp.mpf(2) ** doublings
+        one = np.array([[mp.mpf(int(i == j)) for j in range(len(z))] for i in range(len(z))], dtype=object)
+        term = one / mp.factorial(count - 1)
+        last, k = term, count
+        while max(abs(x) for x in term.ravel()) > mp.eps:
+            term = term.dot(scaled) / k
+            last, k = last + term, k + 1
+        found = [last]
+        for k in range(count - 2, -1, -1):
+            found.insert(0, scaled.dot(found[0]) + one / mp.factorial(k))
+        for _ in range(doublings):
+            found = [_doubled(mp, found, k) for k in range(count)]
+    return found
+
+
+def _doubled(mp: Any, phi: list[Matrix], k: int) -> Matrix:
+    total = phi[0].dot(phi[k])
+    for j in range(1, k + 1):
+        total = total + phi[j] / mp.factorial(k - j)
+    return total / 2**k
+
+
+class HochbruckOstermann4(ExponentialRungeKutta):
+    """Five stages, of order 4 for stiff problems too (Hochbruck and Ostermann, SIAM J. Numer. Anal. 43, 2005). Order 4."""
+
+    name, order = "Exponential Runge-Kutta 4", 4
+    nodes = (0, 0.5, 0.5, 1, 0.5)
+
+    def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
+        assert isinstance(form, SemiLinear)
+        with working(DIGITS) as mp:
+            linear = form.linear(tuple(map(mp.mpf, parameters)))
+        name = f"{self.name} {linear!r} {h!r}"
+        return kept(
+            name, (__name__, halves.__module__), lambda: super(HochbruckOstermann4, self).binary64(form, parameters, h)
+        )
+
+    @classmethod
+    def tableau(cls, phi: Phi) -> list[list[Matrix]]:
+        half, one = 0.5, 1
+        a52 = phi(2, half) / 2 - phi(3, one) + phi(2, one) / 4 - phi(3, half) / 2
+        a54 = phi(2, half) / 4 - a52
+        nothing = a52 * 0
+        return [
+            [],
+            [phi(1, half) / 2],
+            [phi(1, half) / 2 - phi(2, half), phi(2, half)],
+            [phi(1, one) - 2 * phi(2, one), phi(2, one), phi(2, one)],
+            [phi(1, half) / 2 - 2 * a52 - a54, a52, a52, a54],
+            [
+                phi(1, one) - 3 * phi(2, one) + 4 * phi(3, one),
+                nothing,
+                nothing,
+                4 * phi(3, one) - phi(2, one),
+                4 * phi(2, one) - 8 * phi(3, one),
+            ],
+        ]
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (HochbruckOstermann4,)

@@ -1,0 +1,161 @@
+"""RATTLE and its compositions for motions under a holonomic constraint."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from gnomon.cases.core.forms import Constrained, Form, Values
+from gnomon.harness.contract.integrator import Integrator, Problem
+from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
+from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.gauss.gauss_steps import MOST_ITERATIONS, SMALLEST, settled
+from gnomon.harness.integrators.geometric.splitting import KahanLi6, Suzuki4
+from gnomon.harness.kernels import equations as compiling
+
+
+def rattle_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """Rows of `table`: lengths gamma of the symmetric steps; the unit round-off.
+
+    `call` gives force, constraint and gradient at a place; those at the end of a step serve the next one. `store` holds
+    a flag and the constraint's value at the start, which is kept, and the gradient at the start of a step.
+    """
+    n = x.size
+    for i in range(2 * n):
+        increment[i] = 0.0
+    now = t
+    if store[0, 0] == 0.0:
+        for i in range(n):
+            x[i] = y[i]
+        call(f, now, x, p, slope)
+        store[0, 0] = 1.0
+        store[0, 1] = slope[n]
+    for j in range(table.shape[1]):
+        length = table[0, j] * h
+        if length == 0.0:
+            continue
+        for i in range(n):
+            store[1, i] = slope[n + 1 + i]
+            increment[n + i] += length / 2 * slope[i]
+            increment[i] += length * (y[n + i] + increment[n + i])
+        now += length
+        if not onto_constraint(f, now, length, y, p, table[1, 0], x, slope, store, increment):
+            return False
+        for i in range(n):
+            x[i] = y[i] + increment[i]
+        call(f, now, x, p, slope)
+        along, square = 0.0, 0.0
+        for i in range(n):
+            increment[n + i] += length / 2 * slope[i]
+            along += slope[n + 1 + i] * (y[n + i] + increment[n + i])
+            square += slope[n + 1 + i] * slope[n + 1 + i]
+        for i in range(n):
+            increment[n + i] -= along / square * slope[n + 1 + i]
+    return True
+
+
+def onto_constraint(
+    f: Any, now: Any, length: Any, y: Any, p: Any, roundoff: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """Moves the place along the gradient of the start until the constraint has its value; the velocity follows."""
+    n = x.size
+    least, stalled = 0.0, 0
+    for iteration in range(MOST_ITERATIONS):
+        for i in range(n):
+            x[i] = y[i] + increment[i]
+        call(f, now, x, p, slope)
+        product = 0.0
+        for i in range(n):
+            product += slope[n + 1 + i] * store[1, i]
+        share = (slope[n] - store[0, 1]) / product
+        moved, size = 0.0, SMALLEST
+        for i in range(n):
+            correction = share * store[1, i]
+            if not abs(correction) < 1e300:
+                return False
+            increment[i] -= correction
+            increment[n + i] -= correction / length
+            moved = max(moved, abs(correction))
+            size = max(size, abs(x[i]))
+        change = moved / size
+        stalled = stalled + 1 if change >= least else 0
+        if settled(iteration, change, least, stalled, roundoff):
+            return True
+        least = change if iteration == 0 else min(least, change)
+    return False
+
+
+class ConstrainedMethod(FixedStep):
+    """A step for a constrained motion: what it calls gives force, constraint and gradient."""
+
+    accepts = (Constrained,)
+    conserves = ("symplectic", "reversible", "momentum", "constraint")
+    compensated = True
+    step = rattle_step
+
+    def equations(self, form: Form) -> Callable[..., Any]:
+        assert isinstance(form, Constrained)
+        force, constraint, gradient = form.force, form.constraint, form.gradient
+
+        def everything(t: Any, q: Values, p: Values) -> Values:
+            return *force(t, q, p), *constraint(t, q, p), *gradient(t, q, p)
+
+        return everything
+
+    def widths(self, form: Form, dimension: int) -> tuple[int, int]:
+        return dimension // 2, dimension + 1
+
+    def kernel(self, problem: Problem) -> compiling.Kernel:
+        form, n = problem.form, problem.dimension // 2
+        assert isinstance(form, Constrained)
+        functions: dict[str, Callable[..., Any]] = {
+            "force": form.force,
+            "constraint": form.constraint,
+            "gradient": form.gradient,
+        }
+        for name, count in (("force", n), ("constraint", 1), ("gradient", n)):
+            compiling.check_values({name: functions[name]}, f"{name}(t, y, p)", n, len(problem.parameters), count)
+        call = "force(t, y, p) + constraint(t, y, p) + gradient(t, y, p)"
+        return compiling.call_kernel(functions, call, n, len(problem.parameters), 2 * n + 1, problem.counted)
+
+    def rows(self, form: Form) -> int:
+        return 2
+
+    def table(self, mp: Any, form: Form, parameters: Any, roundoff: Any) -> Table:
+        return [*self.coefficients(mp), [roundoff]]
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        return [[mp.mpf(1)]]
+
+
+class Rattle(ConstrainedMethod):
+    """RATTLE (Andersen, J. Comput. Phys. 52, 1983; Leimkuhler and Skeel, J. Comput. Phys. 112, 1994). Order 2."""
+
+    name, order = "RATTLE", 2
+
+
+class Rattle4(ConstrainedMethod):
+    """Five RATTLE steps in Suzuki's lengths (Reich, SIAM J. Numer. Anal. 33, 1996). Order 4."""
+
+    name, order = "RATTLE Suzuki 4", 4
+    everywhere = False
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        return [Suzuki4.lengths(mp)]
+
+
+class Rattle6(ConstrainedMethod):
+    """Nine RATTLE steps in Kahan and Li's lengths (Reich, SIAM J. Numer. Anal. 33, 1996). Order 6."""
+
+    name, order = "RATTLE Kahan-Li 6", 6
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        return [KahanLi6.lengths(mp)]
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (Rattle, Rattle4, Rattle6)

@@ -1,0 +1,1 @@
+"""Multistep and extrapolation methods."""

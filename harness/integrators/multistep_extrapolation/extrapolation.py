@@ -1,0 +1,261 @@
+"""Extrapolation: Gragg's rule with 2, 4, 6, ... substeps, extrapolated to step zero, order and step from the tolerance."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.integrators.base.fixed_step import Table
+from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, one_over, roughen, soften
+from gnomon.harness.integrators.base.step_control import (
+    MOST_STEPS,
+    NOT_FINITE,
+    STEP_TOO_SMALL,
+    TOO_MANY_STEPS,
+    Adaptive,
+)
+from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.runge_kutta.embedded import first_step
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+COLUMNS = 10
+"""Of the extrapolation table at most: order 20, 111 right-hand sides."""
+
+FEWER, MORE = 0.8, 0.9
+"""A column less is worth it below 0.8 of the work a unit of time, one more below 0.9 (ODEX)."""
+
+
+class GraggBulirschStoer(Adaptive):
+    """Gragg's rule extrapolated, up to ten columns, order and step chosen as in ODEX. Order 20.
+
+    Gragg, SIAM J. Numerical Analysis 2, 1965; Bulirsch and Stoer, Numerische Mathematik 8, 1966; Hairer, Norsett,
+    Wanner, Solving Ordinary Differential Equations I, II.9. The table is that of the change over the step, so that
+    its round-off is that of the change.
+    """
+
+    name, order = "Gragg-Bulirsch-Stoer", 2 * COLUMNS
+    everywhere = False
+    accepts = (FirstOrder,)
+    sampling = "stops at samples"
+    most_steps = 500_000  # of up to 111 right-hand sides
+    pieces = ()
+
+    @classmethod
+    def rows(cls, mp: Any) -> Table:
+        """Row j: the factors n_m^2 / (n_j^2 - n_m^2) of the columns m < j, with n_j = 2 (j + 1)."""
+        squares = [mp.mpf((j + 1) ** 2) for j in range(COLUMNS)]
+        return [[squares[m] / (squares[j] - squares[m]) for m in range(j)] or [mp.mpf(0)] for j in range(COLUMNS)]
+
+    @classmethod
+    def constants(cls) -> tuple[tuple[str, int], ...]:
+        return (("ORDER", 8),)  # of the first step's estimate alone
+
+
+def integrate(
+    f: Any,
+    p: Floats,
+    table: Floats,
+    initial: Floats,
+    times: Floats,
+    tolerance: float,
+    groups: NDArray[np.int64],
+    time_scale: float,
+    out: Floats,
+    stop: NDArray[np.int64],
+) -> int:
+    """As `adaptive.integrate`; a step that would pass a sample ends there, at the first column that is good enough."""
+    dimension = initial.shape[1]
+    y, low, x, slope = np.empty(dimension), np.empty(dimension), np.empty(dimension), np.empty(dimension)
+    before, now = np.empty(dimension), np.empty(dimension)
+    first, columns = np.empty((1, dimension)), np.empty((COLUMNS, dimension))
+    lengths, work = np.zeros(COLUMNS), np.zeros(COLUMNS)
+    sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
+    taken = 0
+    for n in range(initial.shape[0]):
+        y[:] = initial[n]
+        low[:] = 0.0
+        t, sample, attempts = 0.0, 0, 0
+        h = first_step(f, y, p, first, x, slope, tolerance, min(times[-1], time_scale), groups)
+        # Zero-based: the column at which the table should be good enough.
+        target = max(1, min(COLUMNS - 2, int(0.5 - 0.6 * np.log10(tolerance))))
+        rejected, known, noisy = False, True, False
+        rough[:] = 0.0
+        reason = 0
+        while sample < times.size:
+            if not known:
+                call(f, t, y, p, slope)
+                for i in range(dimension):
+                    first[0, i] = slope[i]
+                    if not abs(slope[i]) < np.inf:
+                        reason = NOT_FINITE
+                known = True
+            if reason != 0 or not (h > 0.0 and h < np.inf):
+                reason = NOT_FINITE
+                break
+            if t + h / 4 <= t:
+                reason = STEP_TOO_SMALL
+                break
+            attempts += 1
+            if attempts > MOST_STEPS:
+                reason = TOO_MANY_STEPS
+                break
+            cut = t + 1.01 * h >= times[sample]
+            step = times[sample] - t if cut else (t + h) - t
+            if t == 0.0:
+                for i in range(dimension):
+                    now[i] = step * first[0, i]
+                first_sizes(y, now, groups, sizes, inverse)
+            if noisy:
+                if t > 0.0:
+                    invert(groups, sizes, inverse)
+                soften(step / tolerance, groups, rough, inverse)
+            good, last, previous = -1, 0, np.inf
+            for j in range(target + 2):
+                midpoint(f, t, step, y, p, 2 * (j + 1), x, slope, first, before, now)
+                extrapolate(j, table, now, columns)
+                if j == 0:
+                    continue
+                error = column_error(j, y, columns, inverse, x) / tolerance
+                last = j
+                if not error < previous:
+                    lengths[j] = step / 4
+                    work[j] = np.inf
+                    break
+                previous = max(4.0 * error, 1.0)
+                lengths[j] = step * growth(error, 2 * j + 1)
+                work[j] = cost(j) / lengths[j]
+                if error <= 1.0 and (j >= target - 1 or cut):
+                    good = j
+                    break
+                # No hope that the columns up to target + 1 bring it below 1.
+                if not cut and j >= target - 1 and error > hopeless(j, target):
+                    break
+            if good < 0:
+                nudge(y, x)
+                call(f, t, x, p, slope)
+                roughen(first[0], slope, 0, groups, rough)
+                noisy = soften(step / tolerance, groups, rough, inverse) or noisy
+                target = max(1, min(target, last))
+                if target > 1 and work[target - 1] < FEWER * work[target]:
+                    target -= 1
+                h = min(lengths[target], 0.9 * step)
+                rejected = True
+                continue
+            for i in range(dimension):
+                change = columns[good, i] + low[i]
+                end = y[i] + change
+                low[i] = change - (end - y[i])
+                y[i] = end
+            if enlarge(y, groups, sizes) or t == 0.0:
+                invert(groups, sizes, inverse)
+            taken += 1
+            known = False
+            if cut:
+                t = times[sample]
+                for i in range(dimension):
+                    out[n, sample, i] = y[i]
+                sample += 1
+                # A step that a sample cut short says nothing of those to come, unless it was as long as it could be.
+                if step < 0.9 * h:
+                    continue
+            else:
+                t += step
+            best = better_column(good, target, rejected, work)
+            if rejected:
+                best = min(best, good)
+                h = min(step, lengths[best])
+            elif best <= good:
+                h = lengths[best]
+            elif good < target and work[good] < MORE * work[good - 1]:
+                h = lengths[good] * cost(best + 1) / cost(good)
+            else:
+                h = lengths[good] * cost(best) / cost(good)
+            target = best
+            rejected = False
+        if reason != 0 and stop[0] == 0:
+            stop[0] = reason
+            stop[1] = sample
+    return taken
+
+
+def midpoint(
+    f: Any, t: Any, h: Any, y: Any, p: Any, substeps: int, x: Any, slope: Any, start: Any, before: Any, now: Any
+) -> None:
+    """By how much the state changes over h with Gragg's rule, smoothed, from the slope `start` at t; into `now`."""
+    small = h / substeps
+    for i in range(y.size):
+        before[i] = 0.0
+        now[i] = small * start[0, i]
+    for m in range(1, substeps):
+        for i in range(y.size):
+            x[i] = y[i] + now[i]
+        call(f, t + m * small, x, p, slope)
+        for i in range(y.size):
+            following = before[i] + 2 * small * slope[i]
+            before[i] = now[i]
+            now[i] = following
+    for i in range(y.size):
+        x[i] = y[i] + now[i]
+    call(f, t + h, x, p, slope)
+    for i in range(y.size):
+        now[i] = (before[i] + now[i] + small * slope[i]) / 2
+
+
+def extrapolate(j: int, table: Any, now: Any, columns: Any) -> None:
+    """The next row of the table of Aitken and Neville in the place of the last: columns 0 to j."""
+    for i in range(now.size):
+        value = now[i]
+        for m in range(j):
+            old = columns[m, i]
+            columns[m, i] = value
+            value += (value - old) * table[j, j - 1 - m]
+        columns[j, i] = value
+
+
+def column_error(j: int, y: Floats, columns: Floats, inverse: Floats, end: Floats) -> float:
+    """The difference of the last two columns, relative, root mean square; the state at the end goes to `end`."""
+    total = 0.0
+    for i in range(y.size):
+        end[i] = y[i] + columns[j, i]
+        total += ((columns[j, i] - columns[j - 1, i]) * one_over(i, y, end, inverse)) ** 2
+    return sqrt(total / y.size)
+
+
+def growth(error: float, power: int) -> float:
+    """By how much the step may grow, or must shrink (ODEX)."""
+    least = 0.02 ** (1 / power)
+    return float(max(least / 4, min(1 / least, 0.94 * (0.65 / max(error, 1e-30)) ** (1 / power))))
+
+
+def cost(j: int) -> float:
+    """Right-hand sides of a step that ends with column j."""
+    return 1.0 + (j + 1) * (j + 2)
+
+
+def hopeless(j: int, target: int) -> float:
+    """The error at column j, next to the target, beyond which the columns left cannot be expected to bring it below 1."""
+    if j < target:
+        return float(((target + 1) * (target + 2)) ** 2)
+    return float((target + 2) ** 2) if j == target else 1.0
+
+
+def better_column(good: int, target: int, rejected: bool, work: Floats) -> int:
+    """The column to aim at next, of least work a unit of time."""
+    if good == 1:
+        return 1 if rejected else 2
+    best = good if good <= target else good - 1
+    if best > 1 and work[best - 1] < FEWER * work[best]:
+        best -= 1
+    if good <= target:
+        return min(good + 1, COLUMNS - 2) if work[good] < MORE * work[good - 1] else best
+    return min(good, COLUMNS - 2) if work[good] < MORE * work[best] else best
+
+
+GraggBulirschStoer.loop = integrate
+
+INTEGRATORS: tuple[type[Integrator], ...] = (GraggBulirschStoer,)

@@ -1,0 +1,161 @@
+"""Störmer's multistep methods of high order for q'' = a(t, q): one right-hand side a step, in compensated summed form."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cache
+from typing import Any, ClassVar
+
+from gnomon.cases.core.forms import Form, SecondOrder
+from gnomon.harness.contract.integrator import Integrator, Steps
+from gnomon.harness.integrators.base.fixed_step import FixedStep, Floats, Table, kept
+from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.runge_kutta import embedded, nystrom, nystrom_table
+from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom12, nystrom_increment
+
+STARTER = DormandPrinceNystrom12
+HISTORY = 4
+"""Rows of `store` before the differences of the accelerations and the stages of the starting method: the number of steps
+made; the last change of the position and what its sum has lost to round-off; Störmer's sum for the next step; the
+newest acceleration, of which no differences are taken yet."""
+
+
+def stormer_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """Rows of `table`: weights of the newest acceleration a and of the backward differences of those before it, for the
+    position and for the velocity (see `coefficients`); then the starting method's, which makes the steps until there
+    are as many accelerations as Störmer's formula takes.
+
+    q_n+1 - q_n is kept and summed with compensation, so that no difference of neighbouring positions is ever taken.
+    Weights of accelerations instead of differences are large and cancel: rounded the same way in every step, they would
+    make the energy drift as t. Here those of zeroth and first order add up without rounding, and the others are small.
+    """
+    half = x.size
+    stages = table.shape[0] - 4
+    order = store.shape[0] - HISTORY - stages
+    made = int(store[0, 0])
+    store[0, 0] += 1
+    if made == 0:
+        for i in range(half):
+            x[i] = y[i]
+        call(f, t, x, p, slope)
+        for i in range(half):
+            store[3, i] = slope[i]
+    if made < order - 1:
+        work = store[HISTORY + order :]
+        for i in range(half):
+            work[0, i] = store[3, i]
+        nystrom_increment(f, t, h, y, p, table[2:], stages, x, slope, work, increment)
+        for i in range(half):
+            store[1, i] = increment[i]
+    else:
+        for i in range(half):
+            change = h * h * store[2, i] + store[1, half + i]
+            moved = store[1, i] + change
+            store[1, half + i] = change - (moved - store[1, i])
+            store[1, i] = moved
+            increment[i] = moved
+    for i in range(half):
+        x[i] = y[i] + increment[i]
+    call(f, t + h, x, p, slope)
+    for i in range(half):
+        # All but the last terms are summed while the processor waits for the slope; small ones first, as differences
+        # are so few bits long that ties would be frequent, and broken to one side.
+        last = store[3, i]
+        ahead = 2.0 * last - store[HISTORY, i]
+        difference, position, velocity = last, 0.0, 0.0
+        for m in range(order):
+            before = store[HISTORY + m, i]
+            store[HISTORY + m, i] = difference
+            position += table[0, m + 1] * difference
+            velocity += table[1, m + 1] * difference
+            difference -= before
+        store[2, i] = position + (1.0 - table[0, 0]) * ahead + table[0, 0] * slope[i]
+        store[3, i] = slope[i]
+        if made >= order - 1:
+            increment[half + i] = h * (velocity + table[1, 0] * (slope[i] - last) + last)
+    return True
+
+
+class Stormer(FixedStep):
+    """Störmer's explicit formula for the position, the implicit Adams formula for the velocity: as the acceleration
+    does not depend on the velocity, both are explicit. Started by RKN 12(10) at the same step. Sums are compensated.
+
+    Störmer 1907; Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, III.1 and III.10.
+    """
+
+    accepts = (SecondOrder,)
+    step = stormer_step
+    compensated = True
+    order: ClassVar[int]
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        """b_0, 0, 0, b_2, b_3, ... of q_n+1 - 2 q_n + q_n-1 = h^2 (b_0 a + (1 - b_0)(2 a_1 - a_2) + sum of b_m D_m) and
+        c_0, 0, c_1, c_2, ... of v_n - v_n-1 = h (a_1 + c_0 (a - a_1) + sum of c_m D_m), where a is the newest
+        acceleration, a_1 and a_2 are those before it, D_m the difference of order m of a_1; the starting method's."""
+        tails = [
+            [sum(weights[m:], Fraction(0)) for m in range(len(weights))]
+            for weights in (stormer_weights(cls.order), adams_weights(cls.order + 1))
+        ]
+        formulas = [
+            [tail[0], *[Fraction(0)] * free, *(-x for x in tail[free + 1 :])]
+            for free, tail in zip((2, 1), tails, strict=True)
+        ]
+        rows = [[mp.mpf(x.numerator) / x.denominator for x in formula] for formula in formulas]
+        return [*rows, *STARTER.fixed_rows(mp)]
+
+    def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
+        modules = (__name__, *(module.__name__ for module in (embedded, nystrom, nystrom_table)))
+        return kept(f"Störmer {self.order}", modules, lambda: super(Stormer, self).binary64(form, parameters, h))
+
+    def rows(self, form: Form) -> int:
+        return HISTORY + self.order + len(STARTER.stages)
+
+
+@cache
+def stormer_weights(count: int) -> tuple[Fraction, ...]:
+    """Of the differences of a_n of order 0, 1, ..., `count` of them: q_n+1 - 2 q_n + q_n-1 = h^2 sum, exact for
+    polynomials."""
+    logarithm = reciprocal([Fraction(1, j + 1) for j in range(count)])
+    return tuple(times(times(logarithm, logarithm), [Fraction(1)] * count))
+
+
+@cache
+def adams_weights(count: int) -> tuple[Fraction, ...]:
+    """Of the differences of a_n+1, `count` of them: v_n+1 - v_n = h sum, exact for polynomials."""
+    return tuple(reciprocal([Fraction(1, j + 1) for j in range(count)]))
+
+
+def reciprocal(series: list[Fraction]) -> list[Fraction]:
+    """1 over a power series that begins with 1, to as many terms."""
+    found = [Fraction(1)]
+    for n in range(1, len(series)):
+        found.append(-sum((series[j] * found[n - j] for j in range(1, n + 1)), Fraction(0)))
+    return found
+
+
+def times(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
+    """The product of two power series, to as many terms."""
+    return [sum((a[j] * b[n - j] for j in range(n + 1)), Fraction(0)) for n in range(len(a))]
+
+
+class Stormer8(Stormer):
+    """Eight accelerations. Order 8."""
+
+    name, order = "Störmer 8", 8
+    everywhere = False
+    sweep = Steps(coarsest=0.25, halvings=8)
+
+
+class Stormer12(Stormer):
+    """Twelve accelerations. Order 12."""
+
+    name, order = "Störmer 12", 12
+    everywhere = False
+    sweep = Steps(coarsest=0.125, halvings=7)
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (Stormer8, Stormer12)

@@ -1,0 +1,1 @@
+"""Explicit Runge-Kutta and Runge-Kutta-Nystroem methods."""

@@ -1,0 +1,101 @@
+"""Explicit Runge-Kutta methods at a fixed step."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from gnomon.cases.core.forms import FirstOrder, Form
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
+from gnomon.harness.integrators.base.stepping import call
+
+
+def runge_kutta_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """Rows of `table`: c_j, a_j1, a_j2, ... for each stage, then 0, b_1, b_2, ..."""
+    stages = table.shape[0] - 1
+    for j in range(stages):
+        for i in range(y.size):
+            total = 0.0
+            for m in range(j):
+                total += table[j, m + 1] * store[m, i]
+            x[i] = y[i] + h * total
+        call(f, t + table[j, 0] * h, x, p, slope)
+        for i in range(y.size):
+            store[j, i] = slope[i]
+    for i in range(y.size):
+        total = 0.0
+        for m in range(stages):
+            total += table[stages, m + 1] * store[m, i]
+        increment[i] = h * total
+    return True
+
+
+class RungeKutta(FixedStep):
+    """An explicit Runge-Kutta method: `stages` holds the rows a_j1 ... a_j,j-1 and `weights` the b_j, as fractions."""
+
+    accepts = (FirstOrder,)
+    step = runge_kutta_step
+    stages: ClassVar[tuple[tuple[str, ...], ...]]
+    weights: ClassVar[tuple[str, ...]]
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        rows = [[fraction(mp, text) for text in row] for row in cls.stages]
+        return [*([mp.fsum(row), *row] for row in rows), [mp.mpf(0), *(fraction(mp, text) for text in cls.weights)]]
+
+    def rows(self, form: Form) -> int:
+        return len(self.weights)
+
+
+def fraction(mp: Any, text: str) -> Any:
+    """'1/3' or '0.25' as a number of the context."""
+    numerator, _, denominator = text.partition("/")
+    return mp.mpf(numerator) / mp.mpf(denominator or 1)
+
+
+class ExplicitEuler(RungeKutta):
+    """Euler's method (1768), the yardstick of what one right-hand side a step buys. Order 1."""
+
+    name, order = "Explicit Euler", 1
+    stages = ((),)
+    weights = ("1",)
+
+
+class ExplicitMidpoint(RungeKutta):
+    """The explicit midpoint method (Runge, Mathematische Annalen 46, 1895). Order 2."""
+
+    name, order = "Explicit midpoint", 2
+    everywhere = False
+    stages = ((), ("1/2",))
+    weights = ("0", "1")
+
+
+class Heun2(RungeKutta):
+    """Heun's method, the explicit trapezoidal rule (Zeitschrift fuer Mathematik und Physik 45, 1900). Order 2."""
+
+    name, order = "Heun", 2
+    everywhere = False
+    stages = ((), ("1",))
+    weights = ("1/2", "1/2")
+
+
+class Kutta3(RungeKutta):
+    """Kutta's method of three stages (Zeitschrift fuer Mathematik und Physik 46, 1901). Order 3."""
+
+    name, order = "RK3", 3
+    everywhere = False
+    stages = ((), ("1/2",), ("-1", "2"))
+    weights = ("1/6", "2/3", "1/6")
+
+
+class RK4(RungeKutta):
+    """The classical Runge-Kutta method (Kutta, Zeitschrift fuer Mathematik und Physik 46, 1901). Order 4."""
+
+    name, order = "RK4", 4
+    stages = ((), ("1/2",), ("0", "1/2"), ("0", "0", "1"))
+    weights = ("1/6", "1/3", "1/3", "1/6")
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (ExplicitEuler, ExplicitMidpoint, Heun2, Kutta3, RK4)

@@ -1,0 +1,188 @@
+"""Taylor's method, order and step size from the tolerance, with coefficients from the case's own equations."""
+
+from __future__ import annotations
+
+import math
+from math import exp, log
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.integrators.base.stepping import blank, call, compiled_whole
+from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
+from gnomon.harness.kernels.graph import compiled
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+LEAST_TOLERANCE = 1e-16
+"""Unit round-off."""
+
+MOST_STEPS = 5_000_000
+"""Several seconds: past that the equations are stiff."""
+
+NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 1, 2, 3
+REASONS = {
+    NOT_FINITE: "the coefficients of a step were not finite",
+    STEP_TOO_SMALL: "the step size fell below the spacing of times",
+    TOO_MANY_STEPS: f"more than {MOST_STEPS} steps (stiff, or too small a tolerance for so long a span)",
+}
+
+
+class Taylor(Integrator):
+    """Taylor's method of order and step from the tolerance (Jorba and Zou, Experimental Mathematics 14, 2005). Order 20.
+
+    The declared order is that at a tolerance of 1e-16; it is 1 + ln(1/tolerance)/2, rounded up. Coefficients come from
+    recurrences (automatic differentiation) generated from the equations. The remainder is held against each component's
+    largest size so far. Sums are compensated. Right-hand sides are not called one by one, so they are not counted.
+    """
+
+    name, order = "Taylor", 20
+    accepts = (FirstOrder,)
+    sampling = "dense output"
+    sweep = Tolerance(1e-3, 1e-16)
+    counts_rhs = False
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        if not (math.isfinite(setting) and LEAST_TOLERANCE <= setting < 1):
+            raise Refused(f"tolerance {setting} is not between {LEAST_TOLERANCE:g} and 1")
+        assert isinstance(problem.form, FirstOrder)
+        address, length = compiled_coefficients(problem.form, problem.dimension, len(problem.parameters))
+        run = compiled_whole(integrate, SIGNATURE)
+        order, parameters, times, scale = order_for(setting), problem.parameters, problem.times, problem.time_scale
+
+        def solve(initial: Floats) -> Solution:
+            out = blank(problem, initial)
+            stop = np.zeros(2, dtype=np.int64)
+            steps = run(address, parameters, initial, times, order, length, scale, out, stop)
+            stopped = f"{REASONS[int(stop[0])]}, before sample {stop[1] + 1}" if stop[0] else None
+            return Solution(out, int(steps), stopped)
+
+        return solve
+
+
+def order_for(tolerance: float) -> int:
+    """The order at which the tolerance costs least work (Jorba and Zou, equation 10): the remainder is then e^-2p."""
+    return max(3, math.ceil(1 - math.log(tolerance) / 2))
+
+
+@cached_by_content
+def compiled_coefficients(form: FirstOrder, dimension: int, parameters: int) -> tuple[int, int]:
+    """The address of the compiled recurrences, void(t, y, p, w), and the length of w.
+
+    Raises Refused for equations that have none.
+    """
+    try:
+        text, length = coefficients_text(form, dimension, parameters)
+    except ValueError as error:
+        raise Refused(str(error)) from None
+    return compiled(text), length
+
+
+SIGNATURE = (
+    "int64(intp, float64[::1], float64[:, ::1], float64[::1], int64, int64, float64, float64[:, :, ::1], int64[::1])"
+)
+
+
+def integrate(
+    f: Any,
+    p: Floats,
+    initial: Floats,
+    times: Floats,
+    order: int,
+    length: int,
+    time_scale: float,
+    out: Floats,
+    stop: NDArray[np.int64],
+) -> int:
+    """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps.
+
+    `stop` gets the reason and the sample where a trajectory ended early.
+    """
+    dimension = initial.shape[1]
+    y, low, sizes = np.empty(dimension), np.empty(dimension), np.empty(dimension)
+    x, w = np.empty(dimension + 1), np.zeros(length)
+    safety = exp(-2.0 - 0.7 / (order - 1))
+    taken = 0
+    for n in range(initial.shape[0]):
+        for i in range(dimension):
+            y[i] = initial[n, i]
+            low[i] = 0.0
+        t, sample, steps, reason = 0.0, 0, 0, 0
+        while sample < times.size:
+            for i in range(dimension):
+                x[i] = y[i]
+            x[dimension] = order
+            call(f, t, x, p, w)
+            if steps == 0:
+                start_sizes(w, order, time_scale, y, sizes)
+            lower, upper = 0.0, 0.0
+            for i in range(dimension):
+                sizes[i] = max(sizes[i], abs(y[i]))
+                if sizes[i] > 0.0:
+                    lower = max(lower, abs(w[STRIDE * i + order - 1]) / sizes[i])
+                    upper = max(upper, abs(w[STRIDE * i + order]) / sizes[i])
+                if not (abs(w[STRIDE * i + order]) < np.inf and abs(w[STRIDE * i + order - 1]) < np.inf):
+                    reason = NOT_FINITE
+            if steps >= MOST_STEPS:
+                reason = TOO_MANY_STEPS
+            h = min(times[-1] - t, safety * min(radius(lower, order - 1), radius(upper, order)))
+            # The step is h rounded so that t + step is exact; the last one ends at the last sample.
+            step = times[-1] - t if t + h >= times[-1] else (t + h) - t
+            if step <= 0.0:
+                reason = STEP_TOO_SMALL
+            if reason != 0:
+                break
+            end = times[-1] if t + h >= times[-1] else t + step
+            while sample < times.size and times[sample] <= end:
+                for i in range(dimension):
+                    out[n, sample, i] = y[i] + (low[i] + polynomial(w, STRIDE * i, order, times[sample] - t))
+                sample += 1
+            for i in range(dimension):
+                change = low[i] + polynomial(w, STRIDE * i, order, step)
+                moved = y[i] + change
+                low[i] = change - (moved - y[i])
+                y[i] = moved
+            steps += 1
+            t = end
+        taken += steps
+        if reason != 0 and stop[0] == 0:
+            stop[0], stop[1] = reason, sample
+    return taken
+
+
+def start_sizes(w: Floats, order: int, time_scale: float, y: Floats, sizes: Floats) -> None:
+    """Sizes of components that start at zero: what the motion makes of them within its radius of convergence.
+
+    That is as far as the components which do not start at zero tell, and a time scale at most: at the pericentre of a
+    long ellipse it is far shorter, and a whole time scale of the acceleration there no size of any velocity.
+    """
+    upper = 0.0
+    for i in range(y.size):
+        if y[i] != 0.0:
+            upper = max(upper, abs(w[STRIDE * i + order] / y[i]))
+    reach = min(time_scale, radius(upper, order))
+    for i in range(y.size):
+        sizes[i] = reach * abs(w[STRIDE * i + 1])
+
+
+def radius(coefficient: float, power: int) -> float:
+    """coefficient ** (-1 / power), infinite for 0: by its binary exponent first, so that it scales exactly with a unit
+    of time that is a power of two."""
+    if not 0.0 < coefficient < np.inf:
+        return float(np.inf if coefficient == 0.0 else np.nan)
+    whole = np.floor(np.log2(coefficient) / power)
+    return float(exp(-log(coefficient * 2.0 ** (-whole * power)) / power) * 2.0**-whole)
+
+
+def polynomial(w: Floats, first: int, order: int, h: float) -> float:
+    """The change over h by the coefficients of orders 1 to `order`, which start at w[first]."""
+    total = 0.0
+    for k in range(order, 0, -1):
+        total = (total + w[first + k]) * h
+    return total
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (Taylor,)

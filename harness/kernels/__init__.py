@@ -1,0 +1,1 @@
+"""A case's equations as compiled code, and machine code that is kept."""

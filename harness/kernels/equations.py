@@ -1,0 +1,302 @@
+"""Compiling a case's equations: one generated module a function, its machine code in the user's cache folder.
+
+The name of a module is a hash of every source in it, so that an edit anywhere makes another one. Every
+compiled function has the one signature `void(t, y, parameters, out)`, so integrators compiled once take any case by
+function pointer.
+"""
+
+from __future__ import annotations
+
+import ast
+import dis
+import hashlib
+import inspect
+import linecache
+import math
+import os
+import sys
+import textwrap
+import types
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import platformdirs
+from gnomon.cases.core import forms
+from gnomon.cases.core.arithmetic import FUNCTIONS, _names
+from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.contract.sources import cached_by_content
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+OPTIONS = 'error_model="numpy", fastmath={"contract"}'
+WATCHERS: list[Callable[[bool], None]] = []
+"""Each is called with True before something is compiled in this process and with False after."""
+SIGNATURE = "void(float64, float64[::1], float64[::1], float64[::1])"
+ARRAY_SIGNATURE = "float64[::1](float64, float64[::1], float64[::1])"
+IMPORTS = ["import numpy as np", "from numba import carray, njit"]
+C_SIGNATURE = "void(float64, CPointer(float64), CPointer(float64), CPointer(float64))"
+
+
+class Kernel:
+    """A compiled function of a problem and its callers, each compiled or loaded only where it is asked for."""
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+
+    @property
+    def address(self) -> int:
+        """Of a C function void(double t, double *y, double *p, double *out): what in-house methods call."""
+        return address(self.source, "c_kernel")
+
+    @property
+    def pointer(self) -> Any:
+        """Compiled (t, y, p, out) -> None."""
+        return compiled(self.source, "kernel", SIGNATURE)
+
+    @property
+    def array(self) -> Any:
+        """Compiled (t, y, p) -> new array."""
+        return compiled(self.source, "array", ARRAY_SIGNATURE)
+
+
+def compiled(source: str, name: str, signature: str = "") -> Any:
+    """The function `name` of a generated module, compiled for one signature and no other: its own, or the one given."""
+    from gnomon.harness.kernels import machine_code  # loads numba
+
+    return machine_code.function(source, name, signature)
+
+
+def address(source: str, name: str, signature: str = C_SIGNATURE) -> int:
+    """The address of a function `name` of a generated module as a C function, (t, y, p, out) if nothing else is said."""
+    from gnomon.harness.kernels import machine_code
+
+    return machine_code.address(source, name, signature)
+
+
+@contextmanager
+def announced() -> Iterator[None]:
+    """Around what is compiled: the watchers hear of both ends, however it ends."""
+    for watcher in WATCHERS:
+        watcher(True)
+    try:
+        yield
+    finally:
+        for watcher in WATCHERS:
+            watcher(False)
+
+
+def cache_folder() -> Path:
+    """Where machine code is kept; NUMBA_CACHE_DIR is honoured."""
+    root = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(root or platformdirs.user_cache_dir("gnomon")) / "kernels"
+
+
+def right_hand_side(problem: Problem) -> Kernel:
+    """The compiled first-order right-hand side of a problem, counting where the problem asks for it."""
+    return kernel(problem.form, len(problem.parameters), problem.dimension, problem.counted)
+
+
+def acceleration(problem: Problem) -> Kernel:
+    """The compiled acceleration of a second-order problem, counting where the problem asks for it."""
+    return acceleration_kernel(problem.form, len(problem.parameters), problem.dimension, problem.counted)
+
+
+def kernel(form: Any, parameters: int, dimension: int, counted: bool = False) -> Kernel:
+    """The first-order right-hand side of a form (FirstOrder, SecondOrder or RigidBody), compiled.
+
+    With `counted`, the parameter array has one more element, to which each call adds 1.
+    """
+    if isinstance(form, forms.FirstOrder) and form.source is not None:
+        form = form.source
+    if isinstance(form, forms.FirstOrder):
+        return function_kernel(form.equations, dimension, parameters, dimension, counted)
+    if isinstance(form, forms.SecondOrder):
+        half = dimension // 2
+        call = f"acceleration(t, ({_items('y', half)}), p)"
+        return _kernel({"acceleration": form.acceleration}, call, half, dimension, parameters, counted)
+    if isinstance(form, forms.RigidBody):
+        body: dict[str, Callable[..., Any]] = {"inertia": form.inertia, "torque": form.torque}
+        call = "euler(y, inertia(p), torque(t, y, p))"
+        return _kernel({**body, "euler": forms.euler_equations}, call, 0, dimension, parameters, counted)
+    raise ValueError(f"{type(form).__name__} has no right-hand side to compile")
+
+
+def acceleration_kernel(form: Any, parameters: int, dimension: int, counted: bool = False) -> Kernel:
+    """The acceleration of a second-order form: void(t, q, p, a) with q and a of length dimension/2."""
+    half = dimension // 2
+    return function_kernel(form.acceleration, half, parameters, half, counted)
+
+
+def function_kernel(
+    function: Callable[..., Any], states: int, parameters: int, outputs: int, counted: bool = False
+) -> Kernel:
+    """Any plain function (t, state, parameters) -> tuple of `outputs` values, compiled."""
+    return call_kernel({"function": function}, "function(t, y, p)", states, parameters, outputs, counted)
+
+
+def call_kernel(
+    functions: dict[str, Callable[..., Any]],
+    call: str,
+    states: int,
+    parameters: int,
+    outputs: int,
+    counted: bool = False,
+) -> Kernel:
+    """A call, written in the names of plain `functions` and t, y, p, that gives a tuple of `outputs`, compiled."""
+    return _kernel(functions, call, 0, states, parameters, counted, outputs)
+
+
+def _kernel(
+    functions: dict[str, Callable[..., Any]],
+    call: str,
+    lead: int,
+    states: int,
+    parameters: int,
+    counted: bool,
+    outputs: int | None = None,
+) -> Kernel:
+    return _generated(tuple(functions.items()), call, lead, states, parameters, counted, outputs or states)
+
+
+@cached_by_content
+def _generated(
+    functions: tuple[tuple[str, Callable[..., Any]], ...],
+    call: str,
+    lead: int,
+    states: int,
+    parameters: int,
+    counted: bool,
+    outputs: int,
+) -> Kernel:
+    """`out` gets the second half of y (`lead` values, for q' = v) and then the values of `call`."""
+    check_values(dict(functions), call, states, parameters, outputs - lead)
+    lines = [*unpacked(states, parameters), f"r = {call}"]
+    lines += [f"out[{i}] = y[{lead + i}]" for i in range(lead)]
+    lines += [f"out[{lead + i}] = r[{i}]" for i in range(outputs - lead)]
+    if counted:
+        lines.append(f"p_[{parameters}] += 1.0")
+    body = textwrap.indent("\n".join(lines), "    ")
+    source = (
+        f"{gather(dict(functions))}\n\n"
+        f"@njit({OPTIONS})\ndef kernel(t, y_, p_, out):\n{body}\n\n"
+        f"@njit({OPTIONS})\n"
+        f"def array(t, y_, p_):\n    out = np.empty({outputs})\n    kernel(t, y_, p_, out)\n    return out\n\n"
+        f"@njit({OPTIONS})\ndef c_kernel(t, y_, p_, out):\n"
+        f"    kernel(t, carray(y_, {states}), carray(p_, {parameters + counted}), carray(out, {outputs}))\n"
+    )
+    return Kernel(source)
+
+
+def check_values(functions: dict[str, Any], call: str, states: int, parameters: int, wanted: int) -> None:
+    """Raises ValueError where a call of plain functions gives another number of values than is wanted, or raises."""
+    nan = math.nan
+    try:
+        found = eval(call, dict(functions), {"t": nan, "y": (nan,) * states, "p": (nan,) * parameters})
+    except Exception as error:
+        raise ValueError(f"{call} raises {type(error).__name__}: {error}") from error
+    names = ", ".join(function.__name__ for function in functions.values())
+    if not isinstance(found, tuple):
+        raise ValueError(f"{names} gives a {type(found).__name__}; let it give a tuple of {wanted}")
+    if len(found) != wanted:
+        count = f"{len(found)} value{'' if len(found) == 1 else 's'}"
+        raise ValueError(f"{names} gives {count} where {wanted} {'is' if wanted == 1 else 'are'} wanted")
+
+
+def unpacked(states: int, parameters: int) -> list[str]:
+    """Lines that make tuples y and p of the arrays y_ and p_: plain functions take tuples."""
+    return [f"{name} = ({_items(f'{name}_', count)})" for name, count in (("y", states), ("p", parameters))]
+
+
+def _items(name: str, count: int) -> str:
+    return "".join(f"{name}[{i}], " for i in range(count))
+
+
+def gather(functions: dict[str, Callable[..., Any]]) -> str:
+    """Source text that defines `functions` under the given names, compiled by numba, with all that they call."""
+    seen: dict[str, Callable[..., Any]] = {}
+    parts = list(IMPORTS)
+    for alias, function in functions.items():
+        gather_into(function, seen, parts)
+        if function.__name__ != alias:
+            parts.append(f"{alias} = {function.__name__}")
+    return "\n".join(parts)
+
+
+def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[str]) -> None:
+    """Append to `parts` the source of a function and of all that it uses, except the names in `seen`."""
+    name = function.__name__
+    if name in seen:
+        if seen[name] is not function:
+            raise ValueError(f"two different functions are called {name}; rename one so that both can be compiled")
+        return
+    if name == "<lambda>" or function.__closure__:
+        raise ValueError(f"{function.__qualname__} is a lambda or a closure; write it as a function of a module")
+    if dis.opmap["RAISE_VARARGS"] in function.__code__.co_code[::2]:
+        raise ValueError(f"{name} raises an exception, which compiled code cannot pass on; let it give nan instead")
+    seen[name] = function
+    for used in sorted(_names(function.__code__)):
+        value = function.__globals__.get(used)
+        if used in seen and value is seen[used]:
+            continue
+        if isinstance(value, types.FunctionType):
+            gather_into(value, seen, parts)
+        elif used in FUNCTIONS and value is getattr(math, used):
+            parts.append(f"from math import {used}")
+        elif isinstance(value, int | float):
+            line = f"{used} = {value!r}"
+            other = next((part for part in parts if part.startswith(f"{used} = ")), line)
+            if other != line:
+                raise ValueError(f"{name} uses {line}, another function uses {other}; rename one of the two numbers")
+            parts.append(line)
+        elif value is not None:
+            raise ValueError(f"{name} uses {used} = {value!r}; equations may use numbers, plain functions and math")
+    source = with_defaults(function, inspect.cleandoc("\n" + source_of(function)))
+    parts.append(f"@njit({OPTIONS})\n{source}\n")
+
+
+def with_defaults(function: Callable[..., Any], source: str) -> str:
+    """The source of a function with its default values as numbers: what they were made of has no meaning elsewhere."""
+    values = function.__defaults__ or ()
+    if not values:
+        return source
+    if not all(isinstance(value, int | float) for value in values):
+        raise ValueError(f"{function.__name__} has default values {values!r}; equations may have numbers there")
+    tree = ast.parse(source)
+    (definition,) = tree.body
+    assert isinstance(definition, ast.FunctionDef)
+    definition.args.defaults = [ast.parse(repr(value), mode="eval").body for value in values]
+    return ast.unparse(tree)
+
+
+def source_of(function: Callable[..., Any]) -> str:
+    """What inspect.getsource gives, which looks for the end token by token and through all modules: milliseconds."""
+    code = function.__code__
+    linecache.checkcache(code.co_filename)  # a module that was edited and loaded again
+    lines = linecache.getlines(code.co_filename, function.__globals__)
+    if not lines:
+        return inspect.getsource(function)
+    first, last = code.co_firstlineno - 1, max(line for _, _, line in code.co_lines() if line)
+    margin = lines[first][: -len(lines[first].lstrip())]
+    while last < len(lines) and lines[last].startswith((f"{margin} ", f"{margin})")):
+        last += 1
+    return "".join(lines[first:last])
+
+
+def module_name(source: str) -> str:
+    return "gnomon_" + hashlib.sha256(source.encode()).hexdigest()[:24]
+
+
+@cache
+def load_module(source: str) -> types.ModuleType:
+    """A module of this text, under a name that is its hash. It lies in no file: an edited one would be run."""
+    name = module_name(source)
+    path, content = f"<{name}>", f"from __future__ import annotations\n{source}"
+    linecache.cache[path] = (len(content), None, content.splitlines(keepends=True), path)
+    module = types.ModuleType(name)
+    sys.modules[name] = module
+    exec(compile(content, path, "exec"), module.__dict__)
+    return module

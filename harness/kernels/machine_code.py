@@ -1,0 +1,191 @@
+"""Compiled functions kept as machine code: a process that finds one has it ready in half a millisecond.
+
+numba's own cache takes several: the generated module is run first, which makes an object of each function in it and
+imports what they need, and beside its machine code LLVM's form of the function is read, for inlining into others. The
+functions here are only called, from Python or by their address, so a file holds machine code, the names of the two
+functions in it that are called from outside, and the types of the arguments. Nothing of numba's compiler is needed.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import json
+import sys
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+import numpy as np
+from gnomon.harness.kernels.equations import announced, cache_folder, load_module, module_name
+from gnomon.reference.storage import cachefolder
+from llvmlite import binding
+from numba import _dispatcher, _dynfunc, types
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
+from numba.core.typeconv.rules import default_type_manager
+from numba.core.typing.typeof import Purpose, typeof
+
+_NUMBERS = {kind.name: kind for kind in (types.boolean, types.int64, types.uint64, types.float64)}
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """Machine code in memory: the address of the C function, and the closure that Python calls.
+
+    The closure takes arguments of exactly these types: it is for a `Function`, which looks at them, to call it.
+    """
+
+    address: int
+    closure: Any
+    arguments: tuple[Any, ...]
+
+
+class Function(_dispatcher.Dispatcher):  # type: ignore[misc]
+    """What Python calls: it takes arguments of the types that the code was compiled for, as numba sees types.
+
+    numba's own object for this can also compile; to make one takes as long as to load the code.
+    """
+
+    def __init__(self, code: Compiled) -> None:
+        self.code = code  # numba's object does not keep alive what it calls
+        names = tuple(f"a{i}" for i in range(len(code.arguments)))
+        super().__init__(default_type_manager.get_pointer(), len(names), True, names, (), False, False, False)
+        self._insert([kind._code for kind in code.arguments], code.closure, False)  # type: ignore[attr-defined]
+        self._can_compile = False
+
+    def typeof_pyval(self, value: Any) -> Any:
+        """numba's type of an argument that it does not know at sight."""
+        return typeof(value, Purpose.argument)
+
+    def _search_new_conversions(self, *_: Any) -> bool:
+        return False
+
+    def _explain_matching_error(self, *given: Any) -> None:
+        types = [", ".join(map(str, kinds)) for kinds in (self.code.arguments, map(self.typeof_pyval, given))]
+        raise TypeError(f"compiled for ({types[0]}), called with ({types[1]})")
+
+
+@cache
+def function(source: str, name: str, signature: str = "") -> Any:
+    """The function `name` of a generated module, compiled for one signature and no other: its own, or the one given."""
+    return Function(compiled(source, name, signature))
+
+
+def address(source: str, name: str, signature: str) -> int:
+    """Where it begins, for C functions to call it."""
+    return compiled(source, name, signature).address
+
+
+@cache
+def compiled(source: str, name: str, signature: str) -> Compiled:
+    """A function in memory, from its file where there is a sound one."""
+    folder, file = cache_folder(), f"{module_name(source)}.{name}.{_of_this_machine(signature)}"
+    with global_compiler_lock:
+        kept = cachefolder.load(folder, file)
+        if kept is not None:
+            with suppress(ValueError):
+                return unpacked(kept)
+        with announced():
+            dispatcher = getattr(load_module(source), name)
+            if signature:
+                dispatcher.compile(signature)
+            (result,) = dispatcher.overloads.values()
+            cachefolder.store_or_warn(folder, file, packed(result))
+        begin = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
+        return Compiled(begin, result.entry_point, result.signature.args)
+
+
+@cache
+def machine() -> str:
+    """What a file is good for: this processor with these versions, and this way of writing files."""
+    versions = f"{sys.implementation.cache_tag} numba {numba.__version__} llvmlite {llvmlite.__version__}"
+    way = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
+    return f"{versions} {cpu_target.target_context.codegen().magic_tuple()} {way}"
+
+
+def _of_this_machine(signature: str) -> str:
+    return hashlib.sha256(f"{machine()}\n{signature}".encode()).hexdigest()[:16]
+
+
+def packed(result: Any) -> bytes:
+    """A function that numba has compiled, as a file holds it: a line of JSON, and machine code."""
+    others = [x for x in result._find_referenced_environments() if x is not result.environment and x.consts]
+    if others or result.library.has_dynamic_globals:
+        raise ValueError(f"{result.fndesc.qualname} needs objects of this process")
+    code: bytes = result.library.serialize_using_object_code()[2][0]
+    head = {
+        "c": result.fndesc.llvm_cfunc_wrapper_name,
+        "python": result.fndesc.llvm_cpython_wrapper_name,
+        "environment": result.target_context.get_env_name(result.fndesc),
+        "constants": [_constant_text(value) for value in result.environment.consts],
+        "arguments": [_described(kind) for kind in result.signature.args],
+    }
+    return json.dumps(head).encode() + b"\n" + code
+
+
+def _constant_text(value: Any) -> str:
+    """A Python object that the code needs: types of arrays are all there are."""
+    if not isinstance(value, np.dtype) or value.hasobject or value.fields is not None:
+        raise ValueError(
+            f"compiled code that needs {value!r} cannot be kept; let it need numbers and arrays of numbers"
+        )
+    return value.str
+
+
+def _described(kind: Any) -> list[Any]:
+    """The type of an argument in words and numbers, for `_argument` to make it of them."""
+    if isinstance(kind, types.Array) and kind.mutable and kind.aligned:
+        return ["array", *_described(kind.dtype), kind.ndim, kind.layout]
+    if isinstance(kind, types.CPointer):
+        return ["pointer", *_described(kind.dtype)]
+    if isinstance(kind, types.UniTuple):
+        return ["tuple", *_described(kind.dtype), kind.count]
+    if _NUMBERS.get(kind.name) != kind:
+        raise ValueError(f"compiled code that takes {kind} cannot be kept; let it take numbers and arrays of numbers")
+    return [kind.name]
+
+
+def _argument(kind: str, *rest: Any) -> Any:
+    if kind not in ("array", "pointer", "tuple"):
+        return _NUMBERS[kind]
+    inner = _NUMBERS[rest[0]]
+    return {"array": types.Array, "pointer": types.CPointer, "tuple": types.UniTuple}[kind](inner, *rest[1:])
+
+
+def unpacked(content: bytes) -> Compiled:
+    """The compiled function of a file. Raises ValueError for one that cannot be read.
+
+    Machine code of any other content may end the process: only what `cachefolder.load` gives belongs here.
+    """
+    text, _, code = content.partition(b"\n")
+    try:
+        head = json.loads(text)
+        c_name, python_name, environment_name = (str(head[name]) for name in ("c", "python", "environment"))
+        constants = [np.dtype(text) for text in head["constants"]]
+        arguments = tuple(_argument(*each) for each in head["arguments"])
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"the file of a compiled function cannot be read: {error!r}") from None
+    engine = _engine()
+    engine.add_object_file(binding.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    environment = _dynfunc.Environment(globals())
+    environment.consts[:] = constants
+    # The code finds the Python objects that it needs where this points to; the closure keeps them alive.
+    place = ctypes.c_void_p.from_address(engine.get_global_value_address(environment_name))
+    place.value = id(environment)
+    begin = engine.get_function_address(python_name)
+    closure = _dynfunc.make_function(sys.modules[__name__], c_name, "", begin, environment, (environment,))
+    return Compiled(engine.get_function_address(c_name), closure, arguments)
+
+
+@cache
+def _engine() -> Any:
+    """What links machine code in memory: numba's own, with the functions of its runtime that machine code calls."""
+    context = cpu_target.target_context
+    context.load_additional_registries()
+    return context.codegen()._engine._ee

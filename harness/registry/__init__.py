@@ -1,0 +1,1 @@
+"""Which integrators there are, by name, library and entry point."""

@@ -1,0 +1,90 @@
+"""What an integrator declares, checked when it is loaded: one that cannot run says so before anything runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from numbers import Integral, Real
+from typing import Any
+
+from gnomon.harness.contract.integrator import Integrator, Steps, Tolerance
+from gnomon.harness.contract.validation import short
+
+MOST_ORDER, MOST_HALVINGS, MOST_PER_DECADE = 1000, 60, 100
+
+
+def validate(integrator: Integrator, origin: str = "") -> None:
+    """Raise ValueError with one line that names the integrator, the attribute, its value and the rule.
+
+    `origin` is how the user named it; the class's own name without it.
+    """
+    kind = type(integrator)
+    who = origin or f"{kind.__module__}:{kind.__qualname__}"
+    for attribute, (holds, rule) in _RULES.items():
+        try:
+            value = getattr(integrator, attribute)
+        except Exception as error:  # a property of the user's own
+            raise ValueError(f"{who}: {attribute} raises {type(error).__name__}: {error}; {rule}") from None
+        if not holds(value):
+            raise ValueError(f"{who}: {attribute} = {short(value)}; {rule}")
+    wrong = _wrong_sweep(integrator.sweep)
+    if wrong is not None:
+        raise ValueError(f"{who}: sweep = {short(integrator.sweep)}; {wrong}")
+    try:
+        versions = integrator.versions()
+    except ImportError:
+        return  # the library is missing, which is no mistake of the declaration
+    except Exception as error:  # whatever a user's own method raises
+        raise ValueError(f"{who}: versions() raises {type(error).__name__}: {error}") from None
+    if not isinstance(versions, Mapping):
+        raise ValueError(f"{who}: versions() returns {short(versions)}; it is a mapping of names to versions")
+
+
+def _text(value: Any) -> bool:
+    return isinstance(value, str) and bool(value.strip()) and value.isprintable()
+
+
+def _order(value: Any) -> bool:
+    return value is None or (
+        isinstance(value, Integral) and not isinstance(value, bool) and 0 < int(value) <= MOST_ORDER
+    )
+
+
+def _kinds(value: Any) -> bool:
+    return isinstance(value, tuple) and bool(value) and all(isinstance(kind, type) for kind in value)
+
+
+_RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "name": (_text, "it is a text in one line"),
+    "library": (_text, "it is a text in one line"),
+    "policy": (lambda value: value == "" or _text(value), "it is a text in one line, or empty"),
+    "sampling": (_text, "it is a text in one line"),
+    "order": (_order, f"it is a whole number from 1 to {MOST_ORDER}, or None"),
+    "accepts": (_kinds, "it is a tuple of the forms that it takes, as (FirstOrder,)"),
+    "sweep": (lambda value: isinstance(value, Tolerance | Steps), "it is a Tolerance(...) or a Steps(...)"),
+    "counts_rhs": (lambda value: isinstance(value, bool), "it is True or False"),
+    "everywhere": (lambda value: isinstance(value, bool), "it is True or False"),
+    "conserves": (
+        lambda value: isinstance(value, tuple) and all(isinstance(word, str) for word in value),
+        "it is a tuple of texts",
+    ),
+}
+
+
+def _wrong_sweep(sweep: Tolerance | Steps) -> str | None:
+    """Why no settings follow from a sweep, or None where they do."""
+    if isinstance(sweep, Tolerance):
+        if not (_positive(sweep.tightest) and _positive(sweep.loosest) and sweep.tightest < sweep.loosest):
+            return "tolerances are finite, positive, and the tightest is below the loosest"
+        return None if _whole(sweep.per_decade, 1, MOST_PER_DECADE) else f"per_decade is from 1 to {MOST_PER_DECADE}"
+    if not _positive(sweep.coarsest):
+        return "coarsest is a finite, positive number of time scales"
+    return None if _whole(sweep.halvings, 0, MOST_HALVINGS) else f"halvings is from 0 to {MOST_HALVINGS}"
+
+
+def _positive(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and float(value) > 0
+
+
+def _whole(value: Any, low: int, high: int) -> bool:
+    return isinstance(value, Integral) and not isinstance(value, bool) and low <= int(value) <= high

@@ -1,0 +1,207 @@
+"""Integrators by id. Their modules are imported on first use."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from functools import cache
+from importlib.metadata import entry_points
+
+from gnomon.cases.core.numbers import nearest
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.registry import declaration
+
+MODULES = (
+    "gnomon.harness.integrators.runge_kutta.explicit",
+    "gnomon.harness.integrators.geometric.splitting",
+    "gnomon.harness.integrators.gauss.gauss",
+    "gnomon.harness.integrators.gauss.gauss_fast",
+    "gnomon.harness.integrators.runge_kutta.explicit_pairs",
+    "gnomon.harness.integrators.runge_kutta.dop853",
+    "gnomon.harness.integrators.runge_kutta.nystrom",
+    "gnomon.harness.integrators.multistep_extrapolation.stormer",
+    "gnomon.harness.integrators.multistep_extrapolation.extrapolation",
+    "gnomon.harness.integrators.gauss.radau",
+    "gnomon.harness.integrators.taylor.taylor",
+    "gnomon.harness.integrators.geometric.boris",
+    "gnomon.harness.integrators.geometric.rattle",
+    "gnomon.harness.integrators.geometric.exponential",
+    "gnomon.harness.integrators.geometric.lie",
+    "gnomon.harness.integrators.events.moreau",
+    "gnomon.harness.integrators.events.hybrid",
+    "gnomon.harness.adapters.scipy_ivp",
+    "gnomon.harness.adapters.scipy_ode",
+    "gnomon.harness.adapters.scipy_odeint",
+    "gnomon.harness.adapters.scipy_events",
+    "gnomon.harness.adapters.rebound_nbody",
+    "gnomon.harness.adapters.rebound_ode",
+    "gnomon.harness.adapters.heyoka",
+    "gnomon.harness.adapters.pybullet",
+)
+"""Modules with a tuple `INTEGRATORS`, classes or instances. None of them imports its library before `prepare`."""
+
+GROUP = "gnomon.integrators"
+
+OPTIONAL = ("heyoka",)
+"""Libraries that gnomon is installed without."""
+
+LAST_WHEELS = {"pybullet": (3, 11)}
+"""The newest Python that a library has wheels for."""
+
+
+@cache
+def own() -> dict[str, Integrator]:
+    """The integrators that come with gnomon, by id, in the order of the modules."""
+    found: dict[str, Integrator] = {}
+    for name in MODULES:
+        for item in importlib.import_module(name).INTEGRATORS:
+            integrator = _instance(item, name)
+            if integrator.id in found:
+                raise ValueError(f"two integrators have the id {integrator.id}; the second is in {name}")
+            found[integrator.id] = integrator
+    return found
+
+
+def registered() -> dict[str, Integrator]:
+    """The integrators of the entry point group `gnomon.integrators`, by id; one that cannot be loaded is a warning."""
+    found: dict[str, Integrator] = {}
+    for point in entry_points(group=GROUP):
+        try:
+            integrator = _instance(point.load(), point.name)
+        except (Exception, SystemExit, KeyboardInterrupt) as error:  # somebody's package must not end everybody's run
+            told = f"{type(error).__name__}: {error}"
+            warnings.warn(f"integrator {point.name} ({point.value}) cannot be loaded: {told}", stacklevel=2)
+            continue
+        found[integrator.id] = integrator
+    return found
+
+
+def everything() -> dict[str, Integrator]:
+    return own() | registered()
+
+
+def find(name: str) -> tuple[Integrator, ...]:
+    """The integrators that `name` stands for: an id, a name (all libraries and policies), a library, or
+    `package.module:Class`.
+
+    Raises ValueError for an unknown name, with the nearest valid ones.
+    """
+    known = everything()
+    if name in known:
+        return (known[name],)
+    lowered = name.lower()
+    same = tuple(
+        i for i in known.values() if lowered in (i.name.lower(), f"{i.library}:{i.name}".lower(), i.library.lower())
+    )
+    if same:
+        return same
+    if ":" in name and name.partition(":")[0] not in {i.library for i in known.values()}:
+        return (from_path(name),)
+    names = {i.name for i in known.values()} | set(known)
+    raise ValueError(f"no integrator is called {name!r}; {nearest(name, names)}")
+
+
+def find_all(names: Sequence[str] | None) -> tuple[Integrator, ...]:
+    """What several names stand for, each integrator once; all of them for None."""
+    if not names:
+        return tuple(everything().values())
+    return tuple({i.id: i for name in names for i in find(name)}.values())
+
+
+def from_path(path: str) -> Integrator:
+    """An integrator from `package.module:Class`."""
+    module, _, attribute = path.partition(":")
+    try:
+        found = getattr(importlib.import_module(module), attribute)
+        made = found() if isinstance(found, type) and issubclass(found, Integrator) else found
+    except (
+        Exception,
+        SystemExit,
+        KeyboardInterrupt,
+    ) as error:  # whatever a user's own module does while it is imported
+        raise ValueError(
+            f"{path}: {type(error).__name__}: {error}; give package.module:Class of a subclass of Integrator"
+        ) from None
+    if not isinstance(made, Integrator):
+        raise ValueError(
+            f"{path}: {made!r} is no gnomon.harness.contract.integrator.Integrator; give package.module:Class"
+        )
+    return _instance(made, path)
+
+
+def reference(integrator: Integrator) -> tuple[str, str]:
+    """(module, id): what a worker process finds the integrator by."""
+    return type(integrator).__module__, integrator.id
+
+
+def dereference(module: str, identity: str) -> Integrator:
+    """The integrator behind a `reference`: one of the module's INTEGRATORS, else a class defined in it."""
+    for candidate in _declared(module):
+        if candidate.id == identity:
+            return candidate
+    raise ValueError(f"{module} has no integrator {identity}")
+
+
+def missing(integrator: Integrator) -> str | None:
+    """Why an integrator's library cannot be used here, or None where it can."""
+    if type(integrator).__module__.startswith("gnomon.harness.adapters.") and not _importable(integrator.library):
+        return absent(integrator.library)
+    try:
+        integrator.versions()
+    except ImportError as error:
+        return f"{error}"
+    return None
+
+
+def absent(library: str) -> str:
+    """Why a library is not here, and the command that installs it."""
+    last = LAST_WHEELS.get(library)
+    if last is not None and sys.version_info[:2] > last:
+        return f"{library} has wheels up to CPython {last[0]}.{last[1]} only"
+    return f"{library} is {'optional' if library in OPTIONAL else 'not installed'}: pip install {library}"
+
+
+def _declared(module: str) -> Iterator[Integrator]:
+    loaded = importlib.import_module(module)
+    for item in getattr(loaded, "INTEGRATORS", ()):
+        yield _instance(item, module)
+    for item in vars(loaded).values():
+        if isinstance(item, type) and issubclass(item, Integrator) and not getattr(item, "__abstractmethods__", None):
+            try:
+                made = item()
+            except TypeError:
+                continue  # a family's base, which takes arguments; its members are in INTEGRATORS
+            if not _undeclared(made):  # else a base that several integrators share
+                yield made
+
+
+def _instance(item: object, origin: str) -> Integrator:
+    made = item() if isinstance(item, type) and issubclass(item, Integrator) else item
+    if not isinstance(made, Integrator):
+        raise ValueError(f"{origin}: {item!r} is no gnomon.harness.contract.integrator.Integrator")
+    if undeclared := _undeclared(made):
+        raise ValueError(
+            f"{origin}: {type(made).__name__} does not declare {', '.join(undeclared)}; "
+            "a base class that several integrators share is no integrator: name a subclass that declares them"
+        )
+    if users_own(made):  # ours are held to it by a test
+        declaration.validate(made, origin if ":" in origin else "")
+    return made
+
+
+def users_own(integrator: Integrator) -> bool:
+    """Whether an integrator does not come with gnomon."""
+    return not type(integrator).__module__.startswith("gnomon.")
+
+
+def _undeclared(integrator: Integrator) -> list[str]:
+    """What every integrator declares and this one does not."""
+    return [attribute for attribute in ("name", "accepts", "sweep") if not hasattr(integrator, attribute)]
+
+
+@cache
+def _importable(library: str) -> bool:
+    return importlib.util.find_spec(library) is not None

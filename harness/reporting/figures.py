@@ -1,0 +1,241 @@
+"""Charts as Vega-Lite specifications through Altair: one specification is the interactive and the printed figure.
+
+Logarithmic axes are drawn as decades, the logarithm taken here, so that every tick is a power of ten with a readable
+name. Data are named and aggregated here: a figure holds as many marks as a reader can tell apart, however large the run.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import altair as alt
+import numpy as np
+import pandas as pd
+from gnomon.harness.reporting.figures_work import ERRORS
+from gnomon.harness.reporting.style import INK, STATUS_COLOURS, dressed, records
+from gnomon.harness.reporting.tables import digits, short_text
+from gnomon.harness.results.analysis import NEVER_RAN, NOT_RUN
+
+
+def _kept(table: pd.DataFrame, *columns: str) -> list[dict[str, Any]]:
+    """The rows with these columns only, numbers to four figures: data travel with the page."""
+    short = table[list(columns)].copy()
+    for name in short.select_dtypes("float"):
+        short[name] = [float(f"{value:.4g}") for value in short[name]]
+    return records(short)
+
+
+def broken_scenes(matrix: pd.DataFrame) -> pd.DataFrame:
+    """Case x integrator: how many of the scenes that it takes it breaks on, no setting being ok, and mostly by what.
+
+    `matrix`: case, integrator_id, verdict, ok (settings). A row a pair that ran, columns scenes, broken, verdict: where
+    nothing broke and a hard variant was not run, that is the verdict.
+    """
+    ran = matrix[~matrix["verdict"].isin(NEVER_RAN)]
+    missing = set(
+        matrix.loc[matrix["verdict"] == NOT_RUN, ["case", "integrator_id"]].itertuples(index=False, name=None)
+    )
+    rows = []
+    for (case, name), part in ran.groupby(["case", "integrator_id"], sort=False):
+        lost = part[part["ok"] == 0]
+        whole = "ok" if (part["verdict"] == "ok").all() else "partly"
+        verdict = lost["verdict"].mode().iloc[0] if len(lost) else NOT_RUN if (case, name) in missing else whole
+        rows.append((case, name, len(part), len(lost), verdict))
+    return pd.DataFrame(rows, columns=["case", "integrator_id", "scenes", "broken", "verdict"])
+
+
+def break_map(broken: pd.DataFrame, look: pd.DataFrame, cases: list[str]) -> alt.LayerChart:
+    """Case x integrator: on how many of its scenes no setting was ok. `broken` is what `broken_scenes` returns."""
+    table = broken.assign(scene=broken["case"], cell=[f"{n}" if n else "" for n in broken["broken"]])
+    present = [name for name in STATUS_COLOURS if name in set(table["verdict"])]
+    base = _grid(table, look, cases)
+    colour = alt.Color(
+        "verdict:N",
+        title="breaks mostly by",
+        scale=alt.Scale(domain=present, range=[STATUS_COLOURS[name] for name in present]),
+        legend=alt.Legend(orient="top", direction="horizontal", columns=len(present), titleOrient="left"),
+    )
+    dark = alt.condition("datum.verdict == 'crashed'", alt.value("white"), alt.value(INK))
+    cells = base.mark_rect(stroke="white", strokeWidth=1).encode(color=colour)
+    words = base.transform_filter("datum.cell").mark_text(fontSize=10).encode(text="cell:N", color=dark)
+    data = {"cells": _kept(table, "scene", "integrator_id", "verdict", "cell")}
+    return _map(alt.layer(cells, words), table, data)
+
+
+def trust_map(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt.LayerChart:
+    """Scene x integrator: the digits reached at best, coloured by how many more the arithmetic would have allowed.
+
+    `table` has the columns scene, integrator_id, best, attainable.
+    """
+    lost = np.log10(np.maximum(table["best"], 1e-17)) - np.log10(np.maximum(table["attainable"], 1e-17))
+    reached = table.assign(cell=[str(digits(best)) for best in table["best"]], lost=np.clip(lost, 0, 12))
+    base = _grid(reached, look, scenes)
+    colour = alt.Color(
+        "lost:Q",
+        title="digits short of the attainable",
+        scale=alt.Scale(scheme="blues", reverse=True, domain=[0, 12]),
+        legend=alt.Legend(orient="top", direction="horizontal", titleOrient="left", gradientLength=220, titleLimit=260),
+    )
+    cells = base.mark_rect(stroke="white", strokeWidth=1).encode(color=colour)
+    ink = alt.condition("datum.lost < 5", alt.value("white"), alt.value(INK))
+    words = base.mark_text(fontSize=10.5).encode(text="cell:N", color=ink)
+    return _map(alt.layer(cells, words), reached, {"cells": _kept(reached, "scene", "integrator_id", "cell", "lost")})
+
+
+def _map(chart: alt.LayerChart, table: pd.DataFrame, data: dict[str, Any]) -> alt.LayerChart:
+    """A map with columns as wide as all of them fit beside the names of the scenes, and readable."""
+    step = max(21, min(27, 850 // max(table["integrator_id"].nunique(), 1)))
+    return dressed(chart.properties(width={"step": step}, height={"step": 20}, datasets=data))
+
+
+def _grid(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt.Chart:
+    """Integrators across, scenes down, in their given order."""
+    quiet = {"title": None, "labelLimit": 260}
+    lines = {"ticks": False, "domain": False, "grid": False}
+    return alt.Chart(alt.NamedData("cells")).encode(
+        x=alt.X(
+            "integrator_id:N",
+            title=None,
+            sort=[name for name in look["series"] if name in set(table["integrator_id"])],
+            axis=alt.Axis(orient="top", labelAngle=-60, **quiet, **lines),
+        ),
+        y=alt.Y(
+            "scene:N",
+            title=None,
+            sort=[name for name in scenes if name in set(table["scene"])],
+            axis=alt.Axis(labelColor=INK, **quiet, **lines),
+        ),
+    )
+
+
+def tolerance_spread(points: pd.DataFrame) -> pd.DataFrame:
+    """Achieved error over tolerance of each adaptive integrator: 10, 25, 50, 75 and 90 % quantiles, in decades.
+
+    `points`: integrator_id and over, a row a trial.
+    """
+    decades = np.log10(np.maximum(points["over"].to_numpy(float), 1e-12))
+    grouped = pd.Series(decades, points.index).groupby(points["integrator_id"])
+    found = {f"q{share}": grouped.quantile(share / 100) for share in (10, 25, 50, 75, 90)}
+    return pd.DataFrame(found | {"trials": grouped.size()}).reset_index()
+
+
+def tolerance_chart(spread: pd.DataFrame, look: pd.DataFrame) -> alt.LayerChart:
+    """Achieved error over tolerance of each adaptive integrator. `spread` is what `tolerance_spread` returns."""
+    look = look[look["series"].isin(set(spread["integrator_id"]))]
+    base = alt.Chart(alt.NamedData("spread")).encode(
+        y=alt.Y("integrator_id:N", title=None, sort=list(look["series"]), axis=alt.Axis(grid=True, labelLimit=220))
+    )
+    scale = alt.Scale(domain=list(look["series"]), range=list(look["colour"]))
+    colour = alt.Color("integrator_id:N", legend=None, scale=scale)
+    axis = alt.Axis(tickMinStep=1, labelFlush=False, labelExpr="datum.value == 0 ? 'as asked' : '1e' + datum.value")
+    worded = {name: f"format(pow(10, datum.{name}), '.1e')" for name in ("q10", "q50", "q90")}
+    tooltip = [
+        alt.Tooltip("integrator_id:N", title="integrator"),
+        *(alt.Tooltip(f"{name}_:N", title=f"{name[1:]} % of trials below") for name in worded),
+        alt.Tooltip("trials:Q"),
+    ]
+    base = base.transform_calculate(**{f"{name}_": text for name, text in worded.items()})
+    title = "achieved error / tolerance"
+    wide = base.mark_rule(strokeWidth=2).encode(
+        x=alt.X("q10:Q", title=title, axis=axis), x2="q90:Q", color=colour, tooltip=tooltip
+    )
+    half = base.mark_rule(strokeWidth=9, opacity=0.75).encode(x="q25:Q", x2="q75:Q", color=colour, tooltip=tooltip)
+    middle = base.mark_point(shape="diamond", size=80, filled=True, color=INK, opacity=1).encode(
+        x="q50:Q", tooltip=tooltip
+    )
+    asked = alt.Chart(alt.NamedData("asked")).mark_rule(color=INK, strokeDash=[3, 3]).encode(x="decades:Q")
+    data = {"spread": _kept(spread, *spread.columns), "asked": [{"decades": 0}]}
+    chart = alt.layer(asked, wide, half, middle)
+    return dressed(chart.properties(width=640, height=24 * len(look), datasets=data))
+
+
+def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
+    """What each simpler model errs by, over one period and over the span; crudest first.
+
+    `rungs`: ladder (the full case), effect, lacks, error, early.
+    """
+    spans = {"error": "over the whole span", "early": "over the first period"}
+    long = rungs.melt(["ladder", "effect", "lacks"], list(spans), "over", "size")
+    # Where the span ends within the first period, the two are one number.
+    twice = (long["over"] == "early") & np.tile(rungs["early"] == rungs["error"], len(spans))
+    table = long[(long["size"] > 0) & ~twice].assign(
+        decades=lambda rows: np.log10(rows["size"]),
+        place=lambda rows: rows["ladder"] + ": " + rows["effect"],
+        words=lambda rows: [short_text(error) for error in rows["size"]],
+        over=lambda rows: rows["over"].map(spans),
+    )
+    base = alt.Chart(alt.NamedData("rungs"))
+    places = list(dict.fromkeys(rungs["ladder"] + ": " + rungs["effect"]))
+    # On two lines, the case and the effect: on one they would leave a narrow page no room for the points.
+    split = "indexof(datum.label, ': ')"
+    lines_of = f"[slice(datum.label, 0, {split} + 1), slice(datum.label, {split} + 2)]"
+    two = {"labelFontSize": 10.5, "labelOffset": -6}  # Vega puts the first line where a single one would stand
+    axis = alt.Axis(labelLimit=340, labelExpr=lines_of, ticks=False, domain=False, **two)
+    y = alt.Y("place:N", title=None, sort=places, axis=axis)
+    x = alt.X(
+        "decades:Q",
+        title="error of the simpler model against the full one",
+        scale=alt.Scale(zero=False, nice=True, padding=40),
+        axis=alt.Axis(
+            tickMinStep=1,
+            labelFlush=False,
+            labelExpr="datum.value % 1 ? '' : datum.value == 0 ? '1' : '1e' + datum.value",
+        ),
+    )
+    legend = alt.Legend(title=None, orient="top")
+    domain = [spans["early"], spans["error"]]
+    colour = alt.Color("over:N", legend=legend, scale=alt.Scale(domain=domain, range=["#56B4E9", "#12324a"]))
+    shape = alt.Shape("over:N", legend=legend, scale=alt.Scale(domain=domain, range=["circle", "diamond"]))
+    tooltip = [
+        alt.Tooltip("place:N", title="model"),
+        alt.Tooltip("lacks:N"),
+        alt.Tooltip("over:N"),
+        alt.Tooltip("words:N", title="error"),
+    ]
+    lines = base.mark_line(color="#b9b6ae", strokeWidth=2).encode(x, y, detail="place:N")
+    dots = base.mark_point(size=120, filled=True, opacity=1).encode(x, y, color=colour, shape=shape, tooltip=tooltip)
+    # Left of its point and right of it: the first period's error is never the larger.
+    early = base.transform_filter(f"datum.over === '{spans['early']}'")
+    late = base.transform_filter(f"datum.over !== '{spans['early']}'")
+    small = {"baseline": "middle", "color": INK, "fontSize": 11}
+    words = [
+        early.mark_text(**small, align="right", dx=-9).encode(x, y, text="words:N"),
+        late.mark_text(**small, align="left", dx=9).encode(x, y, text="words:N"),
+    ]
+    data = {"rungs": _kept(table, "place", "lacks", "over", "words", "decades")}
+    return dressed(alt.layer(lines, dots, *words).properties(width=640, height=30 * len(places), datasets=data))
+
+
+def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
+    """Engines as shipped, configured and staggered at equal step. `points`: scene, engine, policy, step, error."""
+    table = points.assign(
+        decades=np.clip(np.log10(points["error"].fillna(np.inf).clip(1e-17, 1e3)), -16, 1.5),
+        place=[
+            scene + (f"  {step:g} s" if step else "")
+            for scene, step in zip(points["scene"], points["step"], strict=True)
+        ],
+    )
+    names = [name for name in ("as shipped", "configured", "staggered") if name in set(table["policy"])]
+    names += sorted(set(table["policy"]) - set(names))
+    colours = ["#8c2d3a", "#0072B2", "#009E73", "#8a6d00", "#56B4E9"]
+    shapes = ["cross", "circle", "diamond", "square", "triangle-up"]
+    base = alt.Chart(alt.NamedData("points")).encode(
+        y=alt.Y("place:N", title=None, sort=None, axis=alt.Axis(labelLimit=320, grid=True)),
+    )
+    x = alt.X(
+        "decades:Q",
+        title="error",
+        axis=alt.Axis(
+            tickMinStep=1, labelOverlap=True, labelFlush=False, labelExpr="datum.value > 1 ? 'lost' : " + ERRORS
+        ),
+    )
+    lines = base.mark_line(color="#b9b6ae", strokeWidth=2).encode(x=x, detail="place:N")
+    legend = alt.Legend(title=None, orient="top")
+    dots = base.mark_point(size=90, filled=True, opacity=1).encode(
+        x,
+        color=alt.Color("policy:N", legend=legend, scale=alt.Scale(domain=names, range=colours[: len(names)])),
+        shape=alt.Shape("policy:N", legend=legend, scale=alt.Scale(domain=names, range=shapes[: len(names)])),
+        tooltip=["scene:N", "engine:N", "policy:N", "step:Q", alt.Tooltip("error:Q", format=".2e"), "status:N"],
+    )
+    data = {"points": _kept(table, "place", "scene", "engine", "policy", "step", "error", "status", "decades")}
+    return dressed(alt.layer(lines, dots).properties(width=640, height=20 * table["place"].nunique(), datasets=data))

@@ -1,0 +1,212 @@
+"""The work-precision diagram: error against time or right-hand sides, one line an integrator.
+
+Where many integrators ran, a few stand out in colour and in the legend: those that a reader would choose (`front`). The
+others are thin grey lines that name themselves when pointed at.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from typing import Any
+
+import altair as alt
+import numpy as np
+import pandas as pd
+from gnomon.harness.reporting.style import GRID, LETTERS, PALE, QUIET, dressed, records
+from gnomon.harness.results.analysis import TARGETS, credited, crossing
+
+SECONDS = {-9: "1 ns", -8: "10 ns", -7: "100 ns", -6: "1 µs", -5: "10 µs", -4: "100 µs", -3: "1 ms", -2: "10 ms"}
+SECONDS |= {-1: "0.1 s", 0: "1 s", 1: "10 s", 2: "100 s", 3: "1000 s"}
+COUNTS = {k: str(10**k) if k < 4 else f"1e{k}" for k in range(13)}
+ERRORS = "datum.value > 0 ? '' : datum.value == 0 ? '1' : '1e' + datum.value"
+
+MARGIN = 0.45
+"""Errors above 10**MARGIN (nearly 3: nothing of the motion is left) are shown in the margin of failed trials."""
+TOP = 2.6
+EXACT = -17.0
+"""Where an error of exactly zero is drawn: below every floor."""
+OTHERS = "#c4c1b8"
+SCENE = ["case", "variant", "formulation"]
+
+
+def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
+    """The points of work-precision diagrams: one row a setting of a series, decades on both axes, and its SCENE.
+
+    A failed trial stands in the margin above the diagram, in its library's lane, at its own work where that was
+    measured, else at the work of the nearest setting of its series that was. `front` marks the integrators that stand
+    out in their scene.
+    """
+    lanes = dict(zip(look["series"], look["lane"], strict=True))
+    rows = reduced[reduced["setting"].notna()]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        table = pd.DataFrame(
+            {
+                **{name: rows[name] for name in SCENE},
+                "series": rows["integrator_id"],
+                "setting": rows["setting"],
+                "status": rows["status"],
+                "time": np.log10(rows["seconds"].astype(float).to_numpy()),
+                "calls": np.log10(rows["rhs_calls"].astype(float).to_numpy()),
+                "error": np.maximum(np.log10(rows["error_max"].astype(float).to_numpy()), EXACT),
+            }
+        )
+    failed = ~table["status"].isin(["ok", "inaccurate"]) | ~(table["error"] <= MARGIN)
+    sweep = table.groupby([*SCENE, "series"], sort=False).ngroup()
+    for axis in ("time", "calls"):
+        table[axis] = table[axis].where(np.isfinite(table[axis]))
+        nearest = table[axis].groupby(sweep).ffill().groupby(sweep).bfill()
+        table[axis] = table[axis].where(~failed, nearest)
+    heights = (TOP - MARGIN) * (0.75 - 0.6 * table["series"].map(lanes).astype(float) / max(*lanes.values(), 1))
+    kinds = dict(zip(look["series"], look["library"] + look["family"], strict=True))
+    answered = table.assign(error=table["error"].where(~failed, math.inf))
+    answered = answered[~failed | (table["status"] == "diverged")]
+    chosen = {scene: front(part, kinds) for scene, part in answered.groupby(SCENE, sort=False)}
+    names = zip(*(table[name] for name in SCENE), table["series"], strict=True)
+    return table.assign(
+        failed=failed,
+        error=table["error"].where(~failed, MARGIN + heights),
+        front=[name in chosen.get(tuple(scene), ()) for *scene, name in names],
+    )
+
+
+def front(kept: pd.DataFrame, kinds: dict[str, str]) -> set[str]:
+    """The integrators that a reader would choose: the fastest of each kind at each of the errors 1e-3 to 1e-12.
+
+    `kinds` says the library and family of each. A kind that reaches none of the errors shows its most accurate
+    integrator. `kept`: series, time and error in decades (infinite where it diverged), the loosest setting of a series
+    first.
+    """
+    sweeps: dict[str, list[tuple[float, float]]] = {}
+    for name, time, error in zip(kept["series"], kept["time"], kept["error"], strict=True):
+        if math.isfinite(time):
+            sweeps.setdefault(name, []).append((10.0**error, 10.0**time))
+    fastest: dict[tuple[str, float], tuple[float, str]] = {}
+    most_accurate: dict[str, tuple[float, str]] = {}
+    for name, points in sweeps.items():
+        errors, seconds = zip(*points, strict=True)
+        if math.isinf(min(errors)):
+            continue
+        kind, held = kinds[name], credited(errors)
+        most_accurate[kind] = min(most_accurate.get(kind, (math.inf, "")), (min(errors), name))
+        for target in TARGETS:
+            time, _ = crossing(held, seconds, target)
+            if math.isfinite(time):
+                fastest[kind, target] = min(fastest.get((kind, target), (math.inf, "")), (time, name))
+    there = {kind for kind, _ in fastest}
+    return {name for _, name in fastest.values()} | {
+        name for kind, (_, name) in most_accurate.items() if kind not in there
+    }
+
+
+def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
+    """Error against time or right-hand sides (`axis` "time" or "calls"), failed trials in the margin above.
+
+    The specification without data; its scales name the integrators of `look`, in that order. `drawn` makes a diagram
+    of it, here as in the page.
+    """
+    names = {"time": SECONDS, "calls": COUNTS}[axis]
+    title = {"time": "time of one solve", "calls": "right-hand sides evaluated"}[axis]
+    domain = list(look["series"])
+    legend = alt.Legend(title=None)
+    colour = alt.Color("series:N", legend=legend, scale=alt.Scale(domain=domain, range=list(look["colour"])))
+    shape = alt.Shape("series:N", legend=legend, scale=alt.Scale(domain=domain, range=list(look["shape"])))
+    dash = alt.StrokeDash("series:N", legend=legend, scale=alt.Scale(domain=domain, range=list(look["dash"])))
+    pick = alt.selection_point(name="pick", fields=["series"], bind="legend")
+    hover = alt.selection_point(name="hover", fields=["series"], on="pointerover", clear="pointerout")
+    strength = alt.condition(pick & hover, alt.value(1.0), alt.value(0.15))
+    x = alt.X(
+        f"{axis}:Q",
+        title=title,
+        scale=alt.Scale(zero=False, nice=True, padding=14),
+        axis=alt.Axis(tickMinStep=1, labelOverlap=True, labelExpr=f"({_table(names)})[datum.value] || ''"),
+    )
+    only_errors = alt.condition("datum.value > 0", alt.value("transparent"), alt.value(GRID))
+    y = alt.Y(
+        "error:Q",
+        title="error (largest over the samples)",
+        scale=alt.Scale(zero=False, nice=False, domainMax=TOP, padding=14),
+        axis=alt.Axis(tickMinStep=1, tickCount=9, labelExpr=ERRORS, gridColor=only_errors, tickColor=only_errors),
+    )
+    base = alt.Chart(alt.NamedData("points")).transform_filter(f"isValid(datum.{axis}) && isValid(datum.error)")
+    tooltip = [
+        alt.Tooltip("series:N", title="integrator"),
+        alt.Tooltip("setting:Q", title="setting", format=".3g"),
+        alt.Tooltip("status:N"),
+        alt.Tooltip("e:N", title="error"),
+        alt.Tooltip("w:N", title=title),
+    ]
+    worded = {
+        "e": f"datum.failed ? 'failed' : datum.error <= {EXACT} ? '0' : format(pow(10, datum.error), '.1e')",
+        "w": f"format(pow(10, datum.{axis}), '.3s')" + (" + 's'" if axis == "time" else ""),
+        "letter": f"({_table(LETTERS)})[datum.status] || '?'",
+    }
+    base = base.transform_calculate(**worded)
+    kept, lost = base.transform_filter("!datum.failed"), base.transform_filter("datum.failed")
+    order = alt.Order("setting:Q", sort="descending")
+    others, others_lost = kept.transform_filter("!datum.front"), lost.transform_filter("!datum.front")
+    first, first_lost = kept.transform_filter("datum.front"), lost.transform_filter("datum.front")
+    margin = alt.Chart(alt.NamedData("margin"))
+    rules = alt.Chart(alt.NamedData("limits"))
+    small = {"align": "left", "baseline": "bottom", "color": QUIET, "fontSize": 10.5}
+    chart = alt.layer(
+        margin.mark_rect(color=PALE).encode(y=alt.Y("low:Q"), y2="high:Q"),
+        margin.mark_text(**small, dx=1, dy=-3).encode(y="high:Q", x=alt.value(0), text="text:N"),
+        rules.mark_rule(color=QUIET, strokeDash=[2, 3], strokeWidth=1.3).encode(y="at:Q"),
+        others.mark_line(strokeWidth=1, color=OTHERS).encode(x, y, detail="series:N", order=order),
+        others.mark_point(size=14, filled=True, opacity=1, color=OTHERS).encode(x, y, tooltip=tooltip),
+        others_lost.mark_text(fontSize=9, color="#9b988f").encode(x, y, text="letter:N", tooltip=tooltip),
+        first.mark_line(strokeWidth=2).encode(x, y, colour, strokeDash=dash, opacity=strength, order=order),
+        first.mark_point(size=52, filled=True)
+        .encode(x, y, colour, shape, opacity=strength, tooltip=tooltip)
+        .add_params(pick, hover),
+        first_lost.mark_text(fontSize=10, fontWeight="bold").encode(
+            x, y, colour, text="letter:N", opacity=strength, tooltip=tooltip
+        ),
+        *(_limit_words(rules, small, floor, halo) for halo in (True, False) for floor in (True, False)),
+    )
+    margin_text = [{"low": MARGIN, "high": TOP, "text": "failed trials"}]
+    data: dict[str, Any] = {"points": [], "limits": [], "margin": margin_text}
+    found: dict[str, Any] = dressed(chart.properties(width=640, height=440, datasets=data)).to_dict(validate=False)
+    return found
+
+
+def _limit_words(rules: alt.Chart, small: dict[str, Any], floor: bool, halo: bool) -> alt.Chart:
+    """The words at a limit, the floor's below its line: the two may lie close. A pale edge keeps lines off the letters."""
+    place = {"baseline": "top", "dy": 4} if floor else {"baseline": "bottom", "dy": -2}
+    edge = {"stroke": "white", "strokeWidth": 3, "strokeOpacity": 0.85} if halo else {}
+    chosen = rules.transform_filter(f"(indexof(datum.limit, 'floor') == 0) == {str(floor).lower()}")
+    words = chosen.mark_text(**small | {"align": "right", "dx": -4} | place | edge)
+    return words.encode(y="at:Q", x=alt.value("width"), text="limit:N")
+
+
+def drawn(specification: dict[str, Any], points: pd.DataFrame, limits: dict[str, float]) -> dict[str, Any]:
+    """A diagram: `specification` is what `work_precision` returns, the legend has what stands out among `points`.
+
+    Where nothing does, as all failed, the legend has all, as on the page: a figure with an empty one has no width.
+    """
+    data = {
+        "points": records(points),
+        "limits": [{"limit": name, "at": math.log10(value)} for name, value in limits.items() if value > 0],
+    }
+    kept = set(points.loc[points["front"], "series"]) or set(points["series"])
+    cut: dict[str, Any] = _restricted(specification, kept)
+    return cut | {"datasets": specification["datasets"] | data}
+
+
+def _restricted(node: Any, kept: Collection[str]) -> Any:
+    """A copy whose scales of integrators have only those that are kept."""
+    if isinstance(node, list):
+        return [_restricted(each, kept) for each in node]
+    if not isinstance(node, dict):
+        return node
+    found = {name: _restricted(value, kept) for name, value in node.items()}
+    scale = found.get("scale")
+    if found.get("field") == "series" and scale and "domain" in scale:
+        pairs = [pair for pair in zip(scale["domain"], scale["range"], strict=True) if pair[0] in kept]
+        found["scale"] = scale | {"domain": [name for name, _ in pairs], "range": [look for _, look in pairs]}
+    return found
+
+
+def _table(names: dict[int, str] | dict[str, str]) -> str:
+    return "{" + ", ".join(f"'{key}': '{value}'" for key, value in names.items()) + "}"

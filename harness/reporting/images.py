@@ -1,0 +1,112 @@
+"""The printed figures: SVG and PNG files of Vega-Lite specifications, made small, on all cores."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import vl_convert
+from gnomon.harness.reporting.png import smaller
+from gnomon.harness.system.child_process import interrupts_ignored, main_hidden, process_pool
+from gnomon.reference.storage import diskcache
+
+PNG_SCALE = 1.0
+SVG = "{http://www.w3.org/2000/svg}"
+INHERITED = (
+    *("fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-miterlimit"),
+    *("font-family", "font-size", "font-weight", "text-anchor"),
+)
+"""What the children of a group may take from it."""
+
+
+def write_images(specifications: Mapping[str, dict[str, Any]], folder: Path) -> None:
+    """Each specification as `folder`/name.svg and name.png."""
+    folder.mkdir(parents=True, exist_ok=True)
+    names = sorted(specifications)
+    workers = min(os.cpu_count() or 1, len(names) or 1)
+    with process_pool(workers, "spawn") as pool, main_hidden(True):
+        with interrupts_ignored():
+            written = pool.map(_write, [specifications[name] for name in names], [folder / name for name in names])
+        list(written)
+
+
+def _write(specification: dict[str, Any], path: Path) -> None:
+    svg = vl_convert.vegalite_to_svg(specification)
+    diskcache.replace(path.with_suffix(".svg"), leaner(svg).encode())
+    diskcache.replace(path.with_suffix(".png"), smaller(vl_convert.svg_to_png(svg, scale=PNG_SCALE)))
+
+
+def leaner(svg: str) -> str:
+    """The same drawing in a third of the characters.
+
+    Coordinates to a tenth of a pixel; nothing invisible; what all children of a group share stands at the group; a mark
+    that is drawn more than once is defined once.
+    """
+    ET.register_namespace("", SVG[1:-1])
+    root = ET.fromstring(re.sub(r"\d+\.\d{2,}", lambda number: f"{float(number[0]):.1f}", svg))
+    _strip(root)
+    marks: dict[str, list[ET.Element]] = {}
+    for element in root.iter(f"{SVG}path"):
+        if "transform" in element.attrib and len(element.attrib["d"]) > 12:
+            marks.setdefault(element.attrib["d"], []).append(element)
+    repeated = [(shape, uses) for shape, uses in marks.items() if len(uses) > 2]
+    definitions = ET.Element(f"{SVG}defs")
+    for number, (shape, uses) in enumerate(repeated):
+        ET.SubElement(definitions, f"{SVG}path", {"id": f"m{number}", "d": shape})
+        for element in uses:
+            place = re.fullmatch(r"translate\(([-\d.]+),([-\d.]+)\)", element.attrib["transform"])
+            if place is None:
+                continue
+            del element.attrib["d"], element.attrib["transform"]
+            element.tag = f"{SVG}use"
+            element.attrib |= {"href": f"#m{number}", "x": place[1], "y": place[2]}
+    _hoist(root)
+    root.insert(0, definitions)
+    return ET.tostring(root, encoding="unicode")
+
+
+def _strip(element: ET.Element) -> None:
+    """Takes out what does not show: roles, classes, default opacity, empty groups and paths."""
+    for name in ("class", "role", "aria-hidden", "aria-label", "aria-roledescription", "pointer-events"):
+        element.attrib.pop(name, None)
+    if element.attrib.get("opacity") == "1":
+        del element.attrib["opacity"]
+    if element.attrib.get("transform") == "translate(0,0)":
+        del element.attrib["transform"]
+    for child in list(element):
+        _strip(child)
+        nothing = child.tag == f"{SVG}path" and not ({"fill", "stroke"} & set(child.attrib))
+        if child.attrib.get("display") == "none" or nothing or (child.tag == f"{SVG}g" and not len(child)):
+            element.remove(child)
+
+
+def _hoist(element: ET.Element) -> None:
+    """Moves attributes that all children share up to their group; children that look alike become a group."""
+    for child in element:
+        _hoist(child)
+    if element.tag != f"{SVG}g" or len(element) < 2:
+        return
+    runs = [list(run) for _, run in itertools.groupby(element, lambda child: [child.attrib.get(n) for n in INHERITED])]
+    if 1 < len(runs) < len(element) / 2:
+        element[:] = [_grouped(run) for run in runs]
+    for name in INHERITED:
+        values = {child.attrib.get(name) for child in element}
+        value = values.pop()
+        if not values and value is not None:
+            element.attrib[name] = value
+            for child in element:
+                del child.attrib[name]
+
+
+def _grouped(alike: list[ET.Element]) -> ET.Element:
+    if len(alike) == 1:
+        return alike[0]
+    group = ET.Element(f"{SVG}g")
+    group[:] = alike
+    _hoist(group)
+    return group

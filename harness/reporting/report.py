@@ -1,0 +1,86 @@
+"""The report of a run: one self-contained page, a summary for CI, and the figures as files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import vl_convert
+from gnomon.cases.core.case import Case
+from gnomon.harness.reporting import tables
+from gnomon.harness.reporting.report_charts import other_charts, page_charts, work_scenes, write_figures
+from gnomon.harness.reporting.report_pack import packed, packed_json
+from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.reporting.report_words import page_words
+from gnomon.harness.results import store
+from gnomon.harness.results.visible import code, markdown
+from gnomon.reference.storage import diskcache
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup, escape
+
+
+def write_report(
+    database: Path,
+    folder: Path,
+    cases: Mapping[str, type[Case]] | None = None,
+    beside: Sequence[Path] | None = None,
+) -> Path:
+    """Write index.html, summary.md and figures/ into `folder` and return the page's path.
+
+    `database` is a results file, or a folder that holds one. Certificates, checks, claims of speed, orders and growth
+    laws are shown from the JSON files that the folders `beside` hold, the first that has them; without it from the folder
+    of the results, from `folder`, and from the one above (reports/local/ stands in the published reports/). `cases`: classes that are not
+    installed, by the name under which they ran; nothing that the file names is imported otherwise. Raises ValueError for
+    a file that is no results file, or an empty one.
+    """
+    run = Run.read(store.results_file(database), cases)
+    folder.mkdir(parents=True, exist_ok=True)
+    work = work_scenes(run)
+    charts = other_charts(run)
+    words = page_words(run, beside or (run.path.parent, folder, folder.parent), work)
+    page = folder / "index.html"
+    with diskcache.whole(page) as part:
+        part.write_text(_page(words, page_charts(run, work, charts)), encoding="utf-8")
+    plain = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, finalize=markdown)
+    plain.filters |= {"counted": tables.counted, "code": code}
+    with diskcache.whole(folder / "summary.md") as part:
+        part.write_text(plain.from_string(_source("summary.md.j2")).render(words), encoding="utf-8")
+    write_figures(run, work, charts, folder / "figures")
+    return page
+
+
+def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
+    """The page. Tables of single cases travel compressed, and are put in place when their case is chosen."""
+    environment = Environment(undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {"breakable": _breakable, "counted": tables.counted}
+    panel = environment.from_string(_source("report_case.html.j2")).module
+    panels = {
+        case["name"]: {"times": str(panel.times(case, words["targets"])), "stability": str(panel.stability(case))}  # type: ignore[attr-defined]
+        for case in words["cases"]
+    }
+    about = {case["name"]: {key: case[key] for key in ("title", "section", "stresses")} for case in words["cases"]}
+    carried = {"tables": panels, "about": about, "chapters": words["chapters"], "first": words["first"]}
+    return environment.from_string(_source("report.html.j2")).render(
+        words,
+        titles={case["name"]: case["title"] for case in words["cases"]},
+        sections={case["name"]: case["section"] for case in words["cases"]},
+        chart_names=list(charts["others"]),
+        css=_source("report.css"),
+        script=_source("report.js"),
+        data=packed_json(charts | carried),
+        vega=packed(vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;")),
+    )
+
+
+def _breakable(name: str) -> Markup:
+    """A name that may break after its separators on a narrow page."""
+    text = str(escape(name))
+    for separator in (":", "_", "/"):
+        text = text.replace(separator, separator + "<wbr>")
+    return Markup(text)
+
+
+def _source(name: str) -> str:
+    return (files("gnomon.harness.reporting") / "templates" / name).read_text(encoding="utf-8")

@@ -1,0 +1,190 @@
+"""What `make bench` published, in rows and words: claims of speed in pairs, times of calls, measured orders, growth of energy errors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from gnomon.harness.reporting import sidecars, tables
+from gnomon.harness.reporting.sidecars import (
+    FLAG,
+    NUMBER,
+    NUMERAL,
+    POSITIVE,
+    SIZE,
+    TEXT,
+    TEXTS,
+    WHOLE,
+    Optional,
+    one_of,
+)
+from gnomon.harness.results.analysis import CLAIM
+from gnomon.harness.studies.growth import named, possible
+from gnomon.harness.studies.orders import BINARY64, WITHIN
+
+KEPT = {
+    "symplectic": "symplectic form",
+    "volume": "volume in phase space",
+    "reversible": "reversal of time",
+    "momentum": "momentum",
+    "attitude": "rotations",
+    "constraint": "constraint",
+}
+"""What integrators claim to keep, in words."""
+
+BENCHMARKS, GROWTH, ORDERS = "benchmarks.json", "growth.json", "orders.json"
+
+_BENCHMARKS: dict[str, Any] = {"launches": WHOLE, "environment": TEXTS, "rows": [{}]}
+_TIMES = {"median": POSITIVE, "low": POSITIVE, "high": POSITIVE}
+_SINGLE = {"group": TEXT, "first_name": TEXT, **_TIMES}
+_PAIR = {
+    **{"group": TEXT, "problem": TEXT, "level": NUMERAL, "first_name": TEXT, "second_name": TEXT},
+    **{"first": POSITIVE.or_null(), "second": POSITIVE.or_null()},
+    **{"first_prepare": Optional(SIZE.or_null()), "second_prepare": Optional(SIZE.or_null())},
+}
+_BOTH = {"first_null": SIZE.or_null(), "second_null": SIZE.or_null(), **_TIMES}
+"""What a pair has besides, where both have a time."""
+_GROWTH = {
+    "rows": [
+        {
+            **{"integrator": TEXT, "case": TEXT, "setting": TEXT, "periods": POSITIVE, "starts": WHOLE, "size": SIZE},
+            **{"power": NUMBER, "low": Optional(NUMBER), "high": Optional(NUMBER), "uncertainty": SIZE},
+            **{"law": TEXT, "expected": TEXT},
+        }
+    ]
+}
+_ORDERS = {
+    "rows": [
+        {
+            **{"integrator": TEXT, "case": TEXT, "digits": WHOLE, "at_fixed_steps": FLAG, "points": WHOLE},
+            **{"order": NUMBER, "declared": WHOLE, "keeps": [one_of(KEPT)]},
+        }
+    ]
+}
+
+OVERHEAD = 0.1
+"""A null call that takes more of a call's time than this is part of what a ratio would compare: none is claimed."""
+
+
+def benchmarks(*folders: Path) -> dict[str, Any] | None:
+    """Rows of pairs and of single times, from the first of the folders that has them; None without any.
+
+    Of a file of an earlier revision, which did not name both sides of a pair, `earlier` is True and there are no rows.
+    """
+    path = _first(BENCHMARKS, *folders)
+    if path is None:
+        return None
+    found = sidecars.read(path, _BENCHMARKS)
+    earlier = any("first_name" not in row for row in found["rows"])
+    rows = [] if earlier else found["rows"]
+    for number, row in enumerate(rows):
+        both = row.get("first") is not None and row.get("second") is not None
+        shape = (_PAIR | _BOTH if both else _PAIR) if "first" in row else _SINGLE
+        sidecars.check(row, shape, path, f"rows[{number}]")
+    return {
+        "earlier": earlier,
+        "launches": found["launches"],
+        "environment": found["environment"],
+        "pairs": [_pair(row) for row in rows if "first" in row],
+        "singles": [_single(row) for row in rows if "first" not in row],
+    }
+
+
+def growth(*folders: Path) -> dict[str, Any] | None:
+    """Laws of energy errors in words, from the first of the folders that has them; None without any."""
+    path = _first(GROWTH, *folders)
+    if path is None:
+        return None
+    found: dict[str, Any] = sidecars.read(path, _GROWTH)
+    return found | {"rows": [_law(row) for row in found["rows"]]}
+
+
+def orders(*folders: Path) -> dict[str, Any] | None:
+    """Measured orders in words, from the first of the folders that has them; None without any."""
+    path = _first(ORDERS, *folders)
+    if path is None:
+        return None
+    found: dict[str, Any] = sidecars.read(path, _ORDERS)
+    return found | {"rows": [_measured(row) for row in found["rows"]]}
+
+
+def _measured(row: dict[str, Any]) -> dict[str, str]:
+    off = abs(row["order"] - row["declared"])
+    return {
+        "name": row["integrator"],
+        "case": row["case"],
+        "arithmetic": "binary64" if row["digits"] == BINARY64 else f"{row['digits']} digits",
+        "formula": "its formula at fixed steps" if row["at_fixed_steps"] else "as it runs",
+        "points": str(row["points"]),
+        "order": f"{row['order']:.2f}",
+        "declared": str(row["declared"]),
+        "verdict": "" if off <= WITHIN else f"off by {off:.2f}",
+        "keeps": ", ".join(KEPT[word] for word in row["keeps"]),
+    }
+
+
+def _pair(row: dict[str, Any]) -> dict[str, str]:
+    words = {name: str(row[name]) for name in ("group", "problem", "first_name", "second_name")}
+    words["level"] = f"{float(row['level']):.0e}".replace("e-0", "e-")
+    for side in ("first", "second"):
+        words[side] = "–" if row[side] is None else tables.time_text(row[side])
+        prepare = row.get(f"{side}_prepare")
+        words[f"{side}_prepare"] = "" if prepare is None else tables.preparation_text(prepare)
+    missed = [str(row[f"{side}_name"]) for side in ("first", "second") if row[side] is None]
+    if missed:
+        return words | {"ratio": "–", "range": "", "note": f"not so accurate: {' and '.join(missed)}"}
+    ratio = row["median"]
+    notes = [
+        f"{round(100 * share)} % of the time of {row[f'{side}_name']} is overhead of its call"
+        for side in ("first", "second")
+        if (share := (row[f"{side}_null"] or 0.0) / row[side]) > OVERHEAD
+    ]
+    if 1 / CLAIM < ratio < CLAIM or notes:
+        notes.append("no difference is claimed")
+    return words | {
+        "ratio": _times(ratio),
+        "range": f"{_times(row['low'])} – {_times(row['high'])}",
+        "note": "; ".join(notes),
+    }
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.2f}" if ratio < 9.95 else f"{ratio:.0f}"
+
+
+def _single(row: dict[str, Any]) -> dict[str, str]:
+    return {
+        "group": row["group"],
+        "name": row["first_name"],
+        "median": tables.time_text(row["median"]),
+        "range": f"{tables.time_text(row['low'])} – {tables.time_text(row['high'])}",
+    }
+
+
+def _law(row: dict[str, Any]) -> dict[str, str]:
+    low, high = _interval(row)
+    expected = row["expected"]
+    return {
+        "name": row["integrator"],
+        "case": row["case"],
+        "setting": row["setting"].replace("e-0", "e-"),
+        "periods": f"{row['periods']:.0e}".replace("e+0", "e"),
+        "starts": str(row["starts"]),
+        "size": tables.error_text(row["size"]),
+        "power": f"{row['power']:.2f} ({low:.2f} to {high:.2f})",
+        "law": named(low, high, tables.LAWS),
+        "expected": tables.LAWS.get(expected, expected),
+        "verdict": "" if expected in possible(low, high) else "differs",
+    }
+
+
+def _interval(row: dict[str, Any]) -> tuple[float, float]:
+    """Of the power of time, with 95 % confidence: of older files, which lack it, two standard errors to either side."""
+    if "low" in row and "high" in row:
+        return row["low"], row["high"]
+    return row["power"] - 2 * row["uncertainty"], row["power"] + 2 * row["uncertainty"]
+
+
+def _first(name: str, *folders: Path) -> Path | None:
+    """The file of this name in the first of the folders that has it."""
+    return next((folder / name for folder in folders if (folder / name).is_file()), None)

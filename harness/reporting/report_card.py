@@ -1,0 +1,202 @@
+"""What to take: by kind of system, and every integrator on one line with all that a choice depends on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from gnomon.harness.reporting.tables import Cell, Row, ratio_text, short_text, time_text
+from gnomon.harness.results.analysis import NEVER_RAN, TARGETS
+
+KINDS = (
+    (("Hybrid", "Impact", "Friction"), "Impact, friction and changing contact"),
+    (("NBody",), "Bodies under gravitation"),
+    (("RigidBody",), "Turning rigid bodies"),
+    (("Charged",), "Magnetic and Coriolis forces"),
+    (("Constrained",), "Constraints and their reactions"),
+    (("SemiLinear",), "Linear systems: damped, driven or coupled oscillators, linear drag"),
+    (("Separable", "SecondOrder"), "Forces of position and time alone"),
+    (("FirstOrder",), "Other smooth systems: quadratic drag, coupled masses"),
+)
+"""Kinds of systems by the most structured form that a case offers; the first that fits counts."""
+
+
+def kinds(forms: Mapping[str, AbstractSet[str]], names: Sequence[str]) -> dict[str, list[str]]:
+    """The cases of each kind, in the order of KINDS, those without any left out. `forms`: what each case offers."""
+    found: dict[str, list[str]] = {}
+    for marks, words in KINDS:
+        known = {name for members in found.values() for name in members}
+        members = [name for name in names if name not in known and not forms[name].isdisjoint(marks)]
+        if members:
+            found[words] = members
+    return found
+
+
+def kind_rows(equal: pd.DataFrame, matrix: pd.DataFrame, members: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
+    """Per kind of system, what is most often fastest at each error, and what holds on most of its hard variants.
+
+    Under the name: on how many of the cases that any integrator reaches it is fastest or on a par, and the same median
+    ratio of the best integrator of another library, with the cases that it reaches.
+    """
+    own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
+    rows = []
+    for words, cases in members.items():
+        mine = own[own["case"].isin(cases)]
+        cells = [_choice(mine[mine["target"] == target]) for target in TARGETS]
+        rows.append({"head": words, "cases": list(cases), "cells": [*cells, _sturdiest(matrix, cases)]})
+    return rows
+
+
+def _choice(at: pd.DataFrame) -> Cell:
+    """The integrator that is most often fastest or on a par; of several, the one nearer to the fastest elsewhere."""
+    if at.empty:
+        return Cell("not reached", kind="none")
+    counts = _counts(at)
+    best = counts.iloc[0]
+    scenes = at["case"].nunique()
+    note = f"fastest on {best['wins']} of {scenes}"
+    others = _counts(at[at["library"] != best["library"]])
+    if len(others):
+        # Of the other libraries the one that gets there most often; a ratio on a few easy cases is no rival.
+        rival = others.sort_values(["reached", "ratio"], ascending=[False, True], kind="stable").iloc[0]
+        note += f"; {rival.name} {ratio_text(rival['ratio'])}\N{NO-BREAK SPACE}× on\N{NO-BREAK SPACE}{rival['reached']}"
+    return Cell(str(best.name), note)
+
+
+def _counts(at: pd.DataFrame) -> pd.DataFrame:
+    """By integrator: cases won, reached, the median of its time over the fastest's; the most wins first.
+
+    Of several with as many wins and cases the one with the smaller `mean`, of the logarithms of the ratios: a median
+    does not see the cases on which a method is slow.
+    """
+    found = at.assign(decades=np.log10(at["ratio"])).groupby("integrator_id").agg(
+        library=("library", "first"), wins=("tied", "sum"), reached=("case", "nunique"), ratio=("ratio", "median"),
+        mean=("decades", "mean"),
+    )  # fmt: skip
+    return found.sort_values(["wins", "reached", "mean"], ascending=[False, False, True], kind="stable")
+
+
+def _sturdiest(matrix: pd.DataFrame, cases: Sequence[str]) -> Cell:
+    """The integrators with a right setting on most hard variants of the cases."""
+    each, scenes = held(matrix[matrix["case"].isin(cases)])
+    if each.empty:
+        return Cell("–", "no hard variant was run", "none")
+    best = each[each["held"] == each["held"].max()].index.tolist()
+    note = f"{each['held'].max()} of {scenes}"
+    if len(best) > 1:
+        note += f"; so {'does' if len(best) == 2 else 'do'} {', '.join(best[1:3])}"
+    return Cell(str(best[0]), note + (f" and {len(best) - 3} more" if len(best) > 3 else ""))
+
+
+def held(matrix: pd.DataFrame) -> tuple[pd.DataFrame, int]:
+    """By integrator, on how many of the hard variants that it ran some setting was right; and how many there are."""
+    ran = matrix[(matrix["variant"] != "") & (matrix["formulation"] == "") & ~matrix["verdict"].isin(NEVER_RAN)]
+    right = ran.assign(right=ran["best"].notna())
+    each = right.groupby("integrator_id").agg(held=("right", "sum"), ran=("right", "size"))
+    return each, len(ran.drop_duplicates(["case", "variant"]))
+
+
+@dataclass(frozen=True)
+class Number:
+    """A cell to sort by: its text, its number (nan goes last), and a small second line."""
+
+    text: str
+    value: float
+    note: str = ""
+
+    @property
+    def sorts(self) -> str:
+        return f"{self.value:.6g}" if math.isfinite(self.value) else ""
+
+
+CARD = (
+    "cases",
+    "fastest at 1e-6",
+    "time over the fastest’s",
+    "preparation",
+    "digits at best",
+    "short of attainable",
+    "order",
+    "error / tolerance",
+    "hard variants held",
+    "energy in the long run",
+)
+
+
+def card(
+    equal: pd.DataFrame,
+    trusted: pd.DataFrame,
+    orders: pd.DataFrame,
+    matrix: pd.DataFrame,
+    growth: Mapping[str, Any] | None,
+    benched: Mapping[str, Any] | None,
+) -> list[Row]:
+    """Every integrator on one line, the columns those of CARD, over the default scenes of the cases that it takes.
+
+    `growth` and `benched` are the laws and the orders that `make bench` measured of gnomon's own.
+    """
+    own = trusted[(trusted["variant"] == "") & (trusted["formulation"] == "")]
+    at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & (equal["target"] == TARGETS[1])]
+    counts, (hard, _) = _counts(at), held(matrix)
+    preparing = at.groupby("integrator_id")["preparation"].median()
+    laws: dict[str, list[str]] = {}
+    for row in (growth or {"rows": []})["rows"]:
+        laws.setdefault(f"gnomon:{row['name']}", []).append(str(row["law"]))
+    bench = {f"gnomon:{row['name']}": row for row in (benched or {"rows": []})["rows"]}
+    measured = orders[(orders["variant"] == "") & (orders["formulation"] == "")].groupby("integrator_id")
+    slopes = {str(name): part for name, part in measured}
+    rows = []
+    for name, part in own.groupby("integrator_id", sort=False):
+        good = part[part["best"].notna()]
+        digits = -np.log10(good["best"].clip(lower=1e-17))
+        lost = np.log10(good["best"].clip(lower=1e-17) / good["attainable"].clip(lower=1e-17)).clip(lower=0)
+        speed = counts.loc[name] if name in counts.index else None
+        cells = [
+            Number(str(len(part)), len(part)),
+            Number("–", 0) if speed is None else Number(f"{speed['wins']}", speed["wins"], f"of {speed['reached']}"),
+            Number("–", math.nan) if speed is None else Number(f"{ratio_text(speed['ratio'])} ×", speed["ratio"]),
+            Number(time_text(prepared := preparing.get(name, math.nan)), prepared),
+            _median(digits, "{:.1f}"),
+            _median(lost, "{:.1f}"),
+            _order(slopes.get(str(name)), bench.get(str(name))),
+            _median(part["over_tolerance"], ""),
+            _share(hard.loc[name] if name in hard.index else None),
+            Number("; ".join(dict.fromkeys(laws.get(str(name), ["–"]))), math.nan),
+        ]
+        rows.append((0 if speed is None else -speed["wins"], -len(part), str(name), cells))
+    return [Row(name, cells) for *_, name, cells in sorted(rows, key=lambda row: row[:3])]  # type: ignore[arg-type]
+
+
+def _median(values: pd.Series, form: str) -> Number:
+    found = values.dropna()
+    if found.empty:
+        return Number("–", math.nan)
+    middle = float(found.median())
+    return Number(form.format(middle) if form else short_text(middle), middle)
+
+
+def _order(slopes: pd.DataFrame | None, bench: Mapping[str, str] | None) -> Number:
+    """The order from `make bench`, else the median of those measured in the run, beside the declared one."""
+    if bench is not None:
+        return Number(bench["order"], float(bench["order"]), f"declared {bench['declared']}")
+    if slopes is None:
+        return Number("–", math.nan)
+    declared = float(slopes["declared"].iloc[0])
+    found = slopes["order"].dropna()
+    said = f"declared {declared:.0f}" if math.isfinite(declared) else ""
+    if found.empty:
+        return Number("–", math.nan, said)
+    return Number(f"{found.median():.2f}", float(found.median()), f"on {len(found)}" + (f", {said}" if said else ""))
+
+
+def _share(hard: pd.Series | None) -> Number:
+    if hard is None:
+        return Number("–", math.nan)
+    return Number(
+        f"{100 * hard['held'] / hard['ran']:.0f} %", hard["held"] / hard["ran"], f"{hard['held']} of {hard['ran']}"
+    )

@@ -1,0 +1,183 @@
+"""The charts of a report: their data, their specifications for the page, and their files."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import altair as alt
+import numpy as np
+import pandas as pd
+from gnomon.harness.reporting import figures, style, tables
+from gnomon.harness.reporting.figures_work import SCENE, drawn, work_points, work_precision
+from gnomon.harness.reporting.images import write_images
+from gnomon.harness.reporting.report_pack import columnar, columns
+from gnomon.harness.reporting.report_run import Run
+
+FLOOR, CONDITIONING = "floor: half an ulp of the output", "conditioning: half an ulp of the input"
+
+MANIFEST = "figures.json"
+"""Lists the figures that a report wrote into its folder."""
+SUFFIXES = (".svg", ".png")
+
+Scenes = dict[str, dict[str, Any]]
+
+
+def work_scenes(run: Run) -> dict[str, Scenes]:
+    """The work-precision data of every scene by case: points, limits, and what it stresses; default scenes first."""
+    rows = run.reduced.assign(stresses=run.reduced.get("stresses", ""))
+    scenes = rows.groupby(SCENE, sort=False)[["conditioning", "floor", "stresses"]].agg(
+        {"conditioning": "max", "floor": "max", "stresses": "first"}
+    )
+    points = {scene: part.drop(columns=SCENE) for scene, part in work_points(run.reduced, run.look).groupby(SCENE)}
+    found: dict[str, Scenes] = {name: {} for name in run.names}
+    for (case, variant, formulation), limits in scenes.to_dict("index").items():
+        if (case, variant, formulation) not in points:
+            continue
+        label = (variant or "default") + (f" · {formulation}" if formulation else "")
+        lines = {CONDITIONING: limits["conditioning"], FLOOR: limits["floor"]}
+        found[case][label] = {
+            "points": points[case, variant, formulation],
+            "limits": {word: value for word, value in lines.items() if value > 0},
+            "stresses": str(limits["stresses"] or ""),
+        }
+    default_first = {
+        name: sorted(scenes, key=lambda label: not label.startswith("default")) for name, scenes in found.items()
+    }
+    return {name: {label: found[name][label] for label in labels} for name, labels in default_first.items()}
+
+
+def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
+    """Every chart but the work-precision diagrams, by name; charts without data are left out."""
+    broken = figures.broken_scenes(run.matrix)
+    charts: dict[str, alt.TopLevelMixin] = {}
+    if len(broken):
+        charts["breaks"] = figures.break_map(broken, run.look, run.names)
+    default = run.trusted[(run.trusted["variant"] == "") & run.trusted["best"].notna()]
+    if len(default):
+        charts["trust"] = figures.trust_map(default, run.look, list(run.scenes["scene"]))
+    asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & (run.reduced["status"] == "ok")]
+    asked = asked[asked["setting"] > asked["conditioning"].fillna(0)]
+    if len(asked):
+        over = asked.assign(over=asked["error_max"] / asked["setting"])
+        charts["tolerance"] = figures.tolerance_chart(figures.tolerance_spread(over), run.look)
+    rungs = run.ladders
+    if len(rungs):
+        charts["ladder"] = figures.ladder_chart(rungs[rungs["error"] > 0])
+    if len(run.policies):
+        charts["policies"] = figures.policy_chart(run.policies)
+    return charts
+
+
+def page_charts(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLevelMixin]) -> dict[str, Any]:
+    """What the page's script draws from: specifications, each scene's points, and the map of verdicts.
+
+    The two work-precision specifications hold all integrators; the page cuts them down to those of a scene.
+    """
+    specs = {axis: columnar(work_precision(run.look, axis)) for axis in ("time", "calls")}
+    cases = {
+        name: {
+            label: {
+                "points": columns(_hundredths(scene["points"])),
+                "limits": [
+                    {"limit": word, "at": round(float(np.log10(at)), 3)} for word, at in scene["limits"].items()
+                ],
+            }
+            for label, scene in scenes.items()
+        }
+        for name, scenes in work.items()
+    }
+    shown = ("tolerance", "ladder", "policies")
+    others = {name: columnar(charts[name].to_dict(validate=False)) for name in shown if name in charts}
+    return {"work": {"specs": specs, "cases": cases}, "others": others, "map": _map(run)}
+
+
+def _hundredths(points: pd.DataFrame) -> dict[str, list[Any]]:
+    """Columns with places in whole hundredths of a decade: a fifth of the size of a mark."""
+    found = {name: column.tolist() for name, column in points.items()}
+    for name in ("time", "calls", "error"):
+        found[name] = [None if math.isnan(value) else round(100 * value) for value in found[name]]
+    return found
+
+
+def _map(run: Run) -> dict[str, Any]:
+    """Verdicts of every scene, run or not, and integrator, a string a scene with three characters an integrator.
+
+    These are the verdict (its place in the list), the digits reached and the digits short of the attainable, both to
+    base 36, `-` where there are none. `why` has the first failure of cells without an ok setting.
+    """
+    looks = run.look
+    verdicts = list(style.STATUS_COLOURS)
+    columns_ = {name: i for i, name in enumerate(looks["series"])}
+    attainable = run.trusted.set_index(["scene", "integrator_id"])["attainable"]
+    parts = dict(list(run.matrix.groupby("scene", sort=False)))
+    rows = []
+    place_of = {name: i for i, name in enumerate(run.names)}
+    scenes = run.matrix.drop_duplicates("scene").sort_values(
+        "case", key=lambda column: column.map(place_of), kind="stable"
+    )
+    for scene in scenes.to_dict("records"):
+        cells, why = ["   "] * len(columns_), {}
+        for one in parts[scene["scene"]].to_dict("records"):
+            place = columns_[one["integrator_id"]]
+            digits = lost = "-"
+            if np.isfinite(one["best"]):
+                got = tables.digits(one["best"])
+                best = max(one["best"], 1e-17)
+                limit = max(float(attainable[scene["scene"], one["integrator_id"]]), 1e-17)
+                digits = np.base_repr(got, 36)
+                lost = np.base_repr(int(np.clip(round(np.log10(best / limit)), 0, 35)), 36)
+            elif one["reason"]:
+                why[place] = one["reason"]
+            cells[place] = f"{verdicts.index(one['verdict']):x}{digits}{lost}"
+        label = (scene["variant"] or "default") + (f" ({scene['formulation']})" if scene["formulation"] else "")
+        rows.append([scene["case"], label, "".join(cells), why])
+    look = looks[["series", "library"]].to_dict("list")
+    return {**look, "verdicts": verdicts, "letters": style.LETTERS, "rows": rows}
+
+
+def write_figures(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLevelMixin], folder: Path) -> None:
+    """Every chart as SVG and PNG: work-precision of the default scenes against time, and all others.
+
+    What an earlier report wrote and this one does not is removed: the files that its manifest lists, and no others.
+    """
+    specification = work_precision(run.look, "time")
+    wanted: dict[str, dict[str, Any]] = {name: chart.to_dict(validate=False) for name, chart in charts.items()}
+    for name, scenes in work.items():
+        for label, scene in scenes.items():
+            if not label.startswith("default"):
+                continue
+            subtitle = label.removeprefix("default").removeprefix(" · ")
+            title = {"text": run.titles[name], "subtitle": subtitle or "default numbers"}
+            wanted[slug(name) + (f"_{slug(subtitle)}" if subtitle else "")] = drawn(
+                specification, scene["points"], scene["limits"]
+            ) | {"title": title}
+    earlier = _listed(folder)
+    write_images(wanted, folder)
+    for name in earlier - set(wanted):
+        for suffix in SUFFIXES:
+            (folder / (name + suffix)).unlink(missing_ok=True)
+    (folder / MANIFEST).write_text(json.dumps(sorted(wanted), indent=0), encoding="utf-8")
+
+
+def slug(text: str) -> str:
+    """A file name for any text: its letters, digits and underscores in lower case; a hash where that is not the text."""
+    plain = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_")
+    if plain == text.replace(" ", "_") and 0 < len(plain) <= 60:
+        return plain
+    return f"{plain[:60] or 'unnamed'}_{hashlib.sha256(text.encode()).hexdigest()[:8]}"
+
+
+def _listed(folder: Path) -> set[str]:
+    """The figures that the manifest in a folder names; none where it is missing or is not a list of plain names."""
+    try:
+        names = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return set()
+    if not isinstance(names, list):
+        return set()
+    return {name for name in names if isinstance(name, str) and re.fullmatch(r"[A-Za-z0-9_]+", name)}

@@ -1,0 +1,149 @@
+"""The report's certificates of the exact motions, and the checks with their numerical opponents, from JSON files.
+
+certificates.json (`gnomon certify`) and checks.json (`--opponents`) are looked for in several folders. Where more than
+one holds a certificate of the same setting, that of the first counts.
+"""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from gnomon.harness.reporting import sidecars, tables
+from gnomon.harness.reporting.sidecars import FLAG, NUMBER, NUMBERS, SIZE, TEXT, Optional, one_of
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
+
+CERTIFICATES, CHECKS = "certificates.json", "checks.json"
+WAYS = {
+    "residual": "the equations of motion, by central differences of the exact motion at random times",
+    "taylor": "a Taylor integration of the equations in high precision, from start to end or from event to event",
+    "windows": "the same over short stretches of a long span, from the exact state at random times",
+    "group": "on a long span, x(2t) is x(t) from x(t), from half the span down to the first window",
+    "seams": "on a long span, no jump where formulas change their branch",
+    "extrapolation": "Gragg's midpoint rule, extrapolated, for motions that are Taylor integrations themselves",
+    "ball": "python-flint's balls around the result of other formulas: these digits are proved",
+    "invariants": "conserved quantities at random times",
+    "independent": "numbers without motion, by quadrature, eigenvalues or linear systems",
+    "rounding": "the published digits against many more",
+}
+SEVERITY = ("ok", "not_installed", "refused", "inaccurate", "diverged", "crashed")
+
+_CERTIFICATES = [
+    {
+        **{"case": TEXT, "variant": TEXT, "ways": NUMBERS, "digits": NUMBER, "passed": FLAG},
+        **{"required": Optional(NUMBER.or_null()), "worst": Optional(TEXT), "note": Optional(TEXT)},
+        "revision": Optional(TEXT.or_null()),  # null where it was made without git
+    }
+]
+_CHECKS = [
+    {
+        **{"check": TEXT, "variant": TEXT, "opponent": TEXT, "library": TEXT, "quantity": TEXT, "reason": TEXT},
+        **{"error": SIZE.or_null(), "seconds": SIZE.or_null(), "status": one_of(SEVERITY)},
+    }
+]
+
+
+def certified(*folders: Path) -> Markup:
+    """Both parts as HTML; empty where there are no files."""
+    environment = Environment(undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    source = (files("gnomon.harness.reporting") / "templates" / "report_checks.html.j2").read_text(encoding="utf-8")
+    rows = certificate_rows(*folders)
+    return Markup(
+        environment.from_string(source).render(
+            parts=[part for part in _parts(rows) if part["rows"]],
+            ways={way: text for way, text in WAYS.items() if any(way in row["ways"] for row in rows)},
+            revisions=sorted({row["revision"] for row in rows if row["revision"]}),
+            opponents=opponent_rows(*folders),
+        )
+    )
+
+
+def certified_lines(*folders: Path) -> list[str]:
+    """What the summary says of certificates: how many hold, and each one that does not."""
+    rows = certificate_rows(*folders)
+    if not rows:
+        return []
+    lines = [
+        f"{part['title']}: {part['confirmed']} of {len(part['rows'])} confirmed, {part['fewest']}"
+        for part in _parts(rows)
+        if part["rows"]
+    ]
+    return lines + [f"not confirmed: {_name(row)}, {row['digits']:.1f} digits" for row in rows if not row["passed"]]
+
+
+def certificate_rows(*folders: Path) -> list[dict[str, Any]]:
+    """The certificates, those of a case together, its default first."""
+    found: dict[tuple[str, str], dict[str, Any]] = {}
+    for folder in reversed(folders):
+        for row in _read(folder / CERTIFICATES, _CERTIFICATES):
+            variant = row["variant"] or "default"
+            found[row["case"], variant] = (
+                {"required": None, "worst": "", "note": "", "revision": ""} | row | {"variant": variant}
+            )
+    order = {case: position for position, case in enumerate(dict.fromkeys(case for case, _ in found))}
+    return sorted(found.values(), key=lambda row: (order[row["case"]], row["variant"] != "default"))
+
+
+def _parts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Default settings, and the hard variants."""
+    parts = []
+    for title, default in (("default settings", True), ("hard variants", False)):
+        chosen = [row for row in rows if (row["variant"] == "default") is default]
+        least = min(chosen, key=lambda row: float(row["digits"]), default=None)
+        fewest = f"the fewest digits are {least['digits']:.1f}, of {_name(least)}" if least else ""
+        failed = [_name(row) for row in chosen if not row["passed"]]
+        confirmed = len(chosen) - len(failed)
+        part = {"title": title, "rows": chosen, "confirmed": confirmed, "failed": failed, "fewest": fewest}
+        parts.append(part | {"grouped": not default})
+    return parts
+
+
+def opponent_rows(*folders: Path) -> list[dict[str, str]]:
+    """One row for each opponent of a check: its worst quantity at the default numbers, and on the hard variants."""
+    found: list[dict[str, Any]] = next(filter(None, (_read(folder / CHECKS, _CHECKS) for folder in folders)), [])
+    groups: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
+    for row in found:
+        groups.setdefault((row["check"], row["opponent"], row["library"]), []).append(row)
+    rows = []
+    for (check, opponent, library), own in groups.items():
+        default = _worst([row for row in own if row["variant"] == "default"])
+        hard = _worst([row for row in own if row["variant"] != "default"])
+        seconds = default["seconds"]
+        rows.append(
+            {
+                "check": check,
+                "opponent": opponent,
+                "library": library,
+                "default": _told(default),
+                "default_status": default["status"],
+                "quantity": default["quantity"],
+                "time": tables.time_text(seconds) if seconds is not None else "–",
+                "hard": _told(hard),
+                "hard_status": hard["status"],
+                "where": ", ".join(word for word in (hard["variant"], hard["quantity"]) if word),
+                "reason": hard["reason"],
+            }
+        )
+    return rows
+
+
+def _worst(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    nothing = {"status": "ok", "error": None, "seconds": None, "quantity": "", "variant": "", "reason": ""}
+    return max(rows, key=lambda row: (SEVERITY.index(row["status"]), row["error"] or 0), default=nothing)
+
+
+def _told(row: dict[str, Any]) -> str:
+    if row["error"] is None:
+        return "–" if row["status"] == "ok" else str(row["status"]).replace("_", " ")
+    return "0" if row["error"] == 0 else tables.short_text(row["error"])
+
+
+def _name(row: dict[str, Any]) -> str:
+    return str(row["case"]) if row["variant"] == "default" else f"{row['case']}/{row['variant']}"
+
+
+def _read(path: Path, shape: Any) -> list[dict[str, Any]]:
+    rows: list[dict[str, Any]] = sidecars.read(path, shape) if path.is_file() else []
+    return rows

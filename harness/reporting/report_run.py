@@ -1,0 +1,164 @@
+"""A results file, loaded and reduced once for all that a report says of it."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from gnomon.cases.core.case import Case
+from gnomon.cases.core.registry import case_class, installed_names
+from gnomon.harness.reporting import style, tables
+from gnomon.harness.results import analysis, store
+from gnomon.harness.running.plan import SIBLING
+from gnomon.harness.studies import model_hierarchy as ladders
+from gnomon.harness.studies.drift import rebuilt
+
+DECIMAL_STEPS = (1e-2, 1e-3, 1e-4)
+"""The steps at which engines are compared under their policies."""
+
+
+CHAPTERS = {
+    5: "5 Foundation principles",
+    6: "6 Dynamics of a particle",
+    7: "7 Momentum, work and energy",
+    8: "8 Systems of particles",
+    9: "9 Inertia",
+    10: "10 Rigid bodies",
+    11: "11 Advanced dynamics",
+}
+"""Of Beatty, Principles of Engineering Mechanics, volume 2, Dynamics."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """The measurements of a results file, and what follows from them."""
+
+    path: Path
+    frame: pd.DataFrame
+    reduced: pd.DataFrame
+    given: Mapping[str, type[Case]] = field(default_factory=dict)
+    """Cases that are not installed, by the name under which they ran."""
+
+    @classmethod
+    def read(cls, path: Path, given: Mapping[str, type[Case]] | None = None) -> Run:
+        """Raises ValueError for a file that is no results file, or an empty one."""
+        frame = analysis.tidy(store.load(path))
+        # A pair that the suite never asked for is no failure of the integrator, and would fill the maps.
+        frame = frame[frame["reason"] != SIBLING[1]]
+        if frame.empty:
+            raise ValueError(f"{path}: holds no measurement yet; run `gnomon run` first")
+        why = analysis.nothing_ran(frame)
+        if why is not None:
+            raise ValueError(f"{path}: nothing in it ran, so there is nothing to report ({why})")
+        return cls(path, frame, analysis.settings(frame), given or {})
+
+    @cached_property
+    def look(self) -> pd.DataFrame:
+        return style.styles(self.frame)
+
+    @cached_property
+    def equal(self) -> pd.DataFrame:
+        return analysis.equal_error(self.frame)
+
+    @cached_property
+    def matrix(self) -> pd.DataFrame:
+        """The status matrix, and the hard variants of installed cases that were not run."""
+        ran = analysis.status_matrix(self.reduced)
+        missing = analysis.not_run(
+            ran, {name: [variant.name for variant in found.variants] for name, found in self.classes.items()}
+        )
+        return tables.with_scenes(pd.concat([ran, missing], ignore_index=True) if len(missing) else ran)
+
+    @cached_property
+    def classes(self) -> dict[str, type[Case]]:
+        """The classes of the cases that are installed or were given. A results file never says what to import."""
+        installed = installed_names()
+        own = {name: case_class(name) for name in self.names if name in installed}
+        return own | {name: found for name, found in self.given.items() if name in self.names}
+
+    @cached_property
+    def trusted(self) -> pd.DataFrame:
+        return tables.with_scenes(analysis.trust(self.reduced))
+
+    @cached_property
+    def orders(self) -> pd.DataFrame:
+        return analysis.orders(self.reduced[self.reduced["variant"] == ""])
+
+    @cached_property
+    def names(self) -> list[str]:
+        """The cases in the order of the book."""
+        return sorted(dict.fromkeys(self.frame["case"]), key=lambda name: _place(self.sections[name]))
+
+    @cached_property
+    def chapters(self) -> dict[str, list[str]]:
+        """The cases of each chapter, by its number and title."""
+        found: dict[str, list[str]] = {}
+        for name in self.names:
+            found.setdefault(CHAPTERS.get(_place(self.sections[name])[0], "Other cases"), []).append(name)
+        return found
+
+    @cached_property
+    def titles(self) -> dict[str, str]:
+        return dict(self.frame.drop_duplicates("case")[["case", "title"]].to_numpy())
+
+    @cached_property
+    def sections(self) -> dict[str, str]:
+        """Where each case stands in Beatty, Dynamics."""
+        return dict(self.frame.drop_duplicates("case")[["case", "section"]].to_numpy())
+
+    @cached_property
+    def scenes(self) -> pd.DataFrame:
+        """Every scene that was run, in the order of the book, a case's variants together: case, variant, scene."""
+        ran = tables.with_scenes(self.frame.drop_duplicates(["case", "variant", "formulation"]))
+        place = {name: i for i, name in enumerate(self.names)}
+        return ran.sort_values("case", key=lambda column: column.map(place), kind="stable")
+
+    @cached_property
+    def cases(self) -> list[Case]:
+        """The default cases of the run in the order of the book, rebuilt from their stored numbers.
+
+        What is neither installed nor given is left out.
+        """
+        found = []
+        own = self.frame[self.frame["variant"] == ""].drop_duplicates("case").set_index("case", drop=False)
+        for row in own.loc[[name for name in self.names if name in own.index and name in self.classes]].to_dict(
+            "records"
+        ):
+            try:
+                found.append(rebuilt(self.classes[row["case"]], "", json.loads(row["numbers"]), float(row["span"])))
+            except ValueError:
+                continue
+        return found
+
+    @cached_property
+    def forms(self) -> dict[str, set[str]]:
+        """The forms that each case offers; of a case that is not known, those in which integrators took it."""
+        taken = {str(name): set(forms) for name, forms in self.frame.groupby("case")["form"]}
+        return taken | {case.name: {type(form).__name__ for form in case.all_forms()} for case in self.cases}
+
+    @cached_property
+    def ladders(self) -> pd.DataFrame:
+        return ladders.ladders(self.cases, self.equal, self.reduced)
+
+    @cached_property
+    def policies(self) -> pd.DataFrame:
+        """Engines under each policy at the decimal steps, where two policies gave an answer (diverged is one)."""
+        found = tables.with_scenes(analysis.policies(self.reduced).assign(formulation=""))
+        near = np.zeros(len(found), dtype=bool)
+        for step in DECIMAL_STEPS:
+            near |= np.isclose(found["setting"].to_numpy(float), step, rtol=1e-9)
+        answered = found[near & (found["error"].notna() | (found["status"] == "diverged"))]
+        several = answered.groupby(["scene", "library", "setting"])["policy"].transform("nunique") > 1
+        return answered[several].rename(columns={"library": "engine", "setting": "step"})
+
+
+def _place(section: str) -> tuple[int, ...]:
+    """The numbers of the first section named, to sort by; last where there is none."""
+    first = re.match(r"\d+(\.\d+)*", section)
+    return tuple(map(int, first[0].split("."))) if first else (99,)

@@ -1,0 +1,158 @@
+"""What the page and the summary say, in rows and words."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from gnomon.harness.reporting import findings, report_benchmarks, report_card, report_checks, style, tables
+from gnomon.harness.reporting.report_charts import Scenes
+from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.results import analysis, store
+from gnomon.harness.running.calls import PYTHON_CALL
+from gnomon.harness.studies.drift import laws
+
+
+def page_words(run: Run, folders: Sequence[Path], work: dict[str, Scenes]) -> dict[str, Any]:
+    """Everything that the page and the summary say but for the charts. `folders`: where certificates and benchmarks are
+    looked for, the first that has them."""
+    ran = run.reduced[~run.reduced["status"].isin(analysis.NEVER_RAN)]
+    own = ran[ran["variant"] == ""].drop_duplicates(["case", "formulation"])
+    scenes = [(name, formulation) for name in run.names for formulation in own.loc[own["case"] == name, "formulation"]]
+    growth, orders = (read(*folders) for read in (report_benchmarks.growth, report_benchmarks.orders))
+    kinds = report_card.kind_rows(run.equal, run.matrix, report_card.kinds(run.forms, run.names))
+    runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
+    return {
+        "results": "/".join(run.path.resolve().parts[-2:]),
+        "runs": runs,
+        "history": runs[-1],
+        "environment": together([each["environment"] for each in runs]),
+        "launches": launches_text(run.frame),
+        "scatter": scatter_text(run.frame),
+        "findings": findings.findings(run.equal, run.policies, kinds, run.matrix, run.trusted),
+        "kinds": kinds,
+        "card": report_card.card(run.equal, run.trusted, run.orders, run.matrix, growth, orders),
+        "card_heads": report_card.CARD,
+        "targets": [tables.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
+        "cases": _cases(run, work),
+        "counts": {
+            "cases": len(run.names),
+            "scenes": len(run.scenes),
+            "integrators": ran["integrator_id"].nunique(),
+            "libraries": ran["library"].nunique(),
+            "not_installed": sorted(set(run.frame["library"]) - set(ran["library"])),
+            "trials": len(ran),
+            "ran": int((ran["status"] != "skipped").sum()),
+            "measurements": int((~run.frame["status"].isin([*analysis.NEVER_RAN, "skipped"])).sum()),
+        },
+        "shares": tables.status_shares(run.reduced),
+        "overall": tables.overall(run.equal),
+        "fastest": tables.fastest(run.equal, scenes),
+        "chapters": run.chapters,
+        "first": str(run.frame["case"].iloc[0]),
+        "libraries": tables.libraries(run.equal),
+        "failures": tables.failure_groups(analysis.failures(run.reduced)),
+        "ladders": ladder_rows(run.ladders),
+        "engine_settings": engine_settings(run.frame),
+        "python_call": PYTHON_CALL,
+        "meanings": tables.MEANINGS,
+        "letters": {name: letter for name, letter in style.LETTERS.items() if letter.strip()},
+        "colours": style.STATUS_COLOURS,
+        "certified": report_checks.certified(*folders),
+        "certified_lines": report_checks.certified_lines(*folders),
+        "benchmarks": report_benchmarks.benchmarks(*folders),
+        "orders": orders,
+        "growth": growth,
+    }
+
+
+def _cases(run: Run, work: dict[str, Scenes]) -> list[dict[str, Any]]:
+    """Each case with its scenes and the rows of its tables."""
+    times = tables.equal_error_rows(run.equal, run.reduced)
+    grown = laws(run.path, run.frame, run.frame["variant"] == "", run.classes)
+    parts = analysis.anatomy(run.frame[run.frame["variant"] == ""])
+    stability = tables.stability_rows(run.matrix, run.trusted, run.orders, grown, parts)
+    return [
+        {
+            "name": name,
+            "title": run.titles[name],
+            "section": run.sections[name],
+            "stresses": {label: scene["stresses"] for label, scene in work[name].items()},
+            "times": times.get(name, []),
+            "stability": stability.get(name, []),
+        }
+        for name in run.names
+    ]
+
+
+def launches_text(frame: pd.DataFrame) -> str:
+    """How the times on the default scenes were taken: cases may be launched more often than others."""
+    counts = frame[frame["variant"] == ""].groupby("case")["launch"].max()
+    if counts.empty or counts.max() == 1:
+        return "from one launch"
+    most = counts == counts.max()
+    text = f"medians of {counts.max()} launches"
+    rest = "one launch" if counts[~most].max() == 1 else "fewer"
+    return text if most.all() else f"{text} on {most.sum()} of the {len(counts)} cases, {rest} on the others"
+
+
+def scatter_text(frame: pd.DataFrame) -> str:
+    """By how much two launches of one setting differ in this run; empty where nothing was launched twice."""
+    timed = frame[(frame["status"] == "ok") & (frame["seconds_median"] > 0)]
+    launches = timed.groupby([*analysis.SERIES, "setting"])["seconds_median"].apply(np.array)
+    apart = [max(a, b) / min(a, b) for times in launches for a, b in itertools.combinations(times, 2)]
+    if not apart:
+        return ""
+    half, most = np.quantile(apart, [0.5, 0.9])
+    return (
+        f"two launches of one setting were within {half:.2f} times of each other in half of all pairs, within {most:.1f}"
+        " times in nine of ten"
+    )
+
+
+def together(environments: Sequence[dict[str, str | None]]) -> dict[str, str]:
+    """The environments of several runs in one file as one: what changed between them is listed in their order."""
+    found: dict[str, list[str]] = {}
+    for each in environments:
+        for name, value in each.items():
+            known = found.setdefault(name, [])
+            if value is not None and value not in known:
+                known.append(value)
+    return {name: ", ".join(values) for name, values in found.items()}
+
+
+def ladder_rows(rungs: pd.DataFrame) -> list[dict[str, Any]]:
+    """Ladders in words: error without each effect and time with it."""
+    rows = []
+    for rung in rungs.to_dict("records"):
+        cost = f"{rung['ratio']:.2f}" if np.isfinite(rung["ratio"]) else "–"
+        rows.append(
+            rung
+            | {
+                "error": tables.short_text(rung["error"]) if rung["error"] else "0",
+                "early": tables.short_text(rung["early"]) if rung["early"] else "0",
+                "cost": cost,
+                "seconds": tables.time_text(rung["seconds"]),
+            }
+        )
+    return rows
+
+
+def engine_settings(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """Engine settings changed, gathered by engine and setting: values and the policies that set them."""
+    changed = analysis.changed_settings(frame)
+    grouped = changed.groupby(["library", "setting", "value"], sort=False)
+    return [
+        {
+            "library": library,
+            "setting": setting,
+            "value": value,
+            "integrators": list(dict.fromkeys(part["integrator_id"])),
+            "cases": list(dict.fromkeys(case for cases in part["case"] for case in cases)),
+        }
+        for (library, setting, value), part in grouped
+    ]

@@ -1,0 +1,364 @@
+"""The rows of the report's tables, in words: numbers with their units, statuses with their reasons."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from gnomon.harness.results.analysis import NEVER_RAN, SERIES, STATUSES, TARGETS, preparations
+
+MEANINGS = {
+    "ok": "ran, and its error is a true measure of its accuracy at this setting",
+    "inaccurate": "ran, but its error is above 0.1 of the motion's size and above 10 times the conditioning",
+    "diverged": "not finite, or the error is larger than the motion itself",
+    "refused": "the integrator declined, or gave back the initial state without taking a step",
+    "timeout": "passed the time limit of a trial and was stopped",
+    "crashed": "the process died, raised, or returned the wrong shape",
+    "out_of_memory": "needed more memory than a worker may take",
+    "interrupted": "the worker was ended from outside, or the machine had no memory or disk left; the next run repeats it",
+    "skipped": "not started: predicted to pass the time limit, or the setting before already had",
+    "unsupported": "the integrator does not take a form that the scene offers, or lacks something it needs",
+    "not_installed": "the library is not installed on this machine",
+}
+
+SCENE_AND_NAME = ("case", "formulation", "integrator_id")
+LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
+
+
+def counted(number: int, noun: str) -> str:
+    """A number with its noun, in the plural where it is not one: 1 case, 2 cases, 0 libraries."""
+    if number == 1:
+        return f"1 {noun}"
+    return f"{number} {noun[:-1]}ies" if noun.endswith("y") else f"{number} {noun}s"
+
+
+def time_text(seconds: float) -> str:
+    """A time to three figures with its unit."""
+    if not math.isfinite(seconds):
+        return "–"
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if seconds >= 0.9995 * size:  # what rounds to 1000 of a unit is 1 of the next
+            return f"{_three(seconds / size)} {unit}"
+    return f"{_three(seconds * 1e9)} ns"
+
+
+def _three(value: float) -> str:
+    return f"{value:.0f}" if value >= 99.5 else f"{value:.1f}" if value >= 9.95 else f"{value:.2f}"
+
+
+def error_text(error: float) -> str:
+    """An error to two figures, as 1.2e-9."""
+    if not math.isfinite(error):
+        return "–"
+    mantissa, _, exponent = f"{error:.1e}".partition("e")
+    return f"{mantissa}e{int(exponent)}"
+
+
+def short_text(value: float) -> str:
+    """A number to two figures, as it reads most easily: 0.43, 12, 1.2e-9."""
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.2g}" if 0.01 <= value < 100 else f"{value:.0f}" if 100 <= value < 1000 else error_text(value)
+
+
+def overhead_text(seconds: float) -> str:
+    """The time of a null call, which the time beside it is without; nothing where none was measured."""
+    return f" + {time_text(seconds)} a call" if math.isfinite(seconds) else ""
+
+
+def preparation_text(seconds: float) -> str:
+    """What was computed before the time beside it; nothing where none was measured."""
+    return f"prepared in {time_text(seconds)}" if math.isfinite(seconds) else ""
+
+
+def spread_text(row: Mapping[str, Any]) -> str:
+    """The range of the error over turned starts, where the error is their median; else nothing."""
+    if not row.get("turned_starts", 0) > 0:
+        return ""
+    worst = error_text(row["error_high"]) if math.isfinite(row["error_high"]) else "not finite"
+    return f"{error_text(row['error_low'])} to {worst} over {row['turned_starts']:.0f} orientations"
+
+
+def digits(error: float) -> int:
+    """The decimal digits that an error leaves right; 17 where it is zero."""
+    return 17 if error == 0 else max(math.floor(-math.log10(error)), 0)
+
+
+def ratio_text(ratio: float) -> str:
+    """A ratio to two or three figures."""
+    if not math.isfinite(ratio):
+        return "–"
+    return f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:,.0f}".replace(",", "\u202f")
+
+
+def scene_name(case: str, variant: str, formulation: str) -> str:
+    """How a scene is written everywhere: case/variant (formulation)."""
+    return case + (f"/{variant}" if variant else "") + (f" ({formulation})" if formulation else "")
+
+
+def with_scenes(table: pd.DataFrame) -> pd.DataFrame:
+    columns = zip(table["case"], table["variant"], table["formulation"], strict=True)
+    return table.assign(scene=[scene_name(*names) for names in columns])
+
+
+@dataclass
+class Cell:
+    """A table cell: its text, a small second line, its class for the style sheet, and what a narrow page leaves out."""
+
+    text: str
+    note: str = ""
+    kind: str = ""
+    aside: str = ""
+
+
+@dataclass
+class Row:
+    """A table row: its heading and its cells."""
+
+    head: str
+    cells: list[Cell]
+    group: str = ""
+    note: str = field(default="")
+
+
+def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]:
+    """Per case and formulation, the fastest integrator at each target, with all that tie with it.
+
+    Times are without the null call, which is named beside them, as is the time of a preparation.
+    """
+    own = equal[equal["variant"] == ""].sort_values("seconds")
+    found = {key: part.to_dict("records") for key, part in own.groupby(["case", "formulation", "target"], sort=False)}
+    rows = []
+    for case, formulation in scenes:
+        cells = []
+        for target in TARGETS:
+            at = found.get((case, formulation, target))
+            if at is None:
+                cells.append(Cell("not reached", kind="none"))
+                continue
+            tied = [row["integrator_id"] for row in at if row["tied"]]
+            others = ", ".join(tied[1:4]) + (" …" if len(tied) > 4 else "")
+            bound = "≤ " if at[0]["at_loosest"] else ""
+            time = bound + time_text(at[0]["seconds"]) + overhead_text(at[0]["overhead"])
+            notes = time, preparation_text(at[0]["preparation"]), f"on a par: {others}" if others else ""
+            cells.append(Cell(str(at[0]["integrator_id"]), " · ".join(filter(None, notes))))
+        rows.append(Row(case, cells, note=formulation))
+    return rows
+
+
+def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
+    """Over all default scenes, the integrators that are most often fastest or on a par at some error, and how often.
+
+    The `shown` first at each error; the note says on how many cases each gets there, and the median of its time over
+    the fastest's there. The row's note is the median time of a preparation, over the cases where it gets to any error.
+    """
+    own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
+    cases = own.groupby("target")["case"].nunique()
+    grouped = own.groupby(["integrator_id", "target"])
+    counts = grouped.agg(wins=("tied", "sum"), reached=("case", "nunique"), ratio=("ratio", "median"))
+    chosen: set[str] = set()
+    for target in TARGETS:
+        at = counts[counts.index.get_level_values("target") == target]
+        chosen |= {name for name, _ in at[at["wins"] > 0].nlargest(shown, ["wins", "reached"]).index}
+    found = {(str(name), target): row for (name, target), row in counts.to_dict("index").items()}
+    preparing = own.drop_duplicates(["integrator_id", "case"]).groupby("integrator_id")["preparation"].median()
+    rows = []
+    for name in sorted(chosen):
+        cells, wins = [], []
+        for target in TARGETS:
+            at = found.get((name, target), {"wins": 0, "reached": 0, "ratio": math.nan})
+            wins.append(int(at["wins"]))
+            note = f"reaches {at['reached']} of {cases.get(target, 0)} · {ratio_text(at['ratio'])}\N{NO-BREAK SPACE}×"
+            cells.append(Cell(f"fastest on {at['wins']}" if at["wins"] else "–", note, "" if at["reached"] else "none"))
+        rows.append((-wins[1], -sum(wins), Row(name, cells, note=preparation_text(preparing[name]))))
+    return [row for *_, row in sorted(rows, key=lambda each: each[:2])]
+
+
+def libraries(equal: pd.DataFrame) -> list[Row]:
+    """Each library's fastest against the fastest of all: median ratio over the default scenes that it reached."""
+    own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
+    rows = []
+    for library in own["library"].drop_duplicates():
+        cells = []
+        for target in TARGETS:
+            at = own[own["target"] == target]
+            best = at[at["library"] == library].groupby("case")["ratio"].min()
+            reached, scenes = len(best), at["case"].nunique()
+            cells.append(
+                Cell(f"{ratio_text(float(best.median()))} ×", f"{reached} of {counted(scenes, 'case')}")
+                if reached
+                else Cell("–", f"0 of {counted(scenes, 'case')}", "none")
+            )
+        rows.append(Row(str(library), cells))
+    return sorted(rows, key=lambda row: row.head != "gnomon")
+
+
+def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, list[Row]]:
+    """By case, time at equal error of every integrator that ran its default scene, fastest at 1e-6 first.
+
+    Times are without the null call, which is named with the range over launches. The last cell is the median time of a
+    preparation: what is computed there is in none of the others.
+    """
+    reached = _by_key(equal[equal["variant"] == ""], *SCENE_AND_NAME, "target")
+    ran = reduced[(reduced["variant"] == "") & ~reduced["status"].isin(NEVER_RAN)]
+    preparing = preparations(ran).groupby(list(SCENE_AND_NAME)).first().to_dict()
+    found: dict[str, list[tuple[Any, Row]]] = {}
+    for case, formulation, name in sorted(_by_key(ran, *SCENE_AND_NAME)):
+        cells, place = [], [math.inf] * len(TARGETS)
+        for i, target in enumerate(TARGETS):
+            at = reached.get((case, formulation, name, target))
+            if at is None:
+                cells.append(Cell("–", kind="none"))
+                continue
+            place[i] = float(at["seconds"])
+            spread = f"{time_text(at['low'])} – {time_text(at['high'])}" if at["launches"] > 1 else "one launch"
+            text = ("≤ " if at["at_loosest"] else "") + time_text(at["seconds"])
+            ratio = "fastest" if at["ratio"] == 1 else "on a par" if at["tied"] else f"{ratio_text(at['ratio'])} ×"
+            aside = f" ·{overhead_text(at['overhead'])} · {spread}" if math.isfinite(at["overhead"]) else f" · {spread}"
+            cells.append(Cell(text, ratio, "best" if at["tied"] else "", aside))
+        preparation = preparing[case, formulation, name]
+        cells.append(Cell(time_text(preparation)) if math.isfinite(preparation) else Cell("–", kind="none"))
+        row = Row(str(name), cells, group=str(formulation))
+        found.setdefault(case, []).append(((formulation, place[1], place[0], place[2]), row))
+    return {case: [row for _, row in sorted(rows, key=lambda pair: pair[0])] for case, rows in found.items()}
+
+
+def stability_rows(
+    matrix: pd.DataFrame, trusted: pd.DataFrame, orders: pd.DataFrame, laws: pd.DataFrame, parts: pd.DataFrame
+) -> dict[str, list[Row]]:
+    """By case, status, best error, order or error over tolerance, its parts and drift of each integrator on the default
+    scene.
+
+    The frames are those of `analysis.status_matrix`, `trust`, `orders`, `drift.laws` and `analysis.anatomy`.
+    """
+    chosen = matrix[(matrix["variant"] == "") & ~matrix["verdict"].isin(NEVER_RAN)]
+    trusts, measured, anatomies = (_by_key(frame, *SERIES) for frame in (trusted, orders, parts))
+    drifts: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    for law in laws.to_dict("records"):
+        drifts.setdefault(tuple(law[column] for column in SERIES), []).append(law)
+    rows: dict[str, list[Row]] = {}
+    for key, series in _by_key(chosen, *SERIES).items():
+        trial = trusts[key]
+        status = Cell(f"{series['ok']} of {series['settings']} ok", _first(series), series["verdict"])
+        best = Cell(error_text(trial["best"]), kind="none" if not math.isfinite(trial["best"]) else "")
+        if math.isfinite(trial["best"]):
+            above = trial["best"] / max(trial["attainable"], 1e-300)
+            best.note = f"{short_text(above)} × attainable" if above >= 1 else "at the attainable"
+            spread = spread_text(trial)
+            best.aside = f" · {spread}" if spread else ""
+        knob = _order(measured.get(key))
+        if math.isfinite(trial["over_tolerance"]):
+            knob = Cell(
+                f"{short_text(trial['over_tolerance'])} × tolerance",
+                f"worst {short_text(trial['worst_over_tolerance'])} ×",
+            )
+        cells = [status, best, knob, _parts(anatomies.get(key)), *_drift(drifts.get(key))]
+        rows.setdefault(key[0], []).append(Row(key[-1], cells, group=key[2]))
+    return rows
+
+
+def _by_key(table: pd.DataFrame, *columns: str) -> dict[tuple[Any, ...], dict[str, Any]]:
+    """The rows by what these columns hold; the first of several."""
+    found: dict[tuple[Any, ...], dict[str, Any]] = {}
+    for row in table.to_dict("records"):
+        found.setdefault(tuple(row[column] for column in columns), {str(name): value for name, value in row.items()})
+    return found
+
+
+def _first(series: dict[str, Any]) -> str:
+    if series["failure"] == "skipped":
+        return f"{series['counts']['skipped']} beyond the time limit"
+    return f"{series['failure']}: {series['reason']}" if series["failure"] else ""
+
+
+def _order(found: dict[str, Any] | None) -> Cell:
+    if found is None:
+        return Cell("–", kind="none")
+    declared = f"declared {found['declared']:.0f}" if math.isfinite(found["declared"]) else ""
+    if math.isfinite(found["order"]):
+        return Cell(f"order {found['order']:.2f} ± {found['margin']:.2f}", declared)
+    if found["why"] or not math.isfinite(found["lowest"]):
+        return Cell("–", "; ".join(word for word in (found["why"], declared) if word), "none")
+    bent = f"slopes from {found['lowest']:.1f} to {found['highest']:.1f}"
+    return Cell("no line", "; ".join(word for word in (bent, declared) if word), "none")
+
+
+def _parts(found: dict[str, Any] | None) -> Cell:
+    """The error along the motion and across it, turns that angles lost, events against the exact ones."""
+    if found is None:
+        return Cell("–", kind="none")
+    words, note = [], ""
+    if math.isfinite(found["error_phase"]):
+        words.append(f"phase {error_text(found['error_phase'])}")
+        note = f"shape {error_text(found['error_shape'])}"
+    if math.isfinite(found["events_missing"]):
+        missing, extra = int(found["events_missing"]), int(found["events_extra"])
+        missed = [f"{n} {word}" for n, word in ((missing, "missing"), (extra, "too many")) if n]
+        words.append("events: " + (", ".join(missed) or "all"))
+        note = f"times within {error_text(found['events_time_error'])} s"
+    if found["turns"] > 0:
+        note += f"{'; ' if note else ''}up to {found['turns']:.0f} turns off"
+    return Cell("; ".join(words), note) if words or note else Cell("–", kind="none")
+
+
+def _drift(laws: list[dict[str, Any]] | None) -> list[Cell]:
+    """Two cells: the law of the error's growth, and those of the invariants."""
+    if laws is None:
+        return [Cell("–", kind="none"), Cell("–", kind="none")]
+    words = {law["quantity"]: (*_growth(law), error_text(law["size"])) for law in laws}
+    law, power, size = words.pop("error", ("–", "", ""))
+    note = "; ".join(word for word in (power, f"reaches {size}" if size else "") if word)
+    first = Cell(law, note, "" if size else "none")
+    if not words:
+        return [first, Cell("–", "no constant invariant", "none")]
+    text = "; ".join(
+        f"{name.replace('_', ' ')}: {', '.join(word for word in (law, power) if word not in ('', '–'))} ({size})"
+        for name, (law, power, size) in words.items()
+    )
+    return [first, Cell("", text)]
+
+
+def _growth(found: dict[str, Any]) -> tuple[str, str]:
+    """The law, – where the power's interval holds several, and the power with its interval."""
+    power = ""
+    if math.isfinite(found["power"]):
+        power = f"power {found['power']:.2f} ({found['low']:.2f} to {found['high']:.2f})"
+    return LAWS.get(found["law"], found["law"]) or "–", power
+
+
+def failure_groups(failed: pd.DataFrame) -> list[dict[str, Any]]:
+    """Failures by status, then integrator: how many trials, where, and one reason in its own words."""
+    groups = []
+    for status in STATUSES:
+        part = failed[failed["status"] == status]
+        if part.empty:
+            continue
+        rows = []
+        for name, mine in part.groupby("integrator_id", sort=True):
+            where = list(dict.fromkeys(scene for scenes in mine["where"] for scene in scenes))
+            reasons = list(dict.fromkeys(reason for reason in mine["reason"] if reason))
+            rows.append(
+                {
+                    "integrator": name,
+                    "trials": int(mine["trials"].sum()),
+                    "where": where,
+                    "reasons": reasons[:2],
+                    "more": max(len(reasons) - 2, 0),
+                }
+            )
+        groups.append(
+            {"status": status, "meaning": MEANINGS[status], "trials": int(part["trials"].sum()), "rows": rows}
+        )
+    return groups
+
+
+def status_shares(reduced: pd.DataFrame) -> list[dict[str, Any]]:
+    """How many trials ended in each status, of those that could run."""
+    counts = reduced["status"].value_counts()
+    ran = [name for name in STATUSES if name in counts.index and name not in NEVER_RAN]
+    total = float(np.sum([counts[name] for name in ran])) or 1.0
+    return [{"status": name, "trials": int(counts[name]), "share": counts[name] / total} for name in ran]

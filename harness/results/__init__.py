@@ -1,0 +1,1 @@
+"""Results on disk, their analysis, and the comparison of two runs."""

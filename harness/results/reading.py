@@ -1,0 +1,109 @@
+"""What is in a results file: measurements, sampled states, runs. Read through `opening`, which checks it first."""
+
+from __future__ import annotations
+
+import sqlite3
+import zlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.sampling import SAMPLES
+from gnomon.harness.results import opening, schema
+from gnomon.harness.results.schema import Damaged
+from gnomon.harness.results.visible import visible
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+LOADED = ("runs", "trials", "planned", "measurements", "settings_changed")
+"""The tables whose rows `load` reads."""
+IN_LINES = ("reason", "output")
+"""The texts that may have several lines."""
+
+_CURRENT = """
+SELECT {trials}, {measurements}, runs.suite,
+    (SELECT json_group_object(name, value) FROM settings_changed s WHERE s.measurement = measurements.measurement)
+        AS settings_changed
+FROM measurements JOIN trials USING (trial_key) JOIN runs USING (run)
+WHERE {condition} ORDER BY trials.rowid, measurements.launch, measurements.measurement
+"""
+_NOT_SUPERSEDED = """
+measurements.trial_key IN (SELECT trial_key FROM planned
+                           WHERE (series, run) IN (SELECT series, max(run) FROM planned GROUP BY series))
+AND measurements.measurement IN (SELECT max(measurement) FROM measurements GROUP BY trial_key, launch)
+"""
+
+
+def load(path: str | Path, superseded: bool = False) -> Any:
+    """A pandas DataFrame with one row a measurement, the columns of a trial beside those of its measurement.
+
+    What a later run in the same file replaced (edited source, other settings) is left out unless `superseded`.
+    `path` is a results file or a folder that holds `results.sqlite`. Columns that a file of an older schema lacks are
+    null. Characters that would steer a terminal are spelled out, as \\x1b. Raises ValueError where it is neither, and
+    for a file that is damaged.
+    """
+    import pandas
+
+    condition = "1" if superseded else _NOT_SUPERSEDED
+    with opening.reading(path, LOADED) as db:
+        columns = {table: schema.selected(table, schema.version(db)) for table in ("trials", "measurements")}
+        cursor = db.execute(_CURRENT.format(condition=condition, **columns))
+        frame = pandas.DataFrame(cursor.fetchall(), columns=[column[0] for column in cursor.description])
+    frame = frame.loc[:, ~frame.columns.duplicated()]  # trial_key comes from both tables
+    for name in frame.select_dtypes(exclude="number").columns:
+        texts = {text: visible(text, name in IN_LINES) for text in frame[name].unique() if isinstance(text, str)}
+        if any(text != shown for text, shown in texts.items()):
+            frame[name] = frame[name].map(lambda text, texts=texts: texts.get(text, text))
+    frame["work"] = frame["rhs_calls"].fillna(frame["steps"])
+    return frame
+
+
+def states(path: str | Path, measurements: Sequence[int] | None = None) -> dict[int, Floats]:
+    """Sampled states (64, dim) by measurement number, in the coordinates of the case; all where None are named.
+
+    Raises ValueError as `load` does.
+    """
+    query = "SELECT measurement, dimension, states FROM sampled_states"
+    with opening.reading(path, ["sampled_states"]) as db:
+        if measurements is None:
+            rows = db.execute(query).fetchall()
+        else:
+            found = (db.execute(f"{query} WHERE measurement = ?", (int(number),)) for number in measurements)
+            rows = [row for each in found for row in each]
+        return {number: _array(number, dimension, blob) for number, dimension, blob in rows}
+
+
+def _array(number: int, dimension: int, blob: bytes) -> Floats:
+    size = SAMPLES * dimension * 8
+    unpacker = zlib.decompressobj()
+    try:
+        content = unpacker.decompress(blob, size + 1)  # never more than there should be
+    except zlib.error as error:
+        raise Damaged(f"table sampled_states, row {number}: {error}") from None
+    if len(content) != size or not unpacker.eof:
+        raise Damaged(f"table sampled_states, row {number}: it holds no {SAMPLES} states of {dimension} numbers")
+    return np.frombuffer(content, dtype="<f8").reshape(SAMPLES, dimension)
+
+
+def runs(path: str | Path) -> list[dict[str, Any]]:
+    """Every run in the file, oldest first: run, started, ended, suite, command and `environment`, a dict.
+
+    Raises ValueError as `load` does.
+    """
+    with opening.reading(path, ["runs", "environment"]) as db:
+        db.row_factory = sqlite3.Row
+        columns = schema.selected("runs", schema.version(db))
+        found = [
+            {name: _shown(row[name]) for name in schema.TABLES["runs"]}
+            for row in db.execute(f"SELECT {columns} FROM runs ORDER BY run")
+        ]
+        for run in found:
+            rows = db.execute("SELECT name, value FROM environment WHERE run = ?", (run["run"],))
+            run["environment"] = {visible(name): _shown(value) for name, value in rows}
+    return found
+
+
+def _shown(value: Any) -> Any:
+    return visible(value) if isinstance(value, str) else value

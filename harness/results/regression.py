@@ -1,0 +1,166 @@
+"""Whether a run got worse than a base: for CI.
+
+What the base measured and the run did not is never passed over: it is a regression, or counted as not compared.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from gnomon.harness.results.values import SCORED, TRIES
+
+SERIES = ["case", "variant", "formulation", "integrator_id"]
+COLUMNS = [
+    "setting", "setting_kind", "numbers", "span", "status", "reason", "limit_seconds", "repeats", "turned_starts",
+    "error_max", "floor", "conditioning", "rhs_calls", "seconds_median",
+]  # fmt: skip
+ERROR_FACTOR = 2.0
+"""A series is worse where the median ratio of errors at equal settings is above this: the last bits of libm and FMA
+move single errors of adaptive methods by more, their median hardly."""
+SINGLE_FACTOR = 30.0
+"""One setting alone is worse above this ratio: switching off FMA was seen to move one error from .0016 to .046."""
+CALLS_FACTOR = 1.1
+"""Right-hand sides are exact on one machine and vary by .3 % between builds."""
+ORDER_LOSS = 0.3
+RANK = {status: rank for rank, status in enumerate(SCORED)}
+ANSWERED = (*SCORED, "refused", "crashed", "out_of_memory")
+"""The statuses in which the integrator had its say; in the others the clock, the machine or the plan had."""
+STOPPED = ("timeout", "skipped")
+
+
+@dataclass
+class Verdict:
+    """Lines that say what got worse, how much was compared, and notes that need nobody's attention."""
+
+    compared: int = 0
+    """Series of which at least one setting was compared."""
+    settings: int = 0
+    regressions: list[str] = field(default_factory=list)
+    not_compared: Counter[str] = field(default_factory=Counter)
+    """How many settings of the base were not compared, by reason."""
+    notes: list[str] = field(default_factory=list)
+
+
+def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
+    """Compare two frames of `gnomon.harness.load`, series by series, at the settings that both have.
+
+    A series that the run lacks is a regression unless `allow_missing`; so is one of which nothing can be compared.
+    Raises ValueError where that is so of all.
+    """
+    verdict = Verdict()
+    before, after = (dict(list(_used(frame).groupby(SERIES))) for frame in (base, run))
+    before = {name: rows for name, rows in before.items() if rows["status"].isin(ANSWERED).any()}
+    if not before:
+        raise ValueError("nothing ran in the base, so there is nothing to compare with; give another base")
+    if not set(before) & set(after):
+        raise ValueError("the two runs have no case and integrator in common; run the same cases")
+    incomparable: list[str] = []
+    for name in before:
+        if name in after:
+            _series(" ".join(name), before[name], after[name], verdict, incomparable)
+    if not verdict.compared and not verdict.regressions:
+        raise ValueError(f"no setting of the two runs can be compared: {reasons(verdict.not_compared)}")
+    verdict.regressions += incomparable
+    missing = [name for name in before if name not in after]
+    if missing:
+        lacking = sum(before[name]["status"].isin(ANSWERED).sum() for name in missing)
+        verdict.not_compared["their series is not in the run"] += int(lacking)
+        line = f"{len(missing)} series of the base are not in the run, the first: {' '.join(missing[0])}"
+        (verdict.notes if allow_missing else verdict.regressions).append(line)
+    return verdict
+
+
+def _used(frame: Any) -> Any:
+    """What is compared of a frame: its first launch, numbers where they may be null."""
+    frame = frame.loc[frame["launch"] == 1, [*SERIES, *COLUMNS]]
+    filled = {"turned_starts": 0.0, "repeats": 1.0, "limit_seconds": math.nan}
+    return frame.assign(**{name: frame[name].astype(float).fillna(value) for name, value in filled.items()})
+
+
+def reasons(counted: Counter[str]) -> str:
+    """Counts by reason in words."""
+    return ", ".join(f"{count} because {reason}" for reason, count in counted.most_common())
+
+
+def _series(name: str, before: Any, after: Any, verdict: Verdict, incomparable: list[str]) -> None:
+    answered = before[before["status"].isin(ANSWERED)]
+    pairs = answered.merge(after, on="setting", how="left", suffixes=("", "_after"))
+    hangs = ((after["status"] == "timeout") & (after["repeats"] >= TRIES)).any()
+    why_not = [_why_not(row, hangs) for row in pairs.itertuples()]
+    left_out = Counter(reason for reason in why_not if reason is not None)
+    verdict.not_compared += left_out
+    both = pairs[[reason is None for reason in why_not]]
+    if len(both):
+        verdict.compared += 1
+        verdict.settings += len(both)
+    _statuses(name, both, verdict)
+    if (before["status"] == "ok").any() and not (after["status"] == "ok").any():
+        counts = ", ".join(f"{count} {status}" for status, count in after["status"].value_counts().items())
+        verdict.regressions.append(f"{name}: ok in the base, no setting is ok any more ({counts})")
+    elif both.empty:
+        incomparable.append(f"{name}: no setting can be compared ({reasons(left_out)})")
+    _numbers(name, both, verdict)
+
+
+def _why_not(row: Any, hangs: bool) -> str | None:
+    """Why a setting of the base cannot be compared with that of the run, None where it can."""
+    status = row.status_after
+    if not isinstance(status, str):
+        return "the run has no such setting"
+    if (row.numbers, row.span) != (row.numbers_after, row.span_after):
+        return "the numbers of the case are others in the run"
+    if status == "interrupted":
+        return "the trial was interrupted in the run"
+    if status in STOPPED:
+        if row.limit_seconds_after < row.limit_seconds:
+            return f"the trial is {status} under a lower limit than the base had"
+        lasting = row.status == "ok" and row.limit_seconds_after >= row.limit_seconds and hangs
+        return None if lasting else f"the trial is {status} in the run"
+    if row.status in SCORED and status in SCORED and row.turned_starts != row.turned_starts_after:
+        return "errors are medians over turned starts in one of the two alone"
+    return None
+
+
+def _statuses(name: str, both: Any, verdict: Verdict) -> None:
+    """A line for each kind of change for the worse, with the first setting and reason."""
+    worse: dict[tuple[str, str], list[Any]] = {}
+    for row in both.itertuples():
+        if RANK.get(row.status_after, 3) > RANK.get(row.status, 3):
+            worse.setdefault((row.status, row.status_after), []).append(row)
+    for (was, became), rows in worse.items():
+        more = f" and {len(rows) - 1} more" if len(rows) > 1 else ""
+        line = f"{name} at {rows[0].setting:g}{more}: {was} became {became} {rows[0].reason_after or ''}"
+        verdict.regressions.append(line.rstrip())
+
+
+def _numbers(name: str, both: Any, verdict: Verdict) -> None:
+    """What settings that are ok in both say of errors, right-hand sides, order and time."""
+    sound = both[(both["status"] == "ok") & (both["status_after"] == "ok")]
+    attainable = np.maximum(10 * sound["conditioning"], 10 * sound["floor"])
+    ratios = np.maximum(sound["error_max_after"], attainable) / np.maximum(sound["error_max"], attainable)
+    if len(ratios) and np.median(ratios) > ERROR_FACTOR:
+        verdict.regressions.append(f"{name}: errors are {np.median(ratios):.2g} times those of the base")
+    for setting, ratio in zip(sound["setting"], ratios, strict=True):
+        if ratio > SINGLE_FACTOR:
+            verdict.regressions.append(f"{name} at {setting:g}: the error is {ratio:.2g} times that of the base")
+    calls = (sound["rhs_calls_after"] / sound["rhs_calls"]).dropna()
+    if len(calls) and np.median(calls) > CALLS_FACTOR:
+        verdict.regressions.append(f"{name}: {np.median(calls):.2f} times the right-hand sides of the base")
+    orders = [_order(sound["setting"], sound[column], attainable) for column in ("error_max", "error_max_after")]
+    if (sound["setting_kind"] == "step").any() and orders[1] < orders[0] - ORDER_LOSS:
+        verdict.regressions.append(f"{name}: order {orders[0]:.2f} became {orders[1]:.2f}")
+    seconds = (sound["seconds_median_after"] / sound["seconds_median"]).dropna()
+    if len(seconds) and np.median(seconds) > 1.5:
+        verdict.notes.append(f"{name}: {np.median(seconds):.2g} times the time of the base (advisory)")
+
+
+def _order(settings: Any, errors: Any, attainable: Any) -> float:
+    """The slope of error over step where the error is well above what is attainable; nan for fewer than 4 points."""
+    use = (errors > 30 * attainable) & (errors < 1e-2)
+    if use.sum() < 4:
+        return math.nan
+    return float(np.polyfit(np.log(settings[use].astype(float)), np.log(errors[use].astype(float)), 1)[0])

@@ -1,0 +1,184 @@
+"""The results of a run: one SQLite file, append-only, that another process may read while the run writes it."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import zlib
+from collections.abc import Iterable, Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from gnomon.harness.results import opening, schema
+from gnomon.harness.results.export import export as export
+from gnomon.harness.results.opening import results_file as results_file
+from gnomon.harness.results.reading import load as load
+from gnomon.harness.results.reading import runs as runs
+from gnomon.harness.results.reading import states as states
+from gnomon.harness.results.values import SCORED
+from gnomon.harness.system.locks import lock_results, release_results
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+class Known(NamedTuple):
+    """What an earlier measurement says of a trial."""
+
+    status: str
+    work: int | None
+    """Right-hand sides, or steps where those were not counted."""
+    limit_seconds: float | None
+    turned: bool = False
+    """Whether its errors are those of turned starts."""
+
+    def settles(self, limit_seconds: float, turned: bool = False) -> bool:
+        """Whether the trial need not run again: a higher limit reopens what a lower one cut short, and a run that wants
+        `turned` starts what has an error of one start."""
+        if turned and not self.turned and self.status in SCORED:
+            return False
+        if self.status == "interrupted":
+            return False
+        return self.status not in ("timeout", "skipped") or (self.limit_seconds or 0.0) >= limit_seconds
+
+
+class Store:
+    """An open results file. Every write is one transaction, so kill -9 loses at most the trial under way."""
+
+    def __init__(self, path: Path) -> None:
+        """Open or create; a file of an older schema is migrated. Raises ValueError for a file that is not ours, of a
+        newer schema, damaged, in use by another run, or that cannot be written."""
+        self.path = path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            self._lock = lock_results(path)
+        except OSError as error:
+            raise ValueError(f"{path}: cannot be written ({error.strerror}); give another --out") from None
+        try:
+            self._open(path)
+        except BaseException:
+            release_results(self._lock)
+            raise
+
+    def _open(self, path: Path) -> None:
+        opening.recover(path)
+        fresh = not path.exists() or path.stat().st_size == 0
+        if not fresh:
+            with opening.reading(path, schema.TABLES):
+                pass  # sound
+        try:
+            self._connection = schema.with_checksums(sqlite3.connect(path, timeout=30))
+            if fresh:  # before the journal mode is written: where there is no space for all, the file stays empty
+                schema.create(self._connection)
+            self._connection.execute("PRAGMA journal_mode = WAL")
+            self._connection.execute("PRAGMA synchronous = NORMAL")
+            if not fresh:
+                schema.migrate(self._connection)
+        except sqlite3.OperationalError as error:
+            raise ValueError(f"{path}: cannot be written ({error}); give another --out") from None
+
+    def begin_run(self, suite: str, command: str, environment: Mapping[str, Any]) -> int:
+        """A new row of `runs` with its environment; returns its number."""
+        with self._connection as db:
+            run = _insert(db, "runs", {"started": _now(), "suite": suite, "command": command})
+            for name, value in environment.items():
+                text = None if value is None else str(value)
+                _insert(db, "environment", {"run": run, "name": name, "value": text})
+        return run
+
+    def end_run(self, run: int) -> None:
+        with self._connection as db:
+            db.execute("UPDATE runs SET ended = ? WHERE run = ?", (_now(), run))
+            schema.seal(db, "runs", run)
+
+    def plan(self, run: int, trials: Iterable[Mapping[str, Any]]) -> None:
+        """Record the trials of a run, rows with the TRIAL_COLUMNS; trials that are known stay as they are."""
+        with self._connection as db:
+            for trial in trials:
+                _insert(db, "trials", trial, "OR IGNORE")
+                row = {"run": run, "series": trial["series"], "trial_key": trial["trial_key"]}
+                _insert(db, "planned", row, "OR IGNORE")
+
+    def history(self) -> dict[tuple[str, int], Known]:
+        """What is known of every trial and launch, by (trial_key, launch): the last measurement counts."""
+        rows = self._connection.execute(
+            "SELECT trial_key, launch, status, coalesce(rhs_calls, steps), limit_seconds, turned_starts IS NOT NULL"
+            " FROM measurements ORDER BY measurement"
+        )
+        return {
+            (key, launch): Known(status, work, limit, bool(turned)) for key, launch, status, work, limit, turned in rows
+        }
+
+    def interruptions(self) -> dict[tuple[str, int], int]:
+        """How often each trial and launch was ended from outside, by (trial_key, launch)."""
+        rows = self._connection.execute(
+            "SELECT trial_key, launch, count(*) FROM measurements WHERE status = 'interrupted' GROUP BY trial_key, launch"
+        )
+        return {(key, launch): count for key, launch, count in rows}
+
+    def add(
+        self,
+        run: int,
+        measurement: Mapping[str, Any],
+        settings: Mapping[str, Any] | None = None,
+        states: Floats | None = None,
+    ) -> None:
+        """Append one measurement, the engine settings that were changed, and the sampled states (64, dim)."""
+        with self._connection as db:
+            row = {"run": run, "recorded": _now(), **measurement}
+            number = _insert(db, "measurements", row)
+            for name, value in (settings or {}).items():
+                _insert(db, "settings_changed", {"measurement": number, "name": name, "value": str(value)})
+            if states is not None:
+                blob = zlib.compress(np.ascontiguousarray(states, dtype="<f8").tobytes(), 1)
+                row = {"measurement": number, "dimension": states.shape[1], "states": blob}
+                _insert(db, "sampled_states", row)
+
+    def add_all(self, run: int, measurements: Iterable[Mapping[str, Any]]) -> None:
+        """Append several measurements without settings or states, in one transaction."""
+        with self._connection as db:
+            for measurement in measurements:
+                _insert(db, "measurements", {"run": run, "recorded": _now(), **measurement})
+
+    def close(self) -> None:
+        self._connection.close()
+        release_results(self._lock)
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+        self.close()
+        if isinstance(error, sqlite3.DatabaseError):  # a full disk, a damaged file
+            raise ValueError(
+                f"{self.path}: cannot be written ({error}); what was recorded before stays in it. Repeat the command"
+                " when there is space, or give another --out"
+            ) from None
+
+
+def _insert(db: sqlite3.Connection, table: str, row: Mapping[str, Any], conflict: str = "") -> int:
+    """Insert a row and its checksum; returns its rowid."""
+    names = ", ".join(f'"{name}"' for name in row)
+    marks = ", ".join("?" * len(row))
+    cursor = db.execute(f"INSERT {conflict} INTO {table} ({names}) VALUES ({marks})", [_plain(v) for v in row.values()])
+    number = int(cursor.lastrowid or 0)
+    if cursor.rowcount:  # not a row that was there already
+        schema.seal(db, table, number)
+    return number
+
+
+def _plain(value: Any) -> Any:
+    """A value as SQLite takes it: containers as JSON, numpy numbers as Python's, nan as null."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and np.isnan(value):
+        return None
+    if isinstance(value, str):
+        return value.encode(errors="replace").decode()  # half a surrogate pair, from a message of an integrator
+    return json.dumps(value) if isinstance(value, dict | list | tuple) else value
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds")

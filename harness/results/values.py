@@ -1,0 +1,114 @@
+"""What each column of a results file may hold: checked once, when a file is opened, for all that reads it."""
+
+from __future__ import annotations
+
+import json
+import re
+import sqlite3
+
+from gnomon.harness.results import schema
+from gnomon.harness.results.schema import Damaged
+from gnomon.harness.results.visible import visible
+from gnomon.reference.numerics.precision import shortened
+
+STATUSES = (
+    "ok",
+    "inaccurate",
+    "diverged",
+    "refused",
+    "timeout",
+    "crashed",
+    "out_of_memory",
+    "interrupted",
+    "skipped",
+    "unsupported",
+    "not_installed",
+)
+SCORED = ("ok", "inaccurate", "diverged")
+"""The statuses of a trial that answered, so that it has an error."""
+TRIES = 3
+"""How often a trial with a short limit is tried before it is a timeout: one alone may be a stall of the machine."""
+MOST_LAUNCHES, MOST_ORDER, MOST_DIMENSION = 10**6, 10**3, 10**6
+_FRACTION = re.compile(r"[+-]?[0-9]{1,4300}(/0*[1-9][0-9]{0,4200})?")
+"""A number as `str` writes a Fraction, of no more digits than Python takes."""
+
+_KINDS = {"TEXT": "text", "INTEGER": "integer", "REAL": "real", "BLOB": "blob"}
+_FINITE = "{0} > 0 AND {0} < 1e308"
+_COUNT = "{0} >= 0"
+_RULES = {
+    "trials": {
+        "order_declared": f"{{0}} BETWEEN 0 AND {MOST_ORDER}",
+        "setting": _FINITE,
+        "dimension": f"{{0}} BETWEEN 1 AND {MOST_DIMENSION}",
+        "span": _FINITE,
+        "time_scale": _FINITE,
+        "floor": _COUNT,
+        "conditioning": _COUNT,
+    },
+    "measurements": {
+        "launch": f"{{0}} BETWEEN 1 AND {MOST_LAUNCHES}",
+        "status": f"{{0}} IN {STATUSES}",
+    }
+    | {name: _COUNT for name, declared in schema.MEASUREMENT_COLUMNS.items() if declared in ("REAL", "INTEGER")},
+    "sampled_states": {"dimension": f"{{0}} BETWEEN 1 AND {MOST_DIMENSION}"},
+}
+"""What holds for values that are not null, beside their type; `{0}` is the column."""
+_TOGETHER = {
+    "trials": (
+        "SELECT max(row) FROM (SELECT max(rowid) AS row FROM trials"
+        " GROUP BY integrator_id HAVING count(DISTINCT library) > 1)",
+        "its integrator_id stands with another library too",
+    ),
+    "measurements": (
+        "SELECT max(measurement) FROM measurements JOIN trials USING (trial_key)"
+        f" WHERE setting IS NULL AND status IN {SCORED}",
+        "its trial has an answer, and no setting",
+    ),
+}
+"""What holds of several values together: a query of the last row where it does not, null without one, and the words."""
+
+
+def verify(db: sqlite3.Connection, table: str) -> None:
+    """Raise Damaged, which names the first row with a value that its column does not hold, the column and the value."""
+    names = schema.columns(table, schema.version(db))
+    holds = {name: _condition(table, name) for name in names}
+    wrong = db.execute(f"SELECT rowid FROM {table} WHERE NOT ({' AND '.join(holds.values())}) LIMIT 1").fetchone()
+    if wrong is not None:
+        for name in names:
+            ((fine, value),) = db.execute(f'SELECT {holds[name]}, "{name}" FROM {table} WHERE rowid = ?', wrong)
+            if not fine:
+                raise Damaged(f"table {table}, row {wrong[0]}: {name} = {_shown(value)} is not what this column holds")
+    if table in _TOGETHER:
+        query, words = _TOGETHER[table]
+        ((row,),) = db.execute(query)
+        if row is not None:
+            raise Damaged(f"table {table}, row {row}: {words}")
+    if table == "trials":
+        _verify_numbers(db)
+
+
+def _condition(table: str, name: str) -> str:
+    """SQL that is 1 where a value may stand in its column, and else 0."""
+    declared, column = schema.TABLES[table][name], f'"{name}"'
+    kind = f"typeof({column}) = '{_KINDS[declared.split()[0]]}'"
+    rule = _RULES.get(table, {}).get(name)
+    fine = f"({kind} AND {rule.format(column)})" if rule else kind
+    return f"({fine})" if "NOT NULL" in declared or "KEY" in declared else f"({column} IS NULL OR {fine})"
+
+
+def _verify_numbers(db: sqlite3.Connection) -> None:
+    """The exact numbers of every trial: an object of fractions by name."""
+    for row, text in db.execute("SELECT min(rowid), numbers FROM trials WHERE numbers IS NOT NULL GROUP BY numbers"):
+        try:
+            found = json.loads(text)
+        except (ValueError, RecursionError):
+            raise Damaged(f"table trials, row {row}: numbers = {_shown(text)} is no JSON") from None
+        if not isinstance(found, dict):
+            raise Damaged(f"table trials, row {row}: numbers = {_shown(text)} is no object")
+        for name, number in found.items():
+            if not (isinstance(number, str) and _FRACTION.fullmatch(number)):
+                raise Damaged(f"table trials, row {row}: numbers: {_shown(name)} = {_shown(number)} is no fraction")
+
+
+def _shown(value: object) -> str:
+    return visible(shortened(value))

@@ -1,0 +1,1 @@
+"""Plan, processes and trials of a run."""

@@ -1,0 +1,72 @@
+"""One short trial of each integrator of a user's own, before a run: code that raises is shown with where it raised."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from gnomon.cases import Case
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.contract.problem import problem_of
+from gnomon.harness.registry.lookup import users_own
+from gnomon.harness.running import plan
+from gnomon.harness.running.plan import Suite
+from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
+from gnomon.harness.running.sweep import task_of
+from gnomon.harness.running.worker import Order, Outcome, Task
+from gnomon.harness.scoring.reference_solution import CaseSpec, Truth, truths
+
+
+@dataclass
+class FirstTrial:
+    """Of one integrator on one case: at its coarsest setting, and where that crashes at the middle one.
+
+    A method may well fail where its steps are too large; code that is wrong fails at both.
+    """
+
+    integrator: Integrator
+    scene: str
+    task: Task
+    limit_seconds: float
+    settings: list[float]
+    crashes: list[str] = field(default_factory=list)
+    """What is said of each trial that crashed: the reason, and the traceback where there is one."""
+    passed: bool = False
+
+    def next(self) -> Order | None:
+        if self.passed or not self.settings:
+            return None
+        return Order(self.settings.pop(0), self.integrator.counts_rhs, 0.0, 1, 0.0)
+
+    def done(self, outcome: Outcome) -> None:
+        self.passed = True
+
+    def failed(self, status: str, reason: str, output: str, tries: int | None = None) -> None:
+        self.passed = status != "crashed"  # what is refused, or takes long, is for the run to show
+        self.crashes.append(output.strip() if "Traceback (most recent call last)" in output else reason)
+
+
+def crashes(
+    chosen: Sequence[tuple[Case, str]],
+    integrators: Sequence[Integrator],
+    suite: Suite,
+    prepare_seconds: float = PREPARE_SECONDS,
+) -> list[str]:
+    """For each integrator of a user's own whose first trials all crash: its id, the case, and the last traceback."""
+    series = []
+    for integrator in filter(users_own, integrators):
+        pairs = plan.pairs(chosen, [integrator], formulations=False)
+        series += [one for one in pairs if one.left_out is None][:1]
+    found = truths(list(dict.fromkeys(CaseSpec.of(one.case) for one in series)), lambda: None)
+    trials = []
+    for one in series:
+        truth = found[CaseSpec.of(one.case)]
+        if isinstance(truth, Truth):  # else the run says what is wrong with the case
+            settings = plan.settings(one.integrator, one.case, problem_of(one.case, one.integrator.accepts))
+            chosen_two = [settings[0], settings[len(settings) // 2]]
+            trials.append(
+                FirstTrial(one.integrator, one.case.id, task_of(one, truth), suite.limit(one.case), chosen_two)
+            )
+    if trials:
+        Pool(1, prepare_seconds=prepare_seconds).run(trials)
+    return [f"{trial.integrator.id} on {trial.scene}: {trial.crashes[-1]}" for trial in trials if not trial.passed]

@@ -1,0 +1,68 @@
+"""What the server of worker processes imports once, so that a worker starts in 50 ms. Imported by that server only."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import importlib
+import os
+import sys
+
+from gnomon.harness.registry import lookup as registry
+from gnomon.harness.system.child_process import quiet_child
+
+from gnomon import cases
+
+LIBRARIES = (
+    "gnomon.harness.running.worker",
+    "gnomon.harness.kernels.machine_code",
+    "scipy.integrate",
+    "numba",
+    "rebound",
+    "heyoka",
+    "pybullet",
+)
+
+
+def _import_everything() -> None:
+    for name in LIBRARIES:
+        with contextlib.suppress(ImportError):  # a missing library is `not_installed`, as the plan says
+            importlib.import_module(name)
+    for name in cases.names():
+        cases.case_class(name)
+    registry.everything()
+    _warm_up()
+
+
+def _warm_up() -> None:
+    """numba builds its tables of types at the first compilation: 0.3 s, which every worker would pay again."""
+    from numba import cfunc
+
+    cfunc("float64(float64)")(_identity)
+
+
+def _identity(x: float) -> float:
+    return x
+
+
+def _quietly() -> None:
+    """Libraries print while they are imported; nobody's record wants it."""
+    sys.stdout.flush()
+    saved = os.dup(1), os.dup(2)
+    null = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(null, 1)
+        os.dup2(null, 2)
+        _import_everything()
+    finally:
+        sys.stdout.flush()
+        os.dup2(saved[0], 1)
+        os.dup2(saved[1], 2)
+        for descriptor in (*saved, null):
+            os.close(descriptor)
+
+
+quiet_child()
+_quietly()
+gc.collect()
+gc.freeze()  # a collection in a worker then neither walks these objects nor copies their pages

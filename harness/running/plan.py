@@ -1,0 +1,327 @@
+"""What a run consists of: cases paired with integrators by the forms these accept, and the settings of each sweep."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+from gnomon.cases import Case
+from gnomon.cases.core.formulation import Formulation
+from gnomon.cases.core.numbers import nearest
+from gnomon.harness.contract import environment
+from gnomon.harness.contract import sources as source
+from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
+from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.validation import short
+from gnomon.harness.registry import lookup as registry
+from numpy.typing import NDArray
+
+from gnomon import cases
+
+Floats = NDArray[np.float64]
+
+STANDARD = "standard"
+"""The name of a case's own formulation in results."""
+DEFAULT = "default"
+"""The name of the variant without a name in results."""
+LONG = 1000.0
+"""Time scales in a span beyond which a variant needs more time than the others."""
+FEWEST = 8
+"""A sweep has at least this many settings."""
+SIBLING = ("skipped", "a suite takes this integrator on default settings only, once; name it to run it here")
+DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
+"""Steps on the variants `engines`, whose sample times are multiples of 0.01 s."""
+_SOURCES = ("gnomon.harness.integrators", "gnomon.harness.adapters", "gnomon.harness.kernels.equations")
+
+
+@dataclass(frozen=True)
+class Suite:
+    """How much a run does. `launches` counts the launches of default variants; other variants are launched once.
+
+    `limit_seconds` is what a trial may take on a default variant, `variant_limit_seconds` on the others, several times
+    of what the trials that are started take on a quiet machine (see `sweep.SECONDS_EACH`), up to
+    `long_limit_seconds` where the span is long. The timed calls of a trial take `block_seconds` together, and are at
+    most `repeats`.
+    """
+
+    name: str
+    cases: tuple[str, ...]
+    """The cases it runs where none is named; empty for all."""
+    launches: int
+    variants: bool
+    limit_seconds: float
+    variant_limit_seconds: float
+    long_limit_seconds: float = 0.4
+    block_seconds: float = 0.003
+    repeats: int = 40
+    slow_seconds: float = 0.02
+    """A trial that takes longer is timed in one call, for which its counted run is the warm-up."""
+    turned: bool = True
+    """Whether a default variant with a rotational symmetry is solved from turned starts too, in its first launch."""
+    siblings: bool = True
+    """Whether it takes the siblings of a method at all (`Integrator.everywhere`)."""
+    rest: Suite | None = None
+    """How it runs the cases outside `FOUNDATION`, where not as these."""
+
+    def of(self, case: Case) -> Suite:
+        """How this suite runs a case."""
+        return self if self.rest is None or case.name in FOUNDATION else self.rest
+
+    def takes(self, case: Case) -> bool:
+        """Whether it runs a case with these numbers: hard variants are not in every suite."""
+        return case.variant is None or self.of(case).variants
+
+    def within(self, limit_seconds: float) -> Suite:
+        """The same with one limit for every trial."""
+        return replace(
+            self,
+            limit_seconds=limit_seconds,
+            variant_limit_seconds=limit_seconds,
+            long_limit_seconds=limit_seconds,
+            rest=self.rest and self.rest.within(limit_seconds),
+        )
+
+    def limit(self, case: Case) -> float:
+        """Seconds for one trial of a case; a variant gets more where its span is longer than 1000 time scales."""
+        if case.variant is None:
+            return self.limit_seconds
+        length = float(case.span) / case.time_scale / LONG
+        return min(self.long_limit_seconds, self.variant_limit_seconds * max(1.0, length))
+
+
+FOUNDATION = (
+    "pendulum_simple",
+    "kepler_orbit",
+    "cycloidal_pendulum",
+    "foucault_pendulum_linear",
+    "damped_oscillator",
+    "euler_top",
+    "projectile_parabola",
+    "bouncing_ball",
+    "block_incline_friction",
+    # the rungs of their ladders
+    "harmonic_oscillator",
+    "duffing_unforced",
+    "foucault_precession",
+)
+"""Cases that between them exercise every form."""
+
+_REST = Suite("rest", (), 1, False, 0.08, 0.08, block_seconds=0.002, slow_seconds=0.004)
+SUITES = {
+    "standard": Suite("standard", (), 5, True, 1.0, 0.08, rest=_REST),
+    "foundation": Suite("foundation", FOUNDATION, 5, True, 1.0, 0.08),
+    "quick": Suite("quick", FOUNDATION, 1, False, 0.12, 0.12, block_seconds=0.002, turned=False, siblings=False),
+    "catalogue": Suite("catalogue", (), 5, True, 1.0, 0.08, rest=replace(_REST, variants=True)),
+}
+
+
+def suite(name: str) -> Suite:
+    """A suite by name; ValueError for an unknown one."""
+    if name not in SUITES:
+        raise ValueError(f"no suite is called {name!r}; {nearest(name, SUITES)}")
+    return SUITES[name]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One setting of a series. `key` hashes all that its outcome depends on."""
+
+    key: str
+    setting: float | None
+
+
+@dataclass(frozen=True)
+class Series:
+    """One case in one formulation through one integrator, from the cheapest setting to the dearest.
+
+    `left_out` is (status, reason) where the pair cannot run.
+    """
+
+    case: Case
+    formulation: Formulation | None
+    integrator: Integrator
+    left_out: tuple[str, str] | None = None
+    label: str = field(default="")
+
+    @property
+    def variant(self) -> str:
+        return (self.case.variant or DEFAULT) + self.label
+
+    @property
+    def formulation_name(self) -> str:
+        return STANDARD if self.formulation is None else self.formulation.name
+
+    @property
+    def id(self) -> str:
+        return f"{self.case.name}/{self.variant} | {self.formulation_name} | {self.integrator.id}"
+
+    @cached_property
+    def form(self) -> Any:
+        return accepted_form(self.case, self.integrator.accepts, self.formulation)
+
+    def trials(self, problem: Problem) -> tuple[Trial, ...]:
+        """The trials of the sweep on `problem`; of a pair that is left out, one without a setting."""
+        base = self._key_parts(problem)
+        if self.left_out is not None:
+            return (Trial(source.digest([*base, *self.left_out]), None),)
+        found = settings(self.integrator, self.case, problem)
+        return tuple(Trial(source.digest([*base, value.hex()]), value) for value in found)
+
+    def _key_parts(self, problem: Problem) -> list[str]:
+        numbers = {name: str(value) for name, value in self.case.numbers.items()} | {"span": str(self.case.span)}
+        module = type(self.integrator).__module__
+        package = module.partition(".")[0]
+        within = _SOURCES if package == "gnomon" else (*_SOURCES, package)
+        coding = "" if self.formulation is None else source.of_value((self.formulation.encode, self.formulation.decode))
+        return [
+            self.case.name,
+            self.variant,
+            json.dumps(numbers),
+            problem.times.tobytes().hex(),
+            json.dumps(problem.groups),
+            self.formulation_name,
+            coding,
+            source.of_value(self.form),
+            source.of_module(type(self.case.motion()).__module__, ("gnomon.reference",)),
+            self.integrator.id,
+            source.of_module(module, within),
+            json.dumps(library_versions(self.integrator)),
+            environment.machine(),
+        ]
+
+    def describe(self, trial: Trial, **numbers: Any) -> dict[str, Any]:
+        """The row of `trials` in the store; `numbers` are what only a problem or its truth knows."""
+        return {"trial_key": trial.key, "setting": trial.setting, **self._description, **numbers}
+
+    @cached_property
+    def _description(self) -> dict[str, Any]:
+        case, integrator = self.case, self.integrator
+        stresses = next((v.stresses for v in case.variants if v.name == case.variant), "")
+        return {
+            "series": self.id,
+            "section": case.section,
+            "title": case.title,
+            "case": case.name,
+            "variant": self.variant,
+            "stresses": stresses,
+            "formulation": self.formulation_name,
+            "form": None if self.form is None else type(self.form).__name__,
+            "library": integrator.library,
+            "integrator": integrator.name,
+            "policy": integrator.policy,
+            "integrator_id": integrator.id,
+            "order_declared": integrator.order,
+            "sampling": integrator.sampling,
+            "conserves": ", ".join(integrator.conserves),
+            "setting_kind": integrator.sweep.kind,
+            "span": float(case.span),
+            "time_scale": case.time_scale,
+            "numbers": {name: str(value) for name, value in case.numbers.items()},
+            "machine": environment.machine(),
+        }
+
+
+@cache
+def library_versions(integrator: Integrator) -> dict[str, str]:
+    """The versions that a result of this integrator depends on."""
+    names = ("numpy", "numba") if integrator.library == "gnomon" else ("numpy",)
+    found = {name: environment.library_version(name) or "" for name in names}
+    try:
+        found |= {name: str(value) for name, value in integrator.versions().items()}
+    except ImportError:
+        found |= {integrator.library: "missing"}
+    return found
+
+
+def settings(integrator: Integrator, case: Case, problem: Problem) -> tuple[float, ...]:
+    """The settings of a sweep, from cheap to expensive, at least 8."""
+    sweep = integrator.sweep
+    if isinstance(sweep, Tolerance):
+        return _tolerances(sweep)
+    if case.variant is not None and case.variant.startswith("engines"):
+        return DECIMAL_STEPS
+    return _steps(sweep, problem.interval, problem.time_scale)
+
+
+def _tolerances(sweep: Tolerance) -> tuple[float, ...]:
+    decades = math.log10(sweep.loosest / sweep.tightest)
+    count = max(round(decades * sweep.per_decade), FEWEST - 1)
+    loosest = math.log10(sweep.loosest)
+    return tuple(float(f"{10 ** (loosest - decades * k / count):.3e}") for k in range(count + 1))
+
+
+def _steps(sweep: Steps, interval: float, time_scale: float) -> tuple[float, ...]:
+    """The interval over powers of two: exact, as the interval has 20 significant bits."""
+    first = max(0, math.ceil(math.log2(interval / (sweep.coarsest * time_scale))))
+    count = max(sweep.halvings + 1, FEWEST)
+    return tuple(math.ldexp(interval, -(first + k)) for k in range(count))
+
+
+def pairs(
+    chosen: Sequence[tuple[Case, str]],
+    integrators: Sequence[Integrator],
+    formulations: bool = True,
+    siblings: bool = True,
+) -> list[Series]:
+    """Every case, given with a label for its variant, in every formulation through every integrator.
+
+    Pairs that cannot run are in the list too, with the reason; so are, where `siblings` is False, hard variants with
+    an integrator that is a sibling of another.
+    """
+    found = []
+    absent = {integrator: registry.missing(integrator) for integrator in integrators}
+    for case, label in chosen:
+        own: tuple[Formulation | None, ...] = (None, *case.formulations) if formulations else (None,)
+        for formulation in own:
+            for integrator in integrators:
+                form = accepted_form(case, integrator.accepts, formulation)
+                if formulation is not None and form is None:
+                    continue  # the pair is accounted for in the case's own formulation
+                left_out = _left_out(case, integrator, form, absent[integrator])
+                if left_out is None and case.variant is not None and not (siblings or integrator.everywhere):
+                    left_out = SIBLING
+                found.append(Series(case, formulation, integrator, left_out, label))
+    return found
+
+
+def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None) -> tuple[str, str] | None:
+    if form is None:
+        accepted = " or ".join(kind.__name__ for kind in integrator.accepts)
+        offered = [type(form).__name__ for form in case.all_forms()] + (["Scene"] if case.scene is not None else [])
+        return "unsupported", f"takes {accepted}; the case offers {', '.join(offered)}"
+    if absent is not None:
+        return "not_installed", absent
+    try:
+        lacking = integrator.unsupported(form)
+    except Exception as error:  # whatever a user's own method raises, it ends nobody else's trials
+        return "crashed", f"its unsupported() raises {type(error).__name__}: {error}"
+    if lacking is not None and not isinstance(lacking, str):
+        return "crashed", f"its unsupported() returns {short(lacking)}: it is a text, or None"
+    return None if lacking is None else ("unsupported", lacking)
+
+
+def choose(
+    names: Sequence[str] | None, variants: bool, rounded: bool = True, **parameters: str
+) -> list[tuple[Case, str]]:
+    """The cases that `names` stand for, binary64 where `rounded`, each with a label for changed parameters.
+
+    A name is that of a case (all of its variants where `variants`), `case/variant`, or `package.module:Case`; no names
+    stand for all cases.
+    """
+    label = "".join(f" {name}={value}" for name, value in parameters.items())
+    found = []
+    for name in names or cases.names():
+        base, slash, variant = name.partition("/")
+        listed: list[str | None] = [None]
+        if slash:
+            listed = [None if variant == DEFAULT else variant]
+        elif variants:
+            listed += [v.name for v in cases.case_class(base).variants]
+        made = [cases.get(base, v, **parameters) for v in listed]
+        found += [(case.rounded() if rounded else case, label) for case in made]
+    return found

@@ -1,0 +1,195 @@
+"""A run: plan, truths, sweeps in worker processes, results in the store."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from gnomon.cases import Case
+from gnomon.harness.contract import environment
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.kernels.equations import cache_folder
+from gnomon.harness.registry import declaration
+from gnomon.harness.registry import lookup as registry
+from gnomon.harness.results import store
+from gnomon.harness.results.store import Known, Store
+from gnomon.harness.running import plan
+from gnomon.harness.running.calls import described as python_calls
+from gnomon.harness.running.plan import Series, Suite, Trial
+from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
+from gnomon.harness.running.progress import Progress
+from gnomon.harness.running.sweep import Sweep
+from gnomon.harness.scoring.reference_solution import CaseSpec, Truth, truths
+from gnomon.harness.scoring.score import Judge
+from gnomon.harness.system.locks import temporary_folder
+from gnomon.reference.storage import cachefolder, diskcache
+
+WORKERS = 2
+
+
+def run(
+    out: str | Path,
+    suite: Suite,
+    chosen: Sequence[tuple[Case, str]],
+    integrators: Sequence[Integrator],
+    progress: Progress | None = None,
+    workers: int = WORKERS,
+    prepare_seconds: float = PREPARE_SECONDS,
+    siblings: bool = True,
+) -> Path:
+    """Run every chosen case (see `plan.choose`) through every integrator; returns the path of the results file.
+
+    Where `siblings` is False, integrators that declare it (`Integrator.everywhere`) stay away from hard variants; from
+    the cases for which the suite does not take them they stay away altogether.
+
+    What is in the file already is not repeated. An interruption at any moment leaves a file from which the same call
+    goes on. A case whose exact motion cannot be computed raises ValueError once all others are done, an integrator whose
+    declaration is wrong before anything runs.
+    """
+    progress = progress or Progress(quiet=True)
+    for integrator in integrators:
+        declaration.validate(integrator)
+    _check_caches()
+    path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
+    series = plan.pairs(chosen, integrators, siblings=siblings)
+    series = [one for one in series if one.integrator.everywhere or suite.of(one.case).siblings]
+    with progress, Store(path) as results:
+        known, broken = _truths(series, progress)
+        calls = python_calls() if any(one.library == "scipy" for one in integrators) else {}
+        number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe() | calls)
+        run_ = _Run(results, number, suite, known, progress, siblings)
+        run_.plan(series)
+        method = "fork" if any(registry.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
+        Pool(workers, method, prepare_seconds).run(run_.sweeps())
+        results.end_run(number)
+    _check_caches()  # the disk may have become full in the meantime
+    if broken:
+        raise ValueError("; ".join(f"{spec.path} {spec.variant or ''}: {error}" for spec, error in broken.items()))
+    return path
+
+
+def compare(
+    cases: Sequence[str | Case] | str | Case,
+    integrators: Sequence[str | Integrator | type[Integrator]] | str | Integrator | type[Integrator],
+    limit_seconds: float = 1.0,
+    launches: int = 1,
+) -> Any:
+    """Run cases through integrators and return the DataFrame of `gnomon.harness.load`: for notebooks.
+
+    `cases`: names, or Case objects (their numbers are rounded to binary64). `integrators`: names, Integrator classes
+    or instances; a class that is defined in the notebook itself will do. Raises ValueError for unknown names.
+    """
+    chosen: list[tuple[Case, str]] = []
+    for case in [cases] if isinstance(cases, str | Case) else cases:
+        chosen += plan.choose([case], False) if isinstance(case, str) else [(case.rounded(), "")]
+    found: list[Integrator] = []
+    for item in [integrators] if isinstance(integrators, str | Integrator | type) else integrators:
+        if isinstance(item, str):
+            found += registry.find(item)
+        else:
+            found.append(item() if isinstance(item, type) else item)
+    suite = replace(plan.suite("foundation").within(limit_seconds), name="compare", launches=launches)
+    with tempfile.TemporaryDirectory(dir=temporary_folder()) as folder:
+        return store.load(run(folder, suite, chosen, found))
+
+
+def _check_caches() -> None:
+    """Warn where a cache cannot be written, which no worker does. Raises ValueError where another user could write one."""
+    cachefolder.check(cache_folder(), diskcache.folder())
+
+
+def _truths(series: Sequence[Series], progress: Progress) -> tuple[dict[CaseSpec, Truth], dict[CaseSpec, str]]:
+    """The truths of all cases that are run, and the messages of those that have none."""
+    wanted = dict.fromkeys(CaseSpec.of(s.case, s.formulation) for s in series)
+    progress.begin("exact motions", len(wanted))
+    found = truths(list(wanted), progress.advance)
+    known = {spec: truth for spec, truth in found.items() if isinstance(truth, Truth)}
+    return known, {spec: truth for spec, truth in found.items() if isinstance(truth, str)}
+
+
+class _Run:
+    """The work of one run: which sweeps there are, in which order, and where their measurements go."""
+
+    def __init__(
+        self,
+        results: Store,
+        number: int,
+        suite: Suite,
+        truths: Mapping[CaseSpec, Truth],
+        progress: Progress,
+        siblings: bool,
+    ) -> None:
+        self.results, self.number, self.suite, self.truths, self.progress = results, number, suite, truths, progress
+        self.siblings = siblings
+        self.judges: dict[CaseSpec, Judge] = {}
+        self.work: list[tuple[Series, tuple[Trial, ...], Judge]] = []
+        self.history = results.history()
+        self.interruptions = results.interruptions()
+
+    def plan(self, series: Sequence[Series]) -> None:
+        """Record the trials of all series, and at once those of pairs that are left out."""
+        rows: list[dict[str, Any]] = []
+        left_out: list[dict[str, Any]] = []
+        for one in series:
+            spec = CaseSpec.of(one.case, one.formulation)
+            if spec not in self.truths:
+                continue
+            judge = self._judge(spec, one)
+            trials = one.trials(judge.problem(one.form))
+            rows += [one.describe(trial, **judge.summary()) for trial in trials]
+            if self.history:
+                self._reopen(one, trials, len(judge.truth.turned) > 0)
+            if one.left_out is None:
+                self.work.append((one, trials, judge))
+            elif (trials[0].key, 1) not in self.history:
+                status, reason = one.left_out
+                left_out.append({"trial_key": trials[0].key, "launch": 1, "status": status, "reason": reason})
+        self.results.plan(self.number, rows)
+        self.results.add_all(self.number, left_out)
+
+    def sweeps(self) -> Iterator[Sweep]:
+        """Every launch of every series that has trials to run; launches of one series are far apart in time."""
+        launches = [
+            (launch, one, trials, judge)
+            for launch in range(1, self.suite.launches + 1)
+            for one, trials, judge in self.work
+            if launch <= self._launches(one)
+        ]
+        pending = [item for item in launches if any((t.key, item[0]) not in self.history for t in item[2])]
+        self.progress.begin("series", len(pending))
+        for launch, one, trials, judge in pending:
+            suite = self.suite.of(one.case)
+            yield Sweep(
+                one, trials, judge, suite, launch, self.history, self._record, self.progress.advance, self.interruptions
+            )
+
+    def _launches(self, series: Series) -> int:
+        """Hard variants and siblings of a method are launched once."""
+        often = series.case.variant is None and (self.siblings or series.integrator.everywhere)
+        return self.suite.of(series.case).launches if often else 1
+
+    def _reopen(self, series: Series, trials: Sequence[Trial], symmetric: bool) -> None:
+        """Forget of these trials what this run must measure anew."""
+        suite = self.suite.of(series.case)
+        limit_seconds = suite.limit(series.case)
+        for trial in trials:
+            for launch in range(1, self.suite.launches + 1):
+                known = self.history.get((trial.key, launch))
+                turned = symmetric and suite.turned and launch == 1
+                if known is not None and not known.settles(limit_seconds, turned):
+                    del self.history[trial.key, launch]
+
+    def _judge(self, spec: CaseSpec, series: Series) -> Judge:
+        if spec not in self.judges:
+            self.judges[spec] = Judge(series.case, series.formulation, self.truths[spec])
+        return self.judges[spec]
+
+    def _record(self, measurement: Mapping[str, Any], settings: Any, states: Any) -> None:
+        self.results.add(self.number, measurement, settings, states)
+        key = (measurement["trial_key"], measurement["launch"])
+        self.history[key] = Known(measurement["status"], measurement.get("rhs_calls") or measurement.get("steps"), None)

@@ -1,0 +1,193 @@
+"""One launch of one series: hands out its trials from cheap to dear, judges what comes back, knows when to stop."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Protocol
+
+from gnomon.harness.contract.integrator import Steps, Tolerance
+from gnomon.harness.registry.lookup import reference
+from gnomon.harness.results.store import Known
+from gnomon.harness.results.values import SCORED
+from gnomon.harness.running.plan import Series, Suite, Trial
+from gnomon.harness.running.worker import FEWEST_CALLS, Order, Outcome, Task
+from gnomon.harness.scoring.reference_solution import CaseSpec, Truth
+from gnomon.harness.scoring.score import Judge, above_text
+from numpy.typing import NDArray
+
+SECONDS_EACH = {
+    "gnomon": 2e-7,
+    "gnomon:Taylor": 2e-6,
+    "heyoka": 4e-6,
+    "rebound": 1e-6,
+    "rebound:BS [ODE mode]": 6e-7,
+    "rebound:IAS15": 4e-5,
+    "rebound:BS": 4e-5,
+    "scipy": 2e-5,
+    "scipy:odeint": 5e-6,
+    "scipy:ode dop853": 5e-6,
+    "scipy:ode vode Adams": 5e-6,
+    "scipy:Radau": 1e-4,
+    "scipy:BDF": 1.5e-4,
+    "scipy:RK45 [events]": 1e-4,
+    "scipy:DOP853 [events]": 1e-4,
+    "scipy:LSODA [events]": 1.5e-4,
+    "scipy:Radau [events]": 1.5e-4,
+    "pybullet": 4e-5,
+}
+"""An upper estimate of what a right-hand side takes (a step, where those are not counted), by id or library: above the
+largest, and one to six times the median, of what was measured on ten cases from the pendulum to the tops, in processor
+time on a busy machine. What is run follows from these numbers and from counts, which are the same on
+every machine, however busy; measured times would decide otherwise in each run. Trials of other libraries are run, each
+until it passes the limit."""
+RELAUNCHED_SECONDS = 0.08
+"""Trials that take longer by that estimate are launched once: what is that slow is on nobody's Pareto front, and would
+fill the run."""
+REPEATED_SECONDS = 0.001
+"""Hard variants above this are timed in one call. Below, a single call is the first of code that was just loaded: 5 to
+10 % too slow in the middle, half too slow in one of ten below 30 microseconds."""
+MOST_INTERRUPTIONS = 2
+"""A trial that was interrupted runs again at the next call, so often at most; then it is `crashed`."""
+
+
+class Record(Protocol):
+    """Where a sweep puts its measurements."""
+
+    def __call__(
+        self, measurement: Mapping[str, Any], settings: Mapping[str, Any] | None, states: NDArray[Any] | None
+    ) -> None: ...
+
+
+def task_of(series: Series, truth: Truth) -> Task:
+    """What a worker needs to know of a series, without the place of its output."""
+    return Task(
+        reference(series.integrator),
+        CaseSpec.of(series.case, series.formulation),
+        truth.problem_times,
+        truth.start,
+        truth.sizes,
+        truth.time_scale,
+        truth.turned_starts,
+        "",
+    )
+
+
+class Sweep:
+    """One launch of a series. `history` is what earlier runs know by (trial_key, launch), `interruptions` how often each
+    was interrupted."""
+
+    def __init__(
+        self,
+        series: Series,
+        trials: Sequence[Trial],
+        judge: Judge,
+        suite: Suite,
+        launch: int,
+        history: Mapping[tuple[str, int], Known],
+        record: Record,
+        finished: Callable[[], None],
+        interruptions: Mapping[tuple[str, int], int] | None = None,
+    ) -> None:
+        self.series, self.judge, self.suite, self.launch, self.record = series, judge, suite, launch, record
+        self.limit_seconds = suite.limit(series.case)
+        self.task = task_of(series, judge.truth)
+        self._history = history
+        self._finished = finished
+        self._interruptions = interruptions or {}
+        self._waiting = list(trials)
+        self._current: Trial | None = None
+        self._counted: list[tuple[float, int]] = []
+        self._places = {trial.key: place for place, trial in enumerate(trials)}
+        integrator = series.integrator
+        self._seconds_each = SECONDS_EACH.get(integrator.id, SECONDS_EACH.get(integrator.library, 0.0))
+        self._stopped: str | None = None
+
+    def next(self) -> Order | None:
+        """The next trial that must run. Trials that need not run are passed over, or recorded as skipped."""
+        while self._waiting:
+            trial = self._waiting.pop(0)
+            assert trial.setting is not None
+            known = self._history.get((trial.key, self.launch))
+            if known is not None:
+                self._note(known.status, known.work, trial.setting)
+                continue
+            if self.launch > 1 and not self._worth_relaunching(trial):
+                continue
+            reason = self._stopped or self._predicted(trial.setting)
+            if reason is not None:
+                self._stopped = reason
+                self._add(trial, {"status": "skipped", "reason": reason})
+                continue
+            self._current = trial
+            return replace(self._order(trial.setting), place=self._places[trial.key])
+        self._finished()
+        return None
+
+    def done(self, outcome: Outcome) -> None:
+        """Judge an outcome and record it."""
+        trial = self._taken()
+        tolerance = trial.setting if isinstance(self.series.integrator.sweep, Tolerance) else None
+        try:
+            measurement, states = self.judge.measure(outcome, tolerance)
+        except Exception as error:  # an answer that nobody foresaw must not cost the others theirs
+            self._note("crashed", None)
+            self._add(trial, {"status": "crashed", "reason": f"its answer cannot be judged: {error!r}"})
+            return
+        work = outcome.steps if outcome.rhs_calls is None else outcome.rhs_calls
+        self._note(measurement["status"], work, trial.setting)
+        self._add(trial, measurement, outcome.settings, states if self.launch == 1 else None)
+
+    def failed(self, status: str, reason: str, output: str, tries: int | None = None) -> None:
+        """Record a trial that has no outcome. What is ended from outside again and again ends itself."""
+        trial = self._taken()
+        before = self._interruptions.get((trial.key, self.launch), 0)
+        if status == "interrupted" and before >= MOST_INTERRUPTIONS:
+            status, reason = "crashed", f"{reason}, as {before} times before"
+        self._note(status, None)
+        self._add(trial, {"status": status, "reason": reason, "output": output or None, "repeats": tries})
+
+    def _taken(self) -> Trial:
+        assert self._current is not None
+        trial, self._current = self._current, None
+        return trial
+
+    def _note(self, status: str, work: int | None, setting: float | None = None) -> None:
+        if status in ("timeout", "not_installed"):
+            self._stopped = f"the setting before it is {status}"
+        if work is not None and setting is not None:
+            self._counted.append((setting, work))
+
+    def _predicted(self, setting: float) -> str | None:
+        """Why the next setting would pass the limit, by the smallest growth of the counts; None where it would not."""
+        if not self._counted or not self._seconds_each:
+            return None
+        before, work = self._counted[-1]
+        ratios = [after / max(count, 1) for (_, count), (_, after) in itertools.pairwise(self._counted[-3:])]
+        if isinstance(self.series.integrator.sweep, Steps):  # the work is in proportion to the number of steps
+            ratios.append(before / setting)
+        most = self.limit_seconds / self._seconds_each
+        expected = work * max(min(ratios, default=1.0), 1.0)
+        if expected <= most:
+            return None
+        what = "right-hand sides" if self.series.integrator.counts_rhs else "steps"
+        return f"predicted {above_text(expected, most)} {what}, above the {most:.2g} of a limit of {self.limit_seconds:g} s"
+
+    def _worth_relaunching(self, trial: Trial) -> bool:
+        first = self._history.get((trial.key, 1))
+        if first is None or first.status not in SCORED:
+            return False
+        return (first.work or 0) * self._seconds_each <= RELAUNCHED_SECONDS
+
+    def _order(self, setting: float) -> Order:
+        """Default variants are timed; on the others times are orders of magnitude, and a few calls tell them."""
+        suite, count = self.suite, self.launch == 1 and self.series.integrator.counts_rhs
+        if self.series.case.variant is None:
+            turned = suite.turned and self.launch == 1 and len(self.task.turned) > 0
+            return Order(setting, count, suite.block_seconds, suite.repeats, suite.slow_seconds, turned, null=True)
+        return Order(setting, count, 0.0, FEWEST_CALLS, min(suite.slow_seconds, REPEATED_SECONDS))
+
+    def _add(self, trial: Trial, measurement: Mapping[str, Any], settings: Any = None, states: Any = None) -> None:
+        row = {"trial_key": trial.key, "launch": self.launch, "limit_seconds": self.limit_seconds, **measurement}
+        self.record(row, settings, states)

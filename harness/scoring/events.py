@@ -1,0 +1,38 @@
+"""Located events against the exact ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from gnomon.cases.core.case import Event
+
+
+class EventScore(NamedTuple):
+    """How many exact events were not located, how many were located that never are, the largest error of a time (s)."""
+
+    missing: int
+    extra: int
+    time_error: float
+
+
+def score_events(located: Sequence[tuple[float, str]], exact: Sequence[Event]) -> EventScore:
+    """Compare (time, name) pairs with the exact events: by name, the k-th located with the k-th exact.
+
+    A `limit` is located where the motion was declared settled, which by the settle rule is anywhere from the last
+    listed event to the exact limit time; its error is the distance from that interval.
+    """
+    missing = extra = 0
+    error = 0.0
+    for name in dict.fromkeys([name for _, name in located] + [event.name for event in exact]):
+        found = [time for time, other in located if other == name]
+        true = [float(event.time) for event in exact if event.name == name]
+        missing += max(0, len(true) - len(found))
+        extra += max(0, len(found) - len(true))
+        if name == "limit":
+            before = [float(event.time) for event in exact if event.name != name]
+            earliest = before[-1] if before else 0.0
+            error = max([error, *(max(earliest - a, a - b) for a, b in zip(found, true, strict=False))])
+        else:
+            error = max([error, *(abs(a - b) for a, b in zip(found, true, strict=False))])
+    return EventScore(missing, extra, error)

@@ -1,0 +1,96 @@
+"""Initial states moved by ulps, for every call that is not scored: no two calls start from the same bits."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+
+import numpy as np
+from gnomon.cases import Case
+from gnomon.cases.core.formulation import Formulation
+from gnomon.harness.contract.problem import initial_state
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+SHARE = 1e-3
+"""A component is moved by ulps of itself or of this share of its group's size, whichever is larger."""
+PROBE = 2.0**-20
+"""The relative move that decides whether equal answers from moved states were a coincidence of rounding."""
+_ATTEMPTS = 10_000
+_ENCODED_ATTEMPTS = 100
+
+
+def moved_states(case: Case, formulation: Formulation | None, sizes: Floats, ulps: int = 1) -> Iterator[Floats]:
+    """Distinct initial states (dim,), the nearest first, all within the case's domain and none the unmoved one.
+
+    They are moved by multiples of `ulps`.
+    """
+    state = np.array([float(value) for value in case.initial_state])
+    unit = np.array([math.ulp(max(abs(x), SHARE * size)) for x, size in zip(state, sizes, strict=True)])
+    return _distinct(case, formulation, state, ulps * unit, ulps * 2.0**-52)
+
+
+def probe_state(case: Case, formulation: Formulation | None, sizes: Floats) -> Floats:
+    """An initial state so far off that no solution of it has the same bits."""
+    state = np.array([float(value) for value in case.initial_state])
+    unit = np.maximum(np.abs(state), SHARE * sizes) * PROBE
+    return next(_distinct(case, formulation, state, unit, PROBE))
+
+
+def _distinct(
+    case: Case, formulation: Formulation | None, state: Floats, unit: Floats, relative: float
+) -> Iterator[Floats]:
+    names = [coordinate.name for coordinate in case.state]
+
+    def admitted(moved: Floats) -> bool:
+        return case.domain.admits(
+            case.parameters | {n: Fraction(x) for n, x in zip(names, moved.tolist(), strict=True)}
+        )
+
+    def ways() -> list[list[int]]:
+        return [[way for way in (1, -1) if admitted(state + way * direction)] for direction in directions]
+
+    directions = np.diag(unit)
+    if not any(ways()):
+        # A rule ties the components to each other: each group is moved in proportion, by twice the rounding that the
+        # products would else suffer.
+        tied = [np.isin(np.arange(len(state)), group.indices) for group in case.metric.groups]
+        directions = np.array([2 * relative * state * mask for mask in tied])
+    start = initial_state(case, formulation)
+    given = {start.tobytes()}
+    least = 0.0 if formulation is None else math.ulp(SHARE * float(np.max(np.abs(start))))
+    failures = 0
+    for move in _moves(ways()):
+        moved = state + np.array(move) @ directions
+        if admitted(moved):
+            found = moved
+            if formulation is not None:
+                found = initial_state(case.with_numbers(moved.tolist(), case.parameters), formulation)
+            if found.tobytes() not in given and np.any(np.abs(found - start) >= least):
+                given.add(found.tobytes())
+                failures = 0
+                yield found
+                continue
+        failures += 1
+        if formulation is not None and failures > _ENCODED_ATTEMPTS:
+            break
+        if failures > _ATTEMPTS:
+            raise ValueError(f"{case.id}: no state next to the initial state is within the domain")
+    # At an edge of the formulation (the cycloid's cusp in arc length) neighbours of the state are one and the same to
+    # rounding: there the encoded state itself moves, inward.
+    for k in itertools.count(1):
+        yield start * (1.0 - k * relative)
+
+
+def _moves(ways: Sequence[Sequence[int]]) -> Iterator[tuple[int, ...]]:
+    """Every vector of integers but zero, by its largest component; `ways`: the signs that each component may have.
+
+    A rule that holds a component where it is would turn nearly all of them down. All that can move move first.
+    """
+    for size in itertools.count(1):
+        values = [[way * k for k in range(size, 0, -1) for way in signs] + [0] for signs in ways]
+        for move in itertools.product(*values):
+            if max(map(abs, move)) == size:
+                yield move

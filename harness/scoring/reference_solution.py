@@ -1,0 +1,210 @@
+"""What a case's outcomes are judged by, computed before anything runs: exact states, floor, conditioning."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import as_completed
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from gnomon.cases import Case
+from gnomon.cases.core.formulation import Formulation
+from gnomon.cases.core.turning import turned_cases
+from gnomon.harness.contract import sources as source
+from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.system.child_process import main_hidden, process_pool
+from gnomon.reference.storage import diskcache
+from numpy.typing import NDArray
+
+from gnomon import cases
+
+Floats = NDArray[np.float64]
+_SOURCES = ("gnomon.reference", "gnomon.cases")
+_OWN = ("gnomon.harness.scoring.reference_solution", "gnomon.harness.contract.problem")
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Of one case in one formulation. Times, `exact` (64, dim), `floor` and `conditioning` (64,) belong to the case;
+    `problem_times` (64,), `start` (dim_y,) and `time_scale` are what the integrator gets. `sizes` (dim,) is the scale
+    of each coordinate's group in the metric, `crowded` (64,) says at which times it looks at positions only.
+
+    Of a case on default settings with a rotational symmetry, `turned` (n, dim) are its turned starts, `turned_starts`
+    (n, dim_y) what the integrator gets of them, and `turned_exact` (n, 64, dim) their exact motions; else n is 0.
+    """
+
+    times: Floats
+    exact: Floats
+    floor: Floats
+    conditioning: Floats
+    problem_times: Floats
+    start: Floats
+    sizes: Floats
+    crowded: NDArray[np.bool_]
+    time_scale: float
+    turned: Floats
+    turned_starts: Floats
+    turned_exact: Floats
+
+
+@dataclass(frozen=True)
+class CaseSpec:
+    """A case and a formulation as plain data, for another process."""
+
+    path: str
+    variant: str | None
+    initial_state: tuple[str, ...]
+    parameters: tuple[tuple[str, str], ...]
+    span: str
+    formulation: str | None = None
+
+    @classmethod
+    def of(cls, case: Case, formulation: Formulation | None = None) -> CaseSpec:
+        kind = type(case)
+        return cls(
+            f"{kind.__module__}:{kind.__qualname__}",
+            case.variant,
+            tuple(map(str, case.initial_state)),
+            tuple((name, str(value)) for name, value in case.parameters.items()),
+            str(case.span),
+            None if formulation is None else formulation.name,
+        )
+
+    @property
+    def in_main(self) -> bool:
+        """Whether the case is defined in the script that runs."""
+        return self.path.startswith("__main__:")
+
+    def build(self) -> tuple[Case, Formulation | None]:
+        kind = cases.case_class(self.path)
+        case = kind(initial_state=self.initial_state, span=self.span, **dict(self.parameters))
+        case.variant = self.variant
+        found = [f for f in case.formulations if f.name == self.formulation]
+        return case, found[0] if found else None
+
+
+def truth(spec: CaseSpec) -> Truth:
+    """The truth of a case, from the cache on disk where the case and its exact motion have not been edited since."""
+
+    def build() -> diskcache.Entry:
+        made = _compute(spec)
+        return diskcache.Entry({name: np.asarray(getattr(made, name)) for name in Truth.__dataclass_fields__})
+
+    return _read(diskcache.cached(_key(spec), build))
+
+
+def truths(specs: Sequence[CaseSpec], progress: Callable[[], None]) -> dict[CaseSpec, Truth | str]:
+    """The truths of several cases, those not on disk computed in parallel; `progress` is called after each.
+
+    Where a case fails, the message of its exception stands for its truth: one broken case does not end a run.
+    """
+    found: dict[CaseSpec, Truth | str] = {}
+    for spec in specs:
+        entry = diskcache.load(_key(spec))
+        if entry is not None:
+            found[spec] = _read(entry)
+            progress()
+    missing = [spec for spec in specs if spec not in found]
+    if not missing:
+        return found
+    workers = min(os.cpu_count() or 1, len(missing))
+    with process_pool(workers) as pool:
+        with main_hidden(not any(spec.in_main for spec in missing)):
+            waiting = {pool.submit(truth, spec): spec for spec in missing}
+        for future in as_completed(waiting):
+            error = future.exception()
+            found[waiting[future]] = f"{type(error).__name__}: {error}" if error is not None else future.result()
+            progress()
+    return found
+
+
+def _key(spec: CaseSpec) -> str:
+    code = source.of_module(spec.path.partition(":")[0], _SOURCES) + source.of_module(__name__, _OWN)
+    return f"truth 1\n{code}\n{json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])}"
+
+
+def _read(entry: diskcache.Entry) -> Truth:
+    arrays = dict(entry.arrays)
+    scale = float(arrays.pop("time_scale"))
+    return Truth(**arrays, time_scale=scale)
+
+
+def _compute(spec: CaseSpec) -> Truth:
+    case, formulation = spec.build()
+    times = case.times
+    sizes = np.empty(len(case.state))
+    for group in case.metric.groups:
+        sizes[list(group.indices)] = group.scale
+    conditioning = case.conditioning(times)
+    start = initial_state(case, formulation)
+    if formulation is not None:
+        conditioning = np.hypot(conditioning, _encoding_effect(case, formulation, start))
+    problem = problem_of(case, (object,), formulation)
+    turned = turned_cases(case) if case.variant is None else []
+    dimension = len(case.state)
+    return Truth(
+        times,
+        case.sample(times),
+        case.floor(times),
+        conditioning,
+        problem.times,
+        start,
+        sizes,
+        np.isin(times, list(case.metric.crowded)),
+        problem.time_scale,
+        np.array([[float(x) for x in one.initial_state] for one in turned]).reshape(-1, dimension),
+        np.array([initial_state(one, formulation) for one in turned]).reshape(-1, len(start)),
+        np.array([one.sample(times) for one in turned]).reshape(-1, len(times), dimension),
+    )
+
+
+def _encoding_effect(case: Case, formulation: Formulation, start: Floats) -> Floats:
+    """The typical effect of half an ulp in each component of a formulation's initial state, shape (64,).
+
+    The half ulp is carried to the case's own initial state by central differences of `decode` (its curvature enters at
+    1e-10 of the half ulp) and from there by the exact motion.
+    """
+    parameters = [float(value) for value in case.parameter_values()]
+    nominal = [case.exact(t, 40) for t in case.times.tolist()]
+    total = np.zeros(len(case.times))
+    for index, value in enumerate(start.tolist()):
+        if value == 0 or index == formulation.clock:
+            continue
+        step = np.zeros_like(start)
+        step[index] = abs(value) * 2.0**-20
+        with np.errstate(invalid="ignore"):
+            slope = formulation.decode(start + step, parameters) - formulation.decode(start - step, parameters)
+            ratio = Fraction(math.ulp(value)) / 4 / Fraction(float(step[index]))
+            if not np.all(np.isfinite(slope)):
+                # At the edge of what decodes, as next to a cusp: one ulp inward, halved.
+                step[index] = math.copysign(math.ulp(value), value)
+                here = np.array([float(x) for x in case.initial_state])
+                slope, ratio = here - formulation.decode(start - step, parameters), Fraction(1, 2)
+        moves = [Fraction(float(d)) * ratio for d in slope]
+        neighbour = _moved(case, moves)
+        if neighbour is not None:
+            states = [neighbour.exact(t, 40) for t in case.times.tolist()]
+            total += _distances(case, states, nominal) ** 2
+    return np.asarray(np.sqrt(total))
+
+
+def _moved(case: Case, moves: Sequence[Fraction]) -> Case | None:
+    """The case with its initial state moved, to the other side where that leaves the domain."""
+    for sign in (1, -1):
+        state = [x + sign * move for x, move in zip(case.initial_state, moves, strict=True)]
+        try:
+            return case.with_numbers(state, case.parameters)
+        except ValueError:
+            continue
+    return None
+
+
+def _distances(case: Case, states: Sequence[tuple[Any, ...]], nominal: Sequence[tuple[Any, ...]]) -> Floats:
+    """Distances of states that differ far below an ulp: the differences are taken in high precision."""
+    rows = np.array([[float(x - y) for x, y in zip(a, b, strict=True)] for a, b in zip(states, nominal, strict=True)])
+    return np.asarray(np.max(list(case.metric.by_group(rows, np.zeros_like(rows)).values()), axis=0))

@@ -1,0 +1,1 @@
+"""What is measured beside a run: orders, growth of errors, pairs, benchmarks."""

@@ -1,0 +1,63 @@
+"""The launches of the paired benchmarks gathered: medians and ranges over processes, for the report.
+
+`make bench` launches tests/benchmarks/test_pairs.py in fresh processes, each of which leaves a pytest-benchmark file,
+and then `python -m gnomon.harness.studies.benchmarks LAUNCH... --to reports/local/benchmarks.json`. A benchmark's `extra_info` holds
+`rows`: dictionaries of what was compared (`group`, `problem`, `level`) and, of a pair, the seconds of both (`first` and
+`second`, null where one has no result at the level) and of their null calls and preparations (`first_null`,
+`first_prepare` and so on); of a single time its `value` in `unit`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from gnomon.harness.contract import environment
+from gnomon.harness.results import publish
+
+NAMED = ("group", "problem", "level", "first_name", "second_name", "unit")
+"""What a row says of itself, the same in every launch."""
+
+
+def gathered(launches: Sequence[Path]) -> dict[str, Any]:
+    """One row a comparison: medians of both sides, and of the ratio with its range over the launches."""
+    found: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    for path in launches:
+        for benchmark in json.loads(path.read_text(encoding="utf-8"))["benchmarks"]:
+            for row in benchmark["extra_info"].get("rows", []):
+                found.setdefault(tuple(row.get(name) for name in NAMED), []).append(row)
+    rows = [dict(zip(NAMED, key, strict=True)) | reduced(members) for key, members in found.items()]
+    return {"launches": len(launches), "environment": environment.describe(), "rows": rows}
+
+
+def reduced(members: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Medians over launches; there is a time at a level only where there is one in every launch."""
+    result: dict[str, Any] = {"launches": len(members)}
+    if "value" in members[0]:
+        return result | spread([row["value"] for row in members])
+    for side in ("first", "second", "first_null", "second_null", "first_prepare", "second_prepare"):
+        times = [row[side] for row in members]
+        result[side] = None if None in times else median(times)
+    if result["first"] is None or result["second"] is None:
+        return result | dict.fromkeys(("median", "low", "high"))
+    return result | spread([row["second"] / row["first"] for row in members])
+
+
+def spread(values: Sequence[float]) -> dict[str, float]:
+    return {"median": median(values), "low": min(values), "high": max(values)}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("launches", nargs="+", type=Path)
+    parser.add_argument("--to", type=Path, required=True)
+    arguments = parser.parse_args()
+    publish.write(gathered(arguments.launches), arguments.to)
+
+
+if __name__ == "__main__":
+    main()

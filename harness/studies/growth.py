@@ -1,0 +1,256 @@
+"""How the error of energy grows over up to 1e5 periods: its power of time, fitted for every in-house smooth method.
+
+Symplectic methods keep it bounded as long as their own error rules (backward error analysis: Hairer, Lubich, Wanner,
+Geometric Numerical Integration, IX.8). Where only round-off is left and is summed with care it grows as a random walk,
+t^(1/2): Brouwer's law (Astronomical Journal 46, 1937; Hairer, McLachlan, Razakarivony, BIT 48, 2008). Else as t.
+
+A law is named only where the interval of the power, by bootstrap over the starts, excludes every other law.
+
+`python -m gnomon.harness.studies.growth --to reports/local/growth.json` is part of `make bench`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.arithmetic import rebind
+from gnomon.cases.core.case import Case
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.contract.problem import accepted_form, groups_of, initial_state
+from gnomon.harness.registry import lookup as registry
+from gnomon.harness.results.publish import publish
+from gnomon.harness.scoring.score import NUMPY
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+SAMPLES = 4096
+"""So many that the first of the octaves that are fitted has 32: a mean square over fewer is small too often."""
+DECADES = 2.0
+"""The power is fitted over the last two decades of time, where a start no longer shows."""
+
+STRETCH = 1.0123
+"""Of steps and span: were a step a whole fraction of the period, the same roundings would come back in every period."""
+
+PERIODS = ("period", "gyration_period", "body_period")
+LAWS = {"bounded": 0.0, "sqrt t": 0.5, "t": 1.0, "t^1.5": 1.5, "t^2": 2.0}
+
+FIT = 0.03
+"""How far the power of a finite span can be off on every start, where bounded terms still show beside those that grow."""
+
+CONFIDENCE, RESAMPLES = 0.95, 10_000
+
+
+@dataclass(frozen=True)
+class Subject:
+    """An integrator by its id on a case: steps a period or a tolerance, over so many periods from so many starts.
+
+    `parts`: the span in so many solves, each from the last state of the one before, for methods that limit their steps.
+    `together`: so many starts in one solve at most, for methods that run more of them as an ensemble, by other code.
+    """
+
+    integrator: str
+    setting: float
+    expected: str
+    case: str = "pendulum_simple"
+    periods: float = 1e5
+    starts: int = 24
+    parts: int = 1
+    together: int = 24
+    parameters: tuple[tuple[str, int], ...] = ()
+
+
+def bounded(steps: float, *names: str, **more: Any) -> list[Subject]:
+    return [Subject(f"gnomon:{name}", steps, "bounded", **more) for name in names]
+
+
+def linear(setting: float, *names: str, periods: float = 1e4, **more: Any) -> list[Subject]:
+    return [Subject(f"gnomon:{name}", setting, "t", periods=periods, **more) for name in names]
+
+
+def random_walk(setting: float, *names: str, **more: Any) -> list[Subject]:
+    return [Subject(f"gnomon:{name}", setting, "sqrt t", **more) for name in names]
+
+
+SUBJECTS = [
+    # Their own error rules: steps or tolerances well above round-off.
+    *bounded(64, "Symplectic Euler", "Störmer-Verlet", "Position Verlet", periods=5e4),
+    *bounded(32, "Forest-Ruth 4", "McLachlan-Atela 4", "Suzuki 4", "Blanes-Moan 4", periods=2e4),
+    *bounded(16, "Yoshida 6", "Kahan-Li 6", "Blanes-Moan 6", periods=2e4),
+    *bounded(12, "Yoshida 8", "Kahan-Li 8", periods=2e4),
+    *bounded(48, "Implicit midpoint", periods=2e4),
+    *bounded(16, "Gauss 2-stage", periods=2e4),
+    *bounded(8, "Gauss 3-stage", "Gauss 4-stage", periods=2e4),
+    *bounded(5, "Gauss 5-stage", "Gauss 6-stage", "Gauss 7-stage", periods=2e4),
+    *bounded(32, "Higuera-Cary", case="relativistic_charge", parameters=(("Ez", 0),)),
+    *bounded(48, "RATTLE", "RATTLE Suzuki 4", case="holonomic_constraint_dae", periods=1e4),
+    *bounded(24, "RATTLE Kahan-Li 6", case="holonomic_constraint_dae", periods=1e4),
+    *bounded(64, "Axis splitting 2", case="euler_top", periods=1e4),
+    *bounded(32, "Axis splitting 6", case="euler_top", periods=1e4),
+    # Only round-off is left.
+    *random_walk(16, "Gauss 8-stage", periods=5e4),
+    *random_walk(1e-16, "Gauss 8-stage SIMD", starts=48, together=12),  # 16 would be an ensemble
+    # Uniform fields leave only round-off.
+    *random_walk(32, "Boris", case="charge_in_E_and_B", parameters=(("Ez", 0),)),
+    *random_walk(
+        16, "Volume-preserving 4", "Volume-preserving 6", case="charge_in_E_and_B", periods=2e4, parameters=(("Ez", 0),)
+    ),
+    *random_walk(16, "Exponential Runge-Kutta 4", case="charge_in_E_and_B", periods=2e4, parameters=(("Ez", 0),)),
+    # Next to round-off: what a step leaves out is far smaller than what it rounds, but always of one sign.
+    *linear(1e-16, "Taylor", periods=1e5),
+    # No structure to keep: in a tenth of the time the same power shows, and as many starts cost no more.
+    # Over 1e4 periods Euler's error would stay below 1 from 4e5 steps a period on: half an hour for each start.
+    *linear(65536, "Explicit Euler", periods=1e2),
+    *linear(1024, "Explicit midpoint", "Heun", "RK3", periods=5e3),
+    *linear(128, "RK4"),
+    *linear(96, "RKMK 4", case="euler_top"),
+    *linear(96, "Störmer 8"),
+    *linear(48, "Störmer 12", periods=1e5),
+    *linear(1e-7, "Bogacki-Shampine 3(2)", parts=2, periods=5e3),
+    *linear(1e-7, "Dormand-Prince 5(4)", "Tsitouras 5(4)"),
+    *linear(1e-8, "Verner 6(5)", "RKN 6(4)"),
+    *linear(1e-9, "DOP853", "Verner 9(8)", "RKN 12(10)"),
+    *linear(1e-9, "Gragg-Bulirsch-Stoer"),
+    *linear(1e-8, "Taylor"),
+    *linear(1e-8, "Gauss 8-stage SIMD", together=12, periods=1e5),  # symplectic at equal steps alone
+    *linear(1e-6, "Radau IIA 5", parts=2),
+]
+
+
+def measured(subject: Subject) -> dict[str, Any]:
+    """A row of the published table: the fitted power of time, its standard error and interval, and the law."""
+    times, errors = energy_errors(subject)
+    powers = fitted(times, errors)
+    low, high = interval_of_mean(powers)
+    return {
+        "integrator": subject.integrator.removeprefix("gnomon:"),
+        "case": subject.case,
+        "setting": f"about {subject.setting:g} steps a period"
+        if subject.setting > 1
+        else f"tolerance {subject.setting:g}",
+        "periods": subject.periods,
+        "starts": subject.starts,
+        "size": float(np.median(np.sqrt(np.mean(errors[:, -8:] ** 2, axis=1)))),
+        "power": float(np.mean(powers)),
+        "uncertainty": float(np.std(powers, ddof=1) / math.sqrt(len(powers))),
+        "low": low,
+        "high": high,
+        "law": named(low, high),
+        "expected": subject.expected,
+    }
+
+
+def named(low: float, high: float, words: Mapping[str, str] | None = None) -> str:
+    """The law of a power of time in an interval, where every other one is excluded; else what it is undecided between.
+
+    `words`: other spellings of the names in LAWS.
+    """
+    spelled = {law: (words or {}).get(law, law) for law in LAWS}
+    found = possible(low, high)
+    if found:
+        *others, last = (spelled[law] for law in found)
+        return f"undecided between {', '.join(others)} and {last}" if others else last
+    below = [spelled[law] for law, power in LAWS.items() if power < low]
+    above = [spelled[law] for law, power in LAWS.items() if power > high]
+    return f"between {below[-1]} and {above[0]}" if above else f"faster than {below[-1]}"
+
+
+def possible(low: float, high: float) -> list[str]:
+    """The laws that an interval of the power of time does not exclude. What shrinks is bounded."""
+    return [law for law, power in LAWS.items() if low - FIT <= power <= max(high, 0.0) + FIT]
+
+
+def energy_errors(subject: Subject) -> tuple[Floats, Floats]:
+    """Times in periods (SAMPLES,) and |energy / its start - 1| (starts, SAMPLES), in extended precision.
+
+    Starts are the case's, shrunk by 1/64 from one to the next. Raises RuntimeError where an integration ends early.
+    """
+    numbers: dict[str, Any] = dict(subject.parameters)
+    case = get(subject.case, **numbers).rounded()
+    integrator = registry.own()[subject.integrator]
+    form = accepted_form(case, integrator.accepts)
+    assert form is not None
+    energy = next(name for name in case.invariants if "energy" in name)
+    count = SAMPLES // subject.parts
+    period = period_of(case)
+    interval = twenty_bits(STRETCH * period * subject.periods / SAMPLES)
+    parameters = np.array([float(x) for x in case.parameter_values()])
+    whole = np.arange(1, SAMPLES + 1, dtype=np.float64)
+    times, groups = whole[:count] * interval, groups_of(case)
+    problem = Problem(form, len(case.state), parameters, times, float(case.time_scale), groups=groups)
+    setting = subject.setting
+    if setting > 1:
+        setting = interval / round(setting * subject.periods / SAMPLES)
+    solve = integrator.prepare(problem, setting)
+    state = initial_state(case) * (1 - np.arange(subject.starts)[:, None] / 64)
+    value = in_extended_precision(case.invariants[energy].function, parameters)
+    start, found = value(state), []
+    for _ in range(subject.parts):
+        solutions = [solve(state[k : k + subject.together].copy()) for k in range(0, len(state), subject.together)]
+        stopped = [solution.stopped for solution in solutions if solution.stopped is not None]
+        if stopped:
+            raise RuntimeError(f"{subject.integrator} stopped: {stopped[0]}")
+        states = np.concatenate([solution.states for solution in solutions])
+        found.append(np.abs(value(states) / start[:, None] - 1))
+        state = states[:, -1]
+    return whole * (interval / period), np.asarray(np.concatenate(found, axis=1), dtype=np.float64)
+
+
+def period_of(case: Case) -> float:
+    found = case.quantities()
+    return next((float(found[name]) for name in PERIODS if name in found), 2 * math.pi * float(case.time_scale))
+
+
+def twenty_bits(x: float) -> float:
+    """Rounded down to twenty significant bits: its multiples are exact."""
+    unit = math.ldexp(1.0, math.frexp(x)[1] - 20)
+    return math.floor(x / unit) * unit
+
+
+def in_extended_precision(function: Callable[..., Any], parameters: Floats) -> Callable[[Floats], Any]:
+    """An invariant of arrays of states (..., dim); what it rounds is then far below what the states are rounded by."""
+    bound, wide = rebind(function, NUMPY), tuple(np.longdouble(x) for x in parameters)
+
+    def value(states: Floats) -> Any:
+        return bound(np.longdouble(0), tuple(np.moveaxis(states.astype(np.longdouble), -1, 0)), wide)[0]
+
+    return value
+
+
+def fitted(times: Floats, errors: Floats) -> Floats:
+    """The power of time of the errors (starts, times) of each start.
+
+    A line through the logarithms of the root mean squares over the octaves of time. One power a start, so that one whose
+    period is a simple fraction of the step, where roundings repeat, does not rule the others.
+    """
+    centres, sizes = by_octaves(times, errors, math.ceil(DECADES / math.log10(2)))
+    return np.asarray(np.polyfit(centres, sizes, 1)[0])
+
+
+def by_octaves(times: Floats, errors: Floats, count: int) -> tuple[Floats, Floats]:
+    """Of the last `count` octaves of time that have samples, latest first: the means of log time (octaves,), and the
+    logarithms of the root mean squares of errors (series, times): (octaves, series)."""
+    octave = np.floor(np.log2(times[-1] / times)).astype(int)
+    chosen = [octave == k for k in np.unique(octave[octave < count])]
+    centres = np.array([np.mean(np.log(times[mask])) for mask in chosen])
+    return centres, np.array([np.log(np.sqrt(np.mean(errors[:, mask] ** 2, axis=1))) for mask in chosen])
+
+
+def interval_of_mean(values: Floats, confidence: float = CONFIDENCE) -> tuple[float, float]:
+    """Of the mean of values, one a start: percentiles of the means of RESAMPLES samples with replacement."""
+    chosen = np.random.default_rng(len(values)).integers(len(values), size=(RESAMPLES, len(values)))
+    low, high = np.quantile(values[chosen].mean(axis=1), [(1 - confidence) / 2, (1 + confidence) / 2])
+    return float(low), float(high)
+
+
+def main() -> None:
+    publish(__doc__, measured, SUBJECTS)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,123 @@
+"""Two integrators at equal error, in pairs in one process: what claims of speed between them rest on.
+
+Each is swept over its one knob, the tolerance, and judged as in a run. Its time at an error is interpolated between
+neighbouring settings by the rule of the report's tables (`analysis.time_at`): no lucky sign change of an error counts.
+Of tighter settings those near the other errors count too, where they take less time.
+The two take turns, so that a slow spell of the machine falls on both, and so do their null calls: the same calls over a
+span of next to nothing, a step or none from sample to sample. What these take is the overhead of a call.
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from time import perf_counter_ns
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.case import Case
+from gnomon.cases.core.formulation import Formulation
+from gnomon.harness.contract.integrator import Integrator, Problem, Solve
+from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.results.analysis import time_at
+from gnomon.harness.scoring.reference_solution import CaseSpec, truth
+from gnomon.harness.scoring.score import Judge
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+NEXT_TO_NOTHING = 2.0**-40
+"""The span of a null call over that of the call: 1e-9 of a time scale or less, whole in the binary digits of all times."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """One integrator of a pair: the errors of its settings, loosest first, what solves at each, its null call, and the
+    seconds that each preparation took."""
+
+    errors: list[float]
+    solves: list[Solve]
+    null: Solve
+    prepares: list[float] = field(default_factory=list)
+
+    def prepare(self, integrator: Integrator, problem: Problem, tolerance: float) -> Solve:
+        """What solves at a tolerance; the time of its preparation is kept."""
+        begin = perf_counter_ns()
+        solve = integrator.prepare(problem, tolerance)
+        self.prepares.append((perf_counter_ns() - begin) * 1e-9)
+        return solve
+
+    def near(self, targets: Sequence[float]) -> list[int]:
+        """The settings that the times at these errors are interpolated between."""
+        found: set[int] = set()
+        for target in targets:
+            # With the places of the settings for times, the time at the target says between which two it lies.
+            place, _ = time_at(self.errors, range(1, len(self.errors) + 1), target)
+            if math.isfinite(place):
+                found |= {math.ceil(place) - 2, math.ceil(place) - 1}
+        return sorted(found - {-1})
+
+    def time(self, known: dict[int, float], target: float) -> float | None:
+        """Seconds at an error, from those of the settings near it; None where no setting reaches it."""
+        seconds, _ = time_at(self.errors, [known.get(k, math.nan) for k in range(len(self.errors))], target)
+        return seconds if math.isfinite(seconds) else None
+
+
+def swept(
+    integrator: Integrator, case: Case, formulation: Formulation | None, tolerances: Sequence[float]
+) -> tuple[Side, Floats]:
+    """An integrator on a case of binary64 numbers, at each tolerance that it reaches the end with; its start (1, dim)."""
+    judge = Judge(case, formulation, truth(CaseSpec.of(case, formulation)))
+    problem = judge.problem(accepted_form(case, integrator.accepts, formulation))
+    start = judge.truth.start[None]
+    side = Side([], [], null_call(integrator, problem, tolerances[0]))
+    for tolerance in tolerances:
+        solve = side.prepare(integrator, problem, tolerance)
+        solution = solve(start.copy())
+        if solution.stopped is None:
+            distances = judge.metric.distance(judge.decoded(solution.states[0]), judge.truth.exact, judge.truth.times)
+            side.errors.append(float(np.max(distances)))
+            side.solves.append(solve)
+    return side, start
+
+
+def null_call(integrator: Integrator, problem: Problem, tolerance: float) -> Solve:
+    """What solves the same problem over next to nothing."""
+    return integrator.prepare(replace(problem, times=problem.times * NEXT_TO_NOTHING), tolerance)
+
+
+def at_equal_error(
+    pair: tuple[Side, Side], start: Floats, targets: Sequence[float], repeats: int
+) -> tuple[list[tuple[float | None, float | None]], tuple[float, float]]:
+    """Seconds of both at each target, None where a side does not reach it; and seconds of their null calls."""
+    chosen = [side.near(targets) for side in pair]
+    solves = [[*(side.solves[k] for k in near), side.null] for side, near in zip(pair, chosen, strict=True)]
+    times = interleaved(solves, start, repeats)
+    first, second = (
+        [side.time(dict(zip(near, own[:-1], strict=True)), target) for target in targets]
+        for side, near, own in zip(pair, chosen, times, strict=True)
+    )
+    return list(zip(first, second, strict=True)), (times[0][-1], times[1][-1])
+
+
+def interleaved(sides: Sequence[Sequence[Solve]], start: Floats, repeats: int) -> list[list[float]]:
+    """Median seconds of each after one call that does not count, the sides taking turns."""
+    times: list[list[list[int]]] = [[[] for _ in side] for side in sides]
+    gc.collect()
+    gc.disable()
+    try:
+        for repeat in range(repeats + 1):
+            for k in range(max(map(len, sides))):
+                for side, kept in zip(sides, times, strict=True):
+                    if k < len(side):
+                        own: Any = start.copy()
+                        begin = perf_counter_ns()
+                        side[k](own)
+                        elapsed = perf_counter_ns() - begin
+                        if repeat:
+                            kept[k].append(elapsed)
+    finally:
+        gc.enable()
+    return [[float(np.median(t)) * 1e-9 for t in kept] for kept in times]

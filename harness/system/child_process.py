@@ -1,0 +1,204 @@
+"""How child processes are started, and how they and what they leave behind end."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import types
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import forkserver, resource_tracker
+from pathlib import Path
+from typing import Any, NoReturn
+
+from gnomon.harness.system.locks import temporary_folder
+
+
+def context(method: str = "forkserver") -> Any:
+    """The multiprocessing context of workers: forks of a server that has imported what they need."""
+    found = multiprocessing.get_context(method)
+    temporary_folder()  # before multiprocessing makes one of its own, which stays after kill -9
+    if method == "forkserver":
+        found.set_forkserver_preload(["gnomon.harness.running.forerunner"])
+        with interrupts_ignored():
+            forkserver.ensure_running()
+    return found
+
+
+@contextlib.contextmanager
+def process_pool(workers: int, method: str = "forkserver") -> Iterator[ProcessPoolExecutor]:
+    """Processes for calls of functions. An exception within, Ctrl-C above all, ends them: no call is waited for.
+
+    Their programs start where calls are handed in: with `spawn` do so within `interrupts_ignored`.
+    """
+    pool = ProcessPoolExecutor(workers, mp_context=context(method), initializer=quiet_child)
+    try:
+        yield pool
+    except BaseException:
+        started = list((pool._processes or {}).values())
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in started:
+            process.kill()
+        raise
+    finally:
+        pool.shutdown()
+
+
+@contextlib.contextmanager
+def interrupts_ignored() -> Iterator[None]:
+    """Programs started within never see Ctrl-C, not even while they import: an ignored signal stays ignored."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextlib.contextmanager
+def main_hidden(hidden: bool) -> Iterator[None]:
+    """Children started within import gnomon and not the script that runs, which then needs no `__main__` guard.
+
+    Not where `hidden` is False: what a child needs may be defined in that script.
+    """
+    main = sys.modules["__main__"]
+    if hidden:
+        sys.modules["__main__"] = types.ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+
+
+def die_with_parent() -> None:
+    """Ask the kernel to kill this process when its parent ends, however it ends."""
+    if sys.platform == "linux":
+        _control(_SET_DEATH_SIGNAL, signal.SIGKILL)
+        return
+    parent = os.getppid()
+
+    def watch() -> None:
+        pause = threading.Event()
+        while os.getppid() == parent:
+            pause.wait(1.0)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+_SET_DEATH_SIGNAL, _SET_CHILD_SUBREAPER = 1, 36
+"""Of prctl(2)."""
+
+
+def _control(option: int, value: int) -> None:
+    ctypes.CDLL(None, use_errno=True).prctl(option, value)
+
+
+def adopt_orphans() -> None:
+    """Processes that a child of this one leaves behind become children of this one, even from sessions of their own."""
+    if sys.platform == "linux":
+        _control(_SET_CHILD_SUBREAPER, 1)
+
+
+def guarded(work: Callable[[], None]) -> NoReturn:
+    """Run `work` in a child of this process, and end as that ends, once all that it left behind is ended too.
+
+    The guard stands between the child and the server that all workers are forked from: an integrator that kills the
+    process above it ends its own trial alone. SIGTERM ends the child and all of its own.
+    """
+    die_with_parent()
+    adopt_orphans()
+    guard = os.getpid()
+    stop = {signal.SIGTERM}
+    signal.pthread_sigmask(signal.SIG_BLOCK, stop)  # until there is a child to end
+    child = os.fork()
+    if child == 0:
+        die_with_parent()
+        if os.getppid() != guard:  # it ended before this process could ask to be told
+            os._exit(1)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, stop)
+        work()
+        os._exit(0)
+    os.closerange(3, 2**16)  # the pipe to the parent above all: its end tells that the child is gone
+
+    def end(*_: object) -> None:
+        _kill(child)
+        end_children()
+        os._exit(1)
+
+    signal.signal(signal.SIGTERM, end)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, stop)
+    _, status = os.waitpid(child, 0)
+    if sys.platform != "linux":
+        with contextlib.suppress(OSError):
+            os.killpg(child, signal.SIGKILL)  # what stayed in its process group
+    end_children()
+    if os.WIFSIGNALED(status):
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        os.kill(guard, os.WTERMSIG(status))
+    os._exit(os.waitstatus_to_exitcode(status) & 0xFF)
+
+
+def leave_server(kept: int) -> None:
+    """Close the pipes to the server that forked this process and to its helpers, except `kept`.
+
+    The child of a guard needs none of them, and what is written to one by mistake ends the server.
+    """
+    server: Any = forkserver
+    tracker: Any = resource_tracker
+    server, tracker = server._forkserver, tracker._resource_tracker
+    inherited = (server._forkserver_alive_fd, tracker._fd, *(server._inherited_fds or ()))
+    server._forkserver_alive_fd = tracker._fd = server._inherited_fds = None
+    for descriptor in {one for one in inherited if one is not None} - {kept}:
+        with contextlib.suppress(OSError):
+            os.close(descriptor)
+
+
+def queued_seconds(guard: int) -> float:
+    """How long the child of a guard has been ready to run while others had the processor; 0 where the system does not
+    tell, and where the child is gone."""
+    with contextlib.suppress(OSError, ValueError, IndexError):
+        child = Path(f"/proc/{guard}/task/{guard}/children").read_text().split()[0]
+        return int(Path(f"/proc/{child}/schedstat").read_text().split()[1]) * 1e-9
+    return 0.0
+
+
+def end_children() -> None:
+    """Kill the children of this process, with `adopt_orphans` all of theirs too, and wait for their end."""
+    while True:
+        try:
+            ended, _ = os.waitpid(-1, os.WNOHANG)
+        except ChildProcessError:
+            return
+        if ended == 0:
+            for child in _children():
+                _kill(child)
+            with contextlib.suppress(ChildProcessError):
+                os.waitpid(-1, 0)
+
+
+def _kill(process: int) -> None:
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.kill(process, signal.SIGKILL)
+
+
+def _children() -> list[int]:
+    """The children of this process, of any of its threads; none where the system does not tell."""
+    found: list[int] = []
+    for path in Path("/proc/self/task").glob("*/children"):
+        with contextlib.suppress(OSError):
+            found += map(int, path.read_text().split())
+    return found
+
+
+def quiet_child() -> None:
+    """Of a child process: it ends with its parent, and leaves Ctrl-C for that to handle."""
+    die_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,1 @@
+"""Exact motions. Friction, impact and loss of contact."""

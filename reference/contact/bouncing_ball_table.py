@@ -1,0 +1,122 @@
+"""A ball that bounces on a table which moves up and down (Beatty, Dynamics, 8.13): impacts by rigorous root finding.
+
+Over the table, at b t^2/2 + A sin(w t), the ball falls with z'' = -G + A w^2 sin(w t), G = g + b. With A w^2 < G the
+height over the table is concave in each flight: one impact ends it, and Newton's method from above finds it. From impact
+to impact errors grow, exponentially where the motion is chaotic: the precision is raised until the balls stay narrow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import flint
+from gnomon.reference.numerics.balls import BallMotion, ball, precision
+
+MOST = 500
+"""Impacts within a span; with e < 1 they may crowd without end."""
+SHORTEST = 2.0**-40
+"""Of the time so far: where flights are shorter, the ball comes to rest on the table."""
+ROUGH_BITS = 64
+CLOSE = 1e-12
+"""How well the times of impacts (s) are known when these are counted."""
+
+
+class Flight(NamedTuple):
+    """From the time after an impact (or 0): height and relative velocity there. `arriving` is the speed before it."""
+
+    begin: Any
+    z: Any
+    u: Any
+    arriving: Any
+
+
+@dataclass(frozen=True)
+class VibratingTable(BallMotion):
+    """State (z, u): the height over the table and its rate; z0 > 0, or z0 = 0 and u0 > 0; 0 < e <= 1, A w^2 < G."""
+
+    pull: Fraction
+    e: Fraction
+    amplitude: Fraction
+    frequency: Fraction
+    z0: Fraction
+    u0: Fraction
+
+    def impacts(self, until: Fraction) -> int:
+        """How many impacts there are up to a time, by precision enough to follow them."""
+        bits = 2 * ROUGH_BITS
+        while True:
+            with precision(bits):
+                known = self._known(until)
+            if all(flight.begin.rad() < CLOSE for flight in known):
+                return len(known) - 1
+            bits *= 2
+
+    def impact(self, n: int, until: Fraction, digits: int = 15) -> tuple[Any, Any, Any]:
+        """Time of impact n = 1, 2, ..., and the relative velocity before and after."""
+        return (
+            self._derived(digits, lambda: self._known(until)[n].begin),
+            self._derived(digits, lambda: self._known(until)[n].arriving),
+            self._derived(digits, lambda: self._known(until)[n].u),
+        )
+
+    def _known(self, until: Fraction) -> list[Flight]:
+        """The flights that begin up to a time, at the precision in force."""
+        flights, more = _flights(self, flint.ctx.prec), ball(until).mid()
+        while flights[-1].begin.mid() <= more:
+            if len(flights) > MOST:
+                raise ArithmeticError(f"more than {MOST} impacts")
+            flights.append(self._following(flights[-1]))
+            if not flights[-1].begin.is_finite():
+                break  # the balls have grown past all bounds: more precision is asked for
+            before, now = (flight.begin.mid() for flight in flights[-2:])
+            if now - before < SHORTEST * now:
+                raise ArithmeticError(f"impacts without end near t = {float(now):g} s")
+        return [flight for flight in flights if not flight.begin.mid() > more]
+
+    def _following(self, flight: Flight) -> Flight:
+        """The flight after the next impact: Newton's method, whose last step carries the balls of the start."""
+        rest = Flight(*(x.mid() for x in flight))
+        gravity, size = ball(self.pull), ball(self.amplitude)
+        ball_speed = rest.u + size * ball(self.frequency) * (ball(self.frequency) * rest.begin).cos()
+        wait = (ball_speed + (ball_speed * ball_speed + 2 * gravity * (rest.z + 2 * size)).sqrt()) / gravity
+        for bits in (ROUGH_BITS, flint.ctx.prec):
+            with precision(bits):
+                wait = self._root(rest, wait.mid())
+        z, u = self._after(flight, wait)
+        wait = wait - z / u
+        _, u = self._after(flight, wait)
+        return Flight(flight.begin + wait, flint.arb(0), -ball(self.e) * u, u)
+
+    def _root(self, flight: Flight, wait: Any) -> Any:
+        for _ in range(200):
+            z, u = self._after(flight, wait)
+            step = (z / u).mid()
+            wait = (wait - step).mid()
+            if abs(step) <= abs(wait) * flint.arb(2) ** (12 - flint.ctx.prec):
+                break
+        return wait
+
+    def _after(self, flight: Flight, since: Any) -> tuple[Any, Any]:
+        """Height and relative velocity some time after the begin of a flight, the next impact not looked at."""
+        rate, size, gravity = ball(self.frequency), ball(self.amplitude), ball(self.pull)
+        half = rate * since / 2
+        middle = rate * flight.begin + half
+        # sin(x + 2h) - sin(x) = 2 cos(x + h) sin(h), and the same for the cosine: short flights do not cancel
+        rise, turn = 2 * middle.cos() * half.sin(), -2 * middle.sin() * half.sin()
+        drift = rate * since * (rate * flight.begin).cos()
+        z = flight.z + since * (flight.u - gravity * since / 2) - size * (rise - drift)
+        return z, flight.u - gravity * since - size * rate * turn
+
+    def _balls(self, t: Fraction) -> Sequence[Any]:
+        flight = self._known(t)[-1]
+        return self._after(flight, ball(t) - flight.begin)
+
+
+@lru_cache(maxsize=32)
+def _flights(motion: VibratingTable, bits: int) -> list[Flight]:
+    """What is known at a precision; it grows with the times asked for."""
+    return [Flight(flint.arb(0), ball(motion.z0), ball(motion.u0), flint.arb(0))]

@@ -1,0 +1,164 @@
+"""A block on a moving belt, held by a spring: it sticks, breaks loose, slips, sticks again (Beatty, Dynamics, 5.11.2).
+
+With xs = mu_s m g/k, xk = mu_k m g/k: stuck it rides at V up to xs; slipping it swings about xk, x = xk - R cos psi and
+v = w R sin psi, psi growing at w, until v = V again. From the first release on the motion is periodic:
+slip (2/w) (pi - atan(w (xs - xk)/V)), stick 2 (xs - xk)/V.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import flint
+from gnomon.reference.numerics.balls import BallMotion, ball, floor_of, sign
+
+
+@dataclass(frozen=True)
+class StickSlip(BallMotion):
+    """State (x, v), V > 0, v0 <= V, and (x0 - xk)^2 + (v0^2 - V^2) m/k <= (xk + xs)^2: slips end in sticking."""
+
+    mass: Fraction
+    stiffness: Fraction
+    g: Fraction
+    mu_s: Fraction
+    mu_k: Fraction
+    V: Fraction
+    x0: Fraction
+    v0: Fraction
+
+    @property
+    def xs(self) -> Fraction:
+        """Where the belt's hold breaks."""
+        return self.mu_s * self.mass * self.g / self.stiffness
+
+    @property
+    def xk(self) -> Fraction:
+        """The centre of the slip."""
+        return self.mu_k * self.mass * self.g / self.stiffness
+
+    @property
+    def stuck_first(self) -> bool:
+        return self.v0 == self.V and self.x0 < self.xs
+
+    @property
+    def loose_first(self) -> bool:
+        """Whether the start is itself a release."""
+        return self.v0 == self.V and self.x0 == self.xs
+
+    @property
+    def slips_for_good(self) -> bool:
+        """A slip from the start too slow to catch up with the belt, or one about xk = xs, which only touches V."""
+        return not self.stuck_first and self._catch(self._first) is None
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the motion after a release comes back to sticking; for mu_s = mu_k it swings on for ever."""
+        return self.xs > self.xk and not self.slips_for_good
+
+    @property
+    def _first(self) -> tuple[Fraction, Fraction]:
+        return self.x0 - self.xk, self.v0
+
+    @property
+    def _loose(self) -> tuple[Fraction, Fraction]:
+        """Distance from the centre and speed at a release."""
+        return self.xs - self.xk, self.V
+
+    def release_time(self, digits: int = 15) -> Any:
+        """The first time that the block breaks loose, its start included."""
+        return self._derived(digits, self._release)
+
+    def slip_time(self, digits: int = 15) -> Any:
+        """Of a slip after a release."""
+        return self._derived(digits, lambda: self._slip(*self._loose))
+
+    def stick_time(self, digits: int = 15) -> Any:
+        """Between two slips."""
+        return self._derived(digits, lambda: ball(2 * (self.xs - self.xk) / self.V))
+
+    def period(self, digits: int = 15) -> Any:
+        """Of the limit cycle; of the swing where the block sticks no more."""
+        return self._derived(digits, self._period if self.repeats else lambda: 2 * flint.arb.pi() / self._rate())
+
+    def cycle_time(self, cycle: int, caught: bool, digits: int = 15) -> Any:
+        """When release number `cycle` = 0, 1, ... is, or the sticking that follows it."""
+        return self._derived(
+            digits,
+            lambda: (
+                self._release() + (cycle * self._period() if cycle else 0) + (self._slip(*self._loose) if caught else 0)
+            ),
+        )
+
+    def number(self, value: Fraction, digits: int = 15) -> Any:
+        """A rational number to `digits`."""
+        return self._derived(digits, lambda: ball(value))
+
+    def first_catch(self, digits: int = 15) -> tuple[Any, Any] | None:
+        """Time and place where a slip that began at t = 0 sticks; None where it began stuck, loose or never does."""
+        if self.stuck_first or self.slips_for_good or self.loose_first:
+            return None
+        return self._derived(digits, lambda: self._slip(*self._first)), self._derived(digits, self._caught)
+
+    def _balls(self, t: Fraction) -> Sequence[Any]:
+        if self.stuck_first:
+            if t <= (self.xs - self.x0) / self.V:
+                return ball(self.x0 + self.V * t), ball(self.V)
+        elif self.slips_for_good or sign(lambda: self._slip(*self._first) - ball(t)) > 0:
+            return self._swing(*self._first, ball(t))
+        elif sign(lambda: self._release() - ball(t)) > 0:
+            return self._caught() + ball(self.V) * (ball(t) - self._slip(*self._first)), ball(self.V)
+        if not self.repeats:
+            return self._swing(*self._loose, ball(t) - self._release())
+        cycles = floor_of(lambda: (ball(t) - self._release()) / self._period()) if t else 0
+
+        def since() -> Any:
+            return ball(t) - self._release() - cycles * self._period()
+
+        if sign(lambda: self._slip(*self._loose) - since()) > 0:
+            return self._swing(*self._loose, since())
+        return ball(2 * self.xk - self.xs) + ball(self.V) * (since() - self._slip(*self._loose)), ball(self.V)
+
+    def _rate(self) -> Any:
+        return ball(self.stiffness / self.mass).sqrt()
+
+    def _swing(self, distance: Fraction, speed: Fraction, time: Any) -> Sequence[Any]:
+        rate = self._rate()
+        sine, cosine = (rate * time).sin_cos()
+        from_centre, v = ball(distance), ball(speed)
+        return ball(self.xk) + from_centre * cosine + v / rate * sine, v * cosine - rate * from_centre * sine
+
+    def _catch(self, start: tuple[Fraction, Fraction]) -> Fraction | None:
+        """The square of the distance from the centre at which a slip has the belt's speed; None where it has not."""
+        square = start[0] ** 2 + (start[1] ** 2 - self.V**2) * self.mass / self.stiffness
+        return None if square < 0 or (square == 0 and self.xs == self.xk) else square
+
+    def _slip(self, distance: Fraction, speed: Fraction) -> Any:
+        """How long a slip lasts: psi from its start to the next psi with w R sin psi = V, cos psi >= 0."""
+        rate = self._rate()
+        square = self._catch((distance, speed))
+        assert square is not None
+        if speed == self.V:
+            # From pi - psi1, on the far side of the centre, round to 2 pi + psi1.
+            return (flint.arb.pi() + 2 * flint.arb.atan2(ball(self.V), rate * ball(distance))) / rate
+        here = flint.arb.atan2(ball(speed), -rate * ball(distance))
+        there = flint.arb.atan2(ball(self.V), rate * ball(square).sqrt())
+        angle = there - here
+        return (angle + 2 * flint.arb.pi() if angle < 0 else angle) / rate
+
+    def _caught(self) -> Any:
+        square = self._catch(self._first)
+        assert square is not None
+        return ball(self.xk) - ball(square).sqrt()
+
+    def _release(self) -> Any:
+        if self.stuck_first:
+            return ball((self.xs - self.x0) / self.V)
+        if self.slips_for_good or self.loose_first:
+            return flint.arb(0)
+        return self._slip(*self._first) + (ball(self.xs) - self._caught()) / ball(self.V)
+
+    def _period(self) -> Any:
+        return self._slip(*self._loose) + ball(2 * (self.xs - self.xk) / self.V)

@@ -1,0 +1,1 @@
+"""Exact motions. Points in uniform fields: projectiles, drag, charges, pulses."""

@@ -1,0 +1,1 @@
+"""Exact motions. Points, chains and rings guided by wires, curves, surfaces and hoops."""

@@ -1,0 +1,42 @@
+"""A bead on a smooth wire that turns uniformly in a vertical plane: r'' = O^2 r - g sin(O t) (Beatty, Dynamics, 11.7).
+
+r = A e^(Ot) + B e^(-Ot) + (g/(2 O^2)) sin(Ot). The load is a component of a linear system, the pair sin, cos.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from gnomon.reference.numerics.linear import LinearMotion, Row
+
+
+@dataclass(frozen=True)
+class BeadOnTurningWire(LinearMotion):
+    """State (r, r'); the wire is level at t = 0 and rises."""
+
+    O: Fraction  # noqa: E741 - the symbol of the equations
+    g: Fraction
+    r0: Fraction
+    v0: Fraction
+
+    dimension = 2
+
+    def _system(self) -> tuple[Sequence[Row], Row]:
+        rate = self.O
+        rows = ((0, 1, 0, 0), (rate**2, 0, -self.g, 0), (0, 0, 0, rate), (0, 0, -rate, 0))
+        return rows, (self.r0, self.v0, 0, 1)
+
+    def growing(self) -> Fraction:
+        """A, the amplitude of the part that grows; zero on the bounded orbits."""
+        return (self.r0 + (self.v0 - self.g / (2 * self.O)) / self.O) / 2
+
+    def decaying(self) -> Fraction:
+        """B, the amplitude of the part that dies."""
+        return (self.r0 - (self.v0 - self.g / (2 * self.O)) / self.O) / 2
+
+    def swing(self, digits: int = 15) -> Any:
+        """g/(2 O^2), the amplitude of the bounded orbit."""
+        return self._quantity(digits, lambda mp: mp.mpf(self.g / (2 * self.O**2)))

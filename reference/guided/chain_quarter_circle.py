@@ -1,0 +1,152 @@
+"""A chain that slides from a table through a smooth quarter circle and off its end (Beatty, Dynamics, 8.12).
+
+L s'' = g (drop(s) - drop(s - L)), s the way of the front from the begin of the quarter circle of radius R, guided as in
+a tube: drop(s) = R (1 - cos(s/R)) on it and R + s - h below, h = pi R/2 < L. Energy gives s'^2 while the front or the
+tail is on the circle, and the time by quadrature; between and after these the motion is elementary.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import flint
+from gnomon.reference.numerics.balls import BallMotion, ball
+from gnomon.reference.numerics.passage import Pace, Track
+
+LONGEST = 0.5
+"""Of sqrt(L/g): the time between two places of a track."""
+
+
+class Stages(NamedTuple):
+    """Times and speeds at which the front hangs straight, the tail enters the circle and the tail is off it."""
+
+    front: Track
+    hangs: Any
+    hang_speed: Any
+    enters: Any
+    enter_speed: Any
+    tail: Track
+    leaves: Any
+    leave_speed: Any
+
+
+@dataclass(frozen=True)
+class ChainQuarter(BallMotion):
+    """State (s, v), 0 <= s < h and v >= 0 at the start, not both zero; pi R/2 < L."""
+
+    g: Fraction
+    length: Fraction
+    radius: Fraction
+    s: Fraction
+    v: Fraction
+
+    def event_times(self, digits: int = 15) -> tuple[Any, Any, Any]:
+        """When the front hangs straight, the tail enters the circle, the tail is off it."""
+        return tuple(  # type: ignore[return-value]
+            self._derived(digits, lambda i=i: getattr(self._stages(), ("hangs", "enters", "leaves")[i]))  # type: ignore[misc]
+            for i in range(3)
+        )
+
+    def event_speeds(self, digits: int = 15) -> tuple[Any, Any, Any]:
+        names = ("hang_speed", "enter_speed", "leave_speed")
+        return tuple(self._derived(digits, lambda n=n: getattr(self._stages(), n)) for n in names)  # type: ignore[misc, return-value]
+
+    def event_places(self, digits: int = 15) -> tuple[Any, Any, Any]:
+        return (
+            self._derived(digits, self.quarter),
+            self._derived(digits, lambda: ball(self.length)),
+            self._derived(digits, lambda: ball(self.length) + self.quarter()),
+        )
+
+    def quarter(self) -> Any:
+        """h, the length of the quarter circle."""
+        return flint.arb.pi() * ball(self.radius) / 2
+
+    def _balls(self, t: Fraction) -> Sequence[Any]:
+        if t == 0:
+            return [ball(self.s), ball(self.v)]
+        stages, time = self._stages(), ball(t)
+        if time.mid() < stages.hangs.mid():
+            way = stages.front.arrival(time)
+            if self.v == 0:
+                square = way * way
+                return [ball(self.s) + square, way * self._from_rest(flint.acb(square)).real.sqrt()]
+            return [ball(self.s) + way, self._square(flint.acb(way)).real.sqrt()]
+        if time.mid() < stages.enters.mid():
+            return self._hanging(stages.hang_speed, time - stages.hangs)
+        if time.mid() < stages.leaves.mid():
+            way = stages.tail.arrival(time - stages.enters)
+            return [ball(self.length) + way, self._tail_square(stages.enter_speed)(flint.acb(way)).real.sqrt()]
+        since = time - stages.leaves
+        fall = ball(self.g) * since
+        return [ball(self.length) + self.quarter() + (stages.leave_speed + fall / 2) * since, stages.leave_speed + fall]
+
+    def _stages(self) -> Stages:
+        return _stages(self, flint.ctx.prec)
+
+    def _square(self, delta: Any) -> Any:
+        """v^2 when the front has come `delta` from its start, on the circle."""
+        return ball(self.v**2) + delta * self._from_rest(delta)
+
+    def _from_rest(self, delta: Any) -> Any:
+        """(v^2 - v0^2)/delta: (2 g R/L) (1 - cos((s0 + delta/2)/R) sin(delta/2R)/(delta/2R))."""
+        half = delta / (2 * ball(self.radius))
+        return ball(2 * self.g * self.radius / self.length) * (
+            1 - (ball(self.s / self.radius) + half).cos() * half.sinc()
+        )
+
+    def _tail_square(self, enter_speed: Any) -> Callable[[Any], Any]:
+        """v^2 when the tail has come `way` on the circle."""
+        twice, radius = ball(2 * self.g / self.length), ball(self.radius)
+        below = ball(self.length) - self.quarter()
+
+        def square(way: Any) -> Any:
+            return enter_speed * enter_speed + twice * (
+                way * (below + way / 2) + radius * radius * (way / radius).sin()
+            )
+
+        return square
+
+    def _hanging(self, speed: Any, time: Any) -> list[Any]:
+        """s - h + R = R cosh(w t) + (v/w) sinh(w t), w^2 = g/L."""
+        rate = ball(self.g / self.length).sqrt()
+        sinh, cosh = (rate * time).sinh_cosh()
+        radius = ball(self.radius)
+        return [
+            self.quarter() + radius * (cosh - 1) + speed / rate * sinh,
+            radius * rate * sinh + speed * cosh,
+        ]
+
+
+@lru_cache(maxsize=32)
+def _stages(motion: ChainQuarter, bits: int) -> Stages:
+    longest = LONGEST * float(motion.length / motion.g) ** 0.5
+    quarter, radius = motion.quarter(), ball(motion.radius)
+    rest = quarter - ball(motion.s)
+    if motion.v == 0:
+        front = Track(_root_pace(motion._from_rest), rest.sqrt(), longest)
+    else:
+        front = Track(_pace(motion._square), rest, longest)
+    hang_speed = motion._square(flint.acb(rest)).real.sqrt()
+    # s - h + R = C e^(w t) - D e^(-w t): the time at which s = L
+    rate, below = ball(motion.g / motion.length).sqrt(), ball(motion.length) - quarter + radius
+    grow, fade = (radius + hang_speed / rate) / 2, (radius - hang_speed / rate) / 2
+    enters = front.duration + ((below + (below * below - 4 * grow * fade).sqrt()) / (2 * grow)).log() / rate
+    _, enter_speed = motion._hanging(hang_speed, enters - front.duration)
+    square = motion._tail_square(enter_speed)
+    tail = Track(_pace(square), quarter, longest)
+    leave_speed = square(flint.acb(quarter)).real.sqrt()
+    return Stages(front, front.duration, hang_speed, enters, enter_speed, tail, enters + tail.duration, leave_speed)
+
+
+def _pace(square: Callable[[Any], Any]) -> Pace:
+    return lambda x, analytic: square(x).rsqrt(analytic=analytic)
+
+
+def _root_pace(quotient: Callable[[Any], Any]) -> Pace:
+    """dt/d sigma, delta = sigma^2, from rest."""
+    return lambda sigma, analytic: 2 * quotient(sigma * sigma).rsqrt(analytic=analytic)

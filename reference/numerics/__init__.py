@@ -1,0 +1,1 @@
+"""Arithmetic and series that exact motions are computed with."""

@@ -1,0 +1,129 @@
+"""Motions without a closed form, by Taylor series in high precision, dense in time.
+
+Each step's series is kept, so that any time within it costs one evaluation of a polynomial. How far errors grow is
+measured by a second integration with fewer digits, and the working precision makes up for it: the digits asked for are
+those in which two precisions agree.
+"""
+
+from __future__ import annotations
+
+import bisect
+import hashlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from gnomon.reference.numerics.balls import ball, precision
+from gnomon.reference.numerics.motion import MANY, Floats, Motion
+from gnomon.reference.numerics.taylor import MAX_STEPS, Field, _Flow, _fraction, _step, _value
+from gnomon.reference.storage.diskcache import Entry, cached, fingerprint
+
+COARSE = 24
+"""Digits of the integration that measures growth."""
+LEVELS = (40, 56, 78, 150, 240)
+"""Working digits: few levels, so that one integration serves many questions."""
+MARGIN = 4
+MOST_WORK = 25_000
+"""Steps times nodes of the equations that the coarse integration may take, some 3 s; hard variants take up to 17,000."""
+COMPARED = 16
+
+
+class Path:
+    """One integration from t = 0 forward (or backward), each step's truncation below 10**-digits of the state."""
+
+    def __init__(self, flow: Field, start: Sequence[Fraction], digits: int, backward: bool) -> None:
+        self.digits = digits
+        self.bits = math.ceil((digits + 10) * math.log2(10))
+        self.order = math.ceil(digits * math.log(10) / 2) + 2
+        self.sign = -1 if backward else 1
+        with precision(self.bits):
+            self.flow = _Flow(flow, len(start))
+            self.here = [ball(x) for x in start]
+        self.ends = [Fraction(0)]
+        """Distances from t = 0 at which steps end."""
+        self.series: list[list[list[Any]]] = []
+
+    def value(self, t: Fraction) -> list[Fraction]:
+        """The state at t; raises ArithmeticError where the steps shrink to nothing before it."""
+        distance = abs(t)
+        with precision(self.bits):
+            while not self.series or self.ends[-1] < distance:
+                self._advance()
+            index = max(bisect.bisect_left(self.ends, distance) - 1, 0)
+            offset = self.sign * (distance - self.ends[index])
+            return [_fraction(_value(coefficients, offset)) for coefficients in self.series[index]]
+
+    def _advance(self) -> None:
+        now = self.sign * self.ends[-1]
+        series = [list(coefficients) for coefficients in self.flow.series(now, self.here, self.order)]
+        step = _step(series, self.order)
+        self.here = [_value(coefficients, self.sign * step) for coefficients in series]
+        self.series.append(series)
+        self.ends.append(self.ends[-1] + step)
+        if self.digits == COARSE and len(self.series) * len(self.flow.tape.nodes) > MOST_WORK:
+            raise ArithmeticError(
+                f"{len(self.series)} Taylor steps reach t = {float(now):g} s only; give a shorter span"
+            )
+        if len(self.series) > MAX_STEPS:
+            raise ArithmeticError(f"more than {MAX_STEPS} Taylor steps, at t = {float(now):g}")
+
+
+@dataclass(frozen=True)
+class CertifiedMotion(Motion):
+    """y' = rates(t, y) from `start` at t = 0, up to about `horizon` (s).
+
+    `label` tells these rates, parameters included, from all others.
+    """
+
+    label: str
+    start: tuple[Fraction, ...]
+    horizon: Fraction
+    rates: Field = field(repr=False, compare=False)
+
+    def _guard(self, t: Fraction) -> float:
+        return 2
+
+    def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
+        wanted = mp.dps + MARGIN + self.growth(t)
+        level = next((level for level in LEVELS if level >= wanted), math.ceil(wanted))
+        return [mp.mpf(x) for x in _path(self, level, t < 0).value(t)]
+
+    def growth(self, t: Fraction) -> float:
+        """Digits that errors have grown by until t (where t > 0: until the horizon), relative to the motion's size.
+
+        Raises ArithmeticError where all digits of the coarse integration are lost: the motion is too long.
+        """
+        return _growth(self, max(t, self.horizon) if t >= 0 else t)
+
+    def sample(self, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
+        """Few states are kept on disk too, because the integration is dear."""
+        if len(times) >= MANY:
+            return Motion.sample(self, times, span, breaks)
+        digest = hashlib.sha256(np.ascontiguousarray(times).tobytes()).hexdigest()
+        key = f"certified {fingerprint('gnomon.reference')} {self!r} {digest}"
+        return np.asarray(cached(key, lambda: Entry({"states": self.sample_each(times)})).arrays["states"])
+
+
+@lru_cache(maxsize=24)
+def _path(motion: CertifiedMotion, digits: int, backward: bool) -> Path:
+    return Path(motion.rates, motion.start, digits, backward)
+
+
+@lru_cache(maxsize=64)
+def _growth(motion: CertifiedMotion, t: Fraction) -> float:
+    coarse, fine = (_path(motion, digits, t < 0) for digits in (COARSE, LEVELS[0]))
+    places = [t * k / COMPARED for k in range(1, COMPARED + 1)]
+    pairs = [(coarse.value(s), fine.value(s)) for s in places]
+    sizes = [max(map(abs, column)) for column in zip(motion.start, *(b for _, b in pairs), strict=True)]
+    largest = max(sizes) or Fraction(1)
+    # A component that stays at nothing, or at round-off, has no digits of its own.
+    sizes = [size if size * 10**COMPARED > largest else largest for size in sizes]
+    worst = max(abs(x - y) / size for a, b in pairs for x, y, size in zip(a, b, sizes, strict=True))
+    lost = COARSE + math.log10(worst) if worst * 10**COARSE > 1 else 0.0
+    if lost > COARSE - 3:
+        raise ArithmeticError(f"errors grow by 1e{lost:.0f} until t = {float(t):g}; shorten the span")
+    return lost

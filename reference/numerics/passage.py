@@ -1,0 +1,97 @@
+"""How long a passage takes and how far it has come: integrals of a positive analytic pace in balls, and their inverse.
+
+A motion with a first integral x'^2 = p(x) takes dt = dx/sqrt(p). Next to a turning point p = delta q(delta), and with
+delta = sigma^2 it takes dt = 2 d sigma/sqrt(q(sigma^2)): analytic again. Integrals: Johansson, Numerical integration in
+arbitrary-precision ball arithmetic, ICMS 2018.
+"""
+
+from __future__ import annotations
+
+import bisect
+from collections.abc import Callable
+from typing import Any
+
+import flint
+from gnomon.reference.numerics.balls import precision
+
+Pace = Callable[[Any, bool], Any]
+"""(x, analytic) -> dt/dx over complex balls; `analytic` as python-flint asks of square roots."""
+ROUGH_BITS = 64
+FEWEST_CELLS = 8
+NARROWEST = 2.0**-60
+
+
+class Track:
+    """Times from 0 on along a passage to `end`, kept at places between which at most about `longest` seconds pass.
+
+    It belongs to the precision that is in force when it is made.
+    """
+
+    def __init__(self, pace: Pace, end: Any, longest: float) -> None:
+        self.pace = pace
+        self.places = [flint.arb(0)]
+        self.times = [flint.arb(0)]
+        for place in self._cells(end, longest):
+            self.times.append(self.times[-1] + self._duration(self.places[-1], place))
+            self.places.append(place)
+        self._middles = [float(time.mid()) for time in self.times]
+
+    @property
+    def duration(self) -> Any:
+        """The time to the end."""
+        return self.times[-1]
+
+    def arrival(self, time: Any) -> Any:
+        """The place after `time`: Newton's method, whose last step adds the ball of what is still missing."""
+        cell = min(max(bisect.bisect_right(self._middles, float(time.mid())) - 1, 0), len(self.places) - 2)
+        place, missing = self.places[cell].mid(), time - self.times[cell]
+        with precision(ROUGH_BITS):
+            place = self._rough(place, self.places[cell + 1].mid(), missing.mid())
+        missing = missing - self._duration(self.places[cell], place)
+        size = abs(self.places[-1].mid())
+        for _ in range(60):
+            step = (missing.mid() / self._at(place)).mid()
+            if abs(step) <= size * flint.arb(2) ** (20 - flint.ctx.prec):
+                break
+            new = (place + step).mid()
+            missing, place = missing - self._duration(place, new), new
+        return place + missing / self._at(place)
+
+    def _at(self, place: Any) -> Any:
+        return self.pace(flint.acb(place), False).real
+
+    def _duration(self, low: Any, high: Any) -> Any:
+        return flint.acb.integral(self.pace, flint.acb(low), flint.acb(high)).real
+
+    def _cells(self, end: Any, longest: float) -> list[Any]:
+        """The ends of cells, halved until each takes at most `longest` by Simpson's rule."""
+        last = end.mid()
+        waiting = [(k * last / FEWEST_CELLS, (k + 1) * last / FEWEST_CELLS) for k in reversed(range(FEWEST_CELLS))]
+        found = []
+        with precision(ROUGH_BITS):
+            while waiting:
+                low, high = waiting.pop()
+                middle, width = ((low + high) / 2).mid(), high - low
+                takes = width * (self._at(low) + 4 * self._at(middle) + self._at(high)) / 6
+                if float(takes.mid()) > longest and width > NARROWEST * abs(last):
+                    waiting += [(middle, high), (low, middle)]
+                else:
+                    found.append(high.mid())
+        return [*found[:-1], end]
+
+    def _rough(self, low: Any, high: Any, time: Any) -> Any:
+        """`time` after `low`, to ten digits of the cell, by Newton's method, and bisection where that leaves it."""
+        place, close = ((low + high) / 2).mid(), abs(high - low) * flint.arb(2) ** -34
+        missing = time - self._duration(low, place)
+        for _ in range(100):
+            if missing.mid() > 0:
+                low = place
+            else:
+                high = place
+            new = (place + missing / self._at(place)).mid()
+            if not low <= new <= high:
+                new = ((low + high) / 2).mid()
+            if abs(new - place) <= close:
+                return new
+            missing, place = missing - self._duration(place, new), new
+        return place

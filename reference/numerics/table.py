@@ -1,0 +1,160 @@
+"""Exact states at a million times in about a second: the motion as polynomials in double-double, cell by cell.
+
+A motion that repeats itself needs the cells of one cycle only: the phase of a time in it is taken in double-double,
+and what the motion gains in each cycle (a shift, a turn, a decay) is put on afterwards. Every value comes with a bound
+of its error. Where that bound leaves more than 0.51 ulp in doubt (after Ziv, ACM TOMS 17, 1991), which happens next to
+zeros and in the gaps around events, the value is computed in high precision instead.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+import flint
+import numpy as np
+from gnomon.reference.numerics.balls import precision
+from gnomon.reference.numerics.motion import Cycle, Floats, Motion
+from gnomon.reference.numerics.precision import exact, working
+from gnomon.reference.numerics.tablecells import BITS, Cells, TooDearError, as_ball, build
+from gnomon.reference.numerics.tablekernel import evaluate
+from gnomon.reference.storage.diskcache import Entry, fingerprint, load, store_or_warn
+
+CYCLE_DIGITS = 70
+BUDGET = 8000
+"""States that a table may cost where no more times than that are asked for; else as many as the times."""
+MAX_TURNS = 10**7
+OVER = Fraction(1, 2**40)
+"""The cells of a cycle overlap by this part of it: which cycle a time belongs to is decided in doubles."""
+TIE = Fraction(1, 10**19)
+"""A break known to 20 digits lies between two doubles for certain if it does with this relative error."""
+
+
+def sample(motion: Motion, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
+    """Doubles within 0.51 ulp of the states at `times`, by a table where one is worth its cost."""
+    times = np.ascontiguousarray(times, dtype=np.float64)
+    farthest = float(exact(float(np.max(np.abs(times), initial=0.0)), "t"))
+    cycle = cycle_of(motion)
+    if cycle is not None and max(farthest, span or 0.0) < cycle.period / 2:
+        cycle = None  # of little of it, only that little is tabulated
+    turns = np.zeros(len(times)) if cycle is None else np.floor(times / float(cycle.period))
+    if farthest == 0.0 or np.ptp(turns) > MAX_TURNS:
+        return motion.sample_each(times)
+    cells = _cells(motion, _pieces(cycle, farthest, span, breaks), max(BUDGET, len(times)))
+    if cells is None:
+        return motion.sample_each(times)
+    dimension = cells.high.shape[2]
+    values = np.zeros((len(times), dimension))
+    sure = np.empty(len(times), dtype=np.bool_)
+    period = np.zeros(3) if cycle is None else _parts(cycle.period, 3)
+    shift = np.zeros((dimension, 2)) if cycle is None else np.array([_parts(x, 2) for x in cycle.shift])
+    evaluate(times, turns, *cells, period, shift, *_powers(cycle, turns), values, sure)
+    doubtful = np.flatnonzero(~sure)
+    if len(doubtful):
+        values[doubtful] = motion.sample_each(times[doubtful])
+    return values
+
+
+def cycle_of(motion: Motion) -> Cycle | None:
+    """How the motion repeats itself, to 70 digits."""
+    with working(CYCLE_DIGITS) as mp:
+        return motion._cycle(mp)
+
+
+Piece = tuple[Fraction, Fraction]
+
+
+def _pieces(cycle: Cycle | None, farthest: float, span: float | None, breaks: Sequence[Any]) -> tuple[Piece, ...]:
+    """The intervals on which a table stands: those between the breaks, each from a double to a double."""
+    if cycle is not None:
+        period = Fraction(float(cycle.period))
+        first, last = -period * OVER, period * (1 + OVER)
+    elif span is not None and farthest <= span:
+        first, last = Fraction(0), Fraction(span)
+    else:  # few different reaches, so that tables are used again
+        first, last = Fraction(0), Fraction(2) ** math.frexp(farthest)[1]
+    pieces = []
+    for moment in breaks:
+        if not first < exact(moment) < last:
+            continue
+        pieces.append((first, _double(exact(moment) * (1 - TIE), -math.inf)))
+        first = _double(exact(moment) * (1 + TIE), math.inf)
+    return tuple((a, b) for a, b in (*pieces, (first, last)) if a < b)
+
+
+def _double(value: Fraction, toward: float) -> Fraction:
+    """The double next to `value`, below or above it."""
+    found = float(value)
+    on_the_side = Fraction(found) <= value if toward < 0 else Fraction(found) >= value
+    return Fraction(found if on_the_side else math.nextafter(found, toward))
+
+
+_kept: dict[tuple[Motion, tuple[Piece, ...]], Cells] = {}
+_too_dear: dict[tuple[Motion, tuple[Piece, ...]], int] = {}
+"""The largest budget that was not enough."""
+
+
+def _cells(motion: Motion, pieces: tuple[Piece, ...], budget: int) -> Cells | None:
+    """The cells of the pieces, kept in memory and on disk; None where they cost more than `budget` states."""
+    key = (motion, pieces)
+    if key in _kept:
+        return _kept[key]
+    name = f"table {motion!r} {[(str(a), str(b)) for a, b in pieces]} {fingerprint('gnomon.reference')}"
+    if key not in _too_dear:
+        entry = load(name)
+        if entry is not None and entry.arrays:
+            return _kept.setdefault(key, Cells(**entry.arrays))
+        if entry is not None:
+            _too_dear[key] = int(entry.notes)
+    if budget <= _too_dear.get(key, 0):
+        return None
+    try:
+        _kept[key] = build(motion, pieces, budget)
+    except TooDearError:
+        _too_dear[key] = budget
+        store_or_warn(name, Entry(notes=budget))
+        return None
+    store_or_warn(name, Entry(_kept[key]._asdict()))
+    return _kept[key]
+
+
+def _parts(value: Any, count: int) -> Floats:
+    """An mpf as the unevaluated sum of `count` doubles."""
+    rest = exact(value)
+    parts = []
+    for _ in range(count):
+        parts.append(float(rest))
+        rest -= Fraction(parts[-1])
+    return np.array(parts)
+
+
+def _powers(cycle: Cycle | None, turns: Floats) -> tuple[Floats, Floats, Any]:
+    """`blocks`, `steps` and `groups` of the kernel: the powers of the cycle's turns, in double-double."""
+    stages = [] if cycle is None else cycle.turns
+    first, last = (min(0, int(turns.min())), int(turns.max())) if stages else (0, 0)
+    stride = math.isqrt(last - first) + 1
+    size = max((len(stage.matrix) for stage in stages), default=1)
+    most = max((len(stage.groups) for stage in stages), default=1)
+    blocks = np.zeros((len(stages), (last - first) // stride + 1, size, size, 2))
+    steps = np.zeros((len(stages), stride, size, size, 2))
+    groups = np.full((len(stages), most, size), -1, dtype=np.int64)
+    with working(CYCLE_DIGITS) as mp, precision(BITS):
+        for k, stage in enumerate(stages):
+            own = len(stage.matrix)
+            matrix = mp.matrix(stage.matrix)
+            for into, start, ratio in ((steps[k], 0, matrix), (blocks[k], first, matrix**stride)):
+                power, factor = (flint.arb_mat(own, own, [as_ball(x) for x in m]) for m in (matrix**start, ratio))
+                for place in into:
+                    place[:own, :own] = [[_two_parts(x.mid()) for x in row] for row in power.tolist()]
+                    power = power * factor
+            for row, group in zip(groups[k], stage.groups, strict=False):
+                row[:own] = group
+    return blocks, steps, groups
+
+
+def _two_parts(value: Any) -> tuple[float, float]:
+    """An exact ball as the unevaluated sum of two doubles."""
+    first = float(value)
+    return first, float(value - first)

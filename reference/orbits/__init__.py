@@ -1,0 +1,1 @@
+"""Exact motions. Motions about a centre of force, and of two and three bodies."""

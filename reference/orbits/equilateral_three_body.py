@@ -1,0 +1,143 @@
+"""Three bodies at the corners of an equilateral triangle, which keeps its shape: Lagrange's motion (Beatty 8.9.2).
+
+Where the velocities too are those of one similarity (a drift, a growth and a turn in the plane of the triangle), each
+side moves as Kepler says with mu = G (m1 + m2 + m3), and all three do so alike: with the f and g of one of them every
+place about the centre of mass is f r0 + g v0. In space such a triangle has rational corners; in a plane it has not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from gnomon.reference.numerics.motion import Cycle
+from gnomon.reference.numerics.precision import working
+from gnomon.reference.orbits.conic import Conic
+
+Vector = tuple[Fraction, Fraction, Fraction]
+
+
+@dataclass(frozen=True)
+class Homographic(Conic):
+    """State (r1, r2, r3, v1, v2, v3), three components each; `masses` are G m of each body.
+
+    Raises ValueError where the start is no equilateral triangle that moves as one similarity, or does not turn.
+    """
+
+    masses: Vector
+    places: tuple[Vector, Vector, Vector]
+    velocities: tuple[Vector, Vector, Vector]
+
+    def __post_init__(self) -> None:
+        if not keeps_its_shape(self.places, self.velocities):
+            raise ValueError("the start is no equilateral triangle whose velocities keep it one")
+
+    @cached_property
+    def mu(self) -> Fraction:  # type: ignore[override]
+        """G times the mass of all three."""
+        return sum(self.masses, Fraction(0))
+
+    @cached_property
+    def _side(self) -> tuple[Vector, Vector]:
+        """Body 2 as seen from body 1: place and velocity."""
+        return _minus(self.places[1], self.places[0]), _minus(self.velocities[1], self.velocities[0])
+
+    @cached_property
+    def _rr(self) -> Fraction:
+        return _dot(self._side[0], self._side[0])
+
+    @cached_property
+    def _vv(self) -> Fraction:
+        return _dot(self._side[1], self._side[1])
+
+    @cached_property
+    def _rv(self) -> Fraction:
+        return _dot(*self._side)
+
+    @cached_property
+    def _hh(self) -> Fraction:
+        """The square of the angular momentum of a side."""
+        return self._rr * self._vv - self._rv**2
+
+    def centre(self, vectors: Sequence[Vector]) -> list[Fraction]:
+        """The mean, weighted by the masses."""
+        return [
+            sum((m * v[i] for m, v in zip(self.masses, vectors, strict=True)), Fraction(0)) / self.mu for i in range(3)
+        ]
+
+    def eccentricity(self, digits: int = 15) -> Any:
+        """Of the conic that each body describes."""
+        return self._quantity(digits, self._eccentricity, 30)
+
+    def sides(self, digits: int = 15) -> tuple[Any, Any | None]:
+        """The shortest and the longest side of the triangle; no longest one where it is not bound."""
+        pericentre = self._quantity(digits, self._pericentre, 30)
+        if self.conic <= 0:
+            return pericentre, None
+        return pericentre, self._quantity(digits, lambda mp: 2 / self._elements(mp)[1] - self._pericentre(mp), 30)
+
+    def _eccentricity(self, mp: Any) -> Any:
+        alpha = self._elements(mp)[1]
+        return mp.sqrt(max(mp.zero, 1 - alpha * mp.mpf(self._hh / self.mu)))
+
+    def _pericentre(self, mp: Any) -> Any:
+        return mp.mpf(self._hh / self.mu) / (1 + self._eccentricity(mp))
+
+    def _guard(self, t: Fraction) -> float:
+        with working(30) as mp:
+            r0, alpha, _s0, _root = self._elements(mp)
+            size = r0 + (1 / abs(alpha) if self.conic else 0)
+            turns = abs(mp.mpf(t)) / self._period(mp) if self.conic > 0 else mp.zero
+            return float(20 + mp.log10(1 + turns) + 2 * mp.log10(1 + size / self._pericentre(mp)))
+
+    def _cycle(self, mp: Any) -> Cycle | None:
+        if self.conic <= 0:
+            return None
+        period = self._period(mp)
+        drift = [mp.mpf(v) * period for v in self.centre(self.velocities)]
+        return Cycle(period, (*drift, *drift, *drift, *[mp.zero] * 9))
+
+    def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
+        f, g, df, dg = self._lagrange(mp, t)
+        centre, drift = self.centre(self.places), self.centre(self.velocities)
+        places, velocities = [], []
+        for place, velocity in zip(self.places, self.velocities, strict=True):
+            for r, v, middle, speed in zip(place, velocity, centre, drift, strict=True):
+                about, pace = mp.mpf(r - middle), mp.mpf(v - speed)
+                places.append(mp.mpf(middle + speed * t) + f * about + g * pace)
+                velocities.append(mp.mpf(speed) + df * about + dg * pace)
+        return places + velocities
+
+
+def keeps_its_shape(places: Sequence[Sequence[Fraction]], velocities: Sequence[Sequence[Fraction]]) -> bool:
+    """Whether three bodies stand in an equilateral triangle and move as one similarity that turns, decided exactly."""
+    first, second = (_minus(places[i], places[0]) for i in (1, 2))
+    pace, other = (_minus(velocities[i], velocities[0]) for i in (1, 2))
+    square = _dot(first, first)
+    if not square or not square == _dot(second, second) == 2 * _dot(first, second):
+        return False
+    normal = _cross(first, second)
+    growth = _dot(pace, first) / square
+    turn = _dot(pace, _cross(normal, first)) / (square * _dot(normal, normal))
+    if not turn:
+        return False
+    for side, rate in ((first, pace), (second, other)):
+        across = _cross(normal, side)
+        if any(v != growth * r + turn * n for v, r, n in zip(rate, side, across, strict=True)):
+            return False
+    return True
+
+
+def _minus(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def _dot(a: Vector, b: Vector) -> Fraction:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

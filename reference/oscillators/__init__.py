@@ -1,0 +1,1 @@
+"""Exact motions. Oscillators: free, damped, forced, nonlinear, coupled."""

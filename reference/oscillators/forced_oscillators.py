@@ -1,0 +1,122 @@
+"""Linear motion of one coordinate under a load: x'' + 2b x' + c x = h + e^(rt) (C cos pt + S sin pt).
+
+Beatty, Dynamics, 6.4.1, 6.6 and 6.12. One matrix exponential holds every regime of the left side and every resonance
+with the right side.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, ClassVar
+
+import flint
+import numpy as np
+from gnomon.reference.numerics.balls import BallMotion, ball
+from gnomon.reference.numerics.linear import LinearMotion, Row
+from gnomon.reference.numerics.motion import Floats
+
+
+@dataclass(frozen=True)
+class ForcedLinear(LinearMotion):
+    """State (x, v)."""
+
+    damping: Fraction
+    stiffness: Fraction
+    constant: Fraction
+    cosine: Fraction
+    sine: Fraction
+    frequency: Fraction
+    growth: Fraction
+    x: Fraction
+    v: Fraction
+
+    dimension: ClassVar[int] = 2
+
+    def _system(self) -> tuple[Sequence[Row], Row]:
+        p, r = self.frequency, self.growth
+        rows = (
+            (0, 1, 0, 0, 0),
+            (-self.stiffness, -2 * self.damping, self.cosine, self.sine, self.constant),
+            (0, 0, r, -p, 0),
+            (0, 0, p, r, 0),
+            (0, 0, 0, 0, 0),
+        )
+        return rows, (self.x, self.v, 1, 0, 1)
+
+    def _rate(self) -> float:
+        own = max(self.stiffness - self.damping**2, Fraction(0))
+        return max(math.sqrt(own), abs(float(self.frequency)))
+
+    def natural_rate(self, digits: int = 15) -> Any:
+        """sqrt(c); c > 0."""
+        return self._derived(digits, lambda: ball(self.stiffness).sqrt())
+
+    def steady_amplitude(self, digits: int = 15) -> Any:
+        """Of the answer to the harmonic load, hypot(C, S)/|c - p^2 + 2ibp|; r = 0, no exact resonance."""
+        below = (self.stiffness - self.frequency**2) ** 2 + (2 * self.damping * self.frequency) ** 2
+        return self._derived(digits, lambda: ball((self.cosine**2 + self.sine**2) / below).sqrt())
+
+    def magnification(self, digits: int = 15) -> Any:
+        """Steady amplitude over the deflection under the same load at rest."""
+        below = (self.stiffness - self.frequency**2) ** 2 + (2 * self.damping * self.frequency) ** 2
+        return self._derived(digits, lambda: ball(self.stiffness) / ball(below).sqrt())
+
+    def unbalance_ratio(self, digits: int = 15) -> Any:
+        """The magnification times p^2/c: of a load that grows as its frequency squared, an unbalance or a moved base."""
+        below = (self.stiffness - self.frequency**2) ** 2 + (2 * self.damping * self.frequency) ** 2
+        return self._derived(digits, lambda: ball(self.frequency**2) / ball(below).sqrt())
+
+    def phase_lag(self, digits: int = 15) -> Any:
+        """Of the steady answer behind the load, in [0, pi]."""
+        real, imaginary = self.stiffness - self.frequency**2, 2 * self.damping * self.frequency
+        return self._derived(digits, lambda: flint.arb.atan2(ball(imaginary), ball(real)))
+
+    def transmissibility(self, digits: int = 15) -> Any:
+        """Steady force on the foundation over the load; also base motion passed on to the mass."""
+        passed = self.stiffness**2 + (2 * self.damping * self.frequency) ** 2
+        below = (self.stiffness - self.frequency**2) ** 2 + (2 * self.damping * self.frequency) ** 2
+        return self._derived(digits, lambda: ball(passed / below).sqrt())
+
+
+@dataclass(frozen=True)
+class SwitchedOff(BallMotion):
+    """A motion (x, v) whose forces all end at time `off`: from there on it is uniform."""
+
+    driven: ForcedLinear
+    off: Fraction
+
+    def _balls(self, t: Fraction) -> Sequence[Any]:
+        return self.driven._balls(t) if t < self.off else Coasting(self)._balls(t)
+
+    def sample(self, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
+        """Each part from a table of its own: `off` is where the one ends and the other begins."""
+        times = np.asarray(times, dtype=np.float64)
+        nearest = float(self.off)
+        past = times >= nearest if Fraction(nearest) >= self.off else times > nearest
+        values = np.empty((len(times), 2))
+        for part, motion in ((~past, self.driven), (past, Coasting(self))):
+            if np.any(part):
+                values[part] = motion.sample(times[part])
+        return values
+
+    def off_time(self, digits: int = 15) -> Any:
+        return self._rational(digits, self.off)
+
+    def impulse(self, mass: Fraction, digits: int = 15) -> Any:
+        """Of the force until its end: what it adds to the momentum."""
+        return self._derived(digits, lambda: ball(mass) * (self.driven._balls(self.off)[1] - ball(self.driven.v)))
+
+
+@dataclass(frozen=True)
+class Coasting(BallMotion):
+    """What a motion does once it is switched off, at all times."""
+
+    switched: SwitchedOff
+
+    def _balls(self, t: Fraction) -> Sequence[Any]:
+        off = self.switched.off
+        x, v = self.switched.driven._balls(off)
+        return x + v * ball(t - off), v

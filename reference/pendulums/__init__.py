@@ -1,0 +1,1 @@
+"""Exact motions. Pendulums: plane, spherical, on carts and springs, Foucault's."""

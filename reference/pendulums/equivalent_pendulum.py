@@ -1,0 +1,101 @@
+"""Systems that are pendulums with numbers that are not rational: theta'' = -W^2 sin(theta + shift).
+
+A uniform chain in a circular tube, its middle at theta from the bottom, has W^2 = (2g/L) sin(L/2R) (Beatty, Dynamics,
+8.12); a pendulum whose support is accelerated hangs along the apparent gravity (6.10). W^2 and the shift are taken as
+rational numbers that differ from them by less than the working precision can show.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+from gnomon.reference.numerics.motion import Cycle, Motion
+from gnomon.reference.numerics.precision import exact, working
+from gnomon.reference.pendulums.pendulum_simple import Pendulum
+
+
+@dataclass(frozen=True)
+class EquivalentPendulum(Motion):
+    """State (theta, omega). A subclass states W^2 and the shift."""
+
+    theta0: Fraction
+    omega0: Fraction
+
+    @abstractmethod
+    def _pull(self, mp: Any) -> Any:
+        """W^2 > 0."""
+
+    def _shift(self, mp: Any) -> Any:
+        return mp.zero
+
+    def pendulum(self, digits: int = 60) -> Pendulum:
+        """The pendulum of the angle theta + shift, with W^2 and the shift right to `digits`."""
+        return _pendulum(self, digits)[0]
+
+    def frequency(self, digits: int = 15) -> Any:
+        """W, of small swings."""
+        return self._quantity(digits, lambda mp: mp.sqrt(self._pull(mp)))
+
+    def rest_angle(self, digits: int = 15) -> Any:
+        """The stable equilibrium nearest to zero."""
+        return self._quantity(digits, lambda mp: -self._shift(mp))
+
+    def _near(self, mp: Any) -> tuple[Pendulum, Any]:
+        """The pendulum with digits enough for the precision of `mp`, and the shift."""
+        depth = self.pendulum()._depth
+        pendulum, shift = _pendulum(self, int(mp.dps + 20 + 3 * depth))
+        return pendulum, mp.mpf(shift)
+
+    def _guard(self, t: Fraction) -> float:
+        return self.pendulum()._guard(t) + 5
+
+    def _cycle(self, mp: Any) -> Cycle | None:
+        return self._near(mp)[0]._cycle(mp)
+
+    def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
+        pendulum, shift = self._near(mp)
+        theta, omega = pendulum._state(mp, t)
+        return theta - shift, omega
+
+
+@dataclass(frozen=True)
+class TubeChain(EquivalentPendulum):
+    """A chain of length L in a smooth vertical tube of radius R, L < 2 pi R."""
+
+    g: Fraction
+    length: Fraction
+    radius: Fraction
+
+    def _pull(self, mp: Any) -> Any:
+        # 2 pi R - L may be small
+        with mp.workdps(mp.dps + 40):
+            return 2 * mp.mpf(self.g / self.length) * mp.sin(mp.mpf(self.length / (2 * self.radius)))
+
+
+@dataclass(frozen=True)
+class CarriedPendulum(EquivalentPendulum):
+    """A pendulum whose support has the constant acceleration (ax, ay); g + ay and ax are not both zero."""
+
+    g: Fraction
+    length: Fraction
+    ax: Fraction
+    ay: Fraction
+
+    def _pull(self, mp: Any) -> Any:
+        return mp.hypot(mp.mpf(self.g + self.ay), mp.mpf(self.ax)) / mp.mpf(self.length)
+
+    def _shift(self, mp: Any) -> Any:
+        return mp.atan2(mp.mpf(self.ax), mp.mpf(self.g + self.ay))
+
+
+@lru_cache(maxsize=64)
+def _pendulum(motion: EquivalentPendulum, digits: int) -> tuple[Pendulum, Fraction]:
+    with working(digits + 10) as mp:
+        shift = exact(motion._shift(mp))
+        pull = exact(motion._pull(mp))
+    return Pendulum(pull, Fraction(1), motion.theta0 + shift, motion.omega0), shift

@@ -1,0 +1,53 @@
+"""A pendulum that a torque impulse strikes at a given time (Beatty, Dynamics, 7.3): two pendulums, one after the other.
+
+The state at the blow is not rational: the second pendulum starts from a rational number that differs from it by less than
+the working precision can show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.precision import exact, publish, working
+from gnomon.reference.pendulums.pendulum_simple import Pendulum
+
+
+@dataclass(frozen=True)
+class KickedPendulum(Motion):
+    """State (theta, omega); at `blow` omega grows by `jump` at once."""
+
+    before: Pendulum
+    blow: Fraction
+    jump: Fraction
+
+    def after(self, digits: int = 60) -> Pendulum:
+        """The motion after the blow, with its own time, its start right to `digits`."""
+        return _after(self, digits)
+
+    def at_the_blow(self, digits: int = 15) -> tuple[Any, Any, Any]:
+        """The angle, and the rate before and after."""
+        start = self.after(digits + 20)
+        with working(digits + 10) as mp:
+            found = (start.theta0, start.omega0 - self.jump, start.omega0)
+            return publish(map(mp.mpf, found), digits)  # type: ignore[return-value]
+
+    def _guard(self, t: Fraction) -> float:
+        return self.before._guard(t) if t < self.blow else self.after()._guard(t - self.blow) + 5
+
+    def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
+        if t < self.blow:
+            return self.before._state(mp, t)
+        depth = self.after()._depth
+        return self.after(int(mp.dps + 20 + 3 * depth))._state(mp, t - self.blow)
+
+
+@lru_cache(maxsize=64)
+def _after(motion: KickedPendulum, digits: int) -> Pendulum:
+    first = motion.before
+    theta, omega = map(exact, first.state(motion.blow, digits))
+    return Pendulum(first.g, first.length, theta, omega + motion.jump)

@@ -1,0 +1,1 @@
+"""Exact motions. Rigid bodies: free, tops, rolling, in a resisting medium, machines."""

@@ -1,0 +1,163 @@
+"""The heavy symmetric top in Euler angles, and the spherical pendulum, which is a top without spin.
+
+Beatty, Dynamics, 11.12.4, 6.17 and 11.10. Balls prove the digits, next to the vertical and next to regular precession
+too. What decides the formula is decided on exact numbers: the cosine of a rational number other than zero is
+transcendental (Lindemann), so that a start at a rational angle is never exactly in relative equilibrium nor on the
+homoclinic motion of the sleeping top.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+import flint
+from gnomon.reference.numerics.balls import BallMotion, ball, refined
+from gnomon.reference.numerics.motion import Cycle
+from gnomon.reference.rigid_bodies.nutation import Start, nutates, nutation
+
+
+class Nutation(BallMotion):
+    """A motion whose tilt is that of a top; a subclass states `_top()` and `_shift(plus, minus)`."""
+
+    def _top(self) -> Start:
+        raise NotImplementedError
+
+    def _shift(self, plus: Any, minus: Any, period: Any) -> Sequence[Any]:
+        """What the state gains in a period of the tilt, from the gains of the two integrals."""
+        raise NotImplementedError
+
+    def nutation_period(self, digits: int = 15) -> Any | None:
+        """After which theta and theta' repeat; None where they are constant."""
+        if not nutates(self._top()):
+            return None
+        return self._derived(digits, lambda: nutation_of(self, flint.ctx.prec).period())
+
+    def precession_per_nutation(self, digits: int = 15) -> Any | None:
+        """The azimuth gained in a nutation period (rad)."""
+        if not nutates(self._top()):
+            return None
+
+        def gained() -> Any:
+            plus, minus = nutation_of(self, flint.ctx.prec).advance()
+            return (plus + minus) / 2
+
+        return self._derived(digits, gained)
+
+    def heights(self, digits: int = 15) -> tuple[Any, Any] | None:
+        """The least and the greatest cos(theta), theta from the upward vertical."""
+        if not nutates(self._top()):
+            return None
+        return (
+            self._derived(digits, lambda: nutation_of(self, flint.ctx.prec).roots[0]),
+            self._derived(digits, lambda: nutation_of(self, flint.ctx.prec).roots[1]),
+        )
+
+    def _cycle(self, mp: Any) -> Cycle | None:
+        if not nutates(self._top()):
+            return None
+
+        def gained() -> Sequence[Any]:
+            motion = nutation_of(self, flint.ctx.prec)
+            period = motion.period()
+            plus, minus = motion.advance()
+            return [period, *self._shift(plus, minus, period)]
+
+        period, *shift = refined(mp, gained)
+        return Cycle(period, shift)
+
+
+@lru_cache(maxsize=32)
+def nutation_of(motion: Nutation, bits: int) -> Any:
+    """A Steady, Homoclinic or Nutating at a precision, which is the one in force."""
+    return nutation(motion._top())
+
+
+@dataclass(frozen=True)
+class LagrangeTop(Nutation):
+    """State (theta, theta', phi, psi), 3-1-3 Euler angles, theta from the upward vertical.
+
+    I1, I3 > 0, W = mgl > 0, a = p_psi, b = p_phi. 0 < theta < pi unless b = a not 0: then theta may pass zero, where it
+    changes its sign, and stays within (-pi, pi).
+    """
+
+    I1: Fraction
+    I3: Fraction
+    W: Fraction
+    a: Fraction
+    b: Fraction
+    theta: Fraction
+    rate: Fraction
+    phi: Fraction
+    psi: Fraction
+
+    def energy(self, digits: int = 15) -> Any:
+        """H - a^2/(2 I3)."""
+        return self._derived(digits, lambda: self._top().energy)
+
+    def _top(self) -> Start:
+        s, u = ball(self.theta).sin_cos()
+        moment, a, b = ball(self.I1), ball(self.a), ball(self.b)
+        across = a * (1 - u) / (1 + u) * a if self.a == self.b else ((b - a * u) / s) ** 2
+        energy = moment * ball(self.rate) ** 2 / 2 + across / (2 * moment) + ball(self.W) * u
+        upright = self.theta == 0
+        return Start(
+            moment,
+            ball(self.W),
+            a,
+            b,
+            energy,
+            u,
+            -s * ball(self.rate),
+            up=self.a == self.b,
+            still=self.rate == 0 and not upright,
+            pole=int(upright),
+            steady=upright and self.rate == 0,
+        )
+
+    def _balls(self, t: Fraction) -> Sequence[Any]:
+        start = [ball(x) for x in (self.theta, self.rate, self.phi, self.psi)]
+        if t == 0:
+            return start
+        gait = nutation_of(self, flint.ctx.prec).at(ball(t))
+        side = -1 if self.theta < 0 or (self.theta == 0 and self.rate < 0) else 1
+        theta = side * 2 * flint.arb.atan2(gait.s, gait.c)
+        drift = ball(self.a * (1 / self.I3 - 1 / self.I1)) * ball(t)
+        turn = (gait.plus + gait.minus) / 2
+        return [theta, side * gait.rate, start[2] + turn, start[3] + drift + (gait.plus - gait.minus) / 2]
+
+    def _shift(self, plus: Any, minus: Any, period: Any) -> Sequence[Any]:
+        drift = ball(self.a * (1 / self.I3 - 1 / self.I1)) * period
+        zero = flint.arb(0)
+        return [zero, zero, (plus + minus) / 2, drift + (plus - minus) / 2]
+
+
+@dataclass(frozen=True)
+class SphericalPendulum(Nutation):
+    """State (theta, theta', phi), theta from the downward vertical, 0 < theta < pi; h = sin^2(theta) phi' not zero."""
+
+    g: Fraction
+    L: Fraction
+    h: Fraction
+    theta: Fraction
+    omega: Fraction
+    phi: Fraction
+
+    def _top(self) -> Start:
+        s, c = ball(self.theta).sin_cos()
+        weight, rate = ball(self.g / self.L), ball(self.omega)
+        energy = rate * rate / 2 + (ball(self.h) / s) ** 2 / 2 - weight * c
+        return Start(flint.arb(1), weight, flint.arb(0), ball(self.h), energy, -c, s * rate, still=self.omega == 0)
+
+    def _balls(self, t: Fraction) -> Sequence[Any]:
+        if t == 0:
+            return [ball(self.theta), ball(self.omega), ball(self.phi)]
+        gait = nutation_of(self, flint.ctx.prec).at(ball(t))
+        theta = 2 * flint.arb.atan2(gait.c, gait.s)
+        return [theta, -gait.rate, ball(self.phi) + (gait.plus + gait.minus) / 2]
+
+    def _shift(self, plus: Any, minus: Any, period: Any) -> Sequence[Any]:
+        return [flint.arb(0), flint.arb(0), (plus + minus) / 2]

@@ -1,0 +1,1 @@
+"""Exact motions. Falls and tunnels in the frame of a turning planet."""

@@ -1,0 +1,267 @@
+"""What a case is given for a number: exact numbers are taken exactly, all others are refused by name."""
+
+from __future__ import annotations
+
+import random
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from gnomon.cases import Case, case_class, check_class, checks, get, names
+from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
+from gnomon.cases.core.numbers import OutOfReachError, Range, show
+from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.precision import exact, working
+
+IMPOSSIBLE = (
+    10**400, -(10**400), "1e400", "1e-400", 5e-324, 1.797e308, "1e100000000", "1e1_000_000_00", "-1e-100000000",
+    "9" * 5000, Decimal("1e100000000"), mpmath.mpf("1e100000000"),
+    "nan", "-inf", float("nan"), float("inf"), mpmath.inf, Decimal("nan"), "1/0", "two", "", None, 1j, [1],
+    True, np.bool_(False), np.array(2.0), np.array(3),
+)  # fmt: skip
+
+
+def places(name: str) -> Iterator[str]:
+    """Every number that a case takes."""
+    kind = case_class(name)
+    yield from (parameter.name for parameter in kind.parameter_list)
+    yield from (coordinate.name for coordinate in kind.state)
+    yield "span"
+
+
+def given(name: str, place: str, value: Any) -> Case:
+    """A case with one number other than its defaults."""
+    kind = case_class(name)
+    labels = [coordinate.name for coordinate in kind.state]
+    if place == "span":
+        return get(name, span=value)
+    if place in labels:
+        return get(name, initial_state=[value if n == place else x for n, x in zip(labels, kind.default_state)])  # noqa: B905
+    return get(name, **{place: value})
+
+
+@pytest.mark.parametrize("name", names())
+def test_an_impossible_number_is_refused_by_case_name_and_range_wherever_it_is_given(name: str) -> None:
+    for place in places(name):
+        allowed = case_class(name).domain.ranges.get(place, Range(0, low_open=True) if place == "span" else Range())
+        for value in IMPOSSIBLE:
+            if place == "span" and value is None:
+                continue  # the natural span
+            with pytest.raises(ValueError, match="=") as refusal:
+                given(name, place, value)
+            told = str(refusal.value)
+            assert told.startswith(f"{name}: {place} = "), (value, told)
+            assert str(allowed) in told, (value, told)
+            assert len(told) < 400
+
+
+@pytest.mark.parametrize("name", checks())
+def test_an_impossible_number_of_a_check_is_refused_by_name(name: str) -> None:
+    for parameter in check_class(name).parameter_list:
+        for value in IMPOSSIBLE:
+            with pytest.raises(ValueError, match=f"^{name}: {parameter.name} = "):
+                check_class(name)(**{parameter.name: value})
+
+
+@pytest.mark.parametrize(
+    ("value", "wanted"),
+    [
+        (Decimal("0.1"), Fraction(1, 10)),
+        (np.float32(0.1), Fraction(float(np.float32(0.1)))),
+        (np.longdouble(1) + np.finfo(np.longdouble).eps, 1 + Fraction(float(np.finfo(np.longdouble).eps))),
+        (np.int64(2**60 + 1), Fraction(2**60 + 1)),
+        (" 1/3 ", Fraction(1, 3)),
+        ("1_0e-1_0", Fraction(1, 10**9)),
+        ("1e-9999", Fraction(1, 10**9999)),
+        (10**400, Fraction(10**400)),
+        (mpmath.mpf(2) ** 2000, Fraction(2**2000)),
+    ],
+)  # fmt: skip
+def test_a_number_is_taken_exactly_whatever_type_it_has(value: Any, wanted: Fraction) -> None:
+    """Through float() each of these would be another number, or none."""
+    assert exact(value) == wanted
+
+
+OUT_OF_REACH = (
+    ("curve_sliding_small", "p", "1e-6", "the bead rises at most 2000 p"),
+    ("curve_sliding_quartic", "a", "1e-12", "the bead rises at most 50000 a"),
+    ("curve_sliding_catenary", "c", "1e-6", "the bead rises at most 40 c"),
+    ("ignorable_coordinates", "alpha", "1e-6", "usual: 0.3 to 1.2"),
+    ("central_force_logarithmic", "k", "1e12", "usual: 0.8 to 1.5"),
+    ("central_force_logarithmic", "k", "1e-12", "usual: 0.8 to 1.5"),
+    ("central_force_hanging_mass", "g", "1e-12", "usual: 1 to 10"),
+    ("dumbbell_spring", "l", "1e6", "usual: 0.5 to 1"),
+    ("three_ball_chain", "m2", "1e-6", "at most 100 impacts"),
+    ("restitution_impact_1d_2d", "m2", "1e12", "at most 10,000 impacts"),
+    ("foucault_pendulum_nonlinear", "Om", "1e6", "give at most 0.00035 s"),
+    ("spring_pendulum", "m", "1e-12", "give at most 0.000158114 s"),
+    ("swinging_atwood", "mu", "1e12", "give at most 0.00021285 s"),
+    ("billiard_ball_attitude", "R", "1e6", "more than 8192"),
+    ("pendulum_quadratic_damping", "v", "1e300", "over the top more than 150 times"),
+    ("pendulum_quadratic_damping", "theta", "1e30", "[-1e+09, 1e+09]"),
+    ("pendulum_quadratic_damping", "theta", "1e-30", "w2 theta^2 + v^2 >= 1e-30 w2"),
+    ("bouncing_ball_table", "e", "1e-6", "impacts without end"),
+    ("bead_leaving_sphere", "theta", "1e-300", "it leaves the top in time"),
+    ("stick_slip_belt", "span", "1e6", "at most 10,000 are listed"),
+    ("planet_tunnel", "span", "1e12", "at most 10,000 are listed"),
+    ("work_energy_spring_block", "span", "1e300", "at most 10,000 are listed"),
+    ("pendulum_quadratic_damping", "span", "1e6", "at most 500 are listed"),
+    ("projectile_quadratic_drag", "span", "1e6", "the fall is vertical"),
+    ("relativistic_charge", "span", "1e300", "more than 1e40 times"),
+    ("free_fall_rotating_frame_centrifugal", "span", "1e300", "more than 1e60 times"),
+    ("damped_oscillator", "k", "1e-300", "natural span, 3.9999999999999996e+300 s"),
+)
+
+
+def at_the_end(case: Case) -> tuple[Any, ...]:
+    """The state at the last sample of what an integrator would be given."""
+    case = case.rounded()
+    return case.exact(case.times[-1])
+
+
+@pytest.mark.parametrize(("name", "parameter", "value", "limit"), OUT_OF_REACH)
+def test_what_gives_up_names_the_case_the_number_and_the_limit_at_once(
+    name: str, parameter: str, value: str, limit: str
+) -> None:
+    """The reason from inside the exact motion speaks of series and balls; whoever gave the number knows neither."""
+    with pytest.raises(ValueError, match=f"^{name}: ") as refusal:
+        at_the_end(given(name, parameter, value))
+    shown = {show(Fraction(value)), show(Fraction(float(value)))}
+    assert any(f"{parameter} = {number}" in str(refusal.value) for number in shown)
+    assert limit in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "value"),
+    [("curve_sliding_small", "p", "0.0112"), ("central_force_hanging_mass", "g", "1e6")],
+)
+def test_just_inside_the_limit_the_exact_motion_is_computed(name: str, parameter: str, value: str) -> None:
+    """A motion that is taken as computable at first sight has the terms for 30 digits: energy is kept to them."""
+    case = get(name, **{parameter: value})  # type: ignore[arg-type]
+    energy = case.invariants["energy"]
+    with working(60) as mp:
+        function = rebind(energy.function, mpmath_arithmetic(mp))
+        numbers = tuple(mp.mpf(x) for x in case.parameter_values())
+        start, end = (
+            function(t, tuple(mp.mpf(x) for x in case.exact(t, 30)), numbers)[0] for t in (0, case.span * 2 / 3)
+        )
+        assert abs(end / start - 1) < mp.mpf(10) ** -28
+
+
+@pytest.mark.parametrize("mass", ["1e-300", "1e-30"])
+def test_turns_without_number_are_counted(mass: str) -> None:
+    """Friction this weak allows 1e29 half cycles and more: they are found by halving, and the first are as without."""
+    weak = get("coulomb_friction_oscillator", m=mass)
+    free = get("harmonic_oscillator", m=mass, k=20, initial_state=("0.5", 0), span=weak.span)
+    time = weak.span / 3
+    with mpmath.workdps(30):
+        for a, b in zip(weak.exact(time, 25), free.exact(time, 25), strict=True):
+            assert abs(a - b) < abs(b) * mpmath.mpf(10) ** -24
+
+
+class Undefined(Motion):
+    """A motion whose formula gives no number."""
+
+    def _state(self, mp: Any, t: Fraction) -> tuple[Any, ...]:
+        return mp.mpf(t), mp.nan
+
+
+def test_a_state_that_is_no_number_is_refused() -> None:
+    with pytest.raises(ArithmeticError, match=r"no finite state at t = 2 s"):
+        Undefined().state(2)
+
+
+def test_a_long_slide_keeps_the_attitude_a_rotation() -> None:
+    """A slick cloth: 800 rad before it rolls, taken by halves. Rotations composed are a rotation."""
+    case = get("billiard_ball_attitude", mu="0.01")
+    with mpmath.workdps(35):
+        turn = mpmath.matrix(3, 3)
+        for i, x in enumerate(case.exact(case.span / 2, 30)[7:]):
+            turn[i // 3, i % 3] = x
+        assert mpmath.mnorm(turn * turn.T - mpmath.eye(3)) < mpmath.mpf(10) ** -28
+
+
+def test_an_integration_that_would_take_hours_is_refused_by_its_span() -> None:
+    with pytest.raises(OutOfReachError, match=r"^double_pendulum: .*span = 1e\+06 s .* give at most 172\.791 s"):
+        get("double_pendulum", span="1e6")
+
+
+def test_a_span_that_ends_just_after_an_impact_is_refused() -> None:
+    """The samples keep 1e-3 of the flight away from the impact: the flight here lasts 1e174 s."""
+    with pytest.raises(OutOfReachError, match=r"span = 168 s: its samples cannot stay clear of its last event"):
+        _ = get("bouncing_ball", initial_state=(1, "-5.6e174"), span=168).times
+
+
+def test_a_state_that_has_decayed_is_a_start() -> None:
+    """An exact motion is continued from its own states, however small they are by then: 1e-434294 here."""
+    case = get("projectile_stokes_drag", "stiff")
+    halfway = case.exact(case.span / 2, 40)
+    assert 0 < min(abs(x) for x in halfway if x) < mpmath.mpf(10) ** -1000
+    rest = case.with_numbers(halfway, case.parameters).exact(case.span / 2, 15)
+    whole = case.exact(case.span, 15)
+    assert all(abs(a - b) <= abs(b) * mpmath.mpf(10) ** -13 for a, b in zip(rest, whole, strict=True))
+
+
+WIDE = ("0", "-1", "-1e-300", *(f"1e{sign}{size}" for size in (6, 12, 30, 300) for sign in ("", "-")))
+PATIENCE = 20
+"""Seconds of processor time for one number on a slow machine; the dearest integrations take 14."""
+
+
+class TooLongError(BaseException):
+    """Nothing that is computed catches it."""
+
+
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """Ends what is inside after so much processor time."""
+
+    def stop(*_: object) -> None:
+        raise TooLongError
+
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
+
+
+def what_is_wrong(name: str, place: str, value: str) -> str | None:
+    """Of the exact motion with this number: nothing where it is computed, or refused by case, name and value."""
+    try:
+        with limited(PATIENCE):
+            case = given(name, place, value).rounded()
+            states = [case.exact(case.times[i]) for i in (0, 31, 63)]
+    except ValueError as refusal:
+        told = str(refusal)
+        return None if told.startswith(f"{name}: ") and f"{place} = " in told and "\n" not in told else told
+    except TooLongError:
+        return f"takes more than {PATIENCE} s"
+    return None if all(mpmath.isfinite(x) for state in states for x in state) else f"no finite states: {states}"
+
+
+def wrong(drawn: list[tuple[str, str, str]]) -> dict[tuple[str, str, str], str]:
+    found = {one: what_is_wrong(*one) for one in drawn}
+    return {one: reason for one, reason in found.items() if reason}
+
+
+EVERY = [(name, place, value) for name in names() for place in places(name) for value in WIDE]
+
+
+def test_any_number_of_any_case_is_computed_or_refused_by_name() -> None:
+    assert not wrong(random.Random(1).sample(EVERY, 20))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", names())
+def test_any_number_is_computed_or_refused_by_name(name: str) -> None:
+    """A seeded eighth of all; an error of another kind than ValueError ends the test where it is raised."""
+    mine = [one for one in EVERY if one[0] == name]
+    assert not wrong(random.Random(name).sample(mine, len(mine) // 8))

@@ -1,0 +1,148 @@
+"""Sampling many times: within 0.51 ulp of mpmath everywhere, and so fast that nearly no state is computed singly."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases import Case, case_class, get, names
+from gnomon.reference.numerics import table
+from gnomon.reference.numerics.motion import MANY, Motion
+from gnomon.reference.numerics.precision import exact
+from gnomon.reference.storage import diskcache
+
+CASES = (
+    "pendulum_simple",
+    "kepler_orbit",
+    "two_body",
+    "damped_oscillator",
+    "foucault_pendulum_linear",
+    "euler_top",
+    "forced_oscillator",
+    "projectile_parabola",
+    "planet_tunnel",
+    "bouncing_ball",
+    "coulomb_friction_oscillator",
+    "restitution_impact_1d_2d",
+    "radial_fall_inverse_square",
+    "free_fall_rotating_earth",
+    "dumbbell_free_flight",
+)
+"""Of each way to sample at least one: cycles that shift, turn and decay, events, a limit, a collision, exact ties."""
+CLOSED = tuple(name for name in names() if case_class(name).certified_digits > 30)
+NOTHING = Fraction(1, 10**27)
+"""Of the motion's size: a component below it has no digits that the contract of `state` promises."""
+HALF_AND_A_LITTLE = Fraction(51, 100)
+AFEW = 20
+"""Of ten thousand times may lie next to zeros and events: at some milliseconds a state they cost a tenth of a second."""
+
+
+@pytest.fixture(autouse=True, scope="module")
+def own_cache(tmp_path_factory):
+    """Tables are built here, whatever the user's cache holds."""
+    folder = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(diskcache, "folder", lambda: folder)
+        patch.setattr(table, "_kept", {})
+        patch.setattr(table, "_too_dear", {})
+        yield
+
+
+@pytest.fixture
+def singly(monkeypatch):
+    """The times that had to be computed one by one."""
+    asked: list[float] = []
+    original = Motion.sample_each
+
+    def counting(self, times):
+        asked.extend(times)
+        return original(self, times)
+
+    monkeypatch.setattr(Motion, "sample_each", counting)
+    return asked
+
+
+def crowd(case: Case, times: Any) -> Any:
+    """The sampled states at `times`, sampled together with so many others that the table answers."""
+    others = np.linspace(0.0, float(case.span), MANY)
+    return case.sample(np.concatenate([times, others]))[: len(times)]
+
+
+def assert_within_the_rule(case: Case, times: Any) -> None:
+    for t, row in zip(times.tolist(), crowd(case, times), strict=True):
+        truth = [exact(x) for x in case.exact(t, 40)]
+        size = max(map(abs, truth))
+        for found, x in zip(row.tolist(), truth, strict=True):
+            if abs(x) > NOTHING * size:
+                ulp = Fraction(float(np.spacing(abs(float(x)))))
+                assert abs(Fraction(found) - x) <= HALF_AND_A_LITTLE * ulp, (t, found)
+            elif x == 0:
+                assert found == 0.0, t
+
+
+def zeros(case: Case) -> list[float]:
+    """Next to a zero of each component that changes its sign: the nearest double, and a little before."""
+    found = []
+    grid = np.linspace(0.0, float(case.span), MANY)
+    states = case.sample(grid)
+    for d in range(len(case.state)):
+        change = np.flatnonzero(states[1:, d] * states[:-1, d] < 0)
+        if not len(change):
+            continue
+        low, high = (Fraction(t) for t in grid[change[-1] : change[-1] + 2])
+        for _ in range(6):  # by secants, the last of which end next to it
+            below, above = (exact(case.exact(t, 25)[d]) for t in (low, high))
+            if above == below:
+                break
+            low, high = high, Fraction(float(high - above * (high - low) / (above - below)))
+        found += [float(high), float(high) * (1 - 1e-9)]
+    return found
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_values_are_within_051_ulp_of_the_truth(name):
+    """At random times, next to zeros, at the very start and on both sides of events."""
+    case = get(name).rounded()
+    span = float(case.span)
+    moments = [float(event.time) for event in case.events(20)][:4]
+    around = [float(np.nextafter(t, side)) for t in moments for side in (0.0, np.inf)] + moments
+    random = np.random.default_rng(11).uniform(0, span, 25)
+    assert_within_the_rule(case, np.array([*random, *zeros(case), *around, 0.0, 5e-324, 1e-9 * span, span]))
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if table.cycle_of(get(name).rounded().motion()) is not None])
+def test_far_out_values_are_as_good(name):
+    """A thousand spans away, where a decay has not yet made everything subnormal."""
+    case = get(name).rounded()
+    far = 3 if name == "damped_oscillator" else 1000
+    assert_within_the_rule(case, np.random.default_rng(12).uniform(0, far * float(case.span), 12))
+
+
+def check_speed(name: str, singly: list[float]) -> None:
+    case = get(name).rounded()
+    first, second = np.random.default_rng(13).uniform(0, float(case.span), (2, 10_000))
+    case.sample(first)
+    singly.clear()
+    case.sample(second)
+    assert len(singly) <= AFEW
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_nearly_all_values_come_from_the_table(name, singly):
+    check_speed(name, singly)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in CLOSED if name not in CASES])
+def test_nearly_all_values_of_every_closed_form_come_from_the_table(name, singly):
+    check_speed(name, singly)
+    assert_within_the_rule(get(name).rounded(), np.random.default_rng(14).uniform(0, float(get(name).span), 10))
+
+
+def test_states_are_the_same_whether_few_or_many_are_asked_for():
+    """Bit for bit at random times, where no value is a tie."""
+    case = get("bouncing_ball").rounded()
+    times = np.random.default_rng(15).uniform(0, float(case.span), 50)
+    assert np.array_equal(crowd(case, times), case.sample(times))

@@ -1,0 +1,185 @@
+"""Every exact motion is confirmed by independent ways, and a wrong one is not."""
+
+from __future__ import annotations
+
+import errno
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+from gnomon.cases import checks, get, names
+from gnomon.cases.core.forms import SecondOrder, Values
+from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
+from gnomon.harness.certification import certify_all, certify_long
+from gnomon.harness.certification.certify import certify, write
+from gnomon.reference.numerics.motion import Motion
+
+
+@pytest.mark.parametrize("name", names())
+def test_default_case_is_certified(name: str) -> None:
+    certificate = certify(get(name))
+    assert certificate.digits >= certificate.required, certificate
+    assert certificate.passed, certificate
+
+
+HARD = [setting for setting in certify_all.settings([], True) if setting[1] is not None]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("setting", HARD, ids=["/".join(map(str, setting)) for setting in HARD])
+def test_hard_variant_is_certified(setting: certify_all.Setting) -> None:
+    certificate = certify_all.certificate(setting)
+    assert certificate.passed, certificate
+
+
+def wrong_sign(t: Any, q: Values, parameters: Values) -> Values:
+    (theta,) = q
+    g, length = parameters
+    return (g / length * theta,)
+
+
+class WrongEquations(PendulumSimple):
+    """The exact motion of one system with the equations of another."""
+
+    @property
+    def forms(self) -> tuple[Any, ...]:
+        return (SecondOrder(wrong_sign),)
+
+
+class NearlyRight(PendulumSimple):
+    """An exact motion with an error of 1e-20 of its size."""
+
+    def motion(self) -> Motion:
+        right = super().motion()
+
+        class Off(Motion):
+            def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
+                theta, omega = right._state(mp, t)
+                return theta + mp.mpf(t) * mp.mpf(10) ** -20, omega
+
+            def _guard(self, t: Fraction) -> float:
+                return right._guard(t)
+
+        return Off()
+
+
+def test_wrong_equations_show_in_residual_and_integration() -> None:
+    ways = certify(WrongEquations(span=2)).ways
+    assert ways["residual"] < 2
+    assert ways["taylor"] < 2
+
+
+def test_an_error_in_the_twentieth_digit_shows_in_every_independent_way() -> None:
+    certificate = certify(NearlyRight(span=2))
+    assert not certificate.passed
+    assert 18 < certificate.ways["residual"] < 22
+    assert 18 < certificate.ways["taylor"] < 22
+    assert 18 < certificate.ways["invariants"] < 22
+
+
+def test_certificates_are_written_for_the_report(tmp_path: Path) -> None:
+    certificate = certify(get("projectile_parabola"))
+    write([certificate], tmp_path / "certificates.json")
+    (row,) = json.loads((tmp_path / "certificates.json").read_text())
+    assert row["case"] == "projectile_parabola"
+    assert row["passed"] is True
+
+
+@pytest.mark.parametrize("name", ["pendulum_simple", "euler_top", "lagrange_top", "spherical_pendulum"])
+def test_balls_prove_the_digits_of_elliptic_motions(name: str) -> None:
+    assert certify(get(name)).ways["ball"] >= 45
+
+
+def test_long_spans_are_integrated_in_pieces_chained_and_looked_at_for_jumps() -> None:
+    certificate = certify(get("pendulum_simple", "long_1e6"))
+    assert set(certificate.ways) == {"rounding", "residual", "windows", "group", "seams", "ball", "invariants"}
+    assert certificate.passed
+
+
+class Jumping(PendulumSimple):
+    """An exact motion that jumps by 1e-30 where theta passes zero, late in a long span."""
+
+    def motion(self) -> Motion:
+        right = super().motion()
+
+        class Off(Motion):
+            def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
+                theta, omega = right._state(mp, t)
+                return theta + (mp.mpf(10) ** -30 if t > 2900 and theta > 0 else 0), omega
+
+            def _guard(self, t: Fraction) -> float:
+                return right._guard(t)
+
+        return Off()
+
+
+class Running(PendulumSimple):
+    """An exact motion whose clock gains 1e-30 t^2: right at every short time, but no flow."""
+
+    def motion(self) -> Motion:
+        right = super().motion()
+
+        class Off(Motion):
+            def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
+                return right._state(mp, t + t * t / 10**30)
+
+            def _guard(self, t: Fraction) -> float:
+                return right._guard(t)
+
+        return Off()
+
+
+def test_a_jump_where_a_branch_changes_shows_in_seams() -> None:
+    seams = certify_long.seams(Jumping(span=3000))
+    assert seams is not None
+    # a jump of 1e-30 over a difference step of 1e-40
+    assert seams < 0
+
+
+def test_a_clock_that_gains_shows_in_the_group_property() -> None:
+    group = certify_long.group(Running(span=3000))
+    assert group is not None
+    # 1e-30 of half the span squared
+    assert 23 < group < 26
+
+
+def test_what_cannot_be_certified_is_a_row_that_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(case: object) -> None:
+        raise ArithmeticError("no precision is enough")
+
+    monkeypatch.setattr(certify_all, "certify", fails)
+    made = certify_all.certificate(("projectile_parabola", None))
+    assert not made.passed
+    assert made.note == "ArithmeticError: no precision is enough"
+
+
+def test_settings_are_those_of_cases_and_checks_and_two_processes_agree_with_one() -> None:
+    chosen = certify_all.settings(["projectile_parabola/default", "moment_equipollent"], True)
+    assert chosen[:2] == [("projectile_parabola", None), ("moment_equipollent", None)]
+    assert len(chosen) > 2
+    one, two = ([replace(c, seconds=0.0) for c in certify_all.certificates(chosen, n)] for n in (1, 2))
+    assert one == two
+    assert len(certify_all.settings([], True)) > len(certify_all.settings([], False)) == len(names()) + len(checks())
+    with pytest.raises(ValueError, match="no variant 'wrong'"):
+        certify_all.settings(["pendulum_simple/wrong"], False)
+
+
+def test_certificates_that_the_disk_cannot_hold_leave_the_last_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "certificates.json"
+    path.write_text("[]\n")
+
+    def full(self: Path, text: str, *_: object, **__: object) -> int:
+        self.write_bytes(text.encode()[:10])
+        raise OSError(errno.ENOSPC, "No space left on device", str(self))
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(OSError, match="No space"):
+        write((), path)
+    assert [one.name for one in tmp_path.iterdir()] == ["certificates.json"]
+    assert path.read_bytes() == b"[]\n"

@@ -1,0 +1,89 @@
+"""Moreau's time stepping: it says what the modes say, is of order 1, keeps resting what rests."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases.core.forms import Friction, Hybrid, Impact
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.integrators.events.moreau import Moreau
+
+IMPACTS = ("bouncing_ball", "bouncing_ball_incline")
+RUBBING = ("coulomb_friction_oscillator", "block_incline_friction")
+
+
+def form_of(name: str) -> tuple[Any, Hybrid, tuple[float, ...]]:
+    case = get(name).rounded()
+    assert case.hybrid is not None
+    return case, case.hybrid, tuple(float(v) for v in case.parameter_values())
+
+
+@pytest.mark.parametrize("name", IMPACTS)
+def test_an_impact_is_that_of_the_modes(name: str) -> None:
+    """The free motion is the first mode's, the gap its guard; the reset turns the normal velocity by -e alone."""
+    case, form, p = form_of(name)
+    assert isinstance(form, Impact)
+    n = len(case.state) // 2
+    state = tuple(0.25 + i for i in range(n)) + tuple(-1.5 - i for i in range(n))
+    (bounce,) = form.transitions
+    assert form.free is form.mode(bounce.mode).equations
+    assert form.gap(0, state[:n], p) == bounce.guard(0, state, p)
+    normal, (e,) = np.array(form.normal(0, state[:n], p)), form.restitution(p)
+    assert float(normal @ normal) == 1
+    velocity = np.array(state[n:])
+    assert bounce.reset(0, state, p)[n:] == pytest.approx(velocity - (1 + e) * (normal @ velocity) * normal, rel=1e-15)
+
+
+@pytest.mark.parametrize("name", RUBBING)
+def test_friction_is_that_of_the_modes(name: str) -> None:
+    _, form, p = form_of(name)
+    assert isinstance(form, Friction)
+    state = (0.25, 0.5)
+    kinetic, static = form.bounds(0, state, p)
+    assert 0 < kinetic <= static
+    free = form.sliding(0, state, (*p, 0.0))
+    for mode in form.modes:
+        if mode.constants:
+            found = mode.equations(0, state, (*p, *mode.constants))
+            assert found[1] == pytest.approx(free[1] - mode.constants[0] * kinetic, rel=1e-14)
+            assert mode.equations is form.sliding
+
+
+def errors(name: str, counts: list[int], variant: str | None = None) -> list[float]:
+    case = get(name, variant).rounded()
+    problem = problem_of(case, Moreau.accepts)
+    exact, start = case.sample(case.times), initial_state(case)[None]
+    solutions = [Moreau().prepare(problem, problem.interval / count)(start) for count in counts]
+    assert all(solution.stopped is None for solution in solutions)
+    return [float(np.max(case.metric.distance(s.states[0], exact, case.times))) for s in solutions]
+
+
+@pytest.mark.parametrize("name", [*IMPACTS, *RUBBING])
+def test_order(name: str) -> None:
+    """Where an event falls within its step is chance: the error is C h within a factor of five or so.
+
+    Over fifty steps, four to a halving, that leaves the slope uncertain by ln 5 / (sqrt 50 * 2.6) = 0.09.
+    """
+    counts = sorted({round(2 ** (k / 4)) for k in range(8, 60)})
+    slope = np.polyfit(np.log(counts), np.log(errors(name, counts)), 1)[0]
+    assert -slope == pytest.approx(1, abs=0.1)
+
+
+def test_what_rests_stays() -> None:
+    assert errors("coulomb_friction_oscillator", [1, 16], "held") == [0, 0]
+    ball = get("bouncing_ball", initial_state=(0, 0), span=2).rounded()
+    problem = problem_of(ball, Moreau.accepts)
+    assert not np.any(Moreau().prepare(problem, problem.interval)(np.zeros((1, 2))).states)
+
+
+def test_steps_far_longer_than_flights_pass_the_zeno_limit() -> None:
+    """Infinitely many impacts lie in the span; a thousand steps end at rest, on the plane to a step's fall."""
+    case = get("bouncing_ball").rounded()
+    problem = problem_of(case, Moreau.accepts)
+    h = problem.interval / 16
+    y, v = Moreau().prepare(problem, h)(initial_state(case)[None]).states[0, -1]
+    assert abs(v) < 9.81 * h
+    assert abs(y) < 9.81 * h

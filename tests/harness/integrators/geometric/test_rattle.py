@@ -1,0 +1,168 @@
+"""RATTLE: order, constraint and tangency to round-off, symplectic on the constraint, reversible."""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
+from gnomon.cases.core.forms import Constrained, Values
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.integrators.base.fixed_step import FixedStep
+from gnomon.harness.integrators.geometric import rattle
+from gnomon.harness.integrators.geometric.rattle import Rattle
+from gnomon.harness.results.convergence_order import fit_order, measure_order, solve_exactly
+from gnomon.reference.numerics.precision import working
+
+METHODS = pytest.mark.parametrize("method", rattle.INTEGRATORS, ids=lambda method: method.name)
+
+
+def constrained(name: str) -> Constrained:
+    case = get(name)
+    forms = case.forms if name == "holonomic_constraint_dae" else case.formulations[0].forms
+    assert isinstance(forms[0], Constrained)
+    return forms[0]
+
+
+@pytest.mark.parametrize(("name", "n", "count"), [("holonomic_constraint_dae", 2, 1), ("spherical_pendulum", 3, 3)])
+def test_equations_are_force_and_constraint(name: str, n: int, count: int) -> None:
+    """At random tangent states: q'' - force along the gradient, the gradient that of g, and g'' = 0 along q''."""
+    form, source = constrained(name), random.Random(name)
+    with working(60) as mp:
+        place = [mp.mpf(source.uniform(-1, 1)) for _ in range(n)]
+        p = tuple(mp.mpf(source.uniform(1, 2)) for _ in range(count))
+        gradient = [mp.mpf(x) for x in form.gradient(0, tuple(place), p)]
+        raw = [mp.mpf(source.uniform(-1, 1)) for _ in range(n)]
+        share = mp.fdot(raw, gradient) / mp.fdot(gradient, gradient)
+        velocity = [v - share * g for v, g in zip(raw, gradient, strict=True)]
+        acceleration = rebind(form.equations, mpmath_arithmetic(mp))(0, (*place, *velocity), p)[n:]
+        rest = [a - f for a, f in zip(acceleration, form.force(0, tuple(place), p), strict=True)]
+        along = mp.fdot(rest, gradient) / mp.fdot(gradient, gradient)
+        assert max(abs(r - along * g) for r, g in zip(rest, gradient, strict=True)) < 1e-50
+
+        def value(s: Any) -> Any:
+            moved = tuple(x + s * v + s * s / 2 * a for x, v, a in zip(place, velocity, acceleration, strict=True))
+            return form.constraint(0, moved, p)[0]
+
+        assert abs(mp.diff(value, 0)) < 1e-20
+        assert abs(mp.diff(value, 0, 2)) < 1e-15
+        for i in range(n):
+            slope = mp.diff(
+                lambda s, i=i: form.constraint(0, tuple(x + s * (i == j) for j, x in enumerate(place)), p)[0], 0
+            )
+            assert abs(slope - gradient[i]) < 1e-20
+
+
+@METHODS
+@pytest.mark.parametrize("variant", [None, "rotation"])
+def test_order_on_the_circle(method: type[FixedStep], variant: str | None) -> None:
+    measured = measure_order(method(), get("holonomic_constraint_dae", variant), most_steps=20_000)
+    assert measured is not None
+    assert measured[0] == pytest.approx(method.order, abs=0.1)
+
+
+@METHODS
+def test_order_on_the_sphere(method: type[FixedStep]) -> None:
+    case = get("spherical_pendulum", span=4).rounded()
+    formulation = case.formulations[0]
+    problem = problem_of(case, method.accepts, formulation)
+    start, exact = initial_state(case, formulation)[None], case.sample(case.times)
+    counts = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32]
+    errors = []
+    for count in counts:
+        states = method().prepare(problem, problem.interval / count)(start).states[0]
+        errors.append(float(np.max(case.metric.distance(formulation.decode(states, problem.parameters), exact))))
+    measured = fit_order([problem.interval / count for count in counts], errors, floor=1e-14)
+    assert measured is not None
+    assert measured[0] == pytest.approx(method.order, abs=0.1)
+
+
+@METHODS
+def test_constraint_and_tangency_hold_to_round_off(method: type[FixedStep]) -> None:
+    """The place is put back each time: nothing adds up over a thousand periods."""
+    case = get("holonomic_constraint_dae", "long_1e3").rounded()
+    problem = problem_of(case, method.accepts)
+    found = method().prepare(problem, problem.interval / 1024)(initial_state(case)[None]).states[0]
+    length = float(np.sum(initial_state(case)[:2] ** 2))
+    assert np.max(np.abs(np.sum(found[:, :2] ** 2, axis=1) / length - 1)) < 8 * np.finfo(float).eps
+    assert np.max(np.abs(np.sum(found[:, :2] * found[:, 2:], axis=1))) < 32 * np.finfo(float).eps
+
+
+def on_circle(mp: Any, angle: Any, rate: Any) -> tuple[Any, ...]:
+    return mp.sin(angle), -mp.cos(angle), rate * mp.cos(angle), rate * mp.sin(angle)
+
+
+def step(method: type[FixedStep], mp: Any, angle: Any, rate: Any) -> list[Any]:
+    start = [Fraction(mp.nstr(x, 62)) for x in on_circle(mp, angle, rate)]
+    return list(
+        solve_exactly(method(), constrained("holonomic_constraint_dae"), [Fraction(2)], start, Fraction(3, 10), 1)
+    )
+
+
+@METHODS
+def test_symplectic_on_the_constraint(method: type[FixedStep]) -> None:
+    """dx ^ dv on the tangent vectors of angle and rate is the same before and after a step, in sixty digits."""
+    with working(62) as mp:
+        tiny, angle, rate = mp.mpf(10) ** -20, mp.mpf(3) / 4, mp.mpf(1) / 2
+        for derivative in (lambda a, w: step(method, mp, a, w), lambda a, w: list(on_circle(mp, a, w))):
+            columns = [
+                [
+                    (x - y) / (2 * tiny)
+                    for x, y in zip(derivative(angle + a, rate + w), derivative(angle - a, rate - w), strict=True)
+                ]
+                for a, w in ((tiny, 0), (0, tiny))
+            ]
+            (x1, y1, u1, v1), (x2, y2, u2, v2) = columns
+            # On the unit circle it is d angle ^ d rate.
+            assert abs(x1 * u2 - x2 * u1 + y1 * v2 - y2 * v1 - 1) < 1e-35
+
+
+@METHODS
+def test_reversible(method: type[FixedStep]) -> None:
+    form = constrained("holonomic_constraint_dae")
+    start = [Fraction(3, 4), Fraction(-1), Fraction(2), Fraction(3, 2)]
+    signs = (1, 1, -1, -1)
+    with working(60) as mp:
+        there = solve_exactly(method(), form, [Fraction(2)], start, Fraction(3), 10)
+        turned = [Fraction(str(x * s)) for x, s in zip(there, signs, strict=True)]
+        back = solve_exactly(method(), form, [Fraction(2)], turned, Fraction(3), 10)
+        gaps = [a - mp.mpf(b.numerator) / b.denominator * s for a, b, s in zip(back, start, signs, strict=True)]
+        assert max(map(abs, gaps)) < 1e-50, "sixty digits, of which twenty steps lose a few"
+
+
+@METHODS
+def test_angular_momentum_about_the_vertical(method: type[FixedStep]) -> None:
+    start = [Fraction(n, 9) for n in (4, 4, -7)] + [Fraction(n, 9) for n in (8, 6, 8)]  # on the sphere, tangent to it
+    with working(60):
+        x, y, _, u, v, _ = solve_exactly(
+            method(), constrained("spherical_pendulum"), [Fraction(2), Fraction(1), Fraction(1)], start, Fraction(2), 10
+        )
+        before = start[0] * start[4] - start[1] * start[3]
+        assert abs(x * v - y * u - before.numerator / (x * 0 + before.denominator)) < 1e-50
+
+
+def flat(t: Any, place: Values, parameters: Values) -> Values:
+    x, _y = place
+    return (0 * x,)
+
+
+def no_gradient(t: Any, place: Values, parameters: Values) -> Values:
+    x, y = place
+    return 0 * x, 0 * y
+
+
+def free(t: Any, state: Values, parameters: Values) -> Values:
+    x, y, vx, vy = state
+    return vx, vy, 0 * x, 0 * y
+
+
+def test_a_constraint_without_gradient_ends_the_trajectory() -> None:
+    form = Constrained(free, force=no_gradient, constraint=flat, gradient=no_gradient)
+    problem = Problem(form, 4, np.zeros(0), np.arange(1, 65) * 0.125, 1.0)
+    solution = Rattle().prepare(problem, 0.125)(np.array([[1.0, 0.0, 0.0, 1.0]]))
+    assert solution.stopped == "the stages of a step did not converge before sample 1; take shorter steps"

@@ -1,0 +1,70 @@
+"""A user's own module: what is an integrator in it, and what is told of what is none."""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+from gnomon.harness.registry import lookup as registry
+
+SHARED = """
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.contract.integrator import Integrator, Tolerance
+
+class Shared(Integrator):
+    library, accepts, sweep = "mine", (FirstOrder,), Tolerance()
+    def prepare(self, problem, setting):
+        raise NotImplementedError
+
+class One(Shared):
+    name = "one"
+
+class Two(Shared):
+    name = "two"
+"""
+"""Two integrators and the base that they share, which has no name."""
+
+
+@pytest.fixture
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    (tmp_path / "of_a_user.py").write_text(SHARED, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "of_a_user", raising=False)
+    return "of_a_user"
+
+
+@pytest.mark.parametrize("name", ["One", "Two"])
+def test_a_base_without_a_name_takes_nothing_from_its_integrators(module: str, name: str) -> None:
+    """A worker looks through the classes of the module for the one that it is to run."""
+    (found,) = registry.find(f"{module}:{name}")
+    assert registry.dereference(*registry.reference(found)).id == f"mine:{name.lower()}"
+
+
+def test_a_base_without_a_name_is_refused_in_one_line_with_the_way_out(module: str) -> None:
+    with pytest.raises(
+        ValueError, match=r"of_a_user:Shared: .*Shared does not declare name; .* name a subclass"
+    ) as said:
+        registry.find(f"{module}:Shared")
+    assert "\n" not in str(said.value)
+
+
+def test_a_base_without_a_name_is_no_entry_point(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    points = [EntryPoint(name, f"{module}:{name}", registry.GROUP) for name in ("Shared", "One")]
+    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    with pytest.warns(UserWarning, match="Shared does not declare name"):
+        assert set(registry.registered()) == {"mine:one"}
+
+
+@pytest.mark.parametrize("source", ["import sys\nsys.exit(0)", "raise KeyboardInterrupt", "raise RuntimeError('boom')"])
+def test_an_entry_point_that_ends_what_imports_it_ends_no_run(
+    source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An installed package is looked at by every run, whatever that is to measure."""
+    (tmp_path / "ends_its_import.py").write_text(source)
+    monkeypatch.syspath_prepend(tmp_path)
+    points = [EntryPoint("broken", "ends_its_import:Thing", registry.GROUP)]
+    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    with pytest.warns(UserWarning, match=r"broken \(ends_its_import:Thing\) cannot be loaded: \w+: "):
+        assert registry.registered() == {}

@@ -1,0 +1,309 @@
+"""The report as files: page, summary, figures, from results with rows of every kind."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import math
+import re
+import struct
+import xml.etree.ElementTree as ET
+import zlib
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import synthetic
+import vl_convert
+from gnomon.cases import case_class
+from gnomon.harness.reporting.figures import broken_scenes
+from gnomon.harness.reporting.figures_work import EXACT, drawn, front, work_precision
+from gnomon.harness.reporting.images import leaner
+from gnomon.harness.reporting.png import smaller
+from gnomon.harness.reporting.report import write_report
+from gnomon.harness.reporting.report_card import held
+from gnomon.harness.reporting.report_charts import work_scenes
+from gnomon.harness.reporting.report_pack import packed_json
+from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.results.analysis import not_run
+from gnomon.harness.results.store import Store
+
+LARGEST_PAGE = 3_000_000
+PNG = b"\x89PNG\r\n\x1a\n"
+CERTIFICATE = {"case": "kepler_orbit", "variant": "", "ways": {"taylor": 48.2, "residual": 46.1}, "note": "a note"}
+
+PAIR = {
+    "group": "against heyoka:Taylor", "problem": "pendulum_simple/speed", "level": "1e-06", "unit": "s",
+    "first_name": "Gauss", "second_name": "heyoka:Taylor", "first": 1e-4, "second": 7.65e-4, "first_null": 1e-6,
+    "second_null": 1e-6, "median": 7.65, "low": 7.0, "high": 8.0, "launches": 5,
+}  # fmt: skip
+LAW = {
+    "integrator": "RK4", "case": "pendulum_simple", "setting": "128 steps a period", "periods": 1e5, "starts": 4,
+    "size": 1e-3, "power": 1.0, "uncertainty": 0.01, "low": 0.98, "high": 1.02, "law": "t",
+    "expected": "t",
+}  # fmt: skip
+
+MEASURED = {
+    "integrator": "RK4", "case": "pendulum_simple", "span": 3.0, "digits": 16, "at_fixed_steps": False, "points": 6,
+    "order": 3.9487, "declared": 4, "keeps": ["symplectic", "momentum"],
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("reports")
+    (folder / "certificates.json").write_text(json.dumps([CERTIFICATE | {"digits": 46.1, "passed": True}]))
+    (folder / "benchmarks.json").write_text(json.dumps({"launches": 5, "environment": {}, "rows": [PAIR]}))
+    (folder / "growth.json").write_text(json.dumps({"environment": {}, "rows": [LAW]}))
+    (folder / "orders.json").write_text(json.dumps({"environment": {}, "rows": [MEASURED]}))
+    return write_report(synthetic.write(folder / "results.sqlite"), folder)
+
+
+class _References(HTMLParser):
+    """Collects whatever a browser would fetch, and the ids that links point to."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.fetched: list[str] = []
+        self.anchors: set[str] = set()
+        self.ids: set[str] = set()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name in ("src", "srcset", "data", "poster") or (name == "href" and tag == "link"):
+                self.fetched.append(str(value))
+            elif name == "href" and tag == "a":
+                self.anchors.add(str(value))
+            elif name == "id":
+                self.ids.add(str(value))
+
+
+def test_page_is_one_small_file_without_references(written: Path) -> None:
+    text = written.read_text(encoding="utf-8")
+    assert written.name == "index.html"
+    assert len(text.encode()) < LARGEST_PAGE
+    found = _References()
+    found.feed(text)
+    assert all(reference.startswith("data:") for reference in found.fetched)
+    assert {anchor for anchor in found.anchors if anchor.startswith("#")} == found.anchors
+    assert {anchor[1:] for anchor in found.anchors} <= found.ids
+    style = text[text.index("<style>") : text.index("</style>")]
+    assert not re.search(r"@import|url\(", style)
+
+
+def test_page_answers_the_five_questions_and_shows_every_series(written: Path) -> None:
+    text = written.read_text(encoding="utf-8")
+    ids = ("fastest", "trust", "breaks", "effects", "reproduce")
+    places = [text.index(f'<section id="{name}">') for name in ids]
+    assert places == sorted(places)
+    for words in ("Invented CPU", "gnomon run", "a note", "46.1", "RK4", "IAS15", "separatrix"):
+        assert words in text
+    for words in ("Forces of position and time alone", "3 cases: ", '<td class="number" data-value="3.95">'):
+        assert words in text
+    tables = "".join(text for found in _carried(written)["tables"].values() for text in found.values())
+    for words in ("order 4.00", "declared 4", "× tolerance", "phase", "shape", "events: all", "12 turns off"):
+        assert words in tables
+    for forbidden in ("nan<", ">nan", "None<", "inf<"):
+        assert forbidden not in text + tables
+
+
+def _carried(page: Path) -> Any:
+    """The data that the page carries for its script."""
+    found = re.search(r'<script type="text/plain" id="data">(.*?)</script>', page.read_text(encoding="utf-8"))
+    assert found is not None
+
+    def reject(word: str) -> None:
+        raise AssertionError(f"{word}: no browser reads that")
+
+    return json.loads(gzip.decompress(base64.b64decode(found[1])), parse_constant=reject)
+
+
+def test_charts_carry_every_scene(written: Path) -> None:
+    charts = _carried(written)
+    assert {name: set(scenes) for name, scenes in charts["work"]["cases"].items()} == {
+        "pendulum_simple": {"default", "separatrix", "long"},
+        "kepler_orbit": {"default", "e09"},
+        "bouncing_ball": {"default"},
+    }
+    points = charts["work"]["cases"]["kepler_orbit"]["default"]["points"]
+    assert len({len(points[name]) for name in ("setting", "time", "calls", "error", "failed")}) == 1
+    assert "tolerance" in charts["others"]
+    rows = charts["map"]["rows"]
+    variants = {name: {variant.name for variant in case_class(name).variants} for name in charts["work"]["cases"]}
+    there = {(name, label.replace("default", "")) for name, label, *_ in rows}
+    assert there == {(name, variant) for name, several in variants.items() for variant in several | {""}} | {
+        ("pendulum_simple", "long"), ("kepler_orbit", "e09")
+    }  # fmt: skip
+    assert {len(cells) for _, _, cells, _ in rows} == {3 * len(charts["map"]["series"])}
+
+
+def test_an_error_of_exactly_zero_is_drawn_below_every_floor(written: Path) -> None:
+    points = _carried(written)["work"]["cases"]["bouncing_ball"]["default"]["points"]
+    assert min(error for error in points["error"] if error is not None) == 100 * EXACT
+
+
+def test_numbers_that_json_does_not_have_are_refused() -> None:
+    with pytest.raises(ValueError, match="JSON"):
+        packed_json({"error": -math.inf})
+
+
+def test_the_front_has_the_fastest_of_each_kind_at_each_error() -> None:
+    sweeps = {  # seconds and errors in decades
+        "fast": [(-5, -2), (-4, -7)],
+        "slow but accurate": [(-3, -4), (-2.9, -13)],
+        "slow": [(-3, -2), (-2, -7)],
+        "other, never there": [(-3, -1), (-2, -2)],
+        "third, diverged": [(-6, math.inf), (-5, math.inf)],
+        "patchy": [(-7, -8), (-6, math.inf), (-2, -9)],
+    }
+    rows = [(name, time, error) for name, points in sweeps.items() for time, error in points]
+    kinds = {name: name.partition(",")[0] if "," in name else "one" for name in sweeps}
+    kept = pd.DataFrame(rows, columns=["series", "time", "error"])
+    assert front(kept, kinds) == {"fast", "slow but accurate", "other, never there"}
+
+
+def test_what_was_not_run_on_a_hard_variant_is_neither_held_nor_broken_there() -> None:
+    """`a` ran on both hard variants, `b` on one of them, `c` on none; nobody ran `third`; `d` does not take the case."""
+    ran = [
+        ("", "a", "ok"), ("first", "a", "ok"), ("second", "a", "partly"), ("", "b", "ok"), ("first", "b", "ok"),
+        ("", "c", "ok"), ("", "d", "unsupported"), ("first", "d", "unsupported"), ("second", "b", "unsupported"),
+    ]  # fmt: skip
+    matrix = pd.DataFrame(ran, columns=["variant", "integrator_id", "verdict"])
+    matrix = matrix.assign(case="x", formulation="", library="l", ok=1, best=1e-9)
+    for variants, missing in (((), {("second", "c"), ("first", "c")}), (("third",), {("third", "a"), ("third", "b")})):
+        found = not_run(matrix, {"x": variants})
+        pairs = set(found[["variant", "integrator_id"]].itertuples(index=False, name=None))
+        assert pairs >= missing
+        assert not pairs & {("first", "b"), ("second", "b"), ("third", "d")}
+    found = not_run(matrix, {})
+    assert len(found) == 2
+    verdicts = broken_scenes(pd.concat([matrix, found])).set_index("integrator_id")["verdict"]
+    assert verdicts.to_dict() == {"a": "partly", "b": "ok", "c": "not_run"}
+    each, scenes = held(pd.concat([matrix, not_run(matrix, {"x": ["third"]})]))
+    assert each["ran"].to_dict() == {"a": 2, "b": 1}
+    assert scenes == 2
+
+
+def test_broken_scenes_counts_those_without_an_ok_setting() -> None:
+    rows = [
+        ("a", "ok", 5), ("a", "partly", 1), ("a", "diverged", 0), ("a", "diverged", 0), ("a", "skipped", 0),
+        ("a", "unsupported", 0), ("b", "ok", 2), ("c", "unsupported", 0),
+    ]  # fmt: skip
+    matrix = pd.DataFrame([("x", *row) for row in rows], columns=["case", "integrator_id", "verdict", "ok"])
+    found = broken_scenes(matrix).set_index("integrator_id")
+    assert found.loc["a", ["scenes", "broken", "verdict"]].tolist() == [5, 3, "diverged"]
+    assert found.loc["b", ["scenes", "broken", "verdict"]].tolist() == [1, 0, "ok"]
+    assert "c" not in found.index
+
+
+def _picture(pixels: np.ndarray, differences: bool) -> bytes:
+    """RGBA as vl-convert writes it, rows as they are or as differences."""
+    stored = np.diff(pixels, axis=1, prepend=np.uint8(0)) if differences else pixels
+    height, width = pixels.shape[:2]
+    rows = np.hstack([np.full((height, 1), differences, np.uint8), stored.reshape(height, -1)])
+    header = struct.pack(">IIBBBBB", width, height, 8, 6, 0, 0, 0)
+    return PNG + b"".join(
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        for kind, data in ((b"IHDR", header), (b"IDAT", zlib.compress(rows.tobytes(), 0)), (b"IEND", b""))
+    )
+
+
+def _shown(png: bytes, width: int, height: int) -> np.ndarray:
+    """The colours of a picture with a palette, (height, width, 3)."""
+    chunks, place = {}, len(PNG)
+    while place < len(png):
+        (length,) = struct.unpack(">I", png[place : place + 4])
+        data = png[place + 8 : place + 8 + length]
+        assert struct.unpack(">I", png[place + 8 + length : place + 12 + length])[0] == zlib.crc32(
+            png[place + 4 : place + 8] + data
+        )
+        chunks[png[place + 4 : place + 8]] = data
+        place += length + 12
+    palette = np.frombuffer(chunks[b"PLTE"], np.uint8).reshape(-1, 3)
+    rows = np.frombuffer(zlib.decompress(chunks[b"IDAT"]), np.uint8).reshape(height, 1 + width)
+    assert not rows[:, 0].any()
+    return palette[rows[:, 1:]]
+
+
+@pytest.mark.parametrize("differences", [False, True])
+def test_pictures_of_few_colours_get_smaller_without_loss(differences: bool) -> None:
+    pixels = np.repeat(np.random.default_rng(1).integers(0, 256, (5, 7, 4), dtype=np.uint8), 40, axis=1)
+    pixels[:, :, 3] = 255
+    picture = _picture(pixels, differences)
+    found = smaller(picture)
+    assert len(found) < len(picture)
+    np.testing.assert_array_equal(_shown(found, 280, 5), pixels[:, :, :3])
+    assert smaller(found) == found
+
+
+def test_in_pictures_of_many_colours_the_rare_ones_take_the_nearest() -> None:
+    shades = np.linspace(0, 255, 256).astype(np.uint8)
+    pixels = np.full((256, 100, 4), 255, dtype=np.uint8)
+    pixels[:, :50, :3] = shades[:, np.newaxis, np.newaxis]  # greys, and paper
+    found = _shown(smaller(_picture(pixels, False)), 100, 256).astype(int)
+    # the 32 bins of 8 greys each fit into the palette
+    assert np.max(np.abs(found - pixels[:, :, :3])) < 8
+    np.testing.assert_array_equal(found[:-8, 50:], 255)
+
+
+def test_a_run_in_which_all_failed_is_reported(written: Path, tmp_path: Path) -> None:
+    """Its figure shows the failed trials; with nothing in the legend it had a width of 1.8e308, which no PNG has."""
+    run = Run.read(written.parent / "results.sqlite")
+    points = work_scenes(run)["pendulum_simple"]["default"]["points"]
+    failed = points.assign(failed=True, front=False, status="diverged")
+    svg = vl_convert.vegalite_to_svg(drawn(work_precision(run.look, "time"), failed, {}))
+    width = re.search(r'width="([^"]*)"', svg)
+    assert width is not None
+    assert 300 < float(width[1]) < 3000
+
+
+def test_drawings_get_leaner_and_look_the_same() -> None:
+    rows = [{"x": k % 7, "y": k / 3, "kind": "ab"[k % 2]} for k in range(40)]
+    encoding = {"x": {"field": "x", "type": "quantitative"}, "y": {"field": "y", "type": "quantitative"}}
+    encoding["color"] = {"field": "kind", "type": "nominal"}
+    layers = [{"mark": "line"}, {"mark": {"type": "point", "filled": True}}, {"mark": "rect"}]
+    svg = vl_convert.vegalite_to_svg({"data": {"values": rows}, "encoding": encoding, "layer": layers})
+    lean = leaner(svg)
+    assert len(lean) < len(svg) / 2
+    before, after = (_pixels(vl_convert.svg_to_png(text)) for text in (svg, lean))
+    assert before.shape == after.shape
+    # a tenth of a pixel shifts the shading of an edge, no more
+    assert np.mean(np.abs(before - after)) < 1
+    assert np.std(before) > 10
+
+
+def _pixels(png: bytes) -> np.ndarray:
+    width, height = struct.unpack(">II", png[16:24])
+    return _shown(smaller(png), width, height).astype(float)
+
+
+def test_summary_and_figures(written: Path) -> None:
+    summary = (written.parent / "summary.md").read_text(encoding="utf-8")
+    assert len(summary.encode()) < 1_000_000  # what a CI job summary takes
+    tables = [line for line in summary.splitlines() if line.startswith("|")]
+    assert any("kepler_orbit" in line for line in tables)
+    page = written.read_text(encoding="utf-8")
+    for said in ("7.65", "7.00 – 8.00", "1.00 (0.98 to 1.02)", "128 steps a period"):
+        assert said in page
+    assert (
+        "| Gauss and heyoka:Taylor | pendulum_simple/speed | 1e-6 | 100 µs | 765 µs | 7.65 (7.00 – 8.00) |  |" in tables
+    )
+    assert "| RK4 | pendulum_simple | binary64 | as it runs | 3.95 | 4 | symplectic form, momentum |" in tables
+    assert '<td class="number">3.95</td>' in page
+    assert "| RK4 | pendulum_simple | 128 steps a period | 1e5 | 1.0e-3 | 1.00 (0.98 to 1.02) | t | t |" in tables
+    figures = written.parent / "figures"
+    names = {path.stem for path in figures.iterdir() if path.suffix != ".json"}
+    assert {"pendulum_simple", "kepler_orbit", "bouncing_ball", "breaks", "trust"} <= names
+    for name in names:
+        assert ET.parse(figures / f"{name}.svg").getroot().tag.endswith("svg")
+        assert (figures / f"{name}.png").read_bytes().startswith(PNG)
+
+
+def test_results_without_measurements_are_refused_with_the_way_out(tmp_path: Path) -> None:
+    Store(tmp_path / "results.sqlite").close()
+    with pytest.raises(ValueError, match="gnomon run"):
+        write_report(tmp_path, tmp_path / "reports")

@@ -1,0 +1,93 @@
+"""What the report says of certificates and of the opponents of checks."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from gnomon.harness.reporting.report_checks import certificate_rows, certified, certified_lines, opponent_rows
+
+
+def certificate(case: str, variant: str, digits: float, passed: bool = True) -> dict[str, Any]:
+    ways = {"residual": 50.0, "taylor": digits}
+    return {"case": case, "variant": variant, "ways": ways, "digits": digits, "passed": passed, "note": "a note"}
+
+
+def measured(variant: str, quantity: str, error: float | None, status: str = "ok") -> dict[str, Any]:
+    names = {"check": "moment_equipollent", "opponent": "solve", "library": "numpy", "reason": "why <it> fails"}
+    return names | {"variant": variant, "quantity": quantity, "error": error, "seconds": 2e-5, "status": status}
+
+
+@pytest.fixture
+def folders(tmp_path: Path) -> tuple[Path, Path]:
+    published, results = tmp_path / "reports", tmp_path / "runs"
+    for folder in (published, results):
+        folder.mkdir()
+    old = [
+        certificate("pendulum_simple", "long_1e6", 49.96),
+        certificate("pendulum_simple", "default", 3.0, passed=False),
+        certificate("euler_top", "flat", 20.5, passed=False),
+    ]
+    (published / "certificates.json").write_text(json.dumps(old))
+    (results / "certificates.json").write_text(json.dumps([certificate("pendulum_simple", "default", 48.0)]))
+    rows = [
+        measured("default", "force", 1e-16),
+        measured("default", "moment", 2.5e-15),
+        measured("parallel", "force", 0.3, "inaccurate"),
+        measured("parallel", "moment", None, "diverged"),
+    ]
+    (results / "checks.json").write_text(json.dumps(rows))
+    return results, published
+
+
+def test_the_last_certificate_of_a_setting_counts_and_defaults_come_first(folders: tuple[Path, Path]) -> None:
+    rows = certificate_rows(*folders)
+    assert [(row["case"], row["variant"], row["digits"]) for row in rows] == [
+        ("pendulum_simple", "default", 48.0),
+        ("pendulum_simple", "long_1e6", 49.96),
+        ("euler_top", "flat", 20.5),
+    ]
+
+
+def test_certificates_that_were_made_without_git_have_no_revision(folders: tuple[Path, Path]) -> None:
+    without = certificate("pendulum_simple", "default", 47.0) | {"revision": None}
+    (folders[0] / "certificates.json").write_text(json.dumps([without]))
+    assert certificate_rows(*folders)[0]["digits"] == 47.0
+
+
+def test_the_summary_counts_and_names_what_is_not_confirmed(folders: tuple[Path, Path]) -> None:
+    assert certified_lines(*folders) == [
+        "default settings: 1 of 1 confirmed, the fewest digits are 48.0, of pendulum_simple",
+        "hard variants: 1 of 2 confirmed, the fewest digits are 20.5, of euler_top/flat",
+        "not confirmed: euler_top/flat, 20.5 digits",
+    ]
+
+
+def test_an_opponent_is_shown_by_its_worst_quantity_and_variant(folders: tuple[Path, Path]) -> None:
+    (row,) = opponent_rows(*folders)
+    assert (row["default"], row["quantity"], row["time"]) == ("2.5e-15", "moment", "20.0 µs")
+    assert (row["hard"], row["where"]) == ("diverged", "parallel, moment")
+
+
+def test_the_page_never_rounds_digits_up_and_escapes(folders: tuple[Path, Path]) -> None:
+    page = certified(*folders)
+    assert "1 of 2 hard variants confirmed" in page
+    # 49.96 digits are 49
+    assert "taylor 49, residual 50" in page
+    assert "moment_<wbr>equipollent" in page, "a long name may break"
+    assert "<it>" not in page
+
+
+def test_nothing_is_said_where_nothing_was_measured(tmp_path: Path) -> None:
+    assert not certified(tmp_path, tmp_path).strip()
+    assert certified_lines(tmp_path, tmp_path) == []
+
+
+def test_a_certificate_that_fails_is_named_beside_the_count_of_those_confirmed(folders: tuple[Path, Path]) -> None:
+    page = str(certified(*folders))
+    heading = page[page.index("1 of 2 hard variants confirmed") :].partition("</summary>")[0]
+    assert "1 not confirmed" in heading
+    assert "euler_top/flat" in heading
+    assert "not confirmed" not in page[: page.index("1 of 2 hard variants confirmed")]

@@ -1,0 +1,211 @@
+"""What tables print, on rows whose numbers are known."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pandas as pd
+import pytest
+from gnomon.harness.reporting import tables
+from gnomon.harness.results.analysis import TARGETS
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (2.5, "2.50 s"),
+        (0.99951, "1.00 s"),
+        (0.99949, "999 ms"),
+        (12.34e-3, "12.3 ms"),
+        (1.0e-6, "1.00 µs"),
+        (20.2e-9, "20.2 ns"),
+        (math.nan, "–"),
+    ],
+)
+def test_times_have_three_figures_and_their_unit(seconds: float, text: str) -> None:
+    assert tables.time_text(seconds) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "short", "ratio"),
+    [
+        (0.43, "4.3e-1", "0.43", "0.4"),
+        (9.96, "1.0e1", "10", "10"),
+        (1234.0, "1.2e3", "1.2e3", "1\u202f234"),
+        (456.0, "4.6e2", "456", "456"),
+        (0.0096, "9.6e-3", "9.6e-3", "0.0"),
+        (math.nan, "–", "–", "–"),
+    ],
+)
+def test_numbers_have_two_figures(value: float, error: str, short: str, ratio: str) -> None:
+    assert (tables.error_text(value), tables.short_text(value), tables.ratio_text(value)) == (error, short, ratio)
+
+
+@pytest.mark.parametrize(("error", "right"), [(0.0, 17), (1e-3, 3), (9.9e-4, 3), (1.1e-3, 2), (0.5, 0), (3.0, 0)])
+def test_digits_are_never_rounded_up(error: float, right: int) -> None:
+    assert tables.digits(error) == right
+
+
+def _equal(*rows: tuple[str, str, float, float, float, bool]) -> pd.DataFrame:
+    """Case, integrator (library:name), target, seconds, ratio, at_loosest."""
+    columns = ["case", "integrator_id", "target", "seconds", "ratio", "at_loosest"]
+    table = pd.DataFrame(rows, columns=columns).assign(variant="", formulation="", launches=5)
+    library = table["integrator_id"].str.partition(":")[0]
+    low, high = table["seconds"] * 0.9, table["seconds"] * 1.1
+    preparation = table["integrator_id"].map({"x:one": 0.03, "x:two": 0.02})
+    known = {"library": library, "low": low, "high": high, "overhead": math.nan, "preparation": preparation}
+    return table.assign(tied=table["ratio"] < 1.2, **known)
+
+
+EQUAL = _equal(
+    ("a", "x:one", 1e-6, 1e-3, 1.0, False),
+    ("a", "x:two", 1e-6, 1.1e-3, 1.1, False),
+    ("a", "y:three", 1e-6, 3e-3, 3.0, True),
+    ("b", "x:two", 1e-6, 2e-3, 1.0, True),
+    ("b", "y:three", 1e-6, 1e-2, 5.0, False),
+    ("c", "y:three", 1e-6, 1e-2, 1.0, False),
+)
+SIX = TARGETS.index(1e-6)
+
+
+def test_the_fastest_is_named_with_its_time_and_all_on_a_par() -> None:
+    first, second, third = tables.fastest(EQUAL, [("a", ""), ("b", ""), ("d", "")])
+    assert (first.cells[SIX].text, first.cells[SIX].note) == (
+        "x:one",
+        "1.00 ms · prepared in 30.0 ms · on a par: x:two",
+    )
+    assert (second.cells[SIX].text, second.cells[SIX].note) == ("x:two", "≤ 2.00 ms · prepared in 20.0 ms")
+    assert third.cells[SIX].text == first.cells[0].text == "not reached"
+
+
+def test_over_all_cases_wins_are_counted_and_ratios_are_medians() -> None:
+    cells = {row.head: row.cells[SIX] for row in tables.overall(EQUAL)}
+    assert {name: (cell.text, cell.note.replace("\xa0", " ")) for name, cell in cells.items()} == {
+        "x:one": ("fastest on 1", "reaches 1 of 3 · 1.0 ×"),
+        "x:two": ("fastest on 2", "reaches 2 of 3 · 1.1 ×"),  # 1.05
+        "y:three": ("fastest on 1", "reaches 3 of 3 · 3.0 ×"),
+    }
+    assert tables.overall(EQUAL)[0].head == "x:two"
+    assert {row.head: row.note for row in tables.overall(EQUAL)} == {
+        "x:one": "prepared in 30.0 ms",
+        "x:two": "prepared in 20.0 ms",
+        "y:three": "",
+    }
+
+
+def test_a_library_is_as_fast_as_its_fastest_on_each_case() -> None:
+    cells = {row.head: row.cells[SIX] for row in tables.libraries(EQUAL)}
+    assert (cells["x"].text, cells["x"].note) == ("1.0 ×", "2 of 3 cases")
+    assert (cells["y"].text, cells["y"].note) == ("3.0 ×", "3 of 3 cases")
+
+
+def test_times_of_a_case_say_whether_they_are_bounds_and_from_how_many_launches() -> None:
+    names = (
+        EQUAL[["case", "integrator_id", "library"]].drop_duplicates().assign(variant="", formulation="", status="ok")
+    )
+    never = pd.DataFrame(
+        [{"case": "a", "integrator_id": "x:no", "variant": "", "formulation": "", "status": "refused"}]
+    )
+    never = never.assign(library="x", prepare_seconds=math.nan)
+    ran = pd.concat([names.assign(prepare_seconds=0.013), never]).assign(setting=1e-6)
+    rows = {row.head: row for row in tables.equal_error_rows(EQUAL, ran)["a"]}
+    assert [row.cells[-1].text for row in rows.values()] == ["13.0 ms"] * 3 + ["–"], "what they prepare is beside it"
+    assert list(rows) == ["x:one", "x:two", "y:three", "x:no"]
+    cells = {name: row.cells[SIX] for name, row in rows.items()}
+    assert [cell.note for cell in cells.values()] == ["fastest", "on a par", "3.0 ×", ""]
+    assert [cell.text for cell in cells.values()] == ["1.00 ms", "1.10 ms", "≤ 3.00 ms", "–"]
+    assert cells["y:three"].aside == " · 2.70 ms – 3.30 ms"
+
+
+def test_a_time_without_its_null_call_has_that_beside_it() -> None:
+    named = EQUAL.assign(overhead=342e-6)
+    first, *_ = tables.fastest(named, [("a", "")])
+    assert first.cells[SIX].note == "1.00 ms + 342 µs a call · prepared in 30.0 ms · on a par: x:two"
+    ran = named[["case", "integrator_id", "library"]].drop_duplicates().assign(variant="", formulation="", status="ok")
+    ran = ran.assign(prepare_seconds=0.013, setting=1e-6)
+    rows = {row.head: row for row in tables.equal_error_rows(named, ran)["a"]}
+    assert rows["x:one"].cells[SIX].aside == " · + 342 µs a call · 900 µs – 1.10 ms"
+
+
+def _stability(**changed: Any) -> list[tables.Cell]:
+    key = {"case": "a", "variant": "", "formulation": "", "library": "x", "integrator_id": "x:one"}
+    series = {"verdict": "partly", "ok": 3, "settings": 4, "counts": {"ok": 3}, "failure": "diverged", "reason": "why"}
+    nothing = {"over_tolerance": math.nan, "worst_over_tolerance": math.nan}
+    trial = nothing | {"best": 3e-14, "attainable": 1e-14} | changed.get("trial", {})
+    order = {"order": 3.98, "margin": 0.05, "lowest": 3.95, "highest": 4.01, "declared": 4.0, "why": ""} | changed.get(
+        "order", {}
+    )
+    part = {"error_phase": 2e-6, "error_shape": 3e-7, "events_missing": math.nan, "events_extra": math.nan}
+    part |= {"events_time_error": math.nan, "turns": 0} | changed.get("part", {})
+    laws = [
+        {"quantity": "error", "law": "t^2", "power": 2.01, "low": 1.9, "high": 2.12, "size": 1e-5},
+        {"quantity": "the_energy", "law": "", "power": 0.6, "low": 0.1, "high": 1.1, "size": 2e-9},
+        {"quantity": "spin", "law": "round-off", "power": math.nan, "low": math.nan, "high": math.nan, "size": 2e-14},
+    ]
+    frames = [pd.DataFrame([key | row]) for row in (series, trial, order, part)]
+    matrix, trusted, orders, parts = frames
+    drifts = pd.DataFrame([key | law for law in changed.get("laws", laws)])
+    return tables.stability_rows(matrix, trusted, orders, drifts, parts)["a"][0].cells
+
+
+def test_a_row_of_the_stability_table() -> None:
+    status, best, knob, parts, growth, drift = _stability()
+    assert (status.text, status.note, status.kind) == ("3 of 4 ok", "diverged: why", "partly")
+    assert (best.text, best.note) == ("3.0e-14", "3 × attainable")
+    assert (knob.text, knob.note) == ("order 3.98 ± 0.05", "declared 4")
+    assert (parts.text, parts.note) == ("phase 2.0e-6", "shape 3.0e-7")
+    assert (growth.text, growth.note) == ("t²", "power 2.01 (1.90 to 2.12); reaches 1.0e-5")
+    assert drift.note == "the energy: power 0.60 (0.10 to 1.10) (2.0e-9); spin: round-off (2.0e-14)"
+
+
+def test_an_error_below_the_attainable_is_at_it() -> None:
+    assert _stability(trial={"best": 0.9e-14})[1].note == "at the attainable"
+
+
+def test_an_error_that_is_a_median_over_orientations_has_its_range_beside_it() -> None:
+    spread = {"turned_starts": 9.0, "error_low": 2e-15, "error_high": 5e-14}
+    assert _stability(trial=spread)[1].aside == " · 2.0e-15 to 5.0e-14 over 9 orientations"
+    assert _stability(trial=spread | {"error_high": math.nan})[1].aside.startswith(" · 2.0e-15 to not finite")
+    assert _stability()[1].aside == ""
+
+
+def test_where_points_lie_on_no_line_that_is_said_and_no_order_printed() -> None:
+    knob = _stability(order={"order": math.nan, "lowest": 1.24, "highest": 6.0})[2]
+    assert (knob.text, knob.note) == ("no line", "slopes from 1.2 to 6.0; declared 4")
+    few = _stability(order={"order": math.nan, "lowest": math.nan, "highest": math.nan})[2]
+    assert (few.text, few.note) == ("–", "declared 4")
+
+
+def test_error_over_tolerance_stands_where_an_order_would() -> None:
+    knob = _stability(trial={"over_tolerance": 12.0, "worst_over_tolerance": 340.0})[2]
+    assert (knob.text, knob.note) == ("12 × tolerance", "worst 340 ×")
+
+
+def test_events_and_lost_turns_are_told() -> None:
+    events = {"error_phase": math.nan, "events_missing": 1.0, "events_extra": 2.0, "events_time_error": 3e-9}
+    parts = _stability(part=events | {"turns": 4})[3]
+    assert (parts.text, parts.note) == ("events: 1 missing, 2 too many", "times within 3.0e-9 s; up to 4 turns off")
+
+
+def test_failures_count_trials_and_keep_reasons() -> None:
+    columns = ["status", "integrator_id", "reason", "trials", "where"]
+    rows = [("diverged", "x:one", "far", 3, ["a", "b"]), ("diverged", "x:one", "farther", 2, ["b", "c"])]
+    rows += [("diverged", "x:two", f"reason {k}", 1, ["a"]) for k in range(4)]
+    (group,) = tables.failure_groups(pd.DataFrame(rows, columns=columns))
+    one, two = group["rows"]
+    assert (group["trials"], one["trials"], one["where"], one["more"]) == (9, 5, ["a", "b", "c"], 0)
+    assert (two["reasons"], two["more"]) == (["reason 0", "reason 1"], 2)
+
+
+def test_shares_are_of_the_trials_that_could_run() -> None:
+    reduced = pd.DataFrame({"status": ["ok"] * 3 + ["skipped"] + ["unsupported"] * 6})
+    assert tables.status_shares(reduced) == [
+        {"status": "ok", "trials": 3, "share": 0.75},
+        {"status": "skipped", "trials": 1, "share": 0.25},
+    ]
+
+
+def test_a_count_has_its_noun_in_the_right_number() -> None:
+    assert [tables.counted(n, "case") for n in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]
+    assert [tables.counted(n, "library") for n in (1, 5)] == ["1 library", "5 libraries"]

@@ -1,0 +1,294 @@
+"""Time at equal error, ratios, orders and verdicts on sweeps whose answers are known."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from gnomon.harness.results import analysis
+from gnomon.harness.results.store import load
+
+
+def _rows(name: str, errors: list[float], seconds: list[float], **columns: Any) -> pd.DataFrame:
+    """The rows of one series, a setting halved from one to the next, in two launches 10 % apart."""
+    launches = []
+    for launch, factor in enumerate((1.0, 1.1)):
+        rows = pd.DataFrame({"error_max": errors, "seconds_median": np.array(seconds) * factor})
+        rows["setting"] = 0.5 ** np.arange(len(errors))
+        keys = [f"{name} {columns} {setting}" for setting in rows["setting"]]
+        launches.append(rows.assign(launch=launch, trial_key=keys))
+    fixed = {"case": "c", "variant": "default", "formulation": "standard", "library": "l", "integrator": name}
+    fixed |= {"integrator_id": f"l:{name}", "policy": "", "status": "ok", "reason": "", "sampling": "grid"}
+    fixed |= {"setting_kind": "step", "settings_changed": "{}", "order_declared": 2, "floor": 1e-17}
+    fixed |= {"conditioning": 1e-15, "rhs_calls": 1, "steps": 1, "turns": 0, "error_end": 0.0, "error_rms": 0.0}
+    fixed |= dict.fromkeys(("error_phase", "error_shape", "events_missing", "events_extra", "events_time_error"))
+    fixed |= {"seconds_low": 1.0, "seconds_high": 1.0, "prepare_seconds": 0.0}
+    fixed |= dict.fromkeys(
+        ("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start")
+    )
+    return analysis.tidy(pd.concat(launches).assign(**(fixed | columns)))
+
+
+def test_interpolation_is_linear_in_the_logarithms() -> None:
+    errors, seconds = [1e-2, 1e-4, 1e-6], [1.0, 4.0, 16.0]
+    found, bound = analysis.time_at(errors, seconds, 1e-3)
+    assert found == pytest.approx(2.0)
+    assert not bound
+    assert analysis.time_at(errors, seconds, 1e-1) == (1.0, True)
+    assert math.isnan(analysis.time_at(errors, seconds, 1e-9)[0])
+
+
+def test_a_tighter_setting_that_takes_less_time_counts() -> None:
+    """As with Taylor series: the looser the tolerance, the lower the order and the more steps."""
+    errors = [1e-2, 1e-4, 1e-6, 1e-8]
+    assert analysis.time_at(errors, [9.0, 8.0, 2.0, 3.0], 1e-3) == (2.0, False)
+    assert analysis.time_at(errors, [9.0, 8.0, 2.0, 3.0], 1e-1) == (2.0, True)
+    assert analysis.time_at(errors, [9.0, 8.0, 2.0, 3.0], 1e-8)[0] == pytest.approx(3.0)
+    assert analysis.time_at(errors, [1.0, 8.0, 2.0, 3.0], 1e-2) == (1.0, True)
+
+
+def test_settings_without_a_time_have_no_say_beyond_their_own_error() -> None:
+    errors, missing = [1e-2, 1e-4, 1e-6, 1e-8], math.nan
+    assert analysis.time_at(errors, [9.0, 8.0, missing, 3.0], 1e-4) == (3.0, False)
+    assert math.isnan(analysis.time_at(errors, [9.0, 8.0, missing, 3.0], 1e-5)[0])
+
+
+def test_a_setting_beyond_round_off_is_too_late_to_be_faster() -> None:
+    assert analysis.time_at([1e-2, 1e-8, 1e-12, 2e-12, 1e-10], [1.0, 2.0, 4.0, 5.0, 0.1], 1e-8)[0] == pytest.approx(2.0)
+
+
+def test_a_lucky_setting_is_credited_with_what_tighter_ones_hold() -> None:
+    lucky = [1e-2, 1e-9, 1e-4, 1e-5, 1e-6]
+    assert analysis.credited(lucky).tolist() == [1e-2, 1e-4, 1e-4, 1e-5, 1e-6]
+    found, _ = analysis.time_at(lucky, [1.0, 2.0, 4.0, 8.0, 16.0], 1e-6)
+    assert found == pytest.approx(16.0)
+
+
+def test_one_lucky_setting_at_the_end_does_not_cut_the_sweep() -> None:
+    assert analysis.credited([1e-2, 1e-4, 1e-12, 1e-7, 1e-8]).tolist() == [1e-2, 1e-4, 1e-7, 1e-7, 1e-8]
+
+
+def test_settings_beyond_round_off_are_left_out() -> None:
+    held = analysis.credited([1e-4, 1e-8, 1e-12, 2e-12, 1e-10, 1e-9])
+    assert held.tolist() == [1e-4, 1e-8, 2e-12, 2e-12, math.inf, math.inf]
+
+
+def test_the_sweep_ends_where_errors_are_three_times_the_second_smallest() -> None:
+    assert analysis.credited([1e-4, 1e-12, 2e-12, 7e-12]).tolist() == [1e-4, 2e-12, 2e-12, math.inf]
+    assert analysis.credited([1e-4, 1e-12, 2e-12, 5e-12]).tolist() == [1e-4, 5e-12, 5e-12, 5e-12]
+
+
+def test_equal_error_counts_no_setting_that_diverged() -> None:
+    rows = _rows("one", [1e-2, 1e-4], [1.0, 2.0])
+    rows.loc[rows["error_max"] < 1e-3, "status"] = "diverged"
+    assert analysis.equal_error(rows, targets=[1e-2, 1e-4])["target"].tolist() == [1e-2]
+
+
+def test_a_setting_takes_the_median_of_its_launches_and_the_largest_error() -> None:
+    rows = pd.concat([_rows("one", [1e-2], [1.0]), _rows("one", [3e-2], [7.0]).assign(launch=2)])
+    (reduced,) = analysis.settings(rows).to_dict("records")
+    assert reduced["seconds"] == pytest.approx(np.median([1.0, 1.1, 7.0, 7.7]))
+    assert reduced["error_max"] == 3e-2
+
+
+def test_trust_takes_the_best_setting_and_the_tolerances_above_the_attainable() -> None:
+    rows = _rows("one", [1e-2, 2e-6, 3e-9, 9e-9], [1.0, 2.0, 3.0, 4.0], setting_kind="tolerance", floor=1e-17)
+    rows["setting"] = [1e-3, 1e-6, 1e-9, 1e-12] * 2
+    (found,) = analysis.trust(analysis.settings(rows.assign(conditioning=1e-10))).to_dict("records")
+    assert (found["best"], found["at"], found["attainable"]) == (3e-9, 1e-9, 1e-10)
+    # 1e-12 asks for less than the attainable; the others err by 10, 2 and 3 times the tolerance
+    assert found["over_tolerance"] == pytest.approx(3.0)
+    assert found["worst_over_tolerance"] == pytest.approx(10.0)
+    (above,) = analysis.trust(analysis.settings(rows.assign(conditioning=1e-18))).to_dict("records")
+    assert above["attainable"] == 1e-17
+
+
+def test_the_anatomy_is_that_of_the_setting_nearest_1e_5() -> None:
+    rows = _rows("one", [1e-2, 3e-5, 1e-9], [1.0, 2.0, 3.0], turns=[0, 4, 1] * 2, error_phase=[1e-2, 2e-5, 1e-9] * 2)
+    (found,) = analysis.anatomy(rows).to_dict("records")
+    assert (found["error_max"], found["error_phase"], found["turns"]) == (3e-5, 2e-5, 4)
+
+
+def test_equal_error_takes_launches_apart_and_claims_nothing_below_1_2() -> None:
+    one = _rows("one", [1e-2, 1e-4], [1.0, 2.0])
+    near = _rows("near", [1e-2, 1e-4], [1.15, 2.3])
+    far = _rows("far", [1e-2, 1e-4], [1.3, 2.6])
+    table = analysis.equal_error(pd.concat([one, near, far]), targets=[1e-2]).set_index("integrator_id")
+    assert table.loc["l:one", "seconds"] == pytest.approx(1.05)
+    assert (table.loc["l:one", "low"], table.loc["l:one", "high"]) == (1.0, pytest.approx(1.1))
+    assert table["tied"].to_dict() == {"l:one": True, "l:near": True, "l:far": False}
+    assert table.loc["l:far", "ratio"] == pytest.approx(1.3)
+
+
+def test_order_is_measured_above_the_plateau_of_round_off() -> None:
+    errors = [max(1e-3 * 0.25**k, 3e-13 * 0.9**k) for k in range(20)]
+    rows = analysis.settings(_rows("verlet", errors, [1.0] * 20, conditioning=1e-16))
+    assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0, abs=0.01)]
+
+
+@pytest.mark.parametrize("limit", ["conditioning", "floor"])
+def test_an_order_takes_no_point_below_twenty_times_what_is_attainable(limit: str) -> None:
+    """Of nine errors the last four, on a line of another slope, lie below 2e-7."""
+    errors = [1e-3 * 0.25**k for k in range(5)] + [1.9e-7 * 2 ** (-1.2 * k) for k in range(4)]
+    known = {"conditioning": 1e-16, "floor": 1e-16} | {limit: 1e-8}
+    rows = analysis.settings(_rows("verlet", errors, [1.0] * 9, **known))
+    assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0, abs=1e-9)]
+
+
+def test_a_coarse_start_that_levels_off_is_no_plateau() -> None:
+    errors = [2e-3, 1.9e-3, *(1e-3 * 0.25**k for k in range(8))]
+    rows = analysis.settings(_rows("verlet", errors, [1.0] * 10, conditioning=1e-16))
+    assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0, abs=0.05)]
+
+
+@pytest.mark.parametrize(
+    ("bend", "straight"),
+    [([1, 1, 1, 1], True), ([1, 1, 1, 1.06], True), ([1, 1, 1, 0.9], False), ([1, 1, 0.03, 1], False)],
+)
+def test_an_order_is_printed_only_where_the_points_lie_on_a_line(bend: list[float], straight: bool) -> None:
+    """A factor f on the finest of four errors turns the last piece by log2 f, and the fit by 0.3 of that."""
+    errors = [1e-3 * 0.25**k * f for k, f in enumerate(bend)]
+    rows = analysis.settings(_rows("verlet", errors, [1.0] * 4, conditioning=1e-16))
+    (found,) = analysis.orders(rows).to_dict("records")
+    pieces = -np.diff(np.log2(errors))
+    assert (found["lowest"], found["highest"]) == (pytest.approx(min(pieces)), pytest.approx(max(pieces)))
+    assert math.isfinite(found["order"]) is straight
+    assert found["declared"] == 2
+
+
+def test_three_settings_show_no_order() -> None:
+    rows = analysis.settings(_rows("verlet", [1e-3, 2.5e-4, 6.25e-5], [1.0] * 3))
+    (found,) = analysis.orders(rows).to_dict("records")
+    assert all(math.isnan(found[name]) for name in ("order", "lowest", "highest"))
+
+
+def test_an_order_is_that_of_the_finest_settings_that_agree() -> None:
+    """Of order 1 at coarse steps, of order 2 below, and bent just above round-off."""
+    errors = [4e-2, 2e-2, 1e-2, 5e-3, *(5e-3 * 0.25**k for k in range(1, 5)), 1.5e-5, 1e-5]
+    rows = analysis.settings(_rows("verlet", errors, [1.0] * len(errors), conditioning=1e-16))
+    assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0)]
+
+
+@pytest.mark.parametrize("name", ["error_rms", "error_end", "error_start"])
+def test_an_error_that_passes_through_zero_leaves_the_order_to_another(name: str) -> None:
+    """(1 - 3 h) h^2 on both sides of h = 1/3, and h^2 without a factor."""
+    steps = 0.5 ** np.arange(6)
+    crossing = (1e-2 * steps**2 * np.abs(1 - 3 * steps)).tolist()
+    assert math.isnan(analysis.orders(analysis.settings(_rows("verlet", crossing, [1.0] * 6)))["order"][0])
+    plain = np.tile(1e-2 * steps**2, 2)
+    rows = _rows("verlet", crossing, [1.0] * 6, **{name: plain})
+    assert analysis.orders(analysis.settings(rows))["order"].tolist() == [pytest.approx(2.0)]
+
+
+@pytest.mark.parametrize(
+    ("errors", "why"),
+    [
+        ([1.5e-14, 3e-16, 1e-15, 0.0], "round-off at every step size"),
+        ([4e-1, 2e-1, 1e-1, 4e-2], "1 setting with an error below 0.05, 4 are needed"),
+        ([1e-2, 1e-6, 1e-10, 1e-14, 1e-15], "3 settings between an error of 0.05 and round-off, 4 are needed"),
+        ([1e-2, 1e-3, 1e-6, 2e-7, 1e-9], ""),
+        ([1e-2, 2.5e-3, 6.25e-4, 1.5625e-4], ""),
+        ([4e-2, 2e-2, 5e-4, 3e-5], "no four settings agree"),
+    ],
+)
+def test_an_order_that_is_not_measured_has_its_reason(errors: list[float], why: str) -> None:
+    (found,) = analysis.orders(analysis.settings(_rows("verlet", errors, [1.0] * len(errors)))).to_dict("records")
+    assert found["why"] == why
+
+
+@pytest.mark.parametrize("answer", [0.5, math.nan])
+def test_a_tighter_setting_that_diverged_is_held_against_looser_ones(answer: float) -> None:
+    """At 1/4 it answered, wrongly, with an error above the motion's size or none at all; at 1/8 it holds again."""
+    rows = _rows("patchy", [1e-9, 1e-9, answer, 1e-9, 1e-9], [1.0, 2.0, 4.0, 8.0, 16.0])
+    rows.loc[rows["setting"] == 0.25, "status"] = "diverged"
+    (found,) = analysis.equal_error(rows, targets=[1e-6]).to_dict("records")
+    assert (found["seconds"], found["at_loosest"]) == (pytest.approx(8.0 * 1.05), True)
+
+
+@pytest.mark.parametrize("status", ["crashed", "refused", "timeout", "skipped"])
+def test_a_setting_without_an_answer_has_no_say(status: str) -> None:
+    rows = _rows("patchy", [1e-9, 1e-9, math.nan, 1e-9], [1.0, 2.0, math.nan, 8.0])
+    rows.loc[rows["setting"] == 0.25, "status"] = status
+    (found,) = analysis.equal_error(rows, targets=[1e-6]).to_dict("records")
+    assert found["seconds"] == pytest.approx(1.05)
+
+
+def test_divergence_beyond_the_best_settings_does_not_count() -> None:
+    rows = _rows("verlet", [1e-3, 1e-6, 1e-9, 1.0], [1.0, 2.0, 4.0, 8.0])
+    rows.loc[rows["error_max"] == 1.0, "status"] = "diverged"
+    (found,) = analysis.equal_error(rows, targets=[1e-6]).to_dict("records")
+    assert found["seconds"] == pytest.approx(2.0 * 1.05)
+
+
+def test_verdicts() -> None:
+    good = _rows("good", [1e-2, 1e-4], [1.0, 2.0])
+    cut = _rows("cut", [1e-2, 1e-4], [1.0, 2.0])
+    cut.loc[cut["setting"] < 1, "status"] = "skipped"
+    broken = _rows("broken", [1e-2, 1e-4], [1.0, 2.0])
+    broken.loc[broken["setting"] == 1, ["status", "reason"]] = ["diverged", "why"]
+    never = _rows("never", [2.0, 1.0], [1.0, 2.0], status="inaccurate")
+    matrix = analysis.status_matrix(analysis.settings(pd.concat([good, cut, broken, never])))
+    verdicts = matrix.set_index("integrator_id")["verdict"].to_dict()
+    assert verdicts == {"l:good": "ok", "l:cut": "ok", "l:broken": "partly", "l:never": "inaccurate"}
+    assert matrix.set_index("integrator_id").loc["l:broken", "reason"] == "why"
+
+
+def test_why_nothing_ran_is_the_most_frequent_reason() -> None:
+    missing = _rows("a", [math.nan] * 2, [math.nan] * 2, status="not_installed", reason="no module\nnamed x")
+    other = _rows("b", [math.nan], [math.nan], status="unsupported", reason="no contact")
+    assert analysis.nothing_ran(pd.concat([missing, other])) == "not installed: no module named x"
+    assert analysis.nothing_ran(missing[:0]) == "no measurement"
+    assert analysis.nothing_ran(pd.concat([missing, _rows("c", [1.0], [1.0], status="timeout")])) is None
+
+
+def test_a_stored_run_is_read(synthetic_results: Path) -> None:
+    frame = analysis.tidy(load(synthetic_results))
+    table = analysis.equal_error(frame)
+    assert (table["ratio"] >= 1).all()
+    assert (table.groupby(["case", "variant", "target"])["ratio"].min() == 1).all()
+    assert set(analysis.trust(analysis.settings(frame))["integrator_id"]) == set(frame["integrator_id"])
+
+
+def test_slow_settings_of_one_launch_leave_the_medians_of_the_others() -> None:
+    rows = _rows("one", [1e-2, 1e-4, 1e-6], [1.0, 2.0, 4.0])
+    short = rows[(rows["launch"] == 0) | (rows["setting"] > 0.25)]
+    table = analysis.equal_error(short, targets=[1e-2, 1e-6]).set_index("target")
+    assert (table.loc[1e-2, "launches"], table.loc[1e-2, "seconds"]) == (2, pytest.approx(1.05))
+    assert (table.loc[1e-6, "launches"], table.loc[1e-6, "seconds"]) == (1, 4.0)
+
+
+def test_times_are_compared_without_their_null_call() -> None:
+    """A call that costs as much as it integrates is not twice as slow an integrator."""
+    errors = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10]
+    lean = _rows("lean", errors, [2e-5, 3e-5, 5e-5, 9e-5, 17e-5])
+    wordy = _rows("wordy", errors, [12e-5, 13e-5, 15e-5, 19e-5, 27e-5], null_seconds=1e-4)
+    equal = analysis.equal_error(pd.concat([lean[lean["launch"] == 0], wordy[wordy["launch"] == 0]]), (1e-6,))
+    one, other = equal.to_dict("records")
+    assert one["seconds"] == pytest.approx(other["seconds"], rel=1e-12)
+    assert (other["overhead"], other["tied"]) == (pytest.approx(1e-4), True)
+    assert math.isnan(one["overhead"])
+    reduced = analysis.settings(wordy[wordy["launch"] == 0])
+    np.testing.assert_allclose(reduced["seconds"], [2e-5, 3e-5, 5e-5, 9e-5, 17e-5], rtol=1e-9)
+    assert set(reduced["overhead"]) == {1e-4}
+
+
+def test_what_is_left_of_a_time_is_never_nothing() -> None:
+    """The difference of two measured times can be zero or below: no method takes no time."""
+    found = analysis.net(pd.Series([1.0, 1.0, 1.0]), pd.Series([0.95, 2.0, math.nan]))
+    assert list(found) == [0.1, 0.1, 1.0]
+
+
+def test_where_a_launch_has_the_median_over_turned_starts_the_error_of_one_start_does_not_count() -> None:
+    rows = _rows("x", [1e-3, 1e-5], [1.0, 2.0], launch=1, turned_starts=9, error_low=1e-6, error_high=1e-2)
+    first = rows.iloc[:2].assign(launch=1)
+    later = rows.iloc[:2].assign(launch=2, turned_starts=None, error_low=None, error_high=None, error_max=[1e-1, 1e-7])
+    frame = analysis.tidy(pd.concat([first, later]))
+    reduced = analysis.settings(frame)
+    assert list(reduced["error_max"]) == [1e-3, 1e-5]
+    best = analysis.trust(reduced).iloc[0]
+    assert (best["best"], best["error_low"], best["error_high"], best["turned_starts"]) == (1e-5, 1e-6, 1e-2, 9)
+    assert list(analysis.settings(analysis.tidy(later))["error_max"]) == [1e-1, 1e-7], "there is no better one"

@@ -1,0 +1,217 @@
+"""The gate sees a lost order, larger errors, more work, a worse status, and what was not compared; nothing else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import synthetic
+from gnomon.harness.commands import cli
+from gnomon.harness.results import store
+from gnomon.harness.results.regression import SERIES, compare
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return synthetic.write(tmp_path_factory.mktemp("gate") / "results.sqlite")
+
+
+@pytest.fixture(scope="module")
+def base(results: Path) -> Any:
+    """Some series of one case; every test changes a copy."""
+    frame = store.load(results)
+    few = frame["integrator"].isin(["RK4", "DOP853", "IAS15"]) & (frame["variant"] == "default")
+    return frame[few & (frame["case"] != "pendulum_simple") & (frame["launch"] < 3)]
+
+
+def spoiled(frame: Any, column: str, change: Any, integrator: str = "RK4") -> Any:
+    frame = frame.copy()
+    chosen = (frame["integrator"] == integrator) & (frame["case"] == "kepler_orbit") & (frame["variant"] == "default")
+    frame.loc[chosen, column] = change(frame[chosen])
+    return frame
+
+
+def test_a_run_is_no_worse_than_itself(base: Any) -> None:
+    verdict = compare(base, base)
+    assert verdict.compared == base.groupby(SERIES).ngroups - 1  # IAS15 is unsupported on the bouncing ball
+    assert verdict.settings == (base["status"][base["launch"] == 1].isin(["ok", "inaccurate", "diverged"])).sum()
+    assert verdict.regressions == []
+    assert verdict.not_compared == {}
+
+
+@pytest.mark.parametrize(
+    ("column", "change", "says"),
+    [
+        ("error_max", lambda rows: rows["error_max"] * 3, "3 times those of the base"),
+        ("error_max", lambda rows: 0.3 * rows["setting"] ** 3, "order 4.00 became 3.00"),
+        ("rhs_calls", lambda rows: rows["rhs_calls"] * 1.25, "1.25 times the right-hand sides"),
+        ("status", lambda rows: "crashed", "became crashed"),
+    ],
+)
+def test_what_got_worse_is_named(base: Any, column: str, change: Any, says: str) -> None:
+    regressions = compare(base, spoiled(base, column, change)).regressions
+    assert regressions
+    assert all("kepler_orbit default standard gnomon:RK4" in line for line in regressions)
+    assert any(says in line for line in regressions)
+
+
+def test_slower_is_a_note(base: Any) -> None:
+    verdict = compare(base, spoiled(base, "seconds_median", lambda rows: rows["seconds_median"] * 3))
+    assert verdict.regressions == []
+    assert any("3 times the time" in note for note in verdict.notes)
+
+
+def test_round_off_is_no_regression(base: Any) -> None:
+    def noise(rows: Any) -> Any:
+        return rows["error_max"].where(rows["error_max"] > 1e-14, 9 * rows["error_max"])
+
+    assert compare(base, spoiled(base, "error_max", noise)).regressions == []
+
+
+def test_what_got_better_is_no_regression(base: Any) -> None:
+    assert compare(base, spoiled(base, "error_max", lambda rows: rows["error_max"] / 100)).regressions == []
+
+
+def test_nothing_in_common_is_an_error(base: Any) -> None:
+    with pytest.raises(ValueError, match="in common"):
+        compare(base, base.assign(case="another"))
+
+
+def test_one_blown_up_setting_is_named_whichever_it_is(base: Any) -> None:
+    """The median of a series does not see one; what the last bits of libm can do to one is no regression."""
+    rows = chosen(base)
+    settings = rows["setting"][rows["error_max"] > 1e-13].tolist()  # below, errors are at what is attainable
+    assert len(settings) >= 5
+    for setting in settings[::2]:
+        at = rows.index[rows["setting"] == setting]
+        for factor, seen in ((31.0, True), (29.0, False)):
+            run = base.copy()
+            run.loc[at, "error_max"] *= factor
+            lines = compare(base, run).regressions
+            blown = [line for line in lines if f"gnomon:RK4 at {setting:g}: the error is" in line]
+            assert bool(blown) == seen, (setting, factor, lines)
+
+
+def chosen(frame: Any) -> Any:
+    """One series of the base, of eleven settings that are ok or not."""
+    rows = frame[(frame["integrator"] == "RK4") & (frame["case"] == "kepler_orbit") & (frame["variant"] == "default")]
+    return rows[rows["launch"] == 1].sort_values("setting", ascending=False)
+
+
+def changed(frame: Any, rows: Any, **columns: Any) -> Any:
+    frame = frame.copy()
+    for name, value in columns.items():
+        frame.loc[rows.index, name] = value
+    return frame
+
+
+@pytest.mark.parametrize("became", ["timeout", "skipped", "interrupted"])
+def test_a_series_without_a_setting_that_is_ok_is_a_regression(base: Any, became: str) -> None:
+    """An integrator that hangs: nothing of it is worse, for nothing of it is there."""
+    lines = compare(base, changed(base, chosen(base), status=became, error_max=np.nan)).regressions
+    assert all("kepler_orbit default standard gnomon:RK4" in line for line in lines)
+    assert f"gnomon:RK4: ok in the base, no setting is ok any more (11 {became})" in lines[-1]
+
+
+def test_a_run_of_timeouts_alone_is_no_success(base: Any) -> None:
+    lines = compare(base, base.assign(status="timeout")).regressions
+    assert sum("no setting is ok any more" in line for line in lines) == base.groupby(SERIES).ngroups - 1
+    with pytest.raises(ValueError, match="nothing ran in the base"):
+        compare(base.assign(status="timeout"), base)
+
+
+@pytest.mark.parametrize(
+    ("tries", "factor", "regression"), [(3, 1, True), (3, 2, True), (2, 1, False), (None, 1, False), (3, 0.5, False)]
+)
+def test_a_timeout_is_a_regression_once_it_was_tried_three_times_under_the_limit(
+    base: Any, tries: int | None, factor: float, regression: bool
+) -> None:
+    """One may be a stall of the machine, one under a lower limit the choice of who ran it: both count as not compared."""
+    ok = chosen(base)
+    ok = ok[ok["status"] == "ok"]
+    limit = factor * ok["limit_seconds"].iloc[0]
+    hung, after = ok.iloc[[-3]], ok.iloc[-2:]
+    run = changed(base, hung, status="timeout", repeats=tries, limit_seconds=limit, error_max=np.nan)
+    run = changed(run, after, status="skipped", repeats=None, limit_seconds=limit, error_max=np.nan)
+    verdict = compare(base, run)
+    assert [line.partition(": ")[2][:17] for line in verdict.regressions] == (
+        ["ok became timeout", "ok became skipped"] if regression else []
+    )
+    assert verdict.not_compared.total() == (0 if regression else 3)
+
+
+def test_a_missing_series_is_a_regression_unless_it_is_allowed(base: Any) -> None:
+    run = base.drop(chosen(base).index)
+    run = run[~((run["integrator"] == "RK4") & (run["case"] == "kepler_orbit") & (run["variant"] == "default"))]
+    (line,) = compare(base, run).regressions
+    assert line == "1 series of the base are not in the run, the first: kepler_orbit default standard gnomon:RK4"
+    verdict = compare(base, run, allow_missing=True)
+    assert verdict.regressions == []
+    assert verdict.notes == [line]
+    assert verdict.not_compared == {"their series is not in the run": 11}
+
+
+def test_other_settings_are_not_compared_and_fail(base: Any) -> None:
+    """Errors of .01 that were 1e-9 passed, for no setting was that of the base."""
+    rows = chosen(base)
+    run = changed(base, rows, setting=rows["setting"] * 1.001, error_max=0.01, status="ok")
+    verdict = compare(base, run)
+    (line,) = verdict.regressions
+    assert "gnomon:RK4: no setting can be compared (11 because the run has no such setting)" in line
+    assert verdict.not_compared == {"the run has no such setting": 11}
+    shifted = base.assign(setting=base["setting"] * 1.001)
+    with pytest.raises(ValueError, match=r"no setting of the two runs can be compared: .* no such setting"):
+        compare(base, shifted)
+
+
+@pytest.mark.parametrize(
+    ("columns", "reason"),
+    [
+        ({"turned_starts": 9}, "errors are medians over turned starts in one of the two alone"),
+        ({"span": 3.0}, "the numbers of the case are others in the run"),
+        ({"numbers": '{"g": "2"}'}, "the numbers of the case are others in the run"),
+    ],
+)
+def test_only_like_is_compared_with_like(base: Any, columns: Any, reason: str) -> None:
+    rows = chosen(base)
+    run = changed(base, rows, error_max=rows["error_max"] * 100, **columns)
+    verdict = compare(base, run)
+    assert verdict.not_compared == {reason: 11}
+    assert all("no setting can be compared" in line for line in verdict.regressions)
+    both = changed(base, rows, **columns)
+    assert any("times those of the base" in line for line in compare(both, run).regressions)
+
+
+def gnomon(*arguments: str) -> int:
+    """Run the command line in this process and return its exit code."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sys.argv", ["gnomon", *arguments])
+        with pytest.raises(SystemExit) as ending:
+            cli.main()
+    return int(ending.value.code or 0)
+
+
+def test_the_exit_codes_of_compare(results: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    smaller = tmp_path / "smaller.sqlite"
+    with store.Store(smaller) as written:
+        number = written.begin_run("standard", "gnomon run", {})
+        frame = store.load(results)
+        rows = frame[(frame["integrator"] == "RK4") & (frame["launch"] == 1) & (frame["case"] == "kepler_orbit")]
+        trials = rows[list(store.schema.TRIAL_COLUMNS)].to_dict("records")
+        written.plan(number, trials)
+        kept = ["trial_key", "launch", "status", "error_max", "limit_seconds"]
+        written.add_all(number, rows[kept].to_dict("records"))
+    base, run = str(results), str(smaller)
+    assert gnomon("compare", base, base) == 0
+    assert gnomon("compare", base, run) == 1
+    assert "series of the base are not in the run" in capfd.readouterr().out
+    assert gnomon("compare", base, run, "--allow-missing") == 0
+    printed = capfd.readouterr().out
+    assert "because their series is not in the run" in printed
+    assert printed.splitlines()[-1].startswith("2 series compared at ")
+    with store.Store(tmp_path / "empty.sqlite") as written:
+        written.begin_run("standard", "gnomon run", {})
+    assert gnomon("compare", base, str(tmp_path / "empty.sqlite")) == 2
+    assert capfd.readouterr().err.startswith("error: the two runs have no case and integrator in common")

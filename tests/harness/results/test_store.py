@@ -1,0 +1,167 @@
+"""The results file: what goes in comes out, and no foreign file is taken for one."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pytest
+from gnomon.harness.results import schema, store
+
+COLUMNS = [
+    "case",
+    "variant",
+    "formulation",
+    "library",
+    "integrator",
+    "policy",
+    "setting_kind",
+    "setting",
+    "launch",
+    "status",
+    "reason",
+    "error_max",
+    "error_end",
+    "error_rms",
+    "floor",
+    "conditioning",
+    "rhs_calls",
+    "steps",
+    "seconds_median",
+    "seconds_low",
+    "seconds_high",
+    "prepare_seconds",
+    "trial_key",
+    "machine",
+    "title",
+    "integrator_id",
+    "order_declared",
+    "sampling",
+    "error_phase",
+    "error_shape",
+    "turns",
+    "invariant_drift",
+    "events_missing",
+    "events_extra",
+    "events_time_error",
+    "settings_changed",
+    "reset_seconds",
+    "suite",
+    "work",
+]
+
+
+def trial(key: str, series: str = "s") -> dict[str, object]:
+    names = (
+        "case",
+        "variant",
+        "formulation",
+        "library",
+        "integrator",
+        "policy",
+        "integrator_id",
+        "setting_kind",
+        "machine",
+    )
+    return dict.fromkeys(names, "x") | {"trial_key": key, "series": series, "setting": 0.1}
+
+
+def test_load_gives_one_row_a_measurement_with_the_promised_columns(synthetic_results: Path) -> None:
+    frame = store.load(synthetic_results)
+    assert set(COLUMNS) <= set(frame.columns)
+    assert frame.groupby(["trial_key", "launch"]).size().eq(1).all()
+    assert {"ok", "diverged", "timeout", "skipped", "unsupported"} <= set(frame["status"])
+    assert frame.loc[frame["policy"] == "configured", "settings_changed"].map(json.loads).map(bool).all()
+
+
+def test_a_folder_stands_for_its_results_file(synthetic_results: Path) -> None:
+    assert len(store.load(synthetic_results.parent)) == len(store.load(synthetic_results))
+
+
+def test_states_come_back_bit_for_bit(tmp_path: Path) -> None:
+    states = np.random.default_rng(1).normal(size=(64, 3))
+    with store.Store(tmp_path / "results.sqlite") as results:
+        run = results.begin_run("quick", "", {})
+        results.plan(run, [trial("k")])
+        results.add(run, {"trial_key": "k", "launch": 1, "status": "ok"}, {}, states)
+    (found,) = store.states(tmp_path).values()
+    assert found.tobytes() == states.tobytes()
+
+
+def test_what_a_later_run_replaced_is_left_out(tmp_path: Path) -> None:
+    with store.Store(tmp_path / "results.sqlite") as results:
+        for key in ("before", "after"):
+            run = results.begin_run("quick", "", {})
+            results.plan(run, [trial(key), trial("other", "t")] if key == "before" else [trial(key)])
+            results.add(run, {"trial_key": key, "launch": 1, "status": "ok"})
+        results.add(run, {"trial_key": "other", "launch": 1, "status": "timeout", "limit_seconds": 1.0})
+        known = results.history()
+    assert set(known) == {("before", 1), ("after", 1), ("other", 1)}
+    assert known["before", 1].settles(2.0)
+    assert known["other", 1].settles(1.0)
+    assert not known["other", 1].settles(2.0), "a higher limit reopens a timeout"
+    assert set(store.load(tmp_path)["trial_key"]) == {"after", "other"}
+    assert set(store.load(tmp_path, superseded=True)["trial_key"]) == {"before", "after", "other"}
+
+
+@pytest.mark.parametrize("form", ["csv", "json", "parquet"])
+def test_export_holds_every_row_and_full_digits(synthetic_results: Path, tmp_path: Path, form: str) -> None:
+    target = tmp_path / f"rows.{form}"
+    store.export(synthetic_results, target, form)
+    reader = {"csv": pandas.read_csv, "json": pandas.read_json, "parquet": pandas.read_parquet}[form]
+    expected, found = store.load(synthetic_results), reader(target)
+    assert len(found) == len(expected)
+    # repr round-trips; the readers of pandas may be one unit off in the last place
+    np.testing.assert_allclose(found["error_max"], expected["error_max"], rtol=4e-16)
+
+
+def test_files_that_are_not_ours_are_named_and_refused(tmp_path: Path) -> None:
+    text, foreign, newer = tmp_path / "text", tmp_path / "foreign", tmp_path / "newer"
+    text.write_text("not a database, but long enough to be mistaken for the header of one" * 10)
+    with sqlite3.connect(foreign) as db:
+        db.execute("CREATE TABLE runs (run INTEGER)")
+    with sqlite3.connect(newer) as db:
+        db.execute(f"PRAGMA application_id = {schema.APPLICATION_ID}")
+        db.execute(f"PRAGMA user_version = {schema.SCHEMA_VERSION + 1}")
+    for path, message in ((text, "not a readable"), (foreign, "not one of gnomon's"), (newer, "upgrade gnomon")):
+        with pytest.raises(ValueError, match=message):
+            store.load(path)
+        with pytest.raises(ValueError, match=message):
+            store.Store(path)
+    with pytest.raises(ValueError, match="no results here"):
+        store.load(tmp_path / "absent")
+
+
+def test_a_write_that_fails_names_the_file_and_the_way_out(tmp_path: Path) -> None:
+    """A full disk in mid-run: what was measured before stays, and the same command goes on from there."""
+    path = tmp_path / "results.sqlite"
+    said = rf"{path}: cannot be written \(database or disk is full\).*stays in it"
+    with store.Store(path) as results:
+        number = results.begin_run("quick", "gnomon run", {})
+    results = store.Store(path)
+    results._connection.execute("PRAGMA max_page_count = 1")  # as small as it is now
+    rows = [{"trial_key": "k" * 9000, "launch": i, "status": "ok"} for i in range(9)]
+    with pytest.raises(ValueError, match=said), results:
+        results.add_all(number, rows)
+    assert [run["suite"] for run in store.runs(path)] == ["quick"]
+
+
+def test_a_table_that_cannot_be_written_whole_leaves_what_was_there(
+    synthetic_results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Half a table looks like a whole one."""
+
+    def fill_the_disk(_frame: pandas.DataFrame, path: Path, **_: object) -> None:
+        path.write_text("half")
+        raise OSError(28, "No space left on device")
+
+    target = tmp_path / "tables" / "results.csv"
+    target.parent.mkdir()
+    target.write_text("before")
+    monkeypatch.setattr(pandas.DataFrame, "to_csv", fill_the_disk)
+    with pytest.raises(OSError, match="No space left"):
+        store.export(synthetic_results, target, "csv")
+    assert {path.name: path.read_text() for path in target.parent.iterdir()} == {"results.csv": "before"}

@@ -1,0 +1,106 @@
+"""A run tells at once what is wrong with an integrator of a user's own, and at its end what came of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import planted
+import pytest
+from gnomon.harness.commands.run_table import MOST_SERIES, run_table, shortcomings
+from gnomon.harness.registry.lookup import own, users_own
+from gnomon.harness.reporting.tables import error_text
+from gnomon.harness.results import store
+from gnomon.harness.running import first_trials, plan
+from rich.console import Console
+from test_cli import gnomon
+
+SUITE = replace(plan.suite("quick"), block_seconds=0.0).within(0.5)
+RUN = ("run", "--case", "planted:Short", "--suite", "quick", "--integrator")
+
+
+def crashes(*kinds: Any) -> list[str]:
+    return first_trials.crashes(plan.choose(["planted:Short"], False), [kind() for kind in kinds], SUITE, 2.0)
+
+
+def test_only_what_crashes_at_both_settings_is_named_with_where_it_raised() -> None:
+    """Too large a step may raise; a hang, a refusal and a missing library are results of the run."""
+    sound = (planted.Sound, planted.RaisesAtLargeSteps, planted.Hangs, planted.Declines, planted.MissingLibrary)
+    found = crashes(*sound, planted.Raises, planted.NoSolution, planted.Aborts)
+    raised, returned, aborted = found
+    assert raised.startswith("planted:raises on short_pendulum: ")
+    assert 'planted.py", line ' in raised
+    assert raised.endswith("ArithmeticError: planted")
+    assert "worker.py" not in raised, "the frames of the harness are left out"
+    assert returned == "planted:no solution on short_pendulum: solve returned NoneType, not a Solution"
+    assert aborted.endswith("the process died of SIGABRT")
+
+
+def test_the_integrators_of_gnomon_are_not_tried() -> None:
+    assert not any(users_own(integrator) for integrator in own().values())
+    assert users_own(planted.Sound())
+
+
+def test_a_run_of_code_that_raises_stops_with_the_traceback(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "a.sqlite"
+    assert gnomon(*RUN, "planted:Raises", "--out", str(out)) == 1
+    said = capfd.readouterr().err
+    assert "ArithmeticError: planted" in said
+    assert said.splitlines()[-1].startswith("nothing was run")
+    assert not out.exists()
+
+
+def test_a_run_in_which_everything_hangs_fails_and_says_so(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "a.sqlite"
+    assert gnomon(*RUN, "planted:HangsAlways", "--limit", "0.05", "--out", str(out)) == 1
+    captured = capfd.readouterr()
+    assert captured.err.splitlines()[-1].startswith("nothing was measured: 7 skipped, 1 timeout")
+    assert "no answer within 0.05 s" in captured.out
+    assert "gnomon report" not in captured.out
+
+
+def test_a_run_that_measured_shows_it_and_names_the_next_command(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "a file.sqlite"
+    assert gnomon(*RUN, "planted:Hangs", "--limit", "0.5", "--out", str(out)) == 0
+    text = capfd.readouterr().out
+    (row,) = (line for line in text.splitlines() if line.strip().startswith("planted:hangs"))
+    best = store.load(out).query("status == 'ok'")["error_max"].min()
+    assert f" {error_text(best)} " in row
+    assert "3 ok" in row
+    assert "no answer within 0.5 s" in text
+    assert f"gnomon report '{out}'" in text
+    assert gnomon(*RUN, "planted:NotANumber", "--out", str(out)) == 1, "the rows of the other are not its own"
+    assert capfd.readouterr().err.splitlines()[-1].startswith("planted:nan never succeeded (diverged: ")
+
+
+def rows(tmp_path: Path) -> pd.DataFrame:
+    import synthetic
+
+    return store.load(synthetic.write(tmp_path / "results.sqlite"))
+
+
+def shown(frame: pd.DataFrame) -> list[str]:
+    console = Console(width=250, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
+    console.print(run_table(frame))
+    return console.export_text().splitlines()
+
+
+def test_there_is_a_line_a_series_and_an_integrator_where_these_are_many(tmp_path: Path) -> None:
+    many = rows(tmp_path)
+    few = many[many["case"] == many["case"].iloc[0]]
+    for frame in (few, many):
+        expected = frame.drop_duplicates("series")["integrator_id"].value_counts()
+        if frame is many:
+            assert expected.sum() > MOST_SERIES
+            expected = expected * 0 + 1
+        lines = shown(frame)
+        for identity, count in expected.items():
+            assert sum(line.strip().startswith(f"{identity} ") for line in lines) == count
+
+
+def test_a_run_of_which_all_is_well_lacks_nothing(tmp_path: Path) -> None:
+    assert shortcomings(rows(tmp_path), []) == []

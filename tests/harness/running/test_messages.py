@@ -1,0 +1,61 @@
+"""What a worker sends is data: it comes out as it went in, and nothing else is taken for a message."""
+
+from __future__ import annotations
+
+import os
+import pickle
+
+import numpy as np
+import pytest
+from gnomon.harness.running.messages import Garbled, Inbox, Message, encode, send
+
+MESSAGE = Message(7, "done", {"steps": 3, "text": "\ud800é", "nothing": None}, {"states": np.eye(3)[:, :2] / 3})
+
+
+def same(a: Message, b: Message) -> bool:
+    arrays = all(np.array_equal(a.arrays[name], b.arrays[name]) for name in b.arrays)
+    return a[:3] == b[:3] and arrays and a.arrays.keys() == b.arrays.keys()
+
+
+@pytest.mark.parametrize("size", [1, 13, 10**6])
+def test_messages_come_out_as_they_went_in_whatever_the_pieces(size: int) -> None:
+    content, inbox = encode(MESSAGE) + encode(MESSAGE._replace(order=8, arrays={})), Inbox()
+    pieces = [content[at : at + size] for at in range(0, len(content), size)]
+    first, second = [message for piece in pieces for message in inbox.take(piece)]
+    assert same(first, MESSAGE)
+    assert (second.order, second.arrays) == (8, {})
+
+
+def test_a_message_longer_than_a_pipe_holds_is_sent_whole() -> None:
+    reading, writing = os.pipe()
+    long = MESSAGE._replace(arrays={"states": np.arange(10**5, dtype=float)})
+    if os.fork() == 0:
+        send(writing, long)
+        os._exit(0)
+    os.close(writing)
+    inbox, found = Inbox(), []
+    while piece := os.read(reading, 2**16):
+        found += inbox.take(piece)
+    os.close(reading)
+    os.wait()
+    assert len(found) == 1
+    assert same(found[0], long)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"x" * 99,
+        pickle.dumps(("done", 3)) * 9,
+        b"gnom" + (2**60).to_bytes(8, "little") + bytes(8),
+        b"gnom" + (2).to_bytes(8, "little") + bytes(8) + b"{}",
+        b"gnom" + (16).to_bytes(8, "little") + bytes(8) + b'[1,"done",{},[]]'[:16],
+        b"gnom" + (100_000).to_bytes(8, "little") + bytes(8) + b"[" * 100_000,
+        encode(MESSAGE).replace(b"[3, 2]", b"[3, 9]"),
+        encode(MESSAGE).replace(b"[3, 2]", b"[3,-2]"),
+    ],
+)
+def test_what_is_no_message_is_refused(content: bytes) -> None:
+    inbox = Inbox()
+    with pytest.raises(Garbled):
+        list(inbox.take(content))

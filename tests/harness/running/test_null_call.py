@@ -1,0 +1,90 @@
+"""The null call holds what a call costs beside the integration, and nothing of the steps."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import planted
+import pytest
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solve, Steps, Tolerance
+from gnomon.harness.contract.problem import problem_of
+from gnomon.harness.running import null_call
+from gnomon.harness.running.null_call import SHRUNK, null_seconds
+
+ENTRY, STEP = 1e-3, 2e-6
+"""The clock of these tests: seconds of a call, and of each step in it."""
+CASE = planted.Short().rounded()
+
+
+class Costs(Integrator):
+    """Takes ENTRY a call and STEP a step, by a clock of its own; notes what it was prepared for."""
+
+    name, library = "costs", "planted"
+    accepts = (FirstOrder,)
+    sweep = Steps()
+
+    def __init__(self, clock: list[float]) -> None:
+        self.clock = clock
+        self.asked: list[tuple[float, float]] = []
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        self.asked.append((float(problem.times[-1]), setting))
+
+        def solve(initial_states: Any) -> Solution:
+            steps = self.steps(problem, setting)
+            self.clock[0] += ENTRY + STEP * steps
+            return Solution(np.zeros((1, 64, 2)), steps)
+
+        return solve
+
+    def steps(self, problem: Problem, setting: float) -> int:
+        return 64 * round(problem.interval / setting)
+
+
+class Adapts(Costs):
+    name = "adapts"
+    sweep = Tolerance()
+
+    def steps(self, problem: Problem, setting: float) -> int:
+        return 1
+
+
+class Fails(Costs):
+    name = "fails"
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        raise ArithmeticError("planted")
+
+
+@pytest.fixture
+def measured(monkeypatch: pytest.MonkeyPatch) -> Callable[[type[Costs]], tuple[float | None, Costs]]:
+    clock = [0.0]
+    monkeypatch.setattr(null_call, "perf_counter_ns", lambda: round(clock[0] * 1e9))
+
+    def measure(kind: type[Costs]) -> tuple[float | None, Costs]:
+        made = kind(clock)
+        starts: Iterator[Any] = (np.full(2, float(k)) for k in itertools.count(1))
+        return null_seconds(made, lambda: problem_of(CASE, (FirstOrder,)), 1e-3, starts), made
+
+    return measure
+
+
+def test_of_fixed_steps_the_steps_are_taken_off(measured: Any) -> None:
+    found, made = measured(Costs)
+    assert found == pytest.approx(ENTRY, rel=1e-6), "64 steps would add 13 %"
+    interval = CASE.times[0] * SHRUNK
+    assert made.asked == [(CASE.times[-1] * SHRUNK, interval), (CASE.times[-1] * SHRUNK, interval / 2)]
+
+
+def test_of_an_adaptive_method_it_is_one_call_at_the_setting_of_the_trial(measured: Any) -> None:
+    found, made = measured(Adapts)
+    assert found == pytest.approx(ENTRY + STEP, rel=1e-6)
+    assert made.asked == [(CASE.times[-1] * SHRUNK, 1e-3)]
+
+
+def test_a_method_that_fails_on_it_has_none(measured: Any) -> None:
+    assert measured(Fails)[0] is None

@@ -1,0 +1,278 @@
+"""Pairs, sweeps and keys of a plan."""
+
+from __future__ import annotations
+
+import importlib
+import itertools
+import sys
+from collections.abc import Mapping
+from fractions import Fraction
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import planted
+import pytest
+from gnomon.cases.core.forms import Separable
+from gnomon.cases.core.numbers import Domain
+from gnomon.harness.contract import sources as source
+from gnomon.harness.contract.integrator import Steps, Tolerance
+from gnomon.harness.registry import lookup as registry
+from gnomon.harness.running import plan
+from gnomon.harness.scoring.perturbed_starts import moved_states, probe_state
+from gnomon.harness.scoring.reference_solution import CaseSpec, truth
+from gnomon.harness.scoring.score import Judge
+
+from gnomon import cases
+
+CASE = cases.get("pendulum_simple").rounded()
+
+
+def trials(case: cases.Case, integrator: Any) -> Any:
+    (series,) = plan.pairs([(case, "")], [integrator], formulations=False)
+    judge = Judge(case, None, truth(CaseSpec.of(case)))
+    return series.trials(judge.problem(series.form))
+
+
+def test_steps_divide_the_interval_by_powers_of_two_exactly() -> None:
+    interval = float(CASE.times[0])
+    found = [trial.setting for trial in trials(CASE, planted.Sound())]
+    assert len(found) >= plan.FEWEST
+    assert found[0] <= 0.5 * CASE.time_scale < 2 * found[0] or found[0] == interval
+    for step in found:
+        ratio = Fraction(interval) / Fraction(step)
+        assert ratio.denominator == 1
+        assert ratio.numerator & (ratio.numerator - 1) == 0
+    assert all(a == 2 * b for a, b in itertools.pairwise(found))
+
+
+def test_engine_variants_get_decimal_steps() -> None:
+    case = cases.get("pendulum_simple", "engines").rounded()
+    assert {1e-2, 1e-3, 1e-4} <= {trial.setting for trial in trials(case, planted.Sound())}
+
+
+@pytest.mark.parametrize("sweep", [Tolerance(), Tolerance(1e-3, 1e-5), Tolerance(1e-2, 1e-14, per_decade=2)])
+def test_tolerances_go_from_loosest_to_tightest(sweep: Tolerance) -> None:
+    found = plan._tolerances(sweep)
+    assert len(found) >= plan.FEWEST
+    assert (found[0], found[-1]) == (sweep.loosest, sweep.tightest)
+    assert all(a > b for a, b in itertools.pairwise(found))
+
+
+def test_a_sibling_stays_away_from_hard_variants_unless_it_is_named() -> None:
+    chosen = [(CASE, ""), (cases.get("pendulum_simple", "engines").rounded(), "")]
+    in_suite = plan.pairs(chosen, [planted.Sibling()], formulations=False, siblings=False)
+    assert [series.left_out for series in in_suite] == [None, plan.SIBLING]
+    assert [series.left_out for series in plan.pairs(chosen, [planted.Sibling()], formulations=False)] == [None, None]
+
+
+def test_a_pair_takes_the_most_structured_form_that_is_accepted() -> None:
+    class Splitting(planted.Sound):
+        accepts = (Separable,)
+
+    first, second = plan.pairs([(CASE, "")], [Splitting(), planted.Sound()], formulations=False)
+    assert type(first.form).__name__ == "Separable"
+    assert type(second.form).__name__ == "FirstOrder"
+
+
+def test_every_case_meets_every_integrator_or_says_why_not() -> None:
+    chosen = plan.choose(None, variants=False)
+    integrators = registry.find_all(None)
+    found = plan.pairs(chosen, integrators)
+    own = [series for series in found if series.formulation is None]
+    assert len(own) == len(chosen) * len(integrators)
+    for series in found:
+        assert series.left_out is None or all(series.left_out)
+    assert len({series.id for series in found}) == len(found)
+
+
+def test_keys_depend_on_every_number_and_on_nothing_else() -> None:
+    key = trials(CASE, planted.Sound())[0].key
+    assert trials(cases.get("pendulum_simple").rounded(), planted.Sound())[0].key == key
+    ulp = np.nextafter(9.81, 10)
+    assert trials(cases.get("pendulum_simple", g=ulp).rounded(), planted.Sound())[0].key != key
+    assert (
+        trials(cases.get("pendulum_simple", span=np.nextafter(float(CASE.span), 0)).rounded(), planted.Sound())[0].key
+        != key
+    )
+    assert len({trial.key for trial in trials(CASE, planted.Sound())}) == 8
+    assert trials(CASE, planted.Raises())[0].key != key
+
+
+METHOD = """
+from gnomon.harness.contract.integrator import Integrator, Solution, Steps
+from gnomon.cases.core.forms import FirstOrder
+from edited_package.helping import HELP
+
+class Edited(Integrator):
+    name, library = "edited", "edited"
+    accepts, sweep = (FirstOrder,), Steps()
+
+    def prepare(self, problem, setting):
+        raise NotImplementedError(HELP)
+"""
+SCENE = """
+from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
+from gnomon.cases.core.forms import SecondOrder
+
+def factor(g):
+    return {factor}
+
+def pull(t, q, parameters):
+    (theta,) = q
+    g, length = parameters
+    return (-factor(g) * theta / length,)
+
+class Scene(PendulumSimple):
+    name = "edited"
+    forms = (SecondOrder(pull),)
+"""
+
+
+def fresh(path: Path, text: str) -> None:
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text)
+    for name in [name for name in sys.modules if name.startswith("edited_package")]:
+        del sys.modules[name]
+    importlib.invalidate_caches()
+    source.of_module.cache_clear()
+
+
+def test_an_edited_method_or_its_helper_runs_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # two edits in a second would meet one cached module
+
+    def key(helper: str, method: str) -> str:
+        fresh(tmp_path / "edited_package" / "helping.py", helper)
+        fresh(tmp_path / "edited_package" / "method.py", method)
+        (found,) = registry.find("edited_package.method:Edited")
+        return str(trials(CASE, found)[0].key)
+
+    first = key("HELP = 1", METHOD)
+    assert key("HELP = 1", METHOD) == first
+    assert key("HELP = 2", METHOD) != first
+    assert key("HELP = 1", METHOD + "# a line more") != first
+
+
+def test_an_edited_helper_of_the_equations_runs_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    keys = []
+    for n, factor in enumerate(("g", "g", "2 * g")):
+        (tmp_path / f"scene_{n}.py").write_text(SCENE.format(factor=factor))
+        scene = importlib.import_module(f"scene_{n}")
+        keys.append(trials(scene.Scene().rounded(), planted.Sound())[0].key)
+    assert keys[0] == keys[1] != keys[2]
+
+
+def test_unknown_names_come_with_the_nearest_valid_one() -> None:
+    with pytest.raises(ValueError, match="did you mean RK4"):
+        registry.find("RK-4")
+    with pytest.raises(ValueError, match="did you mean pendulum_simple"):
+        plan.choose(["pendulum_simpel"], False)
+    with pytest.raises(ValueError, match="did you mean standard"):
+        plan.suite("standart")
+    with pytest.raises(ValueError, match=r"give package\.module:Class"):
+        registry.find("no_such_module:Thing")
+
+
+def test_a_name_stands_for_all_policies_and_a_path_for_a_class() -> None:
+    assert {i.library for i in registry.find("DOP853")} >= {"gnomon", "scipy"}
+    assert {i.library for i in registry.find("scipy")} == {"scipy"}
+    (one,) = registry.find("planted:Sound")
+    assert isinstance(one, planted.Sound)
+    assert registry.dereference(*registry.reference(one)).id == one.id
+
+
+def test_an_entry_point_registers_an_integrator_and_a_broken_one_costs_nobody_else(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    points = [
+        EntryPoint("broken", "no_such_module:Thing", registry.GROUP),
+        EntryPoint("sound", "planted:Sound", registry.GROUP),
+    ]
+    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    with pytest.warns(UserWarning, match="no_such_module"):
+        assert set(registry.registered()) == {"planted:sound"}
+
+
+def test_every_integrator_is_found_again_by_a_worker() -> None:
+    for identity, one in registry.everything().items():
+        again = registry.dereference(*registry.reference(one))
+        assert (again.id, type(again)) == (identity, type(one))
+
+
+@pytest.mark.parametrize("name", cases.names())
+def test_moved_states_are_distinct_near_and_in_the_domain(name: str) -> None:
+    case = cases.get(name).rounded()
+    scales = case.scales()
+    sizes = np.array([scales[coordinate.group] for coordinate in case.state])
+    state = np.array([float(x) for x in case.initial_state])
+    found = list(itertools.islice(moved_states(case, None, sizes), 100))
+    assert len({x.tobytes() for x in found} | {state.tobytes()}) == 101
+    unit = np.spacing(np.maximum(np.abs(state), 1e-3 * sizes))
+    # one ulp for the nearest, four where a rule ties components, which then move together by 2^-51 of themselves; 100
+    # states of one component with one side in the domain need 100 times that
+    nearest = 4 if name == "holonomic_constraint_dae" else 1
+    assert np.all(np.abs(found[0] - state) <= nearest * unit)
+    assert all(np.all(np.abs(x - state) <= 100 * nearest * unit) for x in found)
+    for x in found:
+        case.with_numbers(x.tolist(), case.parameters)  # raises outside the domain
+
+
+@pytest.mark.parametrize("name", ["amusement_park", "bead_leaving_sphere", "holonomic_constraint_dae"])
+def test_moved_states_are_found_at_once_where_rules_hold_components(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are looked for while the deadline of a trial runs: a sweep of 12 settings takes up to 500 of them."""
+    looked = 0
+    admits = Domain.admits
+
+    def counting(self: Domain, numbers: Mapping[str, Fraction]) -> bool:
+        nonlocal looked
+        looked += 1
+        return admits(self, numbers)
+
+    monkeypatch.setattr(Domain, "admits", counting)
+    case = cases.get(name).rounded()
+    found = list(itertools.islice(moved_states(case, None, np.ones(len(case.state))), 500))
+    assert len(found) == 500
+    assert looked < 3000
+
+
+def test_a_probe_moves_all_that_can_move() -> None:
+    """Next to the cusp the angle has one side; a probe of the speed alone is forgotten within a step."""
+    case = cases.get("cycloidal_pendulum", "cusp_to_cusp").rounded()
+    start = np.array([float(x) for x in case.initial_state])
+    assert np.all(probe_state(case, None, np.ones(2)) != start)
+
+
+def test_at_the_edge_of_a_formulation_the_encoded_state_moves() -> None:
+    """In arc length the neighbours of the cusp are the cusp, to rounding."""
+    case = cases.get("cycloidal_pendulum", "cusp_to_cusp").rounded()
+    (formulation,) = case.formulations
+    found = list(itertools.islice(moved_states(case, formulation, np.ones(2)), 10))
+    arcs = [float(arc) for arc, _ in found]
+    assert len(set(arcs)) == 10
+    assert all(1 - 10 * 2**-52 <= arc < 1 for arc in arcs)
+
+
+def test_the_sweep_of_an_integrator_with_steps_starts_below_its_coarsest() -> None:
+    assert plan._steps(Steps(coarsest=0.1, halvings=3), 1.0, 1.0)[0] == 1 / 16
+    assert plan._steps(Steps(coarsest=0.1, halvings=3), 0.01, 1.0)[0] == 0.01
+
+
+def test_the_standard_suite_has_every_case_and_takes_the_foundation_further() -> None:
+    suite = plan.suite("standard")
+    chosen = plan.choose(suite.cases, suite.variants)
+    assert {case.name for case, _ in chosen} == set(cases.names())
+    inside, outside = cases.get("pendulum_simple"), cases.get("bead_leaving_sphere")
+    assert suite.of(inside) is suite
+    assert suite.of(inside).limit(inside) > suite.of(outside).limit(outside)
+    assert suite.of(outside).launches == 1
+    assert suite.of(outside).siblings
+    assert not plan.suite("quick").of(inside).siblings
+    hard_inside, hard_outside = cases.get("pendulum_simple", "long_1e4"), cases.get("bead_leaving_sphere", "near_top")
+    assert suite.takes(outside)
+    assert suite.takes(hard_inside)
+    assert not suite.takes(hard_outside)
+    assert plan.suite("catalogue").takes(hard_outside)
+    assert suite.within(2.0).of(outside).limit(outside) == 2.0

@@ -1,0 +1,335 @@
+"""A run keeps what is sound, whatever single integrators do, and shows what they did."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import planted
+import pytest
+from gnomon.harness.results import regression as gate
+from gnomon.harness.results import store
+from gnomon.harness.running import plan
+from gnomon.harness.running.run import compare, run
+from gnomon.harness.system.child_process import queued_seconds
+
+SUITE = replace(plan.suite("quick"), limit_seconds=0.5, variant_limit_seconds=0.5, block_seconds=0.002, repeats=5)
+CASE = "planted:Short"
+BAD = (
+    planted.Hangs, planted.HangsInPrepare, planted.Aborts, planted.Exits, planted.NotANumber, planted.TooFew,
+    planted.NoSolution, planted.Raises, planted.Declines, planted.DoesNothing, planted.TakesMemory,
+    planted.MissingLibrary, planted.IntegratesInPrepare, planted.Memoises, planted.ChangesInput, planted.SharesOutput,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def frame(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """One run of every planted integrator, a sound one first and last."""
+    folder = tmp_path_factory.mktemp("planted")
+    chosen = plan.choose([CASE], True)
+    integrators = [planted.Sound(), *(kind() for kind in BAD)]
+    return store.load(run(folder, SUITE, chosen, integrators, prepare_seconds=1.5))
+
+
+def of(frame: Any, kind: type[planted.Sound]) -> Any:
+    return frame[frame["integrator"] == kind.name].sort_values("setting", ascending=False).reset_index()
+
+
+@pytest.mark.parametrize(
+    ("kind", "status", "reason"),
+    [
+        (planted.Aborts, "crashed", "SIGABRT"),
+        (planted.Exits, "crashed", "exit code 0"),
+        (planted.NotANumber, "diverged", "not finite"),
+        (planted.TooFew, "crashed", r"shape \(1, 63, 2\)"),
+        (planted.NoSolution, "crashed", "NoneType"),
+        (planted.Raises, "crashed", "ArithmeticError: planted"),
+        (planted.Declines, "refused", "too beautiful"),
+        (planted.DoesNothing, "refused", "initial state"),
+        (planted.TakesMemory, "out_of_memory", r"needed more than [\d.]+ GiB"),
+    ],
+)
+def test_each_fault_has_its_status_at_every_setting(frame: Any, kind: Any, status: str, reason: str) -> None:
+    rows = of(frame, kind)
+    assert len(rows) == 8
+    assert set(rows["status"]) == {status}
+    assert rows["reason"].str.contains(reason).all()
+
+
+def test_a_hang_is_a_timeout_and_ends_its_series(frame: Any) -> None:
+    rows = of(frame, planted.Hangs)
+    first = list(rows["status"]).index("timeout")
+    assert set(rows["status"][:first]) == {"ok"}
+    assert set(rows["status"][first + 1 :]) == {"skipped"}
+    assert "0.5 s" in rows["reason"][first]
+    assert rows["reason"][first + 1 :].str.contains("timeout").all()
+
+
+@pytest.mark.parametrize("kind", [planted.StandsStill, planted.Compiles])
+def test_what_is_no_time_of_a_trial_is_none_of_its_limit(tmp_path: Path, kind: Any) -> None:
+    """One pause of the machine, and code that a method finds wanting only once it runs: all settings after are lost else."""
+    planted.STOOD.unlink(missing_ok=True)
+    suite = replace(SUITE, limit_seconds=0.2, variant_limit_seconds=0.2)
+    found = store.load(run(tmp_path, suite, plan.choose([CASE], True), [kind()], prepare_seconds=5.0))
+    rows = of(found, kind)
+    assert planted.STOOD.exists() == (kind is planted.StandsStill)
+    planted.STOOD.unlink(missing_ok=True)
+    assert set(rows["status"][:4]) == {"ok"}
+    done = rows[rows["status"] == "ok"]
+    np.testing.assert_array_equal(done["rhs_calls"], 4 * done["steps"])
+
+
+@pytest.mark.parametrize(("share", "status"), [(1.0, "ok"), (0.0, "timeout")])
+def test_waiting_for_a_busy_processor_is_none_of_the_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, share: float, status: str
+) -> None:
+    """The kernel says how long a process was ready to run and others ran; here it says so of a share of all time."""
+    monkeypatch.setattr("gnomon.harness.running.pool.queued_seconds", lambda _guard: share * time.monotonic())
+    monkeypatch.setattr("gnomon.harness.running.pool.GRACE_SECONDS", 0.05)
+    suite = replace(SUITE, limit_seconds=0.1, block_seconds=0.0)
+    rows = of(store.load(run(tmp_path, suite, plan.choose([CASE], True), [planted.Waits()])), planted.Waits)
+    assert rows["status"][0] == status
+
+
+def test_the_kernel_tells_how_long_the_child_of_a_guard_waited() -> None:
+    guard = subprocess.Popen(["sh", "-c", "read _line & read _line; :"], stdin=subprocess.PIPE)
+    try:
+        assert queued_seconds(guard.pid) >= 0.0
+        child = Path(f"/proc/{guard.pid}/task/{guard.pid}/children")
+        while not child.read_text():
+            os.sched_yield()
+        waited = float(Path(f"/proc/{child.read_text().split()[0]}/schedstat").read_text().split()[1])
+        assert queued_seconds(guard.pid) >= waited * 1e-9
+    finally:
+        guard.kill()
+        guard.communicate()
+    assert queued_seconds(guard.pid) == 0.0
+
+
+@pytest.mark.parametrize("kind", [planted.Hangs, planted.CompilesAndHangs])
+def test_a_hang_is_a_timeout_under_a_short_limit_too(tmp_path: Path, kind: Any) -> None:
+    """It is tried three times, not for ever, and a compilation before it takes nothing from its limit and adds nothing."""
+    suite = replace(SUITE, limit_seconds=0.2, variant_limit_seconds=0.2)
+    rows = of(store.load(run(tmp_path, suite, plan.choose([CASE], True), [kind()])), kind)
+    first = list(rows["status"]).index("timeout")
+    assert set(rows["status"][:first]) == {"ok"}
+    assert rows["reason"][first] == "no answer within 0.2 s"
+    assert rows["repeats"][first] == 3
+
+
+def test_a_hang_is_a_regression(tmp_path: Path) -> None:
+    """Though every setting that both runs answered is as good as in the base."""
+    suite = replace(SUITE, limit_seconds=0.1, variant_limit_seconds=0.1)
+    chosen = plan.choose([CASE], True)
+    sound, hangs = (store.load(run(tmp_path / k.name, suite, chosen, [k()])) for k in (planted.Sound, planted.Hangs))
+    hangs = hangs.assign(integrator_id=sound["integrator_id"].iloc[0])
+    verdict = gate.compare(sound, hangs)
+    assert verdict.settings == (sound["status"] == "ok").sum()
+    assert any("ok became timeout no answer within 0.1 s" in line for line in verdict.regressions)
+    assert any("ok became skipped" in line for line in verdict.regressions)
+    assert gate.compare(sound, sound).regressions == []
+
+
+def test_a_hang_while_preparing_is_a_timeout(frame: Any) -> None:
+    rows = of(frame, planted.HangsInPrepare)
+    assert list(rows["status"]) == ["timeout"] + ["skipped"] * 7
+    assert "not prepared" in rows["reason"][0]
+
+
+def test_a_library_that_turns_out_to_be_missing_is_not_installed(frame: Any) -> None:
+    rows = of(frame, planted.MissingLibrary)
+    assert rows["status"][0] == "not_installed"
+    assert "a_library_that_is_not_installed" in rows["reason"][0]
+    assert set(rows["status"][1:]) == {"skipped"}
+
+
+def test_what_was_printed_is_in_the_record(frame: Any) -> None:
+    assert of(frame, planted.Raises)["output"].str.contains("what it printed last").all()
+
+
+def test_the_sound_integrator_is_untouched_by_its_neighbours(frame: Any) -> None:
+    rows = of(frame, planted.Sound)
+    done = rows[rows["status"] == "ok"]
+    assert set(rows["status"]) <= {"ok", "skipped"}
+    assert len(done) >= 6
+    np.testing.assert_array_equal(done["rhs_calls"], 4 * done["steps"])
+    slopes = np.diff(np.log2(done["error_max"])) / np.diff(np.log2(done["setting"]))
+    assert np.all(np.abs(slopes[3:5] - 4) < 0.3), "the order of the method, before round-off"
+
+
+@pytest.mark.parametrize("kind", [planted.ChangesInput, planted.SharesOutput])
+def test_writing_over_arrays_changes_nothing(frame: Any, kind: Any) -> None:
+    rows, sound = of(frame, kind), of(frame, planted.Sound)
+    both = (rows["status"] == "ok") & (sound["status"] == "ok")
+    assert both.sum() >= 4
+    assert (rows["error_max"][both] == sound["error_max"][both]).all()
+
+
+def test_integrating_while_preparing_gains_nothing(frame: Any) -> None:
+    """From the second setting on it hands out one answer for all states, and that is noticed."""
+    rows, sound = of(frame, planted.IntegratesInPrepare), of(frame, planted.Sound)
+    assert set(rows["status"]) == {"refused"}
+    assert rows["reason"].str.contains("different initial states").all()
+    assert sound["status"][0] == "ok"
+
+
+def test_memoising_gains_nothing(frame: Any) -> None:
+    """Every call that counts starts from a new state; the scored one repeats the error of the coarsest setting."""
+    rows, sound = of(frame, planted.Memoises), of(frame, planted.Sound)
+    done = rows[rows["status"] == "ok"]
+    assert len(done) >= 4
+    assert (done["error_max"] == sound["error_max"][0]).all()
+    steps = done["steps"].iloc[-1]
+    assert steps == sound["steps"][0], "the remembered answer"
+    honest = np.array(sound["seconds_low"][: len(done)], dtype=float)
+    # a remembered answer takes microseconds, an integrated one milliseconds that grow with the steps
+    assert (np.array(done["seconds_median"], dtype=float) > honest / 20).all()
+
+
+def test_other_trials_are_kept(frame: Any) -> None:
+    assert len(frame) == 8 * (1 + len(BAD))
+    assert frame.groupby("trial_key").size().eq(1).all()
+
+
+def test_pairs_left_out_say_why(tmp_path: Path) -> None:
+    class Wants(planted.Sound):
+        """Takes a form that no case offers."""
+
+        name = "wants"
+        accepts = (int,)
+
+    rows = store.load(run(tmp_path, SUITE, plan.choose([CASE], False), [Wants()]))
+    assert list(rows["status"]) == ["unsupported"]
+    assert rows["reason"][0] == "takes int; the case offers Separable, FirstOrder, Scene"
+    assert rows["setting"].isna().all()
+
+
+def test_compare_is_the_same_in_a_notebook() -> None:
+    rows = compare(CASE, planted.Sound, limit_seconds=0.05)
+    assert (rows["status"] == "ok").any()
+    assert set(rows["integrator_id"]) == {"planted:sound"}
+    with pytest.raises(ValueError, match="did you mean"):
+        compare("pendulum_simpel", planted.Sound)
+
+
+def measurements(path: Path) -> list[tuple[str, int]]:
+    with sqlite3.connect(path) as db:
+        return list(db.execute("SELECT trial_key, launch FROM measurements ORDER BY measurement"))
+
+
+def test_a_script_needs_no_main_guard(tmp_path: Path) -> None:
+    """Its exact motion is not on disk yet, so that both kinds of child processes are started."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from gnomon import cases\n"
+        "from gnomon.harness import compare\n"
+        f"case = cases.get('harmonic_oscillator', span='{tmp_path.stat().st_mtime_ns % 1000 + 5000}/1000')\n"
+        "print(*compare(case, 'gnomon:RK4')['status'])\n"
+    )
+    ran = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, check=False)
+    assert (ran.stdout.split(), ran.returncode) == (["ok"] * 11, 0), ran.stderr
+
+
+def test_the_second_run_repeats_nothing(tmp_path: Path) -> None:
+    chosen = plan.choose([CASE], False)
+    path = run(tmp_path, SUITE, chosen, [planted.Sound()])
+    before = measurements(path)
+    assert measurements(run(tmp_path, SUITE, chosen, [planted.Sound()])) == before
+    assert len(store.load(path)) == len(before)
+
+
+@pytest.mark.parametrize(("slow_seconds", "repeats"), [(0.0, 1), (0.0004, 1), (0.0006, 4), (10.0, 4)])
+def test_a_slow_trial_is_timed_once(tmp_path: Path, slow_seconds: float, repeats: int) -> None:
+    """Of calls that take half a millisecond each; a block of two milliseconds holds four."""
+    suite = replace(SUITE, slow_seconds=slow_seconds, limit_seconds=60, variant_limit_seconds=60)
+    frame = store.load(run(tmp_path, suite, plan.choose([CASE], False), [planted.HalfAMillisecond()]))
+    assert set(frame["status"]) == {"ok"}
+    assert set(frame["repeats"]) == {repeats}
+    assert frame["seconds_median"].tolist() == pytest.approx([0.0005] * len(frame))
+
+
+def test_only_a_suite_that_takes_siblings_runs_them(tmp_path: Path) -> None:
+    chosen = plan.choose([CASE], False)
+    path = run(tmp_path, replace(SUITE, siblings=False), chosen, [planted.Sound(), planted.Sibling()])
+    assert set(store.load(path)["integrator"]) == {planted.Sound.name}
+    path = run(tmp_path, replace(SUITE, siblings=True), chosen, [planted.Sound(), planted.Sibling()], siblings=False)
+    assert set(store.load(path)["integrator"]) == {planted.Sound.name, planted.Sibling.name}
+
+
+SCRIPT = """
+import sys
+sys.path.insert(0, {folder!r})
+import planted
+from gnomon.harness.running import plan
+from gnomon.harness.running.run import run
+from dataclasses import replace
+if __name__ == "__main__":
+    suite = replace(plan.suite("quick"), limit_seconds={limit}, block_seconds=0.002, repeats=5)
+    kinds = [planted.Sound, planted.Raises, planted.Declines, planted.Hangs]
+    run({out!r}, suite, plan.choose(["planted:Short"], False), [kind() for kind in kinds], prepare_seconds=5)
+"""
+
+
+def _hear_interrupts() -> None:
+    """Tests that a shell started in the background inherit that Ctrl-C is ignored, and pass it on."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+def test_a_run_that_is_killed_leaves_no_worker_and_goes_on_where_it_stopped(tmp_path: Path, how: int) -> None:
+    script = tmp_path / "job.py"
+    script.write_text(SCRIPT.format(folder=str(Path(__file__).parent), limit=0.5, out=str(tmp_path)))
+    marker = {"GNOMON_TEST_RUN": str(tmp_path)}
+    process = subprocess.Popen(
+        [sys.executable, str(script)],
+        env=os.environ | marker,
+        stderr=subprocess.DEVNULL,
+        preexec_fn=_hear_interrupts,
+    )
+    path = tmp_path / "results.sqlite"
+    # the run is under way once it has measured something; poll() ends the wait should it die before
+    while process.poll() is None and not (path.exists() and _count(path) >= 4):
+        os.sched_yield()
+    assert process.poll() is None, "the run ended before it could be killed"
+    assert len(_family(marker)) > 1, "the marker finds the workers"
+    process.send_signal(how)
+    assert process.wait() != 0
+    while _family(marker):  # the kernel's signal arrives at once, the processes end when they are scheduled
+        os.sched_yield()
+    with sqlite3.connect(path) as db:
+        assert db.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+    before = measurements(path)
+    assert len(before) < 32
+    subprocess.run([sys.executable, str(script)], env=os.environ | marker, check=True, capture_output=True)
+    after = measurements(path)
+    assert after[: len(before)] == before
+    assert len(set(after)) == len(after) == 32, "every trial of four sweeps once"
+
+
+def _count(path: Path) -> int:
+    try:
+        return len(measurements(path))
+    except sqlite3.OperationalError:
+        return 0  # the tables are not there yet
+
+
+def _family(marker: dict[str, str]) -> list[int]:
+    """Processes that inherited the marker of a run, zombies aside."""
+    ((name, value),) = marker.items()
+    wanted = f"{name}={value}".encode()
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if wanted in (folder / "environ").read_bytes().split(b"\0"):
+                found.append(int(folder.name))
+        except OSError:
+            continue  # it ended meanwhile, or is another user's
+    return found

@@ -1,0 +1,178 @@
+"""When a sweep stops, what it repeats, and what it leaves alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import planted
+import pytest
+from gnomon.harness.contract.integrator import Integrator, Tolerance
+from gnomon.harness.registry.lookup import own
+from gnomon.harness.results.store import Known
+from gnomon.harness.running import plan
+from gnomon.harness.running.sweep import REPEATED_SECONDS, SECONDS_EACH, Sweep
+from gnomon.harness.running.worker import FEWEST_CALLS, Outcome
+from gnomon.harness.scoring.reference_solution import CaseSpec, truth
+from gnomon.harness.scoring.score import Judge
+
+SUITE = replace(plan.suite("quick"), limit_seconds=1.0)
+MOST = SUITE.limit_seconds / SECONDS_EACH["scipy"]
+"""Right-hand sides that a trial of SciPy may take."""
+
+
+class Priced(planted.Sound):
+    """Of a library whose right-hand sides have a known price."""
+
+    library = "scipy"
+
+
+class PricedTolerance(Priced):
+    sweep = Tolerance()
+
+
+@pytest.fixture(scope="module")
+def judge() -> Judge:
+    case = planted.Short().rounded()
+    return Judge(case, None, truth(CaseSpec.of(case)))
+
+
+class Log:
+    """A sweep over eight settings, and what it recorded."""
+
+    def __init__(
+        self, judge: Judge, launch: int = 1, history: Any = None, integrator: Integrator | None = None
+    ) -> None:
+        self.rows: list[Any] = []
+        self.finished = 0
+        self.judge = judge
+        series = plan.Series(judge.case, None, integrator or planted.Sound())
+        trials = [plan.Trial(str(k), 0.1 / 2**k) for k in range(8)]
+        self.sweep = Sweep(series, trials, judge, SUITE, launch, history or {}, self.record, self.finish)
+
+    def record(self, row: Any, settings: Any, states: Any) -> None:
+        self.rows.append(row)
+
+    def finish(self) -> None:
+        self.finished += 1
+
+    def answer(self, seconds: float, calls: int = 4) -> None:
+        self.sweep.done(Outcome(self.judge.truth.exact, None, None, 1, calls, (seconds,), 0.0, None))
+
+    @property
+    def statuses(self) -> list[str]:
+        return [row["status"] for row in self.rows]
+
+
+def test_settings_go_out_in_order_and_every_answer_is_recorded(judge: Judge) -> None:
+    log = Log(judge)
+    settings = []
+    while (order := log.sweep.next()) is not None:
+        settings.append(order.setting)
+        log.answer(0.001)
+    assert settings == [0.1 / 2**k for k in range(8)]
+    assert log.statuses == ["ok"] * 8
+    assert log.finished == 1
+
+
+def test_hard_variants_are_timed_in_a_few_calls_where_that_costs_nothing(judge: Judge) -> None:
+    default, hard = Log(judge), Log(judge)
+    hard.sweep.series.case.variant = "hard"
+    try:
+        order = hard.sweep.next()
+    finally:
+        hard.sweep.series.case.variant = None
+    assert order is not None
+    assert (order.block_seconds, order.repeats, order.slow_seconds) == (0.0, FEWEST_CALLS, REPEATED_SECONDS)
+    assert order.count is Log(judge).sweep.next().count  # type: ignore[union-attr]
+    usual = default.sweep.next()
+    assert usual is not None
+    assert (usual.block_seconds, usual.repeats, usual.slow_seconds) == (
+        SUITE.block_seconds,
+        SUITE.repeats,
+        SUITE.slow_seconds,
+    )
+
+
+def test_a_timeout_ends_the_series_and_a_crash_does_not(judge: Judge) -> None:
+    log = Log(judge)
+    log.sweep.next()
+    log.sweep.failed("crashed", "planted", "")
+    log.sweep.next()
+    log.sweep.failed("timeout", "no answer", "")
+    assert log.sweep.next() is None
+    assert log.statuses == ["crashed", "timeout"] + ["skipped"] * 6
+
+
+def test_an_answer_that_cannot_be_judged_is_a_crash_of_its_own(judge: Judge) -> None:
+    log = Log(judge)
+    log.sweep.next()
+    log.sweep.done(Outcome(judge.truth.exact[:, :1], None, None, 1, 4, (0.001,), 0.0, None))
+    assert log.statuses == ["crashed"]
+    assert "cannot be judged" in log.rows[0]["reason"]
+    assert log.sweep.next() is not None
+
+
+@pytest.mark.parametrize("clock", [0.001, 1.0, 1000.0], ids=lambda factor: f"clock x {factor:g}")
+def test_what_is_skipped_follows_from_counts_and_never_from_the_clock(judge: Judge, clock: float) -> None:
+    """A busy machine makes every time longer: the same settings must run, in later launches too."""
+    log, calls = Log(judge, integrator=Priced()), MOST / 20
+    while log.sweep.next() is not None:
+        log.answer(clock * calls * SECONDS_EACH["scipy"], round(calls))
+        calls *= 2
+    assert log.statuses == ["ok"] * 5 + ["skipped"] * 3, "20 / 2^4 is above 1"
+    assert log.rows[-1]["reason"] == "predicted 8e+04 right-hand sides, above the 5e+04 of a limit of 1 s"
+    history = {(str(k), 1): Known("ok", round(MOST / 40 * 2**k), 1.0) for k in range(5)}
+    later = Log(judge, launch=2, history=history, integrator=Priced())
+    settings = []
+    while (order := later.sweep.next()) is not None:
+        assert not order.count
+        settings.append(order.setting)
+        later.answer(clock, 0)
+    assert settings == [0.1, 0.05], "8 hundredths of a second are 4000 right-hand sides"
+
+
+def test_estimates_are_of_what_an_integrator_counts() -> None:
+    """A step of Taylor's method is dozens of right-hand sides: an estimate that is shared is of one or of the other."""
+    counted: dict[str, set[bool]] = {}
+    for integrator in own().values():
+        key = integrator.id if integrator.id in SECONDS_EACH else integrator.library
+        counted.setdefault(key, set()).add(integrator.counts_rhs)
+    assert counted.keys() == SECONDS_EACH.keys(), "each is used, and none is missing"
+    assert {key: kinds for key, kinds in counted.items() if len(kinds) > 1} == {}
+
+
+def test_what_nobody_knows_the_price_of_is_run(judge: Judge) -> None:
+    log = Log(judge)
+    for _ in range(8):
+        assert log.sweep.next() is not None
+        log.answer(0.9, 10**9)
+    assert log.statuses == ["ok"] * 8
+
+
+def test_what_is_known_is_not_run_again_and_still_predicts(judge: Judge) -> None:
+    known = {(str(k), 1): Known("ok", round(MOST / 5 * 2**k), 1.0) for k in range(3)}
+    log = Log(judge, history=known, integrator=Priced())
+    assert log.sweep.next() is None
+    assert log.statuses == ["skipped"] * 5
+
+
+def test_a_tolerance_is_predicted_by_the_smallest_growth_so_far(judge: Judge) -> None:
+    log = Log(judge, integrator=PricedTolerance())
+    for share in (0.1, 0.12, 0.6):
+        assert log.sweep.next() is not None
+        log.answer(0.001, round(share * MOST))
+    assert log.sweep.next() is not None, ".6 grows by 1.2 to .72"
+    log.answer(0.001, round(0.95 * MOST))
+    assert log.sweep.next() is None
+    assert log.rows[-1]["reason"].startswith("predicted 7.5e+04 right-hand sides, above the 5e+04")
+
+
+def test_each_setting_has_its_own_place(judge: Judge) -> None:
+    """Which state its counting run starts from must not depend on what an earlier run knows already."""
+    log = Log(judge, history={("0", 1): Known("ok", 4, 1.0)})
+    places = []
+    while (order := log.sweep.next()) is not None:
+        places.append(order.place)
+        log.answer(0.001)
+    assert places == list(range(1, 8))

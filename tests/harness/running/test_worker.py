@@ -1,0 +1,196 @@
+"""How often a trial is timed, and from which states, with calls whose seconds are given."""
+
+from __future__ import annotations
+
+import gc
+import itertools
+import time
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases import get
+from gnomon.harness.contract import validation as answers
+from gnomon.harness.contract.validation import Unusable
+from gnomon.harness.running import worker
+from gnomon.harness.running.worker import FEWEST_CALLS, Order, _Series
+from gnomon.harness.scoring.perturbed_starts import moved_states
+
+START = np.zeros(2)
+
+
+def timed(
+    monkeypatch: pytest.MonkeyPatch, seconds: list[float], estimate: float, slow: float, block: float, repeats: int
+) -> tuple[list[int], int, Any]:
+    """The states that calls started from (0: the unmoved one, then 1, 2, ...), which was scored, `others`."""
+    given = iter(seconds)
+
+    class Call:
+        def __init__(self, solve: Any, start: Any, task: Any, keep: bool = True) -> None:
+            assert not gc.isenabled()
+            self.seconds, self.states, self.number = next(given), start, int(start[0])
+
+    series = object.__new__(_Series)
+    series.task = SimpleNamespace(start=START)  # type: ignore[assignment]
+    series.moved = (np.full(2, float(k)) for k in itertools.count(1))
+    monkeypatch.setattr(worker, "_Call", Call)
+    order = Order(0.1, False, block, repeats, slow)
+    calls, scored, others = series._timed(None, order, estimate, None)  # type: ignore[arg-type]
+    assert gc.isenabled()
+    return [call.number for call in calls], scored.number, others  # type: ignore[attr-defined]
+
+
+def test_a_quick_call_is_repeated_from_new_states_until_the_block_is_full(monkeypatch: pytest.MonkeyPatch) -> None:
+    numbers, scored, others = timed(monkeypatch, [0.25] * 9, 0.25, slow=1.0, block=1.25, repeats=9)
+    assert (numbers, scored) == ([1, 0, 2, 3, 4], 0)
+    assert np.array_equal(others, [1.0, 1.0]), "the states of another start, to hold the scored ones against"
+
+
+def test_at_most_as_often_as_ordered_and_no_fewer_than_three_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert timed(monkeypatch, [0.25] * 9, 0.25, slow=1.0, block=99.0, repeats=4)[0] == [1, 0, 2, 3]
+    assert timed(monkeypatch, [0.25] * 9, 0.25, slow=1.0, block=0.0, repeats=9)[0] == [1, 0, 2][:FEWEST_CALLS]
+
+
+def test_a_slow_call_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert timed(monkeypatch, [2.0] * 9, 2.0, slow=1.0, block=99.0, repeats=9)[:2] == ([0], 0)
+
+
+def test_one_that_is_not_to_be_repeated_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert timed(monkeypatch, [0.25] * 9, 0.25, slow=1.0, block=99.0, repeats=1)[:2] == ([0], 0)
+
+
+@pytest.mark.parametrize("repeats", [1, 9])
+def test_a_call_that_is_quick_because_it_remembers_is_held_against_new_states(
+    monkeypatch: pytest.MonkeyPatch, repeats: int
+) -> None:
+    """Less than half of what another state took."""
+    numbers, scored, _ = timed(monkeypatch, [0.9, 2.0, 2.0], 2.0, slow=1.0, block=99.0, repeats=repeats)
+    assert (numbers, scored) == ([0, 1, 2], 0)
+    assert timed(monkeypatch, [1.1], 2.0, slow=1.0, block=99.0, repeats=repeats)[0] == [0]
+
+
+@pytest.mark.parametrize(
+    ("counted", "repeats", "estimate"), [(0.25, 9, 0.5), (2.0, 9, 2.0), (0.25, 1, 0.25)], ids=["quick", "slow", "once"]
+)
+def test_a_quick_trial_is_warmed_up_with_plain_equations(
+    monkeypatch: pytest.MonkeyPatch, counted: float, repeats: int, estimate: float
+) -> None:
+    """A slow one, or one that is made once, is estimated by the run that counted right-hand sides."""
+    found = []
+
+    def noted(solve: Any, order: Order, seconds: float, others: Any) -> Any:
+        found.append(seconds)
+        raise LookupError
+
+    series = object.__new__(_Series)
+    series.task, series.moved = SimpleNamespace(start=START), iter([START])  # type: ignore[assignment]
+    series.integrator = SimpleNamespace(prepare=lambda problem, setting: None)  # type: ignore[assignment]
+    series.say = lambda stage, **content: None  # type: ignore[assignment]
+    monkeypatch.setattr(series, "problem", lambda counted: None)
+    monkeypatch.setattr(series, "_count", lambda setting: (7, counted, START))
+    monkeypatch.setattr(series, "_timed", noted)
+    monkeypatch.setattr(worker, "_Call", lambda solve, start, task: SimpleNamespace(seconds=0.5, states=start))
+    with pytest.raises(LookupError):
+        series.run(Order(0.1, True, 99.0, repeats, 1.0))
+    assert found == [estimate]
+
+
+def test_right_hand_sides_of_the_preparation_are_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = SimpleNamespace(buffer=np.zeros(3))
+
+    def prepare(given: Any, setting: float) -> None:
+        given.buffer[-1] += 5
+
+    def call(solve: Any, start: Any, task: Any) -> Any:
+        problem.buffer[-1] += 7
+        return SimpleNamespace(seconds=0.5, states=start)
+
+    series = object.__new__(_Series)
+    series.task, series.counting_starts = SimpleNamespace(start=START), [START]  # type: ignore[assignment]
+    series.integrator = SimpleNamespace(prepare=prepare, counts_rhs=True)  # type: ignore[assignment]
+    series.say = lambda stage, **content: None  # type: ignore[assignment]
+    monkeypatch.setattr(series, "problem", lambda counted: problem)
+    monkeypatch.setattr(worker, "_Call", call)
+    assert series._count(Order(0.1, True, 0.0, 1, 0.0))[:2] == (7, 0.5)
+
+
+def test_counting_runs_start_from_the_state_of_their_setting(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the next of those that timed calls use up, SciPy's DOP853 counted 1.9 % more in one run than in another."""
+    starts: list[float] = []
+
+    def call(solve: Any, start: Any, task: Any) -> Any:
+        starts.append(float(start[0]))
+        return SimpleNamespace(seconds=0.5, states=start)
+
+    for places in ((0, 1, 2, 3), (2, 0)):  # another worker goes on in the middle of a sweep
+        series = object.__new__(_Series)
+        series.task = SimpleNamespace(start=START)  # type: ignore[assignment]
+        series.moved = iter([])
+        series.counting, series.counting_starts = (np.full(2, float(k)) for k in itertools.count(1)), []
+        series.integrator = SimpleNamespace(prepare=lambda *_: None, counts_rhs=True)  # type: ignore[assignment]
+        series.say = lambda stage, **content: None  # type: ignore[assignment]
+        monkeypatch.setattr(series, "problem", lambda counted: SimpleNamespace(buffer=np.zeros(3)))
+        monkeypatch.setattr(worker, "_Call", call)
+        for place in places:
+            series._count(Order(0.1, True, 0.0, 1, 0.0, place=place))
+    assert starts == [1.0, 2.0, 3.0, 4.0, 3.0, 1.0]
+
+
+def test_counting_runs_start_where_no_timed_call_does() -> None:
+    case = get("pendulum_simple").rounded()
+    sizes = np.ones(2)
+    near = {state.tobytes() for state in itertools.islice(moved_states(case, None, sizes), 1000)}
+    far = {state.tobytes() for state in itertools.islice(moved_states(case, None, sizes, worker.COUNTING_ULPS), 20)}
+    assert len(far) == 20
+    assert not near & far
+
+
+def test_a_replaced_clock_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    worker._check_clocks()
+    for module, name in ((time, "perf_counter"), (time, "monotonic"), (worker, "perf_counter_ns")):
+        with monkeypatch.context() as patch:
+            patch.setattr(module, name, lambda: 0)
+            with pytest.raises(Unusable, match=f"replaced time.{name}: what a changed clock says is no time"):
+                worker._check_clocks()
+    with monkeypatch.context() as patch:  # replaced before the worker was loaded
+        patch.setattr(time, "perf_counter", changed := lambda: 0)
+        patch.setitem(worker.CLOCKS, "perf_counter", changed)
+        with pytest.raises(Unusable, match=r"replaced time\.perf_counter"):
+            worker._check_clocks()
+
+
+@pytest.mark.parametrize(("count", "seconds", "fits"), [(10**9, 1e-3, False), (10**9, 0.1, True), (64, 0.0, True)])
+def test_more_right_hand_sides_than_a_processor_can_do_are_named(count: int, seconds: float, fits: bool) -> None:
+    if fits:
+        answers.possible(count, seconds, "right-hand sides")
+        return
+    with pytest.raises(Unusable, match=r"claims 1000000000 right-hand sides in 0.001 s: one takes 1e-11 s at least"):
+        answers.possible(count, seconds, "right-hand sides")
+
+
+@pytest.mark.parametrize(
+    ("rhs_calls", "steps", "moved", "unmoved"),
+    [(0, 0, 0.0, True), (None, None, 0.0, True), (4, 0, 0.0, False), (None, 1, 0.0, False), (0, 0, 1.0, False)],
+)
+def test_only_what_took_no_step_has_not_moved(
+    rhs_calls: int | None, steps: int | None, moved: float, unmoved: bool
+) -> None:
+    call = SimpleNamespace(solution=SimpleNamespace(steps=steps), states=np.tile(START + moved, (64, 1)))
+    assert worker._unmoved(call, START, rhs_calls) is unmoved  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("compiling", "made"), [(0, 1), (1, 2), (2, 3), (9, 3)])
+def test_a_call_in_which_something_is_compiled_is_made_again(compiling: int, made: int) -> None:
+    """At most twice: a method that always compiles is as slow as that."""
+    series = object.__new__(_Series)
+    calls = itertools.count(1)
+
+    def call() -> int:
+        number = next(calls)
+        assert series.calling
+        series.compilations += number <= compiling
+        return number
+
+    assert series._compiled(call) == made
+    assert not series.calling

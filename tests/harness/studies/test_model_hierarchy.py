@@ -1,0 +1,96 @@
+"""What a rung of a ladder is worth, against numbers that follow from the models themselves."""
+
+from __future__ import annotations
+
+import math
+
+import pandas as pd
+import pytest
+from gnomon.harness.studies.model_hierarchy import cost, ladders, worth
+
+from gnomon import cases
+
+
+def test_each_rung_of_the_pendulum_is_nearer_to_it() -> None:
+    swing = cases.get("pendulum_simple", initial_state=("0.1", 0))
+    rungs = pd.DataFrame(worth(swing))
+    assert rungs["model"].tolist() == ["harmonic_oscillator", "duffing_unforced"]
+    assert rungs["error"].is_monotonic_decreasing
+    assert (rungs["early"] <= rungs["error"]).all()
+
+
+def test_the_linear_pendulum_lags_by_amplitude_squared_over_16() -> None:
+    """Its period is short by A^2/16, so after N swings it is ahead by 2 pi N A^2/16, at most a phase of the whole."""
+    amplitude = 0.1
+    swing = cases.get("pendulum_simple", initial_state=(str(amplitude), 0))
+    swings = float(swing.span) / float(swing.quantities()["period"])
+    lag = 2 * math.pi * swings * amplitude**2 / 16
+    # The sample nearest the largest slope misses it by 1 %; the next term of the period is A^4.
+    assert worth(swing)[0]["error"] == pytest.approx(lag, rel=0.05)
+    # After one period, where the speed turns fastest.
+    assert worth(swing)[0]["early"] == pytest.approx(2 * math.pi * amplitude**2 / 16, rel=0.05)
+
+
+def test_the_quartic_pendulum_lags_by_amplitude_to_the_fourth_over_384() -> None:
+    """Period over that of a small swing: 1 + A^2/16 + 33 A^4/9216 for the pendulum, 57 in place of 33 for the model."""
+    amplitude, span = 0.2, 40
+    swing = cases.get("pendulum_simple", initial_state=(str(amplitude), 0), span=span)
+    lag = math.sqrt(9.81) * span * amplitude**4 * (57 - 33) / 9216
+    # The sample nearest the largest slope misses it by 1 %; the next term of the periods is A^2 smaller.
+    assert worth(swing)[1]["error"] == pytest.approx(lag, rel=0.06)
+
+
+def test_a_throw_is_the_orbit_in_its_own_axes() -> None:
+    """Over a short while gravity is uniform to h/R: with the axes mixed up the throw would miss by its own size."""
+    throw = cases.get("kepler_orbit", "throw")
+    (row,) = worth(throw)
+    # in 61 s the height changes by some 20 km of 6371
+    assert row["error"] < 0.02
+
+
+def test_cost_is_per_characteristic_time_and_a_ratio_to_the_full_model() -> None:
+    fixed = {"variant": "", "formulation": "", "target": 1e-6}
+    times = [("full", "a", 8.0), ("full", "b", 4.0), ("full", "c", 1.0), ("model", "a", 1.0), ("model", "b", 2.0)]
+    equal = pd.DataFrame([{"case": case, "integrator_id": name, "seconds": t, **fixed} for case, name, t in times])
+    spans = [{"case": "full", "span": 40.0, "time_scale": 10.0}, {"case": "model", "span": 6.0, "time_scale": 3.0}]
+    found = cost("full", "model", equal, pd.DataFrame(spans).assign(variant=""))
+    # a: (1/2) / (8/4), b: (2/2) / (4/4)
+    assert found["ratio"] == pytest.approx((0.25 + 1) / 2)
+    assert (found["integrators"], found["fastest"], found["seconds"]) == (2, "a", 0.5)
+
+
+def test_the_table_of_a_ladder_ends_with_the_full_model() -> None:
+    """A rung that is the case itself with other numbers has an error, but no time: it was never run."""
+    full = cases.get("torpedo_firing_pin")
+    fixed = {"variant": "", "formulation": "", "target": 1e-6, "case": full.name, "integrator_id": "a"}
+    spans = pd.DataFrame([{"case": full.name, "span": 4.0, "time_scale": 2.0, "variant": ""}])
+    rung, last = ladders([full], pd.DataFrame([fixed | {"seconds": 3.0}]), spans).to_dict("records")
+    assert rung["model"] == rung["ladder"] == last["model"] == full.name
+    assert rung["lacks"] == "the full model"
+    assert rung["error"] > 0
+    assert (rung["integrators"], rung["fastest"]) == (0, "")
+    assert math.isnan(rung["ratio"])
+    assert math.isnan(rung["seconds"])
+    assert (last["error"], last["early"], last["lacks"]) == (0.0, 0.0, "")
+    assert (last["ratio"], last["integrators"], last["seconds"]) == (1.0, 1, 1.5)
+
+
+def test_rungs_of_one_case_are_numbered() -> None:
+    turning = "free_fall_rotating_earth"
+    labels = [row["label"] for row in worth(cases.get("free_fall_rotating_frame_centrifugal"))]
+    assert labels == [f"{turning} (1)", "free_fall_first_order", f"{turning} (2)"]
+
+
+def test_the_span_holds_its_first_period() -> None:
+    """64 samples of the first period find a peak that those of the span may miss."""
+    (rung,) = worth(cases.get("rotating_pendulum"))
+    assert rung["error"] >= rung["early"] > 1
+
+
+@pytest.mark.parametrize("name", [name for name in cases.names() if cases.get(name).ladder])
+def test_every_rung_is_in_the_coordinates_of_its_case(name: str) -> None:
+    full = cases.get(name).rounded()
+    times = full.times[::16]
+    for rung in full.ladder:
+        projected = rung.project(rung.case.sample(times))
+        assert projected.shape == (len(times), len(full.state))

@@ -1,0 +1,56 @@
+"""The published orders: every in-house method is there, and its measured order is the declared one."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from gnomon.harness.registry.lookup import own
+from gnomon.harness.studies import orders
+from gnomon.harness.studies.orders import SUBJECTS, WITHIN, Subject, measured
+
+IN_HOUSE = {m.id.removeprefix("gnomon:"): m for m in own().values() if ".integrators." in type(m).__module__}
+FORMULA_OF_ANOTHER = {"DOP853 [events]": "DOP853"}
+"""Measured on the same formula with the same numbers: once is enough here."""
+
+
+def test_every_method_of_our_own_is_there_once() -> None:
+    assert sorted(subject.integrator for subject in SUBJECTS) == sorted(IN_HOUSE)
+
+
+@pytest.mark.parametrize("subject", SUBJECTS, ids=lambda subject: subject.integrator)
+def test_the_measured_order_is_the_declared_one(subject: Subject) -> None:
+    if subject.integrator in FORMULA_OF_ANOTHER:
+        same = next(s for s in SUBJECTS if s.integrator == FORMULA_OF_ANOTHER[subject.integrator])
+        assert (subject.case, subject.span, subject.counts) == (same.case, same.span, same.counts)
+        return
+    row = measured(subject)
+    declared = IN_HOUSE[subject.integrator].order
+    assert declared is not None
+    assert row["declared"] == declared
+    assert row["order"] == pytest.approx(declared, abs=WITHIN)
+    assert row["points"] >= 4
+    assert row["case"].split("/") == [name for name in (subject.case, subject.variant) if name]
+    chooses_steps = IN_HOUSE[subject.integrator].sweep.kind == "tolerance"
+    assert row["at_fixed_steps"] == chooses_steps, "the page says so"
+    assert declared <= 8 or row["digits"] >= 60, "binary64 has no asymptotic range above order 8"
+
+
+def test_a_method_without_a_range_is_no_row() -> None:
+    """At 8 steps an orbit the error is above 1e-2."""
+    with pytest.raises(RuntimeError, match="no range of steps shows the order of RK4"):
+        measured(Subject("RK4", case="kepler_orbit", most_steps=64))
+
+
+def test_what_is_published(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(orders, "SUBJECTS", [Subject("RK4", span="3")])
+    monkeypatch.setattr("sys.argv", ["orders", "--to", str(tmp_path / "orders.json")])
+    orders.main()
+    found = json.loads((tmp_path / "orders.json").read_text(encoding="utf-8"))
+    (row,) = found["rows"]
+    assert row == json.loads(json.dumps(measured(Subject("RK4", span="3"))))
+    assert found["environment"]["numba"]
+    assert (row["integrator"], row["case"], row["span"], row["digits"]) == ("RK4", "pendulum_simple", 3.0, 16)
+    assert (row["at_fixed_steps"], row["declared"]) == (False, 4)
+    assert row["keeps"] == []

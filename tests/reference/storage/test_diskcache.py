@@ -1,0 +1,112 @@
+"""The cache gives back what was kept, and never a damaged file."""
+
+import numpy as np
+import pytest
+from gnomon.reference.storage import diskcache
+from gnomon.reference.storage.diskcache import Entry, cached
+
+
+@pytest.fixture
+def home(tmp_path, monkeypatch):
+    monkeypatch.setattr(diskcache, "folder", lambda: tmp_path / "results")
+    return tmp_path / "results"
+
+
+class Builder:
+    """Counts how often it had to build."""
+
+    def __init__(self):
+        self.calls = 0
+
+    def __call__(self):
+        self.calls += 1
+        return Entry({"x": np.array([1.0, np.pi, -0.0])}, {"period": "2.5", "rows": [1, 2]})
+
+
+def test_second_call_reads_what_the_first_one_kept(home):
+    build = Builder()
+    first, second = cached("key", build), cached("key", build)
+    assert build.calls == 1
+    assert first.arrays["x"].tobytes() == second.arrays["x"].tobytes()
+    assert second.notes == {"period": "2.5", "rows": [1, 2]}
+
+
+def test_another_key_is_another_entry(home):
+    build = Builder()
+    cached("key", build)
+    cached("key2", build)
+    assert build.calls == 2
+
+
+@pytest.mark.parametrize(
+    "damage", [lambda b: b[:-1], lambda b: b"", lambda b: b[:-9] + b"\1" + b[-8:], lambda b: b * 2]
+)
+def test_damaged_file_is_built_anew(home, damage):
+    build = Builder()
+    cached("key", build)
+    (path,) = home.glob("*.bin")
+    path.write_bytes(damage(path.read_bytes()))
+    assert cached("key", build).notes["period"] == "2.5"
+    assert build.calls == 2
+    cached("key", build)
+    assert build.calls == 2
+
+
+def test_file_of_another_key_is_not_taken(home):
+    """A file moved onto another key's name fails its code, which covers the name."""
+    build = Builder()
+    cached("a", build)
+    (path,) = home.glob("*.bin")
+    content = path.read_bytes()
+    path.unlink()
+    cached("b", build)
+    (other,) = home.glob("*.bin")
+    other.write_bytes(content)
+    cached("b", build)
+    assert build.calls == 3
+
+
+def test_folder_that_cannot_be_written_costs_only_the_keeping(home):
+    home.parent.mkdir(exist_ok=True)
+    home.write_text("a file where the folder should be")
+    build = Builder()
+    with pytest.warns(UserWarning, match="cannot be written"):
+        assert cached("key", build).notes["period"] == "2.5"
+
+
+def test_reserved_array_name_is_refused(home):
+    with pytest.raises(ValueError, match="notes"):
+        diskcache.store("key", Entry({"notes": np.zeros(1)}))
+
+
+def test_the_fingerprint_sees_every_source_of_a_package_and_of_its_folders(tmp_path, monkeypatch):
+    """A constant would serve exact motions of sources that were edited since."""
+    package = tmp_path / "fingerprinted"
+    (package / "inner").mkdir(parents=True)
+    for path in (
+        package / "__init__.py",
+        package / "a.py",
+        package / "inner" / "__init__.py",
+        package / "inner" / "b.py",
+    ):
+        path.write_text("x = 1\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    found = {_fingerprint()}
+    for path in (package / "a.py", package / "inner" / "b.py"):
+        path.write_text("x = 2\n")
+        found.add(_fingerprint())
+    (package / "a.py").rename(package / "inner" / "a.py")
+    found.add(_fingerprint())
+    assert len(found) == 4
+
+
+def _fingerprint():
+    diskcache.fingerprint.cache_clear()
+    return diskcache.fingerprint("fingerprinted")
+
+
+@pytest.fixture(autouse=True)
+def forgotten():
+    """What the cache of fingerprints holds of these tests is forgotten after each."""
+    yield
+    diskcache.fingerprint.cache_clear()
