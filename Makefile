@@ -18,7 +18,7 @@ INSTALLED := $(VENV)/installed-$(EXTRAS)
 report: $(INSTALLED)
 	$(BIN)/gnomon run --suite quick --out runs/$(SUITE).sqlite
 	$(BIN)/gnomon report runs/$(SUITE).sqlite --to $(LOCAL)
-	$(BIN)/gnomon certify --to runs/certificates.json --opponents $(LOCAL)/checks.json
+	$(BIN)/gnomon certify --to runs/certificates.json --independent $(LOCAL)/checks.json
 	$(BIN)/gnomon run --suite $(SUITE) --out runs/$(SUITE).sqlite
 	$(BIN)/gnomon report runs/$(SUITE).sqlite --to $(LOCAL)
 

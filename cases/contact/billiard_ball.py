@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.contact.billiard_ball_scene import SCENE
-from gnomon.cases.core.case import Case, Event, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Event, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.scene import SceneForm
@@ -175,7 +175,7 @@ class BilliardBallCase(Case):
         return SCENE
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """Uniform deceleration against the slip of the start, for ever: a throw, seen along and across the slip."""
         sx, sy = map(float, self._exact.slip)
         size = math.hypot(sx, sy)
@@ -196,7 +196,7 @@ class BilliardBallCase(Case):
             rates = np.stack([start[4] + gained[:, 1], start[5] - gained[:, 0], 0 * gained[:, 0] + start[6]], axis=1)
             return np.concatenate([place, velocity, rates], axis=1)
 
-        return (Rung(thrown, spun, "sliding only, with the slip's direction of the start"),)
+        return (Level(thrown, spun, "sliding only, with the slip's direction of the start"),)
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         """The end of the sliding."""

@@ -19,7 +19,7 @@ from gnomon.cases.contact.billiard_ball import (
     until_it_rolls,
 )
 from gnomon.cases.contact.billiard_ball_scene import ATTITUDE_SCENE, DRILL_SCENE
-from gnomon.cases.core.case import Case, Event, Invariant, Rung, Variant, same
+from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Rule, positive, show
 from gnomon.cases.core.scene import SceneForm
@@ -245,7 +245,7 @@ class BilliardBallDrill(Case):
         return {"end_time": self._exact.end_time(digits), "final_vx": vx, "final_vy": vy}
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         numbers: dict[str, Any] = {name: self.parameters[name] for name in ("R", "mu", "g")}
         plain = BilliardBallCase(initial_state=self.initial_state, span=self.span, **numbers)
-        return (*plain.ladder, Rung(plain, same, "rolls when the slip ends; no friction against the drill"))
+        return (*plain.hierarchy, Level(plain, same, "rolls when the slip ends; no friction against the drill"))

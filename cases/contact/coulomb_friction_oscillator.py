@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.cases.core.box_scene import flat_box
-from gnomon.cases.core.case import Case, Event, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Event, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import Friction, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm, Vector
@@ -168,11 +168,11 @@ class CoulombFrictionOscillator(Case):
         return ONE_FRICTION if alike else TWO_FRICTIONS
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         free = HarmonicOscillator(
             initial_state=self.initial_state, span=self.span, m=self.parameters["m"], k=self.parameters["k"]
         )
-        return (Rung(free, as_it_slides, "no friction: harmonic"),)
+        return (Level(free, as_it_slides, "no friction: harmonic"),)
 
     @property
     def time_scale(self) -> float:

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.cases.contact.torpedo_firing_pin_scene import CAUGHT, STRIKING
-from gnomon.cases.core.case import Case, Event, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Event, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm
@@ -183,11 +183,11 @@ class TorpedoFiringPin(Case):
         return found
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """Of an oblique impact, a cos(60 degrees), the head-on one too."""
         smooth = self.with_numbers(self.initial_state, self.parameters | {"mu": self.parameters["mu"] * 0})
-        rungs = (Rung(smooth, no_change, "a smooth guide"),)
+        levels = (Level(smooth, no_change, "a smooth guide"),)
         if self.variant != "oblique":
-            return rungs
+            return levels
         head_on = self.with_numbers(self.initial_state, self.parameters | {"a": 2 * self.parameters["a"]})
-        return (*rungs, Rung(head_on, no_change, "the friction of a head-on impact"))
+        return (*levels, Level(head_on, no_change, "the friction of a head-on impact"))

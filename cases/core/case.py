@@ -87,7 +87,7 @@ class Invariant:
 
 
 @dataclass(frozen=True)
-class Rung:
+class Level:
     """One rung of a ladder of models, crudest first.
 
     `case` is the model; `project(states)` maps its states (n, dim) to those of the ladder's case; `effect` says what
@@ -265,7 +265,7 @@ class Case:
         return None
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """Models from the crudest to this one, itself excluded."""
         return ()
 

@@ -6,7 +6,7 @@ from functools import cached_property
 from math import atan, pi, sin
 from typing import Any
 
-from gnomon.cases.core.case import Case, Event, Rung, Variant
+from gnomon.cases.core.case import Case, Event, Level, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.rail_scene import railed
@@ -160,13 +160,13 @@ class ImpulseInstantaneous(Case):
         return {"final_speed": motion._rational(digits, final), "late": motion.lag(digits)}
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """The instantaneous impulse, whose error is proportional to T."""
         if not self.parameters["T"]:
             return ()
         numbers: dict[str, Any] = dict(self.parameters) | {"T": 0}
         at_once = ImpulseInstantaneous(initial_state=self.initial_state, span=self.span, **numbers)
-        return (Rung(at_once, lambda states: states, "impulse at once"),)
+        return (Level(at_once, lambda states: states, "impulse at once"),)
 
 
 def push(t: float, x: float, parameters: tuple[float, ...]) -> float:

@@ -6,7 +6,7 @@ import math
 from functools import cached_property
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import UP, free_point
@@ -126,6 +126,6 @@ class ProjectileStokesDrag(Case):
         return found if time is None else found | {"flight_time": time, "range": self._exact.range(1, 0, digits)}
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         parabola = ProjectileParabola(initial_state=self.initial_state, span=self.span, g=self.parameters["g"])
-        return (Rung(parabola, as_it_is, "no drag: the parabola"),)
+        return (Level(parabola, as_it_is, "no drag: the parabola"),)

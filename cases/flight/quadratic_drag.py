@@ -7,7 +7,7 @@ from functools import cached_property
 from math import asinh, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Event, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import UP, free_point, railed_point
@@ -115,14 +115,14 @@ class ProjectileQuadraticDrag(Case):
         return found if apex is None else found | {"apex_time": apex[0], "apex_height": apex[1]}
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         parabola = ProjectileParabola(initial_state=self.initial_state, span=self.span, g=self.parameters["g"])
         stokes = ProjectileStokesDrag(
             initial_state=self.initial_state, span=self.span, g=self.parameters["g"], nu=self._first_rate
         )
         return (
-            Rung(parabola, without_drag, "no drag: the parabola"),
-            Rung(stokes, without_drag, "drag proportional to the velocity, right at the start"),
+            Level(parabola, without_drag, "no drag: the parabola"),
+            Level(stokes, without_drag, "drag proportional to the velocity, right at the start"),
         )
 
     @property

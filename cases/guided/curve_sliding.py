@@ -8,7 +8,7 @@ from functools import cached_property
 from math import asinh, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Invariant, Rung, Variant
+from gnomon.cases.core.case import Invariant, Level, Variant
 from gnomon.cases.core.forms import Equations, FirstOrder, Form, Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import Body, Guide, Readings, Scene, SceneForm, Vector
@@ -108,14 +108,14 @@ class _Curve(WellCase):
         return found
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """The shallow motion, harmonic with the curvature at the bottom."""
         g, size = self.parameter_values()
         curvature = self._CURVATURE(size)
         if not curvature:
             return ()
         shallow = HarmonicOscillator(initial_state=self.initial_state, span=self.span, m=1, k=g * curvature)
-        return (Rung(shallow, lambda states: states, "restoring force proportional to the displacement"),)
+        return (Level(shallow, lambda states: states, "restoring force proportional to the displacement"),)
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         q, v = state

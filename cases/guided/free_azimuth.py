@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Rung, same
+from gnomon.cases.core.case import Level, same
 from gnomon.cases.core.numbers import Coordinate
 from gnomon.cases.oscillators.well import WellCase
 from gnomon.reference.guided.free_azimuth import Governor
@@ -58,14 +58,14 @@ class FreeAzimuthCase(WellCase):
         return super().quantities(digits) | found
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """A constant rate first: something too heavy to be slowed."""
         numbers = self.numbers | {"I": self.parameters["I"] * HEAVIER}
         if self.parameters["I"] > HEAVIER or not self.domain.admits(numbers):
             return ()
         parameters: dict[str, Any] = self.parameters | {"I": numbers["I"]}
         driven = type(self)(initial_state=self.initial_state, span=self.span, **parameters)
-        return (Rung(driven, same, self._DRIVEN),)
+        return (Level(driven, same, self._DRIVEN),)
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         theta, phi, rate, spin = state

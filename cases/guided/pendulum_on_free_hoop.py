@@ -8,7 +8,7 @@ from functools import cached_property
 from math import cos, pi, sin, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Invariant, Rung, Variant, same
+from gnomon.cases.core.case import Invariant, Level, Variant, same
 from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values
 from gnomon.cases.core.hinge_scene import hinged_point
 from gnomon.cases.core.integrated import IntegratedCase
@@ -177,7 +177,7 @@ class RotatingPendulumSwept(IntegratedCase):
             return dict(zip(found, publish(found.values(), digits), strict=True))
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         numbers: dict[str, Any] = {name: self.parameters[name] for name in ("g", "R", "Om")}
         still = RotatingPendulum(initial_state=self.initial_state, span=self.span, **numbers)
-        return (Rung(still, same, "a constant rate, that of the start"),)
+        return (Level(still, same, "a constant rate, that of the start"),)

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.hinge_scene import hinged_pull
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
@@ -236,10 +236,10 @@ class RotatingPendulum(HoopCase):
             return super().quantities(digits) | {"drive_torque": publish([torque], digits)[0]}
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         g, radius, _ = self.parameter_values()
         still = PendulumSimple(initial_state=self.initial_state, span=self.span, g=g, L=radius)
-        return (Rung(still, _unchanged, "no rotation: the simple pendulum"),)
+        return (Level(still, _unchanged, "no rotation: the simple pendulum"),)
 
 
 class BearingReactionTorqueStability(HoopCase):
@@ -381,13 +381,13 @@ class Gyrocompass(HoopCase):
             return found | {"small_angle_period": publish([2 * mp.pi / mp.sqrt(mp.mpf(pull))], digits)[0]}
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """The pendulum that is left without the square of the Earth's rate."""
         pull, _ = self.coefficients()
         if pull <= 0:
             return ()
         pendulum = PendulumSimple(initial_state=self.initial_state, span=self.span, g=pull, L=1)
         return (
-            *pendulum.ladder,
-            Rung(pendulum, _unchanged, "restoring torque as the sine; no square of the Earth's rate"),
+            *pendulum.hierarchy,
+            Level(pendulum, _unchanged, "restoring torque as the sine; no square of the Earth's rate"),
         )

@@ -9,7 +9,7 @@ from math import sqrt
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.core.case import Case, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant
 from gnomon.cases.core.forms import FirstOrder, Form, NBody, Separable, Values
 from gnomon.cases.core.formulation import Floats, Formulation
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
@@ -273,14 +273,14 @@ class KeplerOrbit(Case):
         )
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """Uniform gravity, for a throw from the x axis that is short beside an orbit."""
         x, y, vx, vy = self.initial_state
         mu = self.parameters["mu"]
         if y != 0 or x <= 0 or self.span**2 * mu > x**3 / 10:
             return ()
         flat = ProjectileParabola(initial_state=(y, x, vy, vx), span=self.span, g=mu / x**2)
-        return (Rung(flat, upright, "uniform gravity: the parabola"),)
+        return (Level(flat, upright, "uniform gravity: the parabola"),)
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         x, y, vx, vy = state

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import Form, NBody, SecondOrder, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm
@@ -205,7 +205,7 @@ class TwoBody(Case):
         return found
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """Body 1 fixed where it starts: Kepler's third law uncorrected."""
         if self.initial_state[4] != 0 or self.initial_state[5] != 0:
             return ()
@@ -221,7 +221,7 @@ class TwoBody(Case):
 
         start = (orbit.x, orbit.y, orbit.vx, orbit.vy)
         return (
-            Rung(KeplerOrbit(initial_state=start, span=self.span, mu=G * m1), project, "attraction of a fixed body"),
+            Level(KeplerOrbit(initial_state=start, span=self.span, mu=G * m1), project, "attraction of a fixed body"),
         )
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:

@@ -9,7 +9,7 @@ from math import log, pi
 from typing import Any, ClassVar
 
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.case import Case, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant
 from gnomon.cases.core.forms import FirstOrder, Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.oscillators.well import WellCase
@@ -195,12 +195,12 @@ class RubberTubeThick(WellCase):
         return super().quantities(digits) | {"balance": self._exact.balance(digits)}
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """A thin wall, without pressure."""
         if self.parameters["p"]:
             return ()
         thin = RubberTubeThin(initial_state=self.initial_state, span=self.span, w=self.parameters["w"])
-        return (Rung(thin, lambda states: states, "a wall without thickness: isochronous"),)
+        return (Level(thin, lambda states: states, "a wall without thickness: isochronous"),)
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         x, v = state

@@ -8,7 +8,7 @@ from functools import cached_property
 from math import cos, sin, sqrt, tau
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import IDENTITY, Body, Guide, Hinge, Readings, Scene, SceneForm, Vector
@@ -188,11 +188,11 @@ class CompoundPendulum(_Swinging):
         return COMPOUND_SCENE
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """The simple pendulum of the length l, as if all mass stood in its centre."""
         _inertia, _m, g, arm = self.parameter_values()
         point = PendulumSimple(initial_state=self.initial_state, span=self.span, g=g, L=arm)
-        return (Rung(point, _unchanged, "all mass in its centre"),)
+        return (Level(point, _unchanged, "all mass in its centre"),)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`center_of_percussion` from the axis, I/(m l); reactions of the axis at the start (N)."""

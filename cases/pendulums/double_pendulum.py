@@ -8,7 +8,7 @@ from math import cos, sin
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.core.case import Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
@@ -119,7 +119,7 @@ class DoublePendulum(IntegratedCase):
         return SCENE
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """Small swings: two masses in a row on springs, in their horizontal displacements; a third stands apart."""
         m1, m2, l1, l2, g = self.parameter_values()
         th1, th2, w1, w2 = self.initial_state
@@ -132,7 +132,7 @@ class DoublePendulum(IntegratedCase):
             x1, x2, _, v1, v2, _ = states.T
             return np.stack([x1 / upper, (x2 - x1) / lower, v1 / upper, (v2 - v1) / lower], axis=1)
 
-        return (Rung(small, swung, "small swings: two modes"),)
+        return (Level(small, swung, "small swings: two modes"),)
 
     def _frequencies(self, digits: int = 15) -> tuple[Any, ...]:
         """Of small swings: roots of m1 w^4 - (m1 + m2) g (1/l1 + 1/l2) w^2 + (m1 + m2) g^2/(l1 l2) = 0."""

@@ -8,7 +8,7 @@ from fractions import Fraction
 from math import sin
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import Form, SemiLinear, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import free_point
@@ -172,15 +172,15 @@ class FoucaultLinear(Case):
         }
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
-        def rung(**changed: Any) -> Case:
+    def hierarchy(self) -> tuple[Level, ...]:
+        def level(**changed: Any) -> Case:
             return FoucaultPrecession(
                 initial_state=self.initial_state, span=self.span, **(dict(self.parameters) | changed)
             )
 
         return (
-            Rung(rung(Om=0), unchanged, "swings in a plane that stands still"),
-            Rung(rung(), unchanged, "the plane turns at -Om sin(lat)"),
+            Level(level(Om=0), unchanged, "swings in a plane that stands still"),
+            Level(level(), unchanged, "the plane turns at -Om sin(lat)"),
         )
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
@@ -211,5 +211,5 @@ class FoucaultPrecession(FoucaultLinear):
         return PRECESSION_SCENE
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         return ()

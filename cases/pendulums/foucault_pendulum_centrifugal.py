@@ -8,7 +8,7 @@ from functools import cached_property
 from math import sin, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant
 from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import free_point
@@ -107,18 +107,18 @@ class FoucaultInPlaneCentrifugal(Case):
             return publish([2 * mp.pi * mp.sqrt(mp.mpf(self.parameters["L"] / self.parameters["g"]))], digits)[0]
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         numbers: dict[str, Any] = dict(self.parameters)
         rest: dict[str, Any] = numbers | {"Om": 0}
         start, span = self.initial_state, self.span
         return (
-            Rung(FoucaultPrecession(initial_state=start, span=span, **rest), unchanged, "a plane that stands still"),
-            Rung(
+            Level(FoucaultPrecession(initial_state=start, span=span, **rest), unchanged, "a plane that stands still"),
+            Level(
                 FoucaultPrecession(initial_state=start, span=span, **numbers),
                 unchanged,
                 "the plane turns at -Om sin(lat)",
             ),
-            Rung(FoucaultLinear(initial_state=start, span=span, **numbers), unchanged, "Coriolis force in full"),
+            Level(FoucaultLinear(initial_state=start, span=span, **numbers), unchanged, "Coriolis force in full"),
         )
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:

@@ -9,7 +9,7 @@ from math import cos, sin
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.core.case import Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
@@ -166,7 +166,7 @@ class FoucaultNonlinear(IntegratedCase):
         return (ex, ey, ez, -vx, -vy, -vz), self.parameters | {"Om": -self.parameters["Om"]}
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """Models in the horizontal plane, lifted to the sphere; for swings below the support."""
         ex, ey, ez, vx, vy, _vz = self.initial_state
         if ez >= 0:
@@ -182,6 +182,6 @@ class FoucaultNonlinear(IntegratedCase):
             return np.stack([x, y, height, u, w, -(x * u + y * w) / height], axis=1)
 
         return (
-            Rung(FoucaultPrecession(**plane), lifted, "small swings, their plane turning"),
-            Rung(FoucaultLinear(**plane), lifted, "small swings, exactly"),
+            Level(FoucaultPrecession(**plane), lifted, "small swings, their plane turning"),
+            Level(FoucaultLinear(**plane), lifted, "small swings, exactly"),
         )

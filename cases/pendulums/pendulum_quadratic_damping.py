@@ -9,7 +9,7 @@ from functools import cached_property
 from math import sin, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Rung, Variant, same
+from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import Body, Force, Hinge, Readings, Scene, SceneForm, Vector
@@ -197,7 +197,7 @@ class PendulumQuadraticDamping(Case):
         return found | {"second_rest": self._exact.turning_point(2, digits)[1]}
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """Without drag."""
         free = PendulumSimple(initial_state=self.initial_state, span=self.span, g=self.parameters["w2"], L=1)
-        return (Rung(free, same, "no drag: the pendulum"),)
+        return (Level(free, same, "no drag: the pendulum"),)

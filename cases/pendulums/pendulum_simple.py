@@ -9,7 +9,7 @@ from math import cos, pi, sin, sqrt, tau
 from typing import Any, ClassVar
 
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.case import Case, Invariant, Rung, Variant, same
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.scene import SceneForm
@@ -167,19 +167,19 @@ class PendulumSimple(Case):
         return found
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """The linear and the quartic model of a swing; the quartic one only where its motion is bounded."""
         g, length = self.parameter_values()
         if self._exact.regime != Pendulum.LIBRATION or abs(self.initial_state[0]) > pi:
             return ()
         linear = HarmonicOscillator(initial_state=self.initial_state, span=self.span, m=length, k=g)
-        rungs = [Rung(linear, same, "restoring force proportional to the angle")]
+        levels = [Level(linear, same, "restoring force proportional to the angle")]
         alpha, beta = g / length, -g / (6 * length)
         numbers = {"alpha": alpha, "beta": beta} | dict(zip("xv", self.initial_state, strict=True))
         if DuffingUnforced.domain.admits(numbers):
             quartic = DuffingUnforced(initial_state=self.initial_state, span=self.span, alpha=alpha, beta=beta)
-            rungs.append(Rung(quartic, same, "softening: period grows with amplitude squared"))
-        return tuple(rungs)
+            levels.append(Level(quartic, same, "softening: period grows with amplitude squared"))
+        return tuple(levels)
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         theta, omega = state

@@ -10,7 +10,7 @@ from math import cos, sin
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
@@ -125,7 +125,7 @@ class SphericalPendulumCase(Case):
         }
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """Harmonic across in both directions, then the swing in the plane of the start, without h; below the side only."""
         g, length, _h = self.parameter_values()
         theta, omega, phi = self.initial_state
@@ -151,8 +151,8 @@ class SphericalPendulumCase(Case):
             return np.stack([tilt, side * rate, azimuth], axis=-1)
 
         return (
-            Rung(flat, from_above, "small swings: an ellipse that does not turn"),
-            Rung(plane, in_the_plane, "swing of any size, in a plane"),
+            Level(flat, from_above, "small swings: an ellipse that does not turn"),
+            Level(plane, in_the_plane, "swing of any size, in a plane"),
         )
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:

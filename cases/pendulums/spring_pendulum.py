@@ -9,7 +9,7 @@ from math import cos, sin, sqrt
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.core.case import Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
@@ -127,7 +127,7 @@ class SpringPendulum(IntegratedCase):
         return dict(zip(("hanging_length", "swing_frequency", "spring_frequency"), values, strict=True))
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """About the hanging rest swing and spring are two oscillators apart (a third mass stands idle); then a rod."""
         m, k, length, g = self.parameter_values()
         x, y, vx, vy = self.initial_state
@@ -141,7 +141,7 @@ class SpringPendulum(IntegratedCase):
         def hung(states: Floats) -> Floats:
             return np.stack([states[:, 0], states[:, 1] - rest, states[:, 3], states[:, 4]], axis=1)
 
-        smallest = Rung(small, hung, "small swings: spring and swing apart")
+        smallest = Level(small, hung, "small swings: spring and swing apart")
         if not x and not vx:
             return (smallest,)
         away, begin = math.hypot(float(x), float(y)), math.atan2(float(x), -float(y))
@@ -153,7 +153,7 @@ class SpringPendulum(IntegratedCase):
             s, c = np.sin(angle), np.cos(angle)
             return rest * np.stack([s, -c, rate * c, rate * s], axis=1)
 
-        return (smallest, Rung(rod, on_the_circle, "swings of any size, a rod instead of the spring"))
+        return (smallest, Level(rod, on_the_circle, "swings of any size, a rod instead of the spring"))
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         x, y, vx, vy = state

@@ -8,7 +8,7 @@ from math import atan2, cos, pi, sin, sqrt
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.core.case import Floats, Invariant, Rung, Variant, same
+from gnomon.cases.core.case import Floats, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.hinge_scene import hinged_point
 from gnomon.cases.core.integrated import IntegratedCase
@@ -160,7 +160,7 @@ class GyrocompassDampedNonlinear(IntegratedCase):
         return 23.7 * self.time_scale
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         if not GyrocompassDamped.domain.admits(self.numbers):
             return ()
         numbers: dict[str, Any] = dict(self.parameters)
@@ -168,8 +168,8 @@ class GyrocompassDampedNonlinear(IntegratedCase):
         undamped = {name: value for name, value in numbers.items() if name != "c"}
         free = Gyrocompass(initial_state=self.initial_state, span=self.span, **undamped)
         return (
-            Rung(linear, same, "small angles, damped"),
-            Rung(free, same, "any angle and the square of the Earth's rate, not damped"),
+            Level(linear, same, "small angles, damped"),
+            Level(free, same, "any angle and the square of the Earth's rate, not damped"),
         )
 
 
@@ -258,7 +258,7 @@ class GyrocompassTilting(IntegratedCase):
         return (theta, beta, -turn, -tip), self.parameters | opposite
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """The compass in its plane, with the nearest double to the cosine of the latitude."""
         theta, _beta, turn, _tip = self.initial_state
         numbers: dict[str, Any] = {name: self.parameters[name] for name in ("A", "C", "s", "Om")}
@@ -270,7 +270,7 @@ class GyrocompassTilting(IntegratedCase):
             nothing = np.zeros(len(states))
             return np.stack([states[:, 0], nothing, states[:, 1], nothing], axis=1)
 
-        def raised(rung: Rung) -> Rung:
-            return Rung(rung.case, lambda states: level(rung.project(states)), rung.effect)
+        def raised(one: Level) -> Level:
+            return Level(one.case, lambda states: level(one.project(states)), one.effect)
 
-        return (*map(raised, plane.ladder), Rung(plane, level, "the axis held in the horizontal plane"))
+        return (*map(raised, plane.hierarchy), Level(plane, level, "the axis held in the horizontal plane"))

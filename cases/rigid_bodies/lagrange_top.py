@@ -9,7 +9,7 @@ from functools import cached_property
 from math import cos, sin
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Rung, Variant, same
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import FirstOrder, RigidBody, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm
@@ -215,20 +215,20 @@ class LagrangeTopCase(_Angles):
         return ANGLES_SCENE
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """The fast top in steady precession, then nutation to first order about the tilt of regular precession."""
         n: dict[str, Any] = dict(self.parameters)
         theta, omega, phi, psi = self.initial_state
         small = LagrangeTopSmallNutation(
             initial_state=self.initial_state, span=self.span, tilt=self._steady_tilt(), **n
         )
-        nutating = Rung(small, same, "small nutation about regular precession")
+        nutating = Level(small, same, "small nutation about regular precession")
         if not n["a"] or omega:
             return (nutating,)
         steady = LagrangeTopFast(
             initial_state=(theta, 0, phi, psi), span=self.span, **{name: n[name] for name in ("I3", "W", "a")}
         )
-        return (Rung(steady, same, "steady precession at W/a, no nutation"), nutating)
+        return (Level(steady, same, "steady precession at W/a, no nutation"), nutating)
 
     def _steady_tilt(self) -> float:
         """The tilt between the turning points at which theta'' vanishes, by bisection in doubles."""

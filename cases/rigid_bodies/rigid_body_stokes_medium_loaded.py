@@ -8,7 +8,7 @@ from functools import cached_property
 from math import exp
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Rung, Variant, same
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import FirstOrder, RigidBody, Values, euler_equations
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
@@ -173,10 +173,10 @@ class RigidBodyStokesMediumFalling(Case):
         return {"terminal_speed": motion.centre.terminal_speed(2, digits), "free_time_limit": limit}
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         numbers: dict[str, Any] = {name: self.parameters[name] for name in ("g", "I1", "I2", "I3")}
         free = DynamicsOfFreeRigidBodyInGravity(initial_state=self.initial_state, span=self.span, **numbers)
-        return (Rung(free, lambda states: states, "no medium"),)
+        return (Level(free, lambda states: states, "no medium"),)
 
 
 class RigidBodyStokesMediumTorque(IntegratedCase):
@@ -239,9 +239,9 @@ class RigidBodyStokesMediumTorque(IntegratedCase):
         return {"final_momentum": found[0]}
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         if not any(self.initial_state[:3]):
             return ()
         numbers: dict[str, Any] = {name: self.parameters[name] for name in ("I1", "I2", "I3", "nu")}
         undriven = RigidBodyStokesMedium(initial_state=self.initial_state, span=self.span, **numbers)
-        return (*undriven.ladder, Rung(undriven, same, "no torque"))
+        return (*undriven.hierarchy, Level(undriven, same, "no torque"))

@@ -9,7 +9,7 @@ from functools import cached_property
 from math import cos, sin
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import Charged, Form, SecondOrder, SemiLinear, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range
 from gnomon.cases.core.point_scene import SPACE, free_point
@@ -211,14 +211,14 @@ class FreeFallRotatingEarth(Case):
         return (x, y, z, -vx, -vy, -vz), self.parameters | {"Om": -self.parameters["Om"]}
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         x, y, z, *thrown = self.initial_state
         still = self.with_numbers(self.initial_state, self.parameters | {"Om": Fraction(0)})
         numbers: dict[str, Any] = self.parameters | dict(zip(("ux", "uy", "uz"), thrown, strict=True))
         first = FreeFallFirstOrder(initial_state=(x, y, z, *thrown), span=self.span, **numbers)
         return (
-            Rung(still, same_state, "gravity on an Earth at rest"),
-            Rung(first, same_state, "the Coriolis force of the unperturbed velocity"),
+            Level(still, same_state, "gravity on an Earth at rest"),
+            Level(first, same_state, "the Coriolis force of the unperturbed velocity"),
         )
 
 
@@ -245,10 +245,10 @@ class FreeFallCentrifugal(FreeFallRotatingEarth):
         return CENTRIFUGAL_SCENE
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         numbers: dict[str, Any] = dict(self.parameters)
         earth = FreeFallRotatingEarth(initial_state=self.initial_state, span=self.span, **numbers)
-        return (*earth.ladder, Rung(earth, same_state, "the Coriolis force, exactly"))
+        return (*earth.hierarchy, Level(earth, same_state, "the Coriolis force, exactly"))
 
 
 def first_order_fall(t: Any, q: Values, parameters: Values) -> Values:

@@ -9,7 +9,7 @@ from functools import cached_property
 from math import sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Event, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import Form, Hybrid, Mode, Separable, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import railed_pull
@@ -165,16 +165,16 @@ class PlanetTunnelCase(Case):
         return SCENE
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         x, v = self.initial_state
         g, radius = self.parameter_values()
         side = -1 if x < 0 else 1
         flat = ProjectileParabola(initial_state=(0, side * x, 0, side * v), span=self.span, g=g)
         linear = HarmonicOscillator(initial_state=(x, v), span=self.span, m=radius, k=g)
-        uniform = Rung(flat, lambda states: side * states[:, [1, 3]], "uniform gravity")
+        uniform = Level(flat, lambda states: side * states[:, [1, 3]], "uniform gravity")
         if self._exact.inside:
             return (uniform,)
-        return (uniform, Rung(linear, same_tunnel, "the pull of the inside, above the surface too"))
+        return (uniform, Level(linear, same_tunnel, "the pull of the inside, above the surface too"))
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         x, v = state

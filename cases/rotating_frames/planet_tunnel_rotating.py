@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import free_point
@@ -132,7 +132,7 @@ class PlanetTunnelRotating(Case):
         return (x, y, -vx, -vy), self.parameters | {"Om": -self.parameters["Om"]}
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         x, y, vx, vy = self.initial_state
         still = self.with_numbers(self.initial_state, self.parameters | {"Om": Fraction(0)})
         flat = ProjectileParabola(initial_state=(y, x, vy, vx), span=self.span, g=self.parameters["g"])
@@ -141,6 +141,6 @@ class PlanetTunnelRotating(Case):
             return states
 
         return (
-            Rung(flat, lambda states: states[:, [1, 0, 3, 2]], "uniform gravity along -x"),
-            Rung(still, as_here, "the pull of the inside of a planet at rest"),
+            Level(flat, lambda states: states[:, [1, 0, 3, 2]], "uniform gravity along -x"),
+            Level(still, as_here, "the pull of the inside of a planet at rest"),
         )

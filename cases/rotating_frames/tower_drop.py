@@ -9,7 +9,7 @@ from functools import cached_property
 from math import cos, sin, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Rung, Variant
+from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import Charged, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import SPACE, free_point
@@ -173,7 +173,7 @@ class TowerFall(Case):
         return (x, y, z, -vx, -vy, -vz), self.parameters | {"Om": -self.parameters["Om"]}
 
     @property
-    def ladder(self) -> tuple[Rung, ...]:
+    def hierarchy(self) -> tuple[Level, ...]:
         """Gravity is the apparent one, its small southward part left out, until the centrifugal force is a rung."""
         g, radius, rate, lat = self.parameter_values()
         x, y, z, *thrown = self.initial_state
@@ -187,14 +187,14 @@ class TowerFall(Case):
             return states - [0.0, 0.0, size, 0.0, 0.0, 0.0]
 
         return (
-            Rung(FreeFallRotatingEarth(Om=0, **turning), same_state, "gravity on a planet at rest"),
-            Rung(
+            Level(FreeFallRotatingEarth(Om=0, **turning), same_state, "gravity on a planet at rest"),
+            Level(
                 FreeFallFirstOrder(Om=rate, **turning, **drift),
                 same_state,
                 "the Coriolis force of the unperturbed velocity",
             ),
-            Rung(FreeFallRotatingEarth(Om=rate, **turning), same_state, "the Coriolis force, exactly"),
-            Rung(
+            Level(FreeFallRotatingEarth(Om=rate, **turning), same_state, "the Coriolis force, exactly"),
+            Level(
                 FreeFallCentrifugal(g=g, Om=rate, lat=lat, **lifted),
                 lowered,
                 "the centrifugal force, which varies with the place",

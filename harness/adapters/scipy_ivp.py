@@ -173,7 +173,7 @@ class BDF(SolveIvp):
 
     name = method = "BDF"
     takes_jacobian = True
-    everywhere = False  # never the fastest of SciPy's methods
+    primary = False  # never the fastest of SciPy's methods
 
 
 class LSODA(SolveIvp):

@@ -13,7 +13,7 @@ class Unsupported(Exception):  # noqa: N818
 
 
 @dataclass(frozen=True)
-class Opponent:
+class IndependentComputation:
     """`compute(numbers)` gives quantities of the check by name, as floats, from its parameters in binary64."""
 
     name: str

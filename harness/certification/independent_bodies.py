@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from gnomon.harness.certification.independent import Numbers, Opponent
+from gnomon.harness.certification.independent import IndependentComputation, Numbers
 
 
 def action_quad(p: Numbers) -> dict[str, float]:
@@ -65,6 +65,6 @@ def belt_ivp(p: Numbers) -> dict[str, float]:
 
 
 OPPONENTS = (
-    Opponent("quad", "scipy", "hamilton_action", action_quad),
-    Opponent("solve_ivp", "scipy", "capstan_belt", belt_ivp),
+    IndependentComputation("quad", "scipy", "hamilton_action", action_quad),
+    IndependentComputation("solve_ivp", "scipy", "capstan_belt", belt_ivp),
 )

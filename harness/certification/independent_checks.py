@@ -23,16 +23,16 @@ from gnomon.harness.certification import independent_frames as opponents_frames
 from gnomon.harness.certification import independent_inertia as opponents_inertia
 from gnomon.harness.certification import independent_particles as opponents_particles
 from gnomon.harness.certification import independent_rigid as opponents_rigid
-from gnomon.harness.certification.independent import Opponent, Unsupported
+from gnomon.harness.certification.independent import IndependentComputation, Unsupported
 from gnomon.harness.contract import environment
 from gnomon.harness.results import publish
 from gnomon.reference.numerics.precision import exact, working
 
 REPEATS = 5
 INACCURATE = 0.1
-COLUMNS = ("check", "variant", "opponent", "library", "quantity", "error", "seconds", "status", "reason")
+COLUMNS = ("check", "variant", "computation", "library", "quantity", "error", "seconds", "status", "reason")
 
-OPPONENTS: tuple[Opponent, ...] = (
+OPPONENTS: tuple[IndependentComputation, ...] = (
     *opponents_inertia.OPPONENTS,
     *opponents_bodies.OPPONENTS,
     *opponents_rigid.OPPONENTS,
@@ -43,7 +43,9 @@ OPPONENTS: tuple[Opponent, ...] = (
 
 
 def run_checks(
-    chosen: Iterable[Check] | None = None, opponents: Iterable[Opponent] = OPPONENTS, repeats: int = REPEATS
+    chosen: Iterable[Check] | None = None,
+    computations: Iterable[IndependentComputation] = OPPONENTS,
+    repeats: int = REPEATS,
 ) -> pandas.DataFrame:
     """Each check (all with their variants where none is given) against the opponents declared for it.
 
@@ -56,9 +58,9 @@ def run_checks(
     rows = []
     for check in everything() if chosen is None else chosen:
         rounded = check.rounded()
-        for opponent in opponents:
-            if opponent.check == check.name:
-                rows += _measure(rounded, opponent, repeats)
+        for computation in computations:
+            if computation.check == check.name:
+                rows += _measure(rounded, computation, repeats)
     return pandas.DataFrame(rows, columns=list(COLUMNS))
 
 
@@ -78,15 +80,15 @@ def write(frame: pandas.DataFrame, path: Path) -> None:
     publish.write([row | {"revision": revision} for row in rows], path)
 
 
-def _measure(check: Check, opponent: Opponent, repeats: int) -> list[dict[str, Any]]:
+def _measure(check: Check, computation: IndependentComputation, repeats: int) -> list[dict[str, Any]]:
     def row(
         quantity: str = "", error: float | None = None, seconds: float | None = None, **rest: str
     ) -> dict[str, Any]:
         return {
             "check": check.name,
             "variant": check.variant or "default",
-            "opponent": opponent.name,
-            "library": opponent.library,
+            "computation": computation.name,
+            "library": computation.library,
             "quantity": quantity,
             "error": error,
             "seconds": seconds,
@@ -94,15 +96,15 @@ def _measure(check: Check, opponent: Opponent, repeats: int) -> list[dict[str, A
             "reason": "",
         } | rest
 
-    if importlib.util.find_spec(opponent.library) is None:
-        return [row(status="not_installed", reason=f"{opponent.library} is not installed")]
+    if importlib.util.find_spec(computation.library) is None:
+        return [row(status="not_installed", reason=f"{computation.library} is not installed")]
     numbers = {name: float(value) for name, value in check.parameters.items()}
     try:
         # Warnings are for people at a prompt; here the error tells the same.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found = opponent.compute(numbers)
-            seconds = _median(lambda: opponent.compute(numbers), repeats)
+            found = computation.compute(numbers)
+            seconds = _median(lambda: computation.compute(numbers), repeats)
     except Unsupported as refusal:
         return [row(status="refused", reason=str(refusal))]
     except Exception as failure:  # whatever a library raises is a result
@@ -129,8 +131,8 @@ def _median(call: Callable[[], Any], repeats: int) -> float:
 
 def errors(check: Check, found: Mapping[str, float]) -> dict[str, float]:
     """The error of each quantity in `found`, components taken together; NaN where a number is not finite."""
-    truth = check.exact(30)
-    sizes = check.sizes(truth)
+    reference = check.exact(30)
+    sizes = check.sizes(reference)
     worst: dict[str, float] = {}
     with working(40) as mp:
         for name, value in found.items():
@@ -139,7 +141,7 @@ def errors(check: Check, found: Mapping[str, float]) -> dict[str, float]:
                 worst[quantity] = float("nan")
                 continue
             x = exact(value)
-            difference = mp.mpf(x.numerator) / x.denominator - mp.mpf(truth[name])
+            difference = mp.mpf(x.numerator) / x.denominator - mp.mpf(reference[name])
             error = float(abs(difference) / mp.mpf(sizes[name]))
             before = worst.get(quantity, 0.0)
             worst[quantity] = max(before, error) if before == before else before

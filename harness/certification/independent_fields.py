@@ -6,7 +6,7 @@ import itertools
 import math
 
 import numpy as np
-from gnomon.harness.certification.independent import Numbers, Opponent
+from gnomon.harness.certification.independent import IndependentComputation, Numbers
 from gnomon.reference.numerics.vectors import named
 
 
@@ -179,13 +179,13 @@ def round_bodies_quad(p: Numbers) -> dict[str, float]:
 
 FIELD = "gravity_field_particle_body"
 OPPONENTS = (
-    Opponent("ellipk, ellipe", "scipy", FIELD, ring_special),
-    Opponent("ellipkm1, ellipe", "scipy", FIELD, ring_special_complement),
-    Opponent("cubature", "scipy", FIELD, field_cubature),
-    Opponent("quad", "scipy", FIELD, field_quad),
-    Opponent("quad over round bodies", "scipy", FIELD, round_bodies_quad),
-    Opponent("quad", "scipy", "conservative_force_test", circulation_quad),
-    Opponent("formulas in doubles", "numpy", "weight_local_gravity", weight_doubles),
-    Opponent("solve", "numpy", "moment_equipollent", wrench_solve),
-    Opponent("solve", "numpy", "generalized_impulse", impulse_solve),
+    IndependentComputation("ellipk, ellipe", "scipy", FIELD, ring_special),
+    IndependentComputation("ellipkm1, ellipe", "scipy", FIELD, ring_special_complement),
+    IndependentComputation("cubature", "scipy", FIELD, field_cubature),
+    IndependentComputation("quad", "scipy", FIELD, field_quad),
+    IndependentComputation("quad over round bodies", "scipy", FIELD, round_bodies_quad),
+    IndependentComputation("quad", "scipy", "conservative_force_test", circulation_quad),
+    IndependentComputation("formulas in doubles", "numpy", "weight_local_gravity", weight_doubles),
+    IndependentComputation("solve", "numpy", "moment_equipollent", wrench_solve),
+    IndependentComputation("solve", "numpy", "generalized_impulse", impulse_solve),
 )

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
-from gnomon.harness.certification.independent import Numbers, Opponent
+from gnomon.harness.certification.independent import IndependentComputation, Numbers
 from gnomon.reference.numerics.vectors import named
 
 Floats = Any
@@ -175,16 +175,16 @@ def aim_by_the_path(p: Numbers) -> dict[str, float]:
 
 
 OPPONENTS = (
-    Opponent("average, quad", "scipy", "com_rigid_body", centre_averages),
-    Opponent("formulas in doubles", "numpy", "apparent_gravity_earth", plumb_doubles),
-    Opponent("Rotation, second differences", "scipy", "frame_transformation", turned_differences),
-    Opponent("Rotation", "scipy", "material_frame_indifference", rotated_force),
+    IndependentComputation("average, quad", "scipy", "com_rigid_body", centre_averages),
+    IndependentComputation("formulas in doubles", "numpy", "apparent_gravity_earth", plumb_doubles),
+    IndependentComputation("Rotation, second differences", "scipy", "frame_transformation", turned_differences),
+    IndependentComputation("Rotation", "scipy", "material_frame_indifference", rotated_force),
     *(
-        Opponent("solve_ivp", "scipy", check, coriolis_flight)
+        IndependentComputation("solve_ivp", "scipy", check, coriolis_flight)
         for check in ("projectile_coriolis_first_order", "falkland_gunnery")
     ),
-    Opponent("eigvals, solve_ivp", "scipy", "stability_pendulum_linearisation", falling_from_the_top),
-    Opponent("formulas in doubles", "numpy", "amusement_rides", rides_as_written),
-    Opponent("brentq", "scipy", "amusement_rides", rides_by_roots),
-    Opponent("formulas in doubles", "numpy", "falling_target", aim_by_the_path),
+    IndependentComputation("eigvals, solve_ivp", "scipy", "stability_pendulum_linearisation", falling_from_the_top),
+    IndependentComputation("formulas in doubles", "numpy", "amusement_rides", rides_as_written),
+    IndependentComputation("brentq", "scipy", "amusement_rides", rides_by_roots),
+    IndependentComputation("formulas in doubles", "numpy", "falling_target", aim_by_the_path),
 )

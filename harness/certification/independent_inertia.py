@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from gnomon.harness.certification.independent import Numbers, Opponent, Unsupported
+from gnomon.harness.certification.independent import IndependentComputation, Numbers, Unsupported
 from gnomon.reference.numerics.vectors import AXES, PLANES, named
 from gnomon.reference.rigid_bodies.bodies import BODIES, Body
 
@@ -197,12 +197,12 @@ BODY, COMPOSITE, PRINCIPAL = (
     "inertia_transformation_principal",
 )
 OPPONENTS = (
-    Opponent("cubature", "scipy", BODY, cubature),
-    Opponent("nquad", "scipy", BODY, nested),
-    Opponent("tplquad", "scipy", BODY, triple),
-    Opponent("inertia from shapes", "pybullet", BODY, bullet_shapes),
-    Opponent("parallel axes there and back", "numpy", COMPOSITE, transfer_and_back),
-    Opponent("eigh", "numpy", PRINCIPAL, symmetric_eigenvalues),
-    Opponent("eigvals", "numpy", PRINCIPAL, general_eigenvalues),
-    Opponent("trigonometric cubic", "numpy", PRINCIPAL, trigonometric_cubic),
+    IndependentComputation("cubature", "scipy", BODY, cubature),
+    IndependentComputation("nquad", "scipy", BODY, nested),
+    IndependentComputation("tplquad", "scipy", BODY, triple),
+    IndependentComputation("inertia from shapes", "pybullet", BODY, bullet_shapes),
+    IndependentComputation("parallel axes there and back", "numpy", COMPOSITE, transfer_and_back),
+    IndependentComputation("eigh", "numpy", PRINCIPAL, symmetric_eigenvalues),
+    IndependentComputation("eigvals", "numpy", PRINCIPAL, general_eigenvalues),
+    IndependentComputation("trigonometric cubic", "numpy", PRINCIPAL, trigonometric_cubic),
 )

@@ -6,7 +6,7 @@ import math
 from itertools import combinations
 
 import numpy as np
-from gnomon.harness.certification.independent import Numbers, Opponent
+from gnomon.harness.certification.independent import IndependentComputation, Numbers
 from gnomon.reference.numerics.vectors import named
 
 
@@ -143,10 +143,10 @@ def moments_differences(p: Numbers) -> dict[str, float]:
 
 WORK, PARTICLES = "work_constant_linear_coulomb", "internal_potential_energy"
 OPPONENTS = (
-    Opponent("quad", "scipy", WORK, work_quad),
-    Opponent("ellipe, asinh", "scipy", WORK, work_special),
-    Opponent("solve_ivp", "scipy", "rod_tension_circular", tension_ivp),
-    Opponent("approx_fprime", "scipy", PARTICLES, gradient_forward),
-    Opponent("sum over pairs", "numpy", PARTICLES, forces_doubles),
-    Opponent("central differences", "numpy", "moment_momentum_moving_point", moments_differences),
+    IndependentComputation("quad", "scipy", WORK, work_quad),
+    IndependentComputation("ellipe, asinh", "scipy", WORK, work_special),
+    IndependentComputation("solve_ivp", "scipy", "rod_tension_circular", tension_ivp),
+    IndependentComputation("approx_fprime", "scipy", PARTICLES, gradient_forward),
+    IndependentComputation("sum over pairs", "numpy", PARTICLES, forces_doubles),
+    IndependentComputation("central differences", "numpy", "moment_momentum_moving_point", moments_differences),
 )

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
-from gnomon.harness.certification.independent import Numbers, Opponent
+from gnomon.harness.certification.independent import IndependentComputation, Numbers
 from gnomon.reference.numerics.vectors import named
 from gnomon.reference.rigid_bodies.bodies import BODIES
 
@@ -117,7 +117,7 @@ def energies_ivp(p: Numbers) -> dict[str, float]:
 
 ROTOR = "rotor_dynamic_balance"
 OPPONENTS = (
-    Opponent("Rotation, solve", "scipy", ROTOR, rotor_turned),
-    Opponent("cubature", "scipy", ROTOR, rotor_cubature),
-    Opponent("solve_ivp, quad", "scipy", "work_energy_rigid_body", energies_ivp),
+    IndependentComputation("Rotation, solve", "scipy", ROTOR, rotor_turned),
+    IndependentComputation("cubature", "scipy", ROTOR, rotor_cubature),
+    IndependentComputation("solve_ivp, quad", "scipy", "work_energy_rigid_body", energies_ivp),
 )

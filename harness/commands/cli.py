@@ -230,7 +230,7 @@ def run(
         chosen_suite = chosen_suite.within(limit)
     integrators = registry.find_all(integrator)
     if integrator:
-        chosen_suite = replace(chosen_suite, siblings=True)
+        chosen_suite = replace(chosen_suite, near_duplicates=True)
     for one in integrators if integrator else ():
         reason = registry.missing(one)
         if reason is not None:
@@ -246,7 +246,9 @@ def run(
                 problems.print(escape(text), highlight=False)
             problems.print("nothing was run: the first trials of these integrators crashed")
             raise typer.Exit(1)
-        path = run_(out_path, chosen_suite, chosen, integrators, Progress(), workers, siblings=bool(case or integrator))
+        path = run_(
+            out_path, chosen_suite, chosen, integrators, Progress(), workers, near_duplicates=bool(case or integrator)
+        )
     except KeyboardInterrupt:
         problems.print("interrupted; the same command goes on from here")
         raise typer.Exit(130) from None
@@ -320,10 +322,10 @@ def certify(
     ),
     suite: Annotated[str | None, typer.Option(help="Only the cases of this suite.")] = None,
     everything: Annotated[bool, typer.Option("--all", help="All variants too.")] = False,
-    opponents: Annotated[
+    independent: Annotated[
         Path | None,
         typer.Option(
-            help="Measure the numerical opponents of the checks too, and write them here, as JSON.", parser=_path
+            help="Measure the independent computations of the checks too, and write them here, as JSON.", parser=_path
         ),
     ] = None,
     workers: Annotated[int, typer.Option(help="Processes at a time.")] = 2,
@@ -338,10 +340,10 @@ def certify(
     if suite is not None and case:
         raise ValueError(f"--suite {suite}: name cases or a suite, not both")
     settings = certify_all.settings(case or (() if suite is None else plan.suite(suite).cases), everything)
-    if opponents is not None:
-        if opponents.resolve() == to.resolve():
-            raise ValueError(f"--opponents {opponents}: the certificates go there; name another file")
-        _check_writable(opponents, "--opponents")  # before minutes of work, not after
+    if independent is not None:
+        if independent.resolve() == to.resolve():
+            raise ValueError(f"--independent {independent}: the certificates go there; name another file")
+        _check_writable(independent, "--independent")  # before minutes of work, not after
     _check_writable(to, "--to")
     progress = Progress()
     certificates: list[certifying.Certificate] = []
@@ -354,8 +356,8 @@ def certify(
     seconds = sum(certificate.seconds for certificate in certificates)
     out.print(f"{len(certificates)} certificates in {seconds / 60:.1f} minutes of processor time", highlight=False)
     certifying.write(certificates, to)
-    if opponents is not None:
-        _measure_opponents({name for name, _ in settings}, opponents)
+    if independent is not None:
+        _measure_computations({name for name, _ in settings}, independent)
     failed = [certificate for certificate in certificates if not certificate.passed]
     if failed:
         out.print(f"{len(failed)} below the digits required of them")
@@ -443,13 +445,13 @@ def _check_results(path: Path) -> None:
         _check_writable(file, "--out")
 
 
-def _measure_opponents(names: set[str], to: Path) -> None:
+def _measure_computations(names: set[str], to: Path) -> None:
     """All settings of the checks among the names, alone on the machine: their times are compared."""
-    from gnomon.harness.certification import independent_checks as opponents
+    from gnomon.harness.certification import independent_checks
 
-    chosen = [check for check in opponents.everything() if check.name in names]
-    opponents.write(opponents.run_checks(chosen), to)
-    out.print(f"opponents of the checks: {to}", highlight=False)
+    chosen = [check for check in independent_checks.everything() if check.name in names]
+    independent_checks.write(independent_checks.run_checks(chosen), to)
+    out.print(f"independent computations of the checks: {to}", highlight=False)
 
 
 def _given(parameters: list[str] | None) -> dict[str, str]:

@@ -136,7 +136,7 @@ class Integrator(ABC):
     """What the method claims to keep, whatever its step: the form (symplectic), volume in phase space, reversal of time
     (reversible), linear and angular momentum where the forces keep them, rotations on their group (attitude), the
     constraint. To round-off, each."""
-    everywhere: ClassVar[bool] = True
+    primary: ClassVar[bool] = True
     """False for a sibling of a method that runs everywhere: a suite takes it on default settings in one launch, and
     elsewhere where it is named."""
 

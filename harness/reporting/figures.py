@@ -149,23 +149,23 @@ def tolerance_chart(spread: pd.DataFrame, look: pd.DataFrame) -> alt.LayerChart:
     return dressed(chart.properties(width=640, height=24 * len(look), datasets=data))
 
 
-def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
+def ladder_chart(levels: pd.DataFrame) -> alt.LayerChart:
     """What each simpler model errs by, over one period and over the span; crudest first.
 
-    `rungs`: ladder (the full case), effect, lacks, error, early.
+    `levels`: ladder (the full case), effect, lacks, error, early.
     """
     spans = {"error": "over the whole span", "early": "over the first period"}
-    long = rungs.melt(["ladder", "effect", "lacks"], list(spans), "over", "size")
+    long = levels.melt(["hierarchy", "effect", "lacks"], list(spans), "over", "size")
     # Where the span ends within the first period, the two are one number.
-    twice = (long["over"] == "early") & np.tile(rungs["early"] == rungs["error"], len(spans))
+    twice = (long["over"] == "early") & np.tile(levels["early"] == levels["error"], len(spans))
     table = long[(long["size"] > 0) & ~twice].assign(
         decades=lambda rows: np.log10(rows["size"]),
-        place=lambda rows: rows["ladder"] + ": " + rows["effect"],
+        place=lambda rows: rows["hierarchy"] + ": " + rows["effect"],
         words=lambda rows: [short_text(error) for error in rows["size"]],
         over=lambda rows: rows["over"].map(spans),
     )
-    base = alt.Chart(alt.NamedData("rungs"))
-    places = list(dict.fromkeys(rungs["ladder"] + ": " + rungs["effect"]))
+    base = alt.Chart(alt.NamedData("levels"))
+    places = list(dict.fromkeys(levels["hierarchy"] + ": " + levels["effect"]))
     # On two lines, the case and the effect: on one they would leave a narrow page no room for the points.
     split = "indexof(datum.label, ': ')"
     lines_of = f"[slice(datum.label, 0, {split} + 1), slice(datum.label, {split} + 2)]"
@@ -202,7 +202,7 @@ def ladder_chart(rungs: pd.DataFrame) -> alt.LayerChart:
         early.mark_text(**small, align="right", dx=-9).encode(x, y, text="words:N"),
         late.mark_text(**small, align="left", dx=9).encode(x, y, text="words:N"),
     ]
-    data = {"rungs": _kept(table, "place", "lacks", "over", "words", "decades")}
+    data = {"levels": _kept(table, "place", "lacks", "over", "words", "decades")}
     return dressed(alt.layer(lines, dots, *words).properties(width=640, height=30 * len(places), datasets=data))
 
 

@@ -65,9 +65,9 @@ def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
     if len(asked):
         over = asked.assign(over=asked["error_max"] / asked["setting"])
         charts["tolerance"] = figures.tolerance_chart(figures.tolerance_spread(over), run.look)
-    rungs = run.ladders
-    if len(rungs):
-        charts["ladder"] = figures.ladder_chart(rungs[rungs["error"] > 0])
+    levels = run.hierarchies
+    if len(levels):
+        charts["hierarchy"] = figures.ladder_chart(levels[levels["error"] > 0])
     if len(run.policies):
         charts["policies"] = figures.policy_chart(run.policies)
     return charts
@@ -91,7 +91,7 @@ def page_charts(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLeve
         }
         for name, scenes in work.items()
     }
-    shown = ("tolerance", "ladder", "policies")
+    shown = ("tolerance", "hierarchy", "policies")
     others = {name: columnar(charts[name].to_dict(validate=False)) for name in shown if name in charts}
     return {"work": {"specs": specs, "cases": cases}, "others": others, "map": _map(run)}
 

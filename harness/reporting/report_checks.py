@@ -1,6 +1,6 @@
 """The report's certificates of the exact motions, and the checks with their numerical opponents, from JSON files.
 
-certificates.json (`gnomon certify`) and checks.json (`--opponents`) are looked for in several folders. Where more than
+certificates.json (`gnomon certify`) and checks.json (`--independent`) are looked for in several folders. Where more than
 one holds a certificate of the same setting, that of the first counts.
 """
 
@@ -39,7 +39,7 @@ _CERTIFICATES = [
 ]
 _CHECKS = [
     {
-        **{"check": TEXT, "variant": TEXT, "opponent": TEXT, "library": TEXT, "quantity": TEXT, "reason": TEXT},
+        **{"check": TEXT, "variant": TEXT, "computation": TEXT, "library": TEXT, "quantity": TEXT, "reason": TEXT},
         **{"error": SIZE.or_null(), "seconds": SIZE.or_null(), "status": one_of(SEVERITY)},
     }
 ]
@@ -55,7 +55,7 @@ def certified(*folders: Path) -> Markup:
             parts=[part for part in _parts(rows) if part["rows"]],
             ways={way: text for way, text in WAYS.items() if any(way in row["ways"] for row in rows)},
             revisions=sorted({row["revision"] for row in rows if row["revision"]}),
-            opponents=opponent_rows(*folders),
+            computations=computation_rows(*folders),
         )
     )
 
@@ -100,21 +100,21 @@ def _parts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return parts
 
 
-def opponent_rows(*folders: Path) -> list[dict[str, str]]:
+def computation_rows(*folders: Path) -> list[dict[str, str]]:
     """One row for each opponent of a check: its worst quantity at the default numbers, and on the hard variants."""
     found: list[dict[str, Any]] = next(filter(None, (_read(folder / CHECKS, _CHECKS) for folder in folders)), [])
     groups: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     for row in found:
-        groups.setdefault((row["check"], row["opponent"], row["library"]), []).append(row)
+        groups.setdefault((row["check"], row["computation"], row["library"]), []).append(row)
     rows = []
-    for (check, opponent, library), own in groups.items():
+    for (check, computation, library), own in groups.items():
         default = _worst([row for row in own if row["variant"] == "default"])
         hard = _worst([row for row in own if row["variant"] != "default"])
         seconds = default["seconds"]
         rows.append(
             {
                 "check": check,
-                "opponent": opponent,
+                "computation": computation,
                 "library": library,
                 "default": _told(default),
                 "default_status": default["status"],

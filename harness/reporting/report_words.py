@@ -56,7 +56,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Scenes]) -> di
         "first": str(run.frame["case"].iloc[0]),
         "libraries": tables.libraries(run.equal),
         "failures": tables.failure_groups(analysis.failures(run.reduced)),
-        "ladders": ladder_rows(run.ladders),
+        "hierarchies": hierarchy_rows(run.hierarchies),
         "engine_settings": engine_settings(run.frame),
         "python_call": PYTHON_CALL,
         "meanings": tables.MEANINGS,
@@ -125,18 +125,18 @@ def together(environments: Sequence[dict[str, str | None]]) -> dict[str, str]:
     return {name: ", ".join(values) for name, values in found.items()}
 
 
-def ladder_rows(rungs: pd.DataFrame) -> list[dict[str, Any]]:
+def hierarchy_rows(levels: pd.DataFrame) -> list[dict[str, Any]]:
     """Ladders in words: error without each effect and time with it."""
     rows = []
-    for rung in rungs.to_dict("records"):
-        cost = f"{rung['ratio']:.2f}" if np.isfinite(rung["ratio"]) else "–"
+    for level in levels.to_dict("records"):
+        cost = f"{level['ratio']:.2f}" if np.isfinite(level["ratio"]) else "–"
         rows.append(
-            rung
+            level
             | {
-                "error": tables.short_text(rung["error"]) if rung["error"] else "0",
-                "early": tables.short_text(rung["early"]) if rung["early"] else "0",
+                "error": tables.short_text(level["error"]) if level["error"] else "0",
+                "early": tables.short_text(level["early"]) if level["early"] else "0",
                 "cost": cost,
-                "seconds": tables.time_text(rung["seconds"]),
+                "seconds": tables.time_text(level["seconds"]),
             }
         )
     return rows

@@ -14,7 +14,7 @@ from gnomon.harness.running.plan import Suite
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.running.sweep import task_of
 from gnomon.harness.running.worker import Order, Outcome, Task
-from gnomon.harness.scoring.reference_solution import CaseSpec, Truth, truths
+from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
 
 
 @dataclass
@@ -57,15 +57,15 @@ def crashes(
     for integrator in filter(users_own, integrators):
         pairs = plan.pairs(chosen, [integrator], formulations=False)
         series += [one for one in pairs if one.left_out is None][:1]
-    found = truths(list(dict.fromkeys(CaseSpec.of(one.case) for one in series)), lambda: None)
+    found = reference_solutions(list(dict.fromkeys(CaseSpec.of(one.case) for one in series)), lambda: None)
     trials = []
     for one in series:
-        truth = found[CaseSpec.of(one.case)]
-        if isinstance(truth, Truth):  # else the run says what is wrong with the case
+        exact = found[CaseSpec.of(one.case)]
+        if isinstance(exact, ReferenceSolution):  # else the run says what is wrong with the case
             settings = plan.settings(one.integrator, one.case, problem_of(one.case, one.integrator.accepts))
             chosen_two = [settings[0], settings[len(settings) // 2]]
             trials.append(
-                FirstTrial(one.integrator, one.case.id, task_of(one, truth), suite.limit(one.case), chosen_two)
+                FirstTrial(one.integrator, one.case.id, task_of(one, exact), suite.limit(one.case), chosen_two)
             )
     if trials:
         Pool(1, prepare_seconds=prepare_seconds).run(trials)

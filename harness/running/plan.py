@@ -63,8 +63,8 @@ class Suite:
     """A trial that takes longer is timed in one call, for which its counted run is the warm-up."""
     turned: bool = True
     """Whether a default variant with a rotational symmetry is solved from turned starts too, in its first launch."""
-    siblings: bool = True
-    """Whether it takes the siblings of a method at all (`Integrator.everywhere`)."""
+    near_duplicates: bool = True
+    """Whether it takes the siblings of a method at all (`Integrator.primary`)."""
     rest: Suite | None = None
     """How it runs the cases outside `FOUNDATION`, where not as these."""
 
@@ -115,7 +115,7 @@ _REST = Suite("rest", (), 1, False, 0.08, 0.08, block_seconds=0.002, slow_second
 SUITES = {
     "standard": Suite("standard", (), 5, True, 1.0, 0.08, rest=_REST),
     "foundation": Suite("foundation", FOUNDATION, 5, True, 1.0, 0.08),
-    "quick": Suite("quick", FOUNDATION, 1, False, 0.12, 0.12, block_seconds=0.002, turned=False, siblings=False),
+    "quick": Suite("quick", FOUNDATION, 1, False, 0.12, 0.12, block_seconds=0.002, turned=False, near_duplicates=False),
     "catalogue": Suite("catalogue", (), 5, True, 1.0, 0.08, rest=replace(_REST, variants=True)),
 }
 
@@ -266,11 +266,11 @@ def pairs(
     chosen: Sequence[tuple[Case, str]],
     integrators: Sequence[Integrator],
     formulations: bool = True,
-    siblings: bool = True,
+    near_duplicates: bool = True,
 ) -> list[Series]:
     """Every case, given with a label for its variant, in every formulation through every integrator.
 
-    Pairs that cannot run are in the list too, with the reason; so are, where `siblings` is False, hard variants with
+    Pairs that cannot run are in the list too, with the reason; so are, where `near_duplicates` is False, hard variants with
     an integrator that is a sibling of another.
     """
     found = []
@@ -283,7 +283,7 @@ def pairs(
                 if formulation is not None and form is None:
                     continue  # the pair is accounted for in the case's own formulation
                 left_out = _left_out(case, integrator, form, absent[integrator])
-                if left_out is None and case.variant is not None and not (siblings or integrator.everywhere):
+                if left_out is None and case.variant is not None and not (near_duplicates or integrator.primary):
                     left_out = SIBLING
                 found.append(Series(case, formulation, integrator, left_out, label))
     return found

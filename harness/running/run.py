@@ -24,8 +24,8 @@ from gnomon.harness.running.plan import Series, Suite, Trial
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.running.progress import Progress
 from gnomon.harness.running.sweep import Sweep
-from gnomon.harness.scoring.reference_solution import CaseSpec, Truth, truths
-from gnomon.harness.scoring.score import Judge
+from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
+from gnomon.harness.scoring.score import Scorer
 from gnomon.harness.system.locks import temporary_folder
 from gnomon.reference.storage import cachefolder, diskcache
 
@@ -40,11 +40,11 @@ def run(
     progress: Progress | None = None,
     workers: int = WORKERS,
     prepare_seconds: float = PREPARE_SECONDS,
-    siblings: bool = True,
+    near_duplicates: bool = True,
 ) -> Path:
     """Run every chosen case (see `plan.choose`) through every integrator; returns the path of the results file.
 
-    Where `siblings` is False, integrators that declare it (`Integrator.everywhere`) stay away from hard variants; from
+    Where `near_duplicates` is False, integrators that declare it (`Integrator.primary`) stay away from hard variants; from
     the cases for which the suite does not take them they stay away altogether.
 
     What is in the file already is not repeated. An interruption at any moment leaves a file from which the same call
@@ -56,13 +56,13 @@ def run(
         declaration.validate(integrator)
     _check_caches()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
-    series = plan.pairs(chosen, integrators, siblings=siblings)
-    series = [one for one in series if one.integrator.everywhere or suite.of(one.case).siblings]
+    series = plan.pairs(chosen, integrators, near_duplicates=near_duplicates)
+    series = [one for one in series if one.integrator.primary or suite.of(one.case).near_duplicates]
     with progress, Store(path) as results:
-        known, broken = _truths(series, progress)
+        known, broken = _reference_solutions(series, progress)
         calls = python_calls() if any(one.library == "scipy" for one in integrators) else {}
         number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe() | calls)
-        run_ = _Run(results, number, suite, known, progress, siblings)
+        run_ = _Run(results, number, suite, known, progress, near_duplicates)
         run_.plan(series)
         method = "fork" if any(registry.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
         Pool(workers, method, prepare_seconds).run(run_.sweeps())
@@ -103,13 +103,15 @@ def _check_caches() -> None:
     cachefolder.check(cache_folder(), diskcache.folder())
 
 
-def _truths(series: Sequence[Series], progress: Progress) -> tuple[dict[CaseSpec, Truth], dict[CaseSpec, str]]:
+def _reference_solutions(
+    series: Sequence[Series], progress: Progress
+) -> tuple[dict[CaseSpec, ReferenceSolution], dict[CaseSpec, str]]:
     """The truths of all cases that are run, and the messages of those that have none."""
     wanted = dict.fromkeys(CaseSpec.of(s.case, s.formulation) for s in series)
     progress.begin("exact motions", len(wanted))
-    found = truths(list(wanted), progress.advance)
-    known = {spec: truth for spec, truth in found.items() if isinstance(truth, Truth)}
-    return known, {spec: truth for spec, truth in found.items() if isinstance(truth, str)}
+    found = reference_solutions(list(wanted), progress.advance)
+    known = {spec: exact for spec, exact in found.items() if isinstance(exact, ReferenceSolution)}
+    return known, {spec: exact for spec, exact in found.items() if isinstance(exact, str)}
 
 
 class _Run:
@@ -120,14 +122,20 @@ class _Run:
         results: Store,
         number: int,
         suite: Suite,
-        truths: Mapping[CaseSpec, Truth],
+        reference_solutions: Mapping[CaseSpec, ReferenceSolution],
         progress: Progress,
-        siblings: bool,
+        near_duplicates: bool,
     ) -> None:
-        self.results, self.number, self.suite, self.truths, self.progress = results, number, suite, truths, progress
-        self.siblings = siblings
-        self.judges: dict[CaseSpec, Judge] = {}
-        self.work: list[tuple[Series, tuple[Trial, ...], Judge]] = []
+        self.results, self.number, self.suite, self.reference_solutions, self.progress = (
+            results,
+            number,
+            suite,
+            reference_solutions,
+            progress,
+        )
+        self.near_duplicates = near_duplicates
+        self.scorers: dict[CaseSpec, Scorer] = {}
+        self.work: list[tuple[Series, tuple[Trial, ...], Scorer]] = []
         self.history = results.history()
         self.interruptions = results.interruptions()
 
@@ -137,15 +145,15 @@ class _Run:
         left_out: list[dict[str, Any]] = []
         for one in series:
             spec = CaseSpec.of(one.case, one.formulation)
-            if spec not in self.truths:
+            if spec not in self.reference_solutions:
                 continue
-            judge = self._judge(spec, one)
-            trials = one.trials(judge.problem(one.form))
-            rows += [one.describe(trial, **judge.summary()) for trial in trials]
+            scorer = self._scorer(spec, one)
+            trials = one.trials(scorer.problem(one.form))
+            rows += [one.describe(trial, **scorer.summary()) for trial in trials]
             if self.history:
-                self._reopen(one, trials, len(judge.truth.turned) > 0)
+                self._reopen(one, trials, len(scorer.reference.turned) > 0)
             if one.left_out is None:
-                self.work.append((one, trials, judge))
+                self.work.append((one, trials, scorer))
             elif (trials[0].key, 1) not in self.history:
                 status, reason = one.left_out
                 left_out.append({"trial_key": trials[0].key, "launch": 1, "status": status, "reason": reason})
@@ -155,22 +163,30 @@ class _Run:
     def sweeps(self) -> Iterator[Sweep]:
         """Every launch of every series that has trials to run; launches of one series are far apart in time."""
         launches = [
-            (launch, one, trials, judge)
+            (launch, one, trials, scorer)
             for launch in range(1, self.suite.launches + 1)
-            for one, trials, judge in self.work
+            for one, trials, scorer in self.work
             if launch <= self._launches(one)
         ]
         pending = [item for item in launches if any((t.key, item[0]) not in self.history for t in item[2])]
         self.progress.begin("series", len(pending))
-        for launch, one, trials, judge in pending:
+        for launch, one, trials, scorer in pending:
             suite = self.suite.of(one.case)
             yield Sweep(
-                one, trials, judge, suite, launch, self.history, self._record, self.progress.advance, self.interruptions
+                one,
+                trials,
+                scorer,
+                suite,
+                launch,
+                self.history,
+                self._record,
+                self.progress.advance,
+                self.interruptions,
             )
 
     def _launches(self, series: Series) -> int:
         """Hard variants and siblings of a method are launched once."""
-        often = series.case.variant is None and (self.siblings or series.integrator.everywhere)
+        often = series.case.variant is None and (self.near_duplicates or series.integrator.primary)
         return self.suite.of(series.case).launches if often else 1
 
     def _reopen(self, series: Series, trials: Sequence[Trial], symmetric: bool) -> None:
@@ -184,10 +200,10 @@ class _Run:
                 if known is not None and not known.settles(limit_seconds, turned):
                     del self.history[trial.key, launch]
 
-    def _judge(self, spec: CaseSpec, series: Series) -> Judge:
-        if spec not in self.judges:
-            self.judges[spec] = Judge(series.case, series.formulation, self.truths[spec])
-        return self.judges[spec]
+    def _scorer(self, spec: CaseSpec, series: Series) -> Scorer:
+        if spec not in self.scorers:
+            self.scorers[spec] = Scorer(series.case, series.formulation, self.reference_solutions[spec])
+        return self.scorers[spec]
 
     def _record(self, measurement: Mapping[str, Any], settings: Any, states: Any) -> None:
         self.results.add(self.number, measurement, settings, states)

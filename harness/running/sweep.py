@@ -13,8 +13,8 @@ from gnomon.harness.results.store import Known
 from gnomon.harness.results.values import SCORED
 from gnomon.harness.running.plan import Series, Suite, Trial
 from gnomon.harness.running.worker import FEWEST_CALLS, Order, Outcome, Task
-from gnomon.harness.scoring.reference_solution import CaseSpec, Truth
-from gnomon.harness.scoring.score import Judge, above_text
+from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
+from gnomon.harness.scoring.score import Scorer, above_text
 from numpy.typing import NDArray
 
 SECONDS_EACH = {
@@ -60,16 +60,16 @@ class Record(Protocol):
     ) -> None: ...
 
 
-def task_of(series: Series, truth: Truth) -> Task:
+def task_of(series: Series, exact: ReferenceSolution) -> Task:
     """What a worker needs to know of a series, without the place of its output."""
     return Task(
         reference(series.integrator),
         CaseSpec.of(series.case, series.formulation),
-        truth.problem_times,
-        truth.start,
-        truth.sizes,
-        truth.time_scale,
-        truth.turned_starts,
+        exact.problem_times,
+        exact.start,
+        exact.sizes,
+        exact.time_scale,
+        exact.turned_starts,
         "",
     )
 
@@ -82,7 +82,7 @@ class Sweep:
         self,
         series: Series,
         trials: Sequence[Trial],
-        judge: Judge,
+        scorer: Scorer,
         suite: Suite,
         launch: int,
         history: Mapping[tuple[str, int], Known],
@@ -90,9 +90,9 @@ class Sweep:
         finished: Callable[[], None],
         interruptions: Mapping[tuple[str, int], int] | None = None,
     ) -> None:
-        self.series, self.judge, self.suite, self.launch, self.record = series, judge, suite, launch, record
+        self.series, self.scorer, self.suite, self.launch, self.record = series, scorer, suite, launch, record
         self.limit_seconds = suite.limit(series.case)
-        self.task = task_of(series, judge.truth)
+        self.task = task_of(series, scorer.reference)
         self._history = history
         self._finished = finished
         self._interruptions = interruptions or {}
@@ -113,7 +113,7 @@ class Sweep:
             if known is not None:
                 self._note(known.status, known.work, trial.setting)
                 continue
-            if self.launch > 1 and not self._worth_relaunching(trial):
+            if self.launch > 1 and not self._to_relaunch(trial):
                 continue
             reason = self._stopped or self._predicted(trial.setting)
             if reason is not None:
@@ -130,7 +130,7 @@ class Sweep:
         trial = self._taken()
         tolerance = trial.setting if isinstance(self.series.integrator.sweep, Tolerance) else None
         try:
-            measurement, states = self.judge.measure(outcome, tolerance)
+            measurement, states = self.scorer.measure(outcome, tolerance)
         except Exception as error:  # an answer that nobody foresaw must not cost the others theirs
             self._note("crashed", None)
             self._add(trial, {"status": "crashed", "reason": f"its answer cannot be judged: {error!r}"})
@@ -174,7 +174,7 @@ class Sweep:
         what = "right-hand sides" if self.series.integrator.counts_rhs else "steps"
         return f"predicted {above_text(expected, most)} {what}, above the {most:.2g} of a limit of {self.limit_seconds:g} s"
 
-    def _worth_relaunching(self, trial: Trial) -> bool:
+    def _to_relaunch(self, trial: Trial) -> bool:
         first = self._history.get((trial.key, 1))
         if first is None or first.status not in SCORED:
             return False

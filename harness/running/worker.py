@@ -35,7 +35,7 @@ from gnomon.harness.registry import lookup as registry
 from gnomon.harness.running import messages
 from gnomon.harness.running.messages import Garbled, Message
 from gnomon.harness.running.null_call import null_seconds
-from gnomon.harness.scoring.perturbed_starts import moved_states, probe_state
+from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import adopt_orphans, end_children, guarded, leave_server
 from gnomon.harness.system.memory import address_space_bytes
@@ -241,8 +241,8 @@ class _Series:
         self.case, self.formulation = task.spec.build()
         self.form = accepted_form(self.case, self.integrator.accepts, self.formulation)
         self.parameters = np.array([float(value) for value in self.case.parameter_values()])
-        self.moved: Iterator[Floats] = moved_states(self.case, self.formulation, task.sizes)
-        self.counting = moved_states(self.case, self.formulation, task.sizes, COUNTING_ULPS)
+        self.moved: Iterator[Floats] = perturbed_states(self.case, self.formulation, task.sizes)
+        self.counting = perturbed_states(self.case, self.formulation, task.sizes, COUNTING_ULPS)
         self.counting_starts: list[Floats] = []
         compiling.WATCHERS.append(self._compiling)
 

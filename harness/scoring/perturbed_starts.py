@@ -22,7 +22,7 @@ _ATTEMPTS = 10_000
 _ENCODED_ATTEMPTS = 100
 
 
-def moved_states(case: Case, formulation: Formulation | None, sizes: Floats, ulps: int = 1) -> Iterator[Floats]:
+def perturbed_states(case: Case, formulation: Formulation | None, sizes: Floats, ulps: int = 1) -> Iterator[Floats]:
     """Distinct initial states (dim,), the nearest first, all within the case's domain and none the unmoved one.
 
     They are moved by multiples of `ulps`.

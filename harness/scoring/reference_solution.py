@@ -29,7 +29,7 @@ _OWN = ("gnomon.harness.scoring.reference_solution", "gnomon.harness.contract.pr
 
 
 @dataclass(frozen=True)
-class Truth:
+class ReferenceSolution:
     """Of one case in one formulation. Times, `exact` (64, dim), `floor` and `conditioning` (64,) belong to the case;
     `problem_times` (64,), `start` (dim_y,) and `time_scale` are what the integrator gets. `sizes` (dim,) is the scale
     of each coordinate's group in the metric, `crowded` (64,) says at which times it looks at positions only.
@@ -88,22 +88,26 @@ class CaseSpec:
         return case, found[0] if found else None
 
 
-def truth(spec: CaseSpec) -> Truth:
+def reference(spec: CaseSpec) -> ReferenceSolution:
     """The truth of a case, from the cache on disk where the case and its exact motion have not been edited since."""
 
     def build() -> diskcache.Entry:
         made = _compute(spec)
-        return diskcache.Entry({name: np.asarray(getattr(made, name)) for name in Truth.__dataclass_fields__})
+        return diskcache.Entry(
+            {name: np.asarray(getattr(made, name)) for name in ReferenceSolution.__dataclass_fields__}
+        )
 
     return _read(diskcache.cached(_key(spec), build))
 
 
-def truths(specs: Sequence[CaseSpec], progress: Callable[[], None]) -> dict[CaseSpec, Truth | str]:
+def reference_solutions(
+    specs: Sequence[CaseSpec], progress: Callable[[], None]
+) -> dict[CaseSpec, ReferenceSolution | str]:
     """The truths of several cases, those not on disk computed in parallel; `progress` is called after each.
 
     Where a case fails, the message of its exception stands for its truth: one broken case does not end a run.
     """
-    found: dict[CaseSpec, Truth | str] = {}
+    found: dict[CaseSpec, ReferenceSolution | str] = {}
     for spec in specs:
         entry = diskcache.load(_key(spec))
         if entry is not None:
@@ -115,7 +119,7 @@ def truths(specs: Sequence[CaseSpec], progress: Callable[[], None]) -> dict[Case
     workers = min(os.cpu_count() or 1, len(missing))
     with process_pool(workers) as pool:
         with main_hidden(not any(spec.in_main for spec in missing)):
-            waiting = {pool.submit(truth, spec): spec for spec in missing}
+            waiting = {pool.submit(reference, spec): spec for spec in missing}
         for future in as_completed(waiting):
             error = future.exception()
             found[waiting[future]] = f"{type(error).__name__}: {error}" if error is not None else future.result()
@@ -128,13 +132,13 @@ def _key(spec: CaseSpec) -> str:
     return f"truth 1\n{code}\n{json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])}"
 
 
-def _read(entry: diskcache.Entry) -> Truth:
+def _read(entry: diskcache.Entry) -> ReferenceSolution:
     arrays = dict(entry.arrays)
     scale = float(arrays.pop("time_scale"))
-    return Truth(**arrays, time_scale=scale)
+    return ReferenceSolution(**arrays, time_scale=scale)
 
 
-def _compute(spec: CaseSpec) -> Truth:
+def _compute(spec: CaseSpec) -> ReferenceSolution:
     case, formulation = spec.build()
     times = case.times
     sizes = np.empty(len(case.state))
@@ -147,7 +151,7 @@ def _compute(spec: CaseSpec) -> Truth:
     problem = problem_of(case, (object,), formulation)
     turned = turned_cases(case) if case.variant is None else []
     dimension = len(case.state)
-    return Truth(
+    return ReferenceSolution(
         times,
         case.sample(times),
         case.floor(times),

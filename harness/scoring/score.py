@@ -22,7 +22,7 @@ from gnomon.cases.core.metric import Metric
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import groups_of
 from gnomon.harness.running.worker import Outcome
-from gnomon.harness.scoring.reference_solution import Truth
+from gnomon.harness.scoring.reference_solution import ReferenceSolution
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -39,27 +39,29 @@ NUMPY = {name: getattr(np, _NUMPY_NAMES.get(name, name)) for name in FUNCTIONS}
 """The functions of `math` on arrays: an invariant is evaluated at all samples at once."""
 
 
-class Judge:
+class Scorer:
     """Judges the outcomes of one case in one formulation."""
 
-    def __init__(self, case: Case, formulation: Formulation | None, truth: Truth) -> None:
-        self.case, self.formulation, self.truth = case, formulation, truth
-        scales = {coordinate.group: float(size) for coordinate, size in zip(case.state, truth.sizes, strict=True)}
-        self.metric = Metric.scaled(case, scales, frozenset(truth.times[truth.crowded].tolist()))
+    def __init__(self, case: Case, formulation: Formulation | None, reference: ReferenceSolution) -> None:
+        self.case, self.formulation, self.reference = case, formulation, reference
+        scales = {coordinate.group: float(size) for coordinate, size in zip(case.state, reference.sizes, strict=True)}
+        self.metric = Metric.scaled(case, scales, frozenset(reference.times[reference.crowded].tolist()))
         self.parameters = tuple(float(value) for value in case.parameter_values())
 
     def problem(self, form: Any) -> Problem:
         """What an integrator that takes `form` is given, the counter off."""
-        truth = self.truth
+        reference = self.reference
         parameters, groups = np.array(self.parameters), groups_of(self.case, self.formulation)
-        return Problem(form, len(truth.start), parameters, truth.problem_times, truth.time_scale, groups=groups)
+        return Problem(
+            form, len(reference.start), parameters, reference.problem_times, reference.time_scale, groups=groups
+        )
 
     def summary(self) -> dict[str, Any]:
         """What the row of a trial says of its truth: the largest floor and conditioning over the samples."""
         return {
-            "dimension": len(self.truth.start),
-            "floor": float(self.truth.floor.max()),
-            "conditioning": float(self.truth.conditioning.max()),
+            "dimension": len(self.reference.start),
+            "floor": float(self.reference.floor.max()),
+            "conditioning": float(self.reference.conditioning.max()),
         }
 
     def measure(self, outcome: Outcome, tolerance: float | None) -> tuple[dict[str, Any], Floats]:
@@ -95,8 +97,8 @@ class Judge:
         `answers` (n, 64, dim_y) belong to the truth's turned starts. A start whose error is not finite counts as the
         worst; `error_low` or `error_high` is nan where it is such a start's.
         """
-        states = [judge.decoded(answer) for judge, answer in zip(self._turned, answers, strict=True)]
-        errors = np.array([judge.largest_error(each) for judge, each in zip(self._turned, states, strict=True)])
+        states = [scorer.decoded(answer) for scorer, answer in zip(self._turned, answers, strict=True)]
+        errors = np.array([scorer.largest_error(each) for scorer, each in zip(self._turned, states, strict=True)])
         middle = int(np.argsort(errors, kind="stable")[len(errors) // 2])
         low, high = np.where(np.isfinite(errors), errors, math.nan)[[np.argmin(errors), np.argmax(errors)]]
         found = self._turned[middle].score(states[middle])
@@ -105,21 +107,21 @@ class Judge:
     def largest_error(self, states: Floats) -> float:
         """The largest error of sampled states (64, dim), infinite where one is not finite."""
         with np.errstate(all="ignore"):  # wild but finite states overflow on the way to a large error
-            largest = float(np.max(self.metric.distance(states, self.truth.exact, self.truth.times)))
+            largest = float(np.max(self.metric.distance(states, self.reference.exact, self.reference.times)))
         return largest if math.isfinite(largest) else math.inf
 
     def score(self, states: Floats) -> dict[str, Any]:
         """Status and errors of sampled states (64, dim): all that follows from them alone."""
         finite = np.all(np.isfinite(states), axis=1)
         if not np.all(finite):
-            first = float(self.truth.times[int(np.argmin(finite))])
+            first = float(self.reference.times[int(np.argmin(finite))])
             return {
                 "status": "diverged",
                 "reason": f"states are not finite from t = {first:.6g} s",
                 "error_max": math.nan,
             }
         with np.errstate(all="ignore"):  # wild but finite states overflow on the way to a large error
-            errors = self.metric.distance(states, self.truth.exact, self.truth.times)
+            errors = self.metric.distance(states, self.reference.exact, self.reference.times)
         if not np.all(np.isfinite(errors)):
             return {"status": "diverged", "reason": "states too large to measure", "error_max": math.nan}
         status, reason = self.status(errors)
@@ -133,19 +135,19 @@ class Judge:
             "error_rms": float(np.sqrt(np.mean(errors**2))),
             "error_phase": phase,
             "error_shape": shape,
-            "turns": self.metric.turns(states, self.truth.exact),
+            "turns": self.metric.turns(states, self.reference.exact),
             "invariant_drift": {name: float(np.max(drift)) for name, drift in self.drift(states).items()},
         }
 
     def status(self, errors: Floats) -> tuple[str, str]:
         """`ok`, `inaccurate` or `diverged`, and why, of errors (64,), each against the conditioning up to its time."""
-        excusable = CONDITIONED * np.maximum.accumulate(self.truth.conditioning)
+        excusable = CONDITIONED * np.maximum.accumulate(self.reference.conditioning)
         for status, threshold in (("diverged", DIVERGED), ("inaccurate", INACCURATE)):
             beyond = (errors > threshold) & (errors > excusable)
             if np.any(beyond):
                 first = int(np.argmax(beyond))
                 error = above_text(errors[first], threshold)
-                return status, f"error {error} at t = {self.truth.times[first]:.6g} s, above {threshold:g}"
+                return status, f"error {error} at t = {self.reference.times[first]:.6g} s, above {threshold:g}"
         return "ok", ""
 
     def split(self, states: Floats) -> tuple[float, float]:
@@ -156,7 +158,7 @@ class Judge:
         if self._flow is None:
             return math.nan, math.nan
         groups = self.metric.groups
-        error = np.hstack([g.difference(states, self.truth.exact) / g.scale for g in groups])
+        error = np.hstack([g.difference(states, self.reference.exact) / g.scale for g in groups])
         phase = np.einsum("ij,ij->i", error, self._flow)
         across = error - phase[:, np.newaxis] * self._flow
         return float(np.max(np.abs(phase))), float(np.max(np.linalg.norm(across, axis=1)))
@@ -169,8 +171,8 @@ class Judge:
         found = {}
         for name, (function, law, initial, size) in self._invariants.items():
             with np.errstate(all="ignore"):
-                (values,) = function(self.truth.times, tuple(states.T), self.parameters)
-            values = np.broadcast_to(np.asarray(values, dtype=np.float64), self.truth.times.shape)
+                (values,) = function(self.reference.times, tuple(states.T), self.parameters)
+            values = np.broadcast_to(np.asarray(values, dtype=np.float64), self.reference.times.shape)
             if law == "decays":
                 lowest = np.minimum.accumulate(np.concatenate(([initial], values)))
                 found[name] = np.maximum(values - lowest[:-1], 0.0) / size
@@ -199,22 +201,22 @@ class Judge:
         clock = self.formulation.clock if self.formulation is not None else None
         assert clock is not None
         moved = states.copy()
-        for row, (state, time) in enumerate(zip(states, self.truth.times.tolist(), strict=True)):
+        for row, (state, time) in enumerate(zip(states, self.reference.times.tolist(), strict=True)):
             if np.all(np.isfinite(state)):
                 moved[row] = _to_time(self._equations, self.parameters, tuple(state.tolist()), clock, time)
         return moved
 
     @cached_property
-    def _turned(self) -> list[Judge]:
+    def _turned(self) -> list[Scorer]:
         """A judge for each turned start, by its own exact motion."""
         return [
-            Judge(
+            Scorer(
                 self.case.with_numbers(state.tolist(), self.case.parameters),
                 self.formulation,
-                replace(self.truth, exact=exact, start=start),
+                replace(self.reference, exact=exact, start=start),
             )
             for state, start, exact in zip(
-                self.truth.turned, self.truth.turned_starts, self.truth.turned_exact, strict=True
+                self.reference.turned, self.reference.turned_starts, self.reference.turned_exact, strict=True
             )
         ]
 
@@ -233,7 +235,7 @@ class Judge:
         rates = np.array(
             [
                 form.equations(t, tuple(x), self.parameters)
-                for t, x in zip(self.truth.times, self.truth.exact, strict=True)
+                for t, x in zip(self.reference.times, self.reference.exact, strict=True)
             ]
         )
         scaled = np.hstack([rates[:, list(g.indices)] / g.scale for g in self.metric.groups])
@@ -258,17 +260,17 @@ class Judge:
         The size of the terms is taken as the sum of |x dI/dx| over the coordinates, each at its largest on the exact
         motion, by central differences.
         """
-        (values,) = rebind(function, NUMPY)(self.truth.times, tuple(self.truth.exact.T), self.parameters)
+        (values,) = rebind(function, NUMPY)(self.reference.times, tuple(self.reference.exact.T), self.parameters)
         largest = max(abs(initial), float(np.max(np.abs(values))))
-        terms = np.zeros(len(self.truth.times))
-        for index in range(self.truth.exact.shape[1]):
-            step = 2.0**-17 * self.truth.sizes[index]
+        terms = np.zeros(len(self.reference.times))
+        for index in range(self.reference.exact.shape[1]):
+            step = 2.0**-17 * self.reference.sizes[index]
             sides = []
             for sign in (1, -1):
-                states = self.truth.exact.copy()
+                states = self.reference.exact.copy()
                 states[:, index] += sign * step
-                sides.append(rebind(function, NUMPY)(self.truth.times, tuple(states.T), self.parameters)[0])
-            terms += np.abs(self.truth.exact[:, index] * (sides[0] - sides[1]) / (2 * step))
+                sides.append(rebind(function, NUMPY)(self.reference.times, tuple(states.T), self.parameters)[0])
+            terms += np.abs(self.reference.exact[:, index] * (sides[0] - sides[1]) / (2 * step))
         cancelled = float(np.max(terms))
         return largest if largest > 1e-3 * cancelled else cancelled or 1.0
 

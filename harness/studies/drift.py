@@ -16,8 +16,8 @@ from gnomon.cases.core.case import Case
 from gnomon.harness.results import store
 from gnomon.harness.results.analysis import SERIES
 from gnomon.harness.results.convergence_order import mean_slope
-from gnomon.harness.scoring.reference_solution import CaseSpec, truths
-from gnomon.harness.scoring.score import Judge
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solutions
+from gnomon.harness.scoring.score import Scorer
 from gnomon.harness.studies.growth import by_octaves, named, possible
 from numpy.typing import NDArray
 
@@ -125,20 +125,20 @@ def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any], known: Mapping
             cases.append((rebuilt(known[name], variant, json.loads(first["numbers"]), float(first["span"])), group))
         except ValueError:
             continue  # the case has other parameters now: its rows keep their errors, without laws
-    exact = truths([CaseSpec.of(case) for case, _ in cases], lambda: None)
+    exact = reference_solutions([CaseSpec.of(case) for case, _ in cases], lambda: None)
     for case, group in cases:
-        truth = exact[CaseSpec.of(case)]
-        if isinstance(truth, str):
+        reference = exact[CaseSpec.of(case)]
+        if isinstance(reference, str):
             continue  # its exact motion fails here, and so there is nothing to hold the states against
-        judge = Judge(case, None, truth)
+        scorer = Scorer(case, None, reference)
         for trial in group.itertuples():
             states = sampled.get(trial.measurement)
-            if states is None or states.shape != judge.truth.exact.shape:
+            if states is None or states.shape != scorer.reference.exact.shape:
                 continue
-            sizes = {"error": judge.metric.distance(states, judge.truth.exact)} | judge.drift(states)
+            sizes = {"error": scorer.metric.distance(states, scorer.reference.exact)} | scorer.drift(states)
             key = [getattr(trial, column) for column in SERIES]
             rows += [
-                (*key, trial.setting, quantity, *astuple(growth(truth.times, s)), float(np.max(s)))
+                (*key, trial.setting, quantity, *astuple(growth(reference.times, s)), float(np.max(s)))
                 for quantity, s in sizes.items()
             ]
     return pd.DataFrame(rows, columns=[*SERIES, "setting", "quantity", "law", "power", "low", "high", "size"])

@@ -22,20 +22,20 @@ def worth(full: Case) -> list[dict[str, Any]]:
     `error` is over the whole span, `early` over the first 2 pi characteristic times, about one period. `lacks` is the
     effect that the next rung adds: what a user does without who stops here.
     """
-    rungs = full.ladder
-    if not rungs:
+    levels = full.hierarchy
+    if not levels:
         return []
     period = min(2 * math.pi * full.time_scale, float(full.times[-1]))
     early = np.asarray(np.arange(1, 65) * period / 64, dtype=np.float64)
-    effects = [rung.effect for rung in rungs[1:]] + ["the full model"]
-    names = [rung.case.name for rung in rungs]
+    effects = [level.effect for level in levels[1:]] + ["the full model"]
+    names = [level.case.name for level in levels]
     rows = []
-    for place, (rung, lacks) in enumerate(zip(rungs, effects, strict=True)):
-        again = f" ({names[: place + 1].count(rung.case.name)})" if names.count(rung.case.name) > 1 else ""
-        row: dict[str, Any] = {"ladder": full.name, "model": rung.case.name, "effect": rung.effect, "lacks": lacks}
-        row["label"] = rung.case.name + again
+    for place, (level, lacks) in enumerate(zip(levels, effects, strict=True)):
+        again = f" ({names[: place + 1].count(level.case.name)})" if names.count(level.case.name) > 1 else ""
+        row: dict[str, Any] = {"hierarchy": full.name, "model": level.case.name, "effect": level.effect, "lacks": lacks}
+        row["label"] = level.case.name + again
         for name, times in (("error", full.times), ("early", early)):
-            model = rung.project(rung.case.sample(times))
+            model = level.project(level.case.sample(times))
             row[name] = float(np.max(full.metric.distance(model, full.sample(times))))
         row["error"] = max(row["error"], row["early"])  # the first period is part of the span
         rows.append(row)
@@ -65,7 +65,7 @@ def cost(full: str, model: str, equal: pd.DataFrame, reduced: pd.DataFrame) -> d
     return found
 
 
-def ladders(cases: Iterable[Case], equal: pd.DataFrame, reduced: pd.DataFrame) -> pd.DataFrame:
+def hierarchies(cases: Iterable[Case], equal: pd.DataFrame, reduced: pd.DataFrame) -> pd.DataFrame:
     """Worth and cost of every rung of the ladders of these cases; the full model is the last row of each."""
     rows = []
     for case in cases:
@@ -76,7 +76,7 @@ def ladders(cases: Iterable[Case], equal: pd.DataFrame, reduced: pd.DataFrame) -
             rows.append(row | NOT_RUN | measured)
         if found:
             last: dict[str, Any] = {
-                "ladder": case.name,
+                "hierarchy": case.name,
                 "model": case.name,
                 "label": case.name,
                 "effect": "the full model",

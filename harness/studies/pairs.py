@@ -22,8 +22,8 @@ from gnomon.cases.core.formulation import Formulation
 from gnomon.harness.contract.integrator import Integrator, Problem, Solve
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.results.analysis import time_at
-from gnomon.harness.scoring.reference_solution import CaseSpec, truth
-from gnomon.harness.scoring.score import Judge
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference
+from gnomon.harness.scoring.score import Scorer
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -69,15 +69,17 @@ def swept(
     integrator: Integrator, case: Case, formulation: Formulation | None, tolerances: Sequence[float]
 ) -> tuple[Side, Floats]:
     """An integrator on a case of binary64 numbers, at each tolerance that it reaches the end with; its start (1, dim)."""
-    judge = Judge(case, formulation, truth(CaseSpec.of(case, formulation)))
-    problem = judge.problem(accepted_form(case, integrator.accepts, formulation))
-    start = judge.truth.start[None]
+    scorer = Scorer(case, formulation, reference(CaseSpec.of(case, formulation)))
+    problem = scorer.problem(accepted_form(case, integrator.accepts, formulation))
+    start = scorer.reference.start[None]
     side = Side([], [], null_call(integrator, problem, tolerances[0]))
     for tolerance in tolerances:
         solve = side.prepare(integrator, problem, tolerance)
         solution = solve(start.copy())
         if solution.stopped is None:
-            distances = judge.metric.distance(judge.decoded(solution.states[0]), judge.truth.exact, judge.truth.times)
+            distances = scorer.metric.distance(
+                scorer.decoded(solution.states[0]), scorer.reference.exact, scorer.reference.times
+            )
             side.errors.append(float(np.max(distances)))
             side.solves.append(solve)
     return side, start

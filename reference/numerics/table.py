@@ -18,7 +18,7 @@ import numpy as np
 from gnomon.reference.numerics.balls import precision
 from gnomon.reference.numerics.motion import Cycle, Floats, Motion
 from gnomon.reference.numerics.precision import exact, working
-from gnomon.reference.numerics.tablecells import BITS, Cells, TooDearError, as_ball, build
+from gnomon.reference.numerics.tablecells import BITS, Cells, TooExpensiveError, as_ball, build
 from gnomon.reference.numerics.tablekernel import evaluate
 from gnomon.reference.storage.diskcache import Entry, fingerprint, load, store_or_warn
 
@@ -92,7 +92,7 @@ def _double(value: Fraction, toward: float) -> Fraction:
 
 
 _kept: dict[tuple[Motion, tuple[Piece, ...]], Cells] = {}
-_too_dear: dict[tuple[Motion, tuple[Piece, ...]], int] = {}
+_too_expensive: dict[tuple[Motion, tuple[Piece, ...]], int] = {}
 """The largest budget that was not enough."""
 
 
@@ -102,18 +102,18 @@ def _cells(motion: Motion, pieces: tuple[Piece, ...], budget: int) -> Cells | No
     if key in _kept:
         return _kept[key]
     name = f"table {motion!r} {[(str(a), str(b)) for a, b in pieces]} {fingerprint('gnomon.reference')}"
-    if key not in _too_dear:
+    if key not in _too_expensive:
         entry = load(name)
         if entry is not None and entry.arrays:
             return _kept.setdefault(key, Cells(**entry.arrays))
         if entry is not None:
-            _too_dear[key] = int(entry.notes)
-    if budget <= _too_dear.get(key, 0):
+            _too_expensive[key] = int(entry.notes)
+    if budget <= _too_expensive.get(key, 0):
         return None
     try:
         _kept[key] = build(motion, pieces, budget)
-    except TooDearError:
-        _too_dear[key] = budget
+    except TooExpensiveError:
+        _too_expensive[key] = budget
         store_or_warn(name, Entry(notes=budget))
         return None
     store_or_warn(name, Entry(_kept[key]._asdict()))

@@ -57,7 +57,7 @@ class Cells(NamedTuple):
     rates: Floats
 
 
-class TooDearError(Exception):
+class TooExpensiveError(Exception):
     """A table would cost more states than it saves."""
 
 
@@ -88,7 +88,7 @@ def build(motion: Motion, pieces: Sequence[Piece], budget: int) -> Cells:
             end = start + tried
             cost += NODES + len(_checks())
             if cost > budget + NODES:
-                raise TooDearError
+                raise TooExpensiveError
             fit = _fit(motion, (start + end) / 2, (end - start) / 2)
             if fit is not None and fit.good:
                 found += _cut(start, end, fit.powers, fit.errors)
@@ -102,7 +102,7 @@ def build(motion: Motion, pieces: Sequence[Piece], budget: int) -> Cells:
                     start, grown = end, 1.0
             width = min(longest, _short(tried * Fraction(grown)))
     if not found:
-        raise TooDearError
+        raise TooExpensiveError
     return _trimmed(found)
 
 

@@ -177,9 +177,9 @@ def paths() -> Iterator[Line]:
         yield ["run", *RK4, "--out", path], 2, (path,)
     for path in ("folder", "pipe.sqlite", "/dev/null", "notes.txt/a.json"):
         yield ["certify", "projectile_parabola", "--to", path], 2, (f"--to {path}",)
-        yield ["certify", "projectile_parabola", "--opponents", path], 2, (f"--opponents {path}",)
+        yield ["certify", "projectile_parabola", "--independent", path], 2, (f"--independent {path}",)
         yield ["export", "results.sqlite", "--to", path], 2, (f"--to {path}",)
-    yield ["certify", "projectile_parabola", "--to", "a.json", "--opponents", "a.json"], 2, ("--opponents a.json",)
+    yield ["certify", "projectile_parabola", "--to", "a.json", "--independent", "a.json"], 2, ("--independent a.json",)
     yield ["export", "results.sqlite", "--to", "results.sqlite"], 2, ("--to results.sqlite", "these are the results")
     for path in ("notes.txt", "/dev/null", "notes.txt/page"):
         yield ["report", "results.sqlite", "--to", path], 2, (f"--to {path}",)

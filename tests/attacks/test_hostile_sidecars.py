@@ -50,7 +50,7 @@ SOUND: dict[str, Any] = {
     ],
     "checks.json": [
         {
-            "check": "inertia_tensor_special_bodies", "variant": "default", "opponent": "cubature", "library": "scipy",
+            "check": "inertia_tensor_special_bodies", "variant": "default", "computation": "cubature", "library": "scipy",
             "quantity": "box", "error": 5e-15, "seconds": 0.1, "status": "ok", "reason": "",
         }
     ],

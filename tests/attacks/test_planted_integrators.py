@@ -37,7 +37,7 @@ if __name__ == "__main__":
 """
 RUN_SECONDS = 240
 """All limits of a run together are below this on a busy machine: the run ends by itself."""
-OTHERS = ("sound", "sibling")
+OTHERS = ("sound", "near_duplicate")
 SHUFFLED = random.Random(17).sample([one.name for one in ATTACKS], len(ATTACKS))
 GROUPS = [SHUFFLED[start::10] for start in range(10)]
 """Attacks that are run together: a run for each would take minutes to start processes."""

@@ -14,8 +14,8 @@ from gnomon.harness.running import plan
 from gnomon.harness.running.pool import Pool
 from gnomon.harness.running.sweep import Sweep
 from gnomon.harness.running.worker import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, truth
-from gnomon.harness.scoring.score import Judge
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference
+from gnomon.harness.scoring.score import Scorer
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "harness"))
 
@@ -45,37 +45,37 @@ class Idle(planted.Sound):
 
 
 @pytest.fixture(scope="module")
-def judge() -> Judge:
+def scorer() -> Scorer:
     case = planted.Short().rounded()
-    return Judge(case, None, truth(CaseSpec.of(case)))
+    return Scorer(case, None, reference(CaseSpec.of(case)))
 
 
-def outcome(judge: Judge) -> Outcome:
-    states = judge.truth.exact * (1 + 1e-9)
+def outcome(scorer: Scorer) -> Outcome:
+    states = scorer.reference.exact * (1 + 1e-9)
     return Outcome(states, None, None, 100, 400, (1e-5,) * 50, 1e-3, None)
 
 
-def test_judging_a_trial(benchmark: Callable[..., Any], judge: Judge) -> None:
-    judged = outcome(judge)
-    row, _ = benchmark(judge.measure, judged, 1e-9)
+def test_judging_a_trial(benchmark: Callable[..., Any], scorer: Scorer) -> None:
+    scored_by = outcome(scorer)
+    row, _ = benchmark(scorer.measure, scored_by, 1e-9)
     assert row["status"] == "ok"
 
 
-def test_storing_a_trial(benchmark: Callable[..., Any], judge: Judge, tmp_path: Path) -> None:
-    row, states = judge.measure(outcome(judge), None)
+def test_storing_a_trial(benchmark: Callable[..., Any], scorer: Scorer, tmp_path: Path) -> None:
+    row, states = scorer.measure(outcome(scorer), None)
     with Store(tmp_path / "results.sqlite") as results:
         run = results.begin_run("benchmark", "", {})
-        series = plan.Series(judge.case, None, planted.Sound())
-        (trial, *_) = series.trials(judge.problem(series.form))
+        series = plan.Series(scorer.case, None, planted.Sound())
+        (trial, *_) = series.trials(scorer.problem(series.form))
         results.plan(run, [series.describe(trial)])
         benchmark(results.add, run, {"trial_key": trial.key, "launch": 1, **row}, {}, states)
 
 
-def test_a_trial_through_a_worker(benchmark: Any, judge: Judge) -> None:
+def test_a_trial_through_a_worker(benchmark: Any, scorer: Scorer) -> None:
     """A hundred trials that take no time, through one worker: message, set-up of the problem, judgement."""
     suite = replace(plan.suite("quick"), repeats=1, block_seconds=0.0)
-    series = plan.Series(judge.case, None, Idle())
-    (first, *_) = series.trials(judge.problem(series.form))
+    series = plan.Series(scorer.case, None, Idle())
+    (first, *_) = series.trials(scorer.problem(series.form))
     trials = [plan.Trial(str(k), first.setting) for k in range(TRIALS)]
     statuses: list[str] = []
 
@@ -83,7 +83,7 @@ def test_a_trial_through_a_worker(benchmark: Any, judge: Judge) -> None:
         def record(row: Any, settings: Any, states: Any) -> None:
             statuses.append(row["status"])
 
-        Pool(1, "fork").run([Sweep(series, trials, judge, suite, 1, {}, record, lambda: None)])
+        Pool(1, "fork").run([Sweep(series, trials, scorer, suite, 1, {}, record, lambda: None)])
 
     benchmark.pedantic(hundred, rounds=3, warmup_rounds=1)
     assert statuses

@@ -142,8 +142,8 @@ def test_an_ensemble_against_heyoka_in_batches(benchmark: Any) -> None:
     count, tolerances, turns = (64, TOGETHER[-3:], 1) if benchmark.disabled else (TRAJECTORIES, TOGETHER, 3)
     case = get("pendulum_simple", "speed").rounded()
     starts = np.column_stack([np.linspace(0.5, 2.5, count), np.zeros(count)])
-    judged = np.linspace(0, count - 1, 8).astype(int)
-    alone = [get("pendulum_simple", "speed", tuple(starts[i].tolist()), float(case.span)).rounded() for i in judged]
+    scored_by = np.linspace(0, count - 1, 8).astype(int)
+    alone = [get("pendulum_simple", "speed", tuple(starts[i].tolist()), float(case.span)).rounded() for i in scored_by]
     exact = [own.sample(case.times) for own in alone]
 
     def side(integrator: Integrator) -> Side:
@@ -155,7 +155,7 @@ def test_an_ensemble_against_heyoka_in_batches(benchmark: Any) -> None:
             assert solution.stopped is None
             distances = [
                 own.metric.distance(states, true)
-                for own, states, true in zip(alone, solution.states[judged], exact, strict=True)
+                for own, states, true in zip(alone, solution.states[scored_by], exact, strict=True)
             ]
             found.errors.append(float(np.max(distances)))
             found.solves.append(solve)

@@ -176,7 +176,7 @@ def label_of(look: Outside, value: Any) -> str:
     return next(label for label, found in look.found.items() if found is value)
 
 
-def judge(oracles: dict[str, Oracle], name: str, variant: str | None) -> None:
+def scorer(oracles: dict[str, Oracle], name: str, variant: str | None) -> None:
     """Every quantity against its oracle, that of the case itself first; a quantity without one fails."""
     with mpmath.workdps(DIGITS):
         look = Outside(get(name, variant) if variant else uneven(get(name)))

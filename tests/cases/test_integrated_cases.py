@@ -97,7 +97,7 @@ def test_a_stiff_spring_swings_as_a_rod_does():
     lengths = np.hypot(motion[:, 0], motion[:, 1])
     assert 5e-4 < np.abs(lengths - 1).max() < 4e-3
     small, rod = (
-        case.metric.distance(rung.project(rung.case.sample(case.times)), motion, case.times).max()
-        for rung in case.ladder
+        case.metric.distance(level.project(level.case.sample(case.times)), motion, case.times).max()
+        for level in case.hierarchy
     )
     assert rod < 0.05 < small

@@ -11,7 +11,7 @@ from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
 from gnomon.cases.core.metric import RATES
 
-LADDERS = [name for name in names() if get(name).ladder]
+LADDERS = [name for name in names() if get(name).hierarchy]
 ANOTHER_START = {("spring_pendulum", "pendulum_simple"): "a rod is as long as the spring at rest, which is stretched"}
 OTHER_RATES = {
     ("lagrange_top", "lagrange_top_fast"): "its mean precession is not that of its tilt",
@@ -39,11 +39,11 @@ def test_a_lifted_motion_starts_at_the_start_and_its_places_change_at_its_rates(
     start = np.array([list(map(float, full.initial_state))])
     places = [i for i, coordinate in enumerate(full.state) if coordinate.kind not in RATES]
     equations, times, h = slopes(full), full.times[2:60:19], 1e-5 * full.time_scale
-    for rung in full.ladder:
-        pair = (name, rung.case.name)
-        first = rung.project(np.array([list(map(float, rung.case.initial_state))]))
+    for level in full.hierarchy:
+        pair = (name, level.case.name)
+        first = level.project(np.array([list(map(float, level.case.initial_state))]))
         assert (full.metric.distance(first, start)[0] <= 1e-15) == (pair not in ANOTHER_START), pair
-        ahead, here, behind = (rung.project(rung.case.sample(times + x)) for x in (h, 0.0, -h))
+        ahead, here, behind = (level.project(level.case.sample(times + x)) for x in (h, 0.0, -h))
         changes = ((ahead - behind) / (2 * h))[:, places]
         rates = np.array([equations(t, tuple(y)) for t, y in zip(times.tolist(), here.tolist(), strict=True)])
         off = np.max(np.abs(changes - rates[:, places])) / np.max(np.abs(rates[:, places]))

@@ -79,7 +79,7 @@ def test_rounded_case_moves_as_the_rounded_numbers_do():
 def test_small_swings_are_harmonic_to_the_amplitude_squared(amplitude):
     """theta - harmonic = O(a^3) over a span of a few periods: the frequency is off by a^2/16."""
     case = get("pendulum_simple", initial_state=[amplitude, 0])
-    linear, quartic = (rung.case for rung in case.ladder)
+    linear, quartic = (level.case for level in case.hierarchy)
     t = Fraction(7)
     a = mpmath.mpf(amplitude)
     exact = case.exact(t, 30)[0]
@@ -95,16 +95,17 @@ def test_ladder_of_the_pendulum_runs_from_crude_to_full():
     case = get("pendulum_simple", initial_state=["0.5", 0]).rounded()
     exact = case.sample(case.times)
     errors = [
-        float(np.max(case.metric.distance(rung.project(rung.case.sample(case.times)), exact))) for rung in case.ladder
+        float(np.max(case.metric.distance(level.project(level.case.sample(case.times)), exact)))
+        for level in case.hierarchy
     ]
-    assert [rung.case.name for rung in case.ladder] == ["harmonic_oscillator", "duffing_unforced"]
+    assert [level.case.name for level in case.hierarchy] == ["harmonic_oscillator", "duffing_unforced"]
     assert errors[0] > 50 * errors[1] > 0
 
 
 def test_ladder_leaves_out_what_is_no_model():
     """Beyond sqrt(6) the quartic potential turns down; a rotation has no small angle."""
-    assert [rung.case.name for rung in get("pendulum_simple", "engines").ladder] == ["harmonic_oscillator"]
-    assert get("pendulum_simple", "rotation").ladder == ()
+    assert [level.case.name for level in get("pendulum_simple", "engines").hierarchy] == ["harmonic_oscillator"]
+    assert get("pendulum_simple", "rotation").hierarchy == ()
 
 
 @pytest.mark.parametrize("variant", [None, "small", "wide", "launched", "near_cusp", "nearer_cusp", "cusp_to_cusp"])

@@ -13,7 +13,7 @@ import mpmath
 import pytest
 from gnomon.cases import case_class, get
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
-from outside import DIGITS, HYBRID, SMOOTH, Outside, judge, settings
+from outside import DIGITS, HYBRID, SMOOTH, Outside, scorer, settings
 
 LOOKS = (look_returns, look_turns, look_vibrations, look_forces, look_fields, look_events, look_losses)
 """They fill SMOOTH and HYBRID."""
@@ -48,12 +48,12 @@ def test_no_quantity_is_lost() -> None:
 
 @pytest.mark.parametrize(("name", "variant"), [*settings(hybrid=False), *MORE])
 def test_every_quantity_of_a_smooth_motion_is_what_it_names(name: str, variant: str | None) -> None:
-    judge(SMOOTH, name, variant)
+    scorer(SMOOTH, name, variant)
 
 
 @pytest.mark.parametrize(("name", "variant"), [*settings(hybrid=True), *MORE_WITH_EVENTS])
 def test_every_quantity_of_a_motion_with_events_is_what_it_names(name: str, variant: str | None) -> None:
-    judge(HYBRID, name, variant)
+    scorer(HYBRID, name, variant)
 
 
 @pytest.mark.parametrize(("name", "variant"), TRANSITIONS)

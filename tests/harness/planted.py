@@ -80,10 +80,10 @@ class HalfAMillisecond(Sound):
         return solve
 
 
-class Sibling(Sound):
+class NearDuplicate(Sound):
     """A sibling of the sound one."""
 
-    name, everywhere = "sibling", False
+    name, primary = "near_duplicate", False
 
 
 class Hangs(Sound):

@@ -20,7 +20,7 @@ from gnomon.harness.results import store
 from gnomon.harness.running import plan
 from gnomon.harness.running.run import run
 
-SUITE = replace(plan.suite("quick"), limit_seconds=2.0, block_seconds=0.002, repeats=5, siblings=True)
+SUITE = replace(plan.suite("quick"), limit_seconds=2.0, block_seconds=0.002, repeats=5, near_duplicates=True)
 FAULTS = {
     hostile.ManySteps: ("crashed", "steps = 1000.*a whole number from 0 to 2\\^53"),
     hostile.FewSteps: ("crashed", "steps = -5: a count"),
@@ -58,7 +58,7 @@ def folder_of_planted() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def frame(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """One run of every one of them, a sound integrator first and last."""
-    return trials(planted.Sound, *FAULTS, *SOUND, planted.Sibling, folder=tmp_path_factory.mktemp("hostile"))
+    return trials(planted.Sound, *FAULTS, *SOUND, planted.NearDuplicate, folder=tmp_path_factory.mktemp("hostile"))
 
 
 def of(frame: Any, kind: Any) -> Any:
@@ -73,7 +73,7 @@ def test_each_fault_has_its_status_and_reason(frame: Any, kind: Any) -> None:
     assert rows["reason"].str.contains(reason).all()
 
 
-@pytest.mark.parametrize("kind", [*SOUND, planted.Sibling], ids=lambda kind: str(kind.name))
+@pytest.mark.parametrize("kind", [*SOUND, planted.NearDuplicate], ids=lambda kind: str(kind.name))
 def test_others_lose_nothing(frame: Any, kind: Any) -> None:
     """Their errors are those of the sound one, bit for bit: no answer was taken from another process."""
     rows, sound = of(frame, kind), of(frame, planted.Sound)
@@ -96,7 +96,7 @@ def test_a_pickle_from_a_worker_is_never_opened(frame: Any) -> None:
 
 
 def test_the_loss_of_the_server_costs_nobody_a_trial(tmp_path: Path) -> None:
-    rows = trials(hostile.KillsServer, planted.Sound, planted.Sibling, folder=tmp_path)
+    rows = trials(hostile.KillsServer, planted.Sound, planted.NearDuplicate, folder=tmp_path)
     assert (hostile.FOLDER / "killed").exists()
     assert set(rows["status"]) <= {"ok", "skipped"}
     assert rows.groupby("integrator").size().eq(8).all()
@@ -122,7 +122,7 @@ WRONG = {
         Tolerance(1e-3, 1e-9, 0), Steps(0.0), Steps(-1.0), Steps(math.inf), Steps(math.nan), Steps(0.5, -1),
     ],
     "counts_rhs": [None, 1],
-    "everywhere": ["no"],
+    "primary": ["no"],
     "conserves": ["symplectic", (1,)],
 }  # fmt: skip
 

@@ -241,7 +241,7 @@ class ImplicitMidpoint(Gauss):
     """One stage: the implicit midpoint rule. Order 2."""
 
     name, order, stages = "Implicit midpoint", 2, 1
-    everywhere = False
+    primary = False
 
 
 class Gauss2(Gauss):
@@ -254,7 +254,7 @@ class Gauss3(Gauss):
     """Three stages. Order 6."""
 
     name, order, stages = "Gauss 3-stage", 6, 3
-    everywhere = False
+    primary = False
 
 
 class Gauss4(Gauss):
@@ -268,7 +268,7 @@ class Gauss5(Gauss):
     """Five stages. Order 10."""
 
     name, order, stages = "Gauss 5-stage", 10, 5
-    everywhere = False
+    primary = False
     sweep = Steps(coarsest=1.0, halvings=7)
 
 
@@ -276,7 +276,7 @@ class Gauss6(Gauss):
     """Six stages. Order 12."""
 
     name, order, stages = "Gauss 6-stage", 12, 6
-    everywhere = False
+    primary = False
     sweep = Steps(coarsest=1.0, halvings=7)
 
 
@@ -284,7 +284,7 @@ class Gauss7(Gauss):
     """Seven stages. Order 14."""
 
     name, order, stages = "Gauss 7-stage", 14, 7
-    everywhere = False
+    primary = False
     sweep = Steps(coarsest=1.0, halvings=7)
 
 
@@ -292,7 +292,7 @@ class Gauss8(Gauss):
     """Eight stages. Order 16."""
 
     name, order, stages = "Gauss 8-stage", 16, 8
-    everywhere = False
+    primary = False
     sweep = Steps(coarsest=2.0, halvings=7)
 
 

@@ -106,8 +106,8 @@ def groups(values: Sequence[Value], state: Sequence[Value]) -> tuple[tuple[int, 
 
 def derivatives(trace: Trace, values: Sequence[Value], state: Sequence[Value]) -> tuple[tuple[int, int, Value], ...]:
     """Those that are not 0; none where it does not pay to have them."""
-    dear = any(x.operation in DEAR for x in reached(values) if x.level == ROUND)
-    if len(values) > MOST_NEWTON or not dear:
+    expensive = any(x.operation in DEAR for x in reached(values) if x.level == ROUND)
+    if len(values) > MOST_NEWTON or not expensive:
         return ()
     found = [(i, j, trace.derivative(x, y, {})) for i, x in enumerate(values) for j, y in enumerate(state)]
     return tuple(entry for entry in found if not number(entry[2], 0))

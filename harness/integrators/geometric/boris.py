@@ -183,7 +183,7 @@ class VolumePreserving4(ChargeMethod):
     """Five symmetric steps with exact gyration, in Suzuki's lengths (He et al., J. Comput. Phys. 305, 2016). Order 4."""
 
     name, order, turning = "Volume-preserving 4", 4, EXACT
-    everywhere = False
+    primary = False
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:

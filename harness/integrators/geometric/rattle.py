@@ -141,7 +141,7 @@ class Rattle4(ConstrainedMethod):
     """Five RATTLE steps in Suzuki's lengths (Reich, SIAM J. Numer. Anal. 33, 1996). Order 4."""
 
     name, order = "RATTLE Suzuki 4", 4
-    everywhere = False
+    primary = False
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:

@@ -103,7 +103,7 @@ class PositionVerlet(Splitting):
 
     name, order, compensated = "Position Verlet", 2, False
     conserves = ("symplectic", "reversible", "momentum")
-    everywhere = False
+    primary = False
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:
@@ -115,7 +115,7 @@ class ForestRuth4(Composition):
     """Three Verlet steps, the middle one backwards (Forest and Ruth, Physica D 43, 1990). Order 4."""
 
     name, order = "Forest-Ruth 4", 4
-    everywhere = False
+    primary = False
 
     @classmethod
     def lengths(cls, mp: Any) -> list[Any]:
@@ -127,7 +127,7 @@ class Suzuki4(Composition):
     """Five Verlet steps of order 4, each shorter than the step (Suzuki, Physics Letters A 146, 1990). Order 4."""
 
     name, order = "Suzuki 4", 4
-    everywhere = False
+    primary = False
 
     @classmethod
     def lengths(cls, mp: Any) -> list[Any]:
@@ -142,7 +142,7 @@ class McLachlanAtela4(Splitting):
     """
 
     name, order, conserves = "McLachlan-Atela 4", 4, ("symplectic", "momentum")
-    everywhere = False
+    primary = False
     kicks = (
         "0.13449619927743108920547866796401532079138753239894125821562987",
         "-0.2248198030794208058164903083049938953319385313651974711300396",
@@ -191,7 +191,7 @@ class BlanesMoan6(Splitting):
     """
 
     name, order, conserves = "Blanes-Moan 6", 6, ("symplectic", "reversible", "momentum")
-    everywhere = False
+    primary = False
     kicks = (
         "0.041464998518262843298778133914704936723936175943344961005660128",
         "0.19812867191806654113672647318149696061253521636787924678145169",
@@ -223,7 +223,7 @@ class Yoshida6(Composition):
     """
 
     name, order = "Yoshida 6", 6
-    everywhere = False
+    primary = False
     half = (
         "0.7845136104775572638194976338663498757768244174514933845679478",
         "0.23557321335935813368479318297853460168646808210340111900349313",
@@ -238,7 +238,7 @@ class Yoshida8(Composition):
     """
 
     name, order = "Yoshida 8", 8
-    everywhere = False
+    primary = False
     sweep = Steps(coarsest=1.0, halvings=8)
     half = (
         "0.91484424622979156674879348984750960451811970872885837179725993",

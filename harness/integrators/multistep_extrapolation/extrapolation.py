@@ -39,7 +39,7 @@ class GraggBulirschStoer(Adaptive):
     """
 
     name, order = "Gragg-Bulirsch-Stoer", 2 * COLUMNS
-    everywhere = False
+    primary = False
     accepts = (FirstOrder,)
     sampling = "stops at samples"
     most_steps = 500_000  # of up to 111 right-hand sides

@@ -146,7 +146,7 @@ class Stormer8(Stormer):
     """Eight accelerations. Order 8."""
 
     name, order = "Störmer 8", 8
-    everywhere = False
+    primary = False
     sweep = Steps(coarsest=0.25, halvings=8)
 
 
@@ -154,7 +154,7 @@ class Stormer12(Stormer):
     """Twelve accelerations. Order 12."""
 
     name, order = "Störmer 12", 12
-    everywhere = False
+    primary = False
     sweep = Steps(coarsest=0.125, halvings=7)
 
 

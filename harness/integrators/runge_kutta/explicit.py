@@ -67,7 +67,7 @@ class ExplicitMidpoint(RungeKutta):
     """The explicit midpoint method (Runge, Mathematische Annalen 46, 1895). Order 2."""
 
     name, order = "Explicit midpoint", 2
-    everywhere = False
+    primary = False
     stages = ((), ("1/2",))
     weights = ("0", "1")
 
@@ -76,7 +76,7 @@ class Heun2(RungeKutta):
     """Heun's method, the explicit trapezoidal rule (Zeitschrift fuer Mathematik und Physik 45, 1900). Order 2."""
 
     name, order = "Heun", 2
-    everywhere = False
+    primary = False
     stages = ((), ("1",))
     weights = ("1/2", "1/2")
 
@@ -85,7 +85,7 @@ class Kutta3(RungeKutta):
     """Kutta's method of three stages (Zeitschrift fuer Mathematik und Physik 46, 1901). Order 3."""
 
     name, order = "RK3", 3
-    everywhere = False
+    primary = False
     stages = ((), ("1/2",), ("-1", "2"))
     weights = ("1/6", "2/3", "1/6")
 

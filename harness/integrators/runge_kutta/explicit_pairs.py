@@ -13,7 +13,7 @@ class BogackiShampine3(Embedded):
     """Bogacki and Shampine's 3(2) pair (Applied Mathematics Letters 2, 1989), cubic Hermite dense output. Order 3."""
 
     name, order = "Bogacki-Shampine 3(2)", 3
-    everywhere = False
+    primary = False
     sweep = Tolerance(1e-3, 1e-10)
     stages = ({}, {0: "1/2"}, {1: "3/4"})
     weights: ClassVar[Row] = {0: "2/9", 1: "1/3", 2: "4/9"}
@@ -28,7 +28,7 @@ class DormandPrince5(Embedded):
     """
 
     name, order = "Dormand-Prince 5(4)", 5
-    everywhere = False
+    primary = False
     sweep = Tolerance(1e-3, 1e-12)
     stages = (
         {},
@@ -60,7 +60,7 @@ class Tsitouras5(Embedded):
     """
 
     name, order = "Tsitouras 5(4)", 5
-    everywhere = False
+    primary = False
     sweep = Tolerance(1e-3, 1e-12)
     stages = (
         {},
@@ -128,7 +128,7 @@ class Verner6(Embedded):
     """
 
     name, order = "Verner 6(5)", 6
-    everywhere = False
+    primary = False
     sweep = Tolerance(1e-3, 1e-13)
     stages = (
         {},
@@ -161,7 +161,7 @@ class Verner9(Embedded):
     """
 
     name, order = "Verner 9(8)", 9
-    everywhere = False
+    primary = False
     stages, weights = published.STAGES, published.WEIGHTS
     errors = (published.ERROR,)
 

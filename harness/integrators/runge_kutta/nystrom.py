@@ -214,7 +214,7 @@ class DormandPrinceNystrom6(Nystrom):
     """Dormand, El-Mikkawy and Prince's pair RKN 6(4)6FM (IMA J. Numerical Analysis 7, 1987, p. 235). Order 6."""
 
     name, order, lower = "RKN 6(4)", 6, 4
-    everywhere = False
+    primary = False
     sweep = Tolerance(1e-3, 1e-13)
     nodes = ("0", "1/10", "3/10", "7/10", "17/25")
     stages = (
@@ -236,7 +236,7 @@ class DormandPrinceNystrom12(Nystrom):
     """Dormand, El-Mikkawy and Prince's pair RKN 12(10)17M (IMA J. Numerical Analysis 7, 1987, p. 423). Order 12."""
 
     name, order, lower = "RKN 12(10)", 12, 10
-    everywhere = False
+    primary = False
     sweep = Tolerance(1e-3, 1e-14)
     nodes, stages = published.NODES, published.STAGES
     positions, velocities = published.POSITIONS, published.VELOCITIES

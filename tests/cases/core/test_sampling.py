@@ -46,7 +46,7 @@ def own_cache(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(diskcache, "folder", lambda: folder)
         patch.setattr(table, "_kept", {})
-        patch.setattr(table, "_too_dear", {})
+        patch.setattr(table, "_too_expensive", {})
         yield
 
 
@@ -72,9 +72,9 @@ def crowd(case: Case, times: Any) -> Any:
 
 def assert_within_the_rule(case: Case, times: Any) -> None:
     for t, row in zip(times.tolist(), crowd(case, times), strict=True):
-        truth = [exact(x) for x in case.exact(t, 40)]
-        size = max(map(abs, truth))
-        for found, x in zip(row.tolist(), truth, strict=True):
+        expected = [exact(x) for x in case.exact(t, 40)]
+        size = max(map(abs, expected))
+        for found, x in zip(row.tolist(), expected, strict=True):
             if abs(x) > NOTHING * size:
                 ulp = Fraction(float(np.spacing(abs(float(x)))))
                 assert abs(Fraction(found) - x) <= HALF_AND_A_LITTLE * ulp, (t, found)

@@ -59,9 +59,9 @@ def test_the_ladder_climbs_to_the_case():
     case = cases.get("foucault_pendulum_linear", span=20, L=1, Om="0.3")
     exact = case.sample(case.times)
     errors = []
-    for rung in case.ladder:
-        assert rung.case.span == case.span
-        errors.append(float(np.max(case.metric.distance(rung.project(rung.case.sample(case.times)), exact))))
+    for level in case.hierarchy:
+        assert level.case.span == case.span
+        errors.append(float(np.max(case.metric.distance(level.project(level.case.sample(case.times)), exact))))
     assert len(errors) == 2
     assert errors[0] > 10 * errors[1] > 0
 
@@ -71,7 +71,7 @@ def test_for_slow_rotation_the_rung_misses_the_second_order_only():
     case = cases.get("foucault_pendulum_linear", span=3600)
     turn = 7.292115e-5 * math.sin(0.8526)
     phase = turn**2 / (2 * math.sqrt(9.81 / 67)) * float(case.times[-1])
-    precession = case.ladder[1].case
+    precession = case.hierarchy[1].case
     # The rounding of the samples, some 1e-16, is far below the phase of 1e-5.
     error = np.max(case.metric.distance(precession.sample(case.times), case.sample(case.times)))
     # At rest in the turning Earth is V0 = 0 for both; their amplitudes differ by W/w0, times W/w0 again here.

@@ -73,7 +73,7 @@ def test_the_ladder_climbs() -> None:
         "foucault_pendulum_nonlinear", initial_state=("0.05", 0, "-0.99874921777190897", 0, 0, 0), L=1, Om="0.5", span=5
     )
     errors = [
-        float(np.max(case.metric.distance(rung.project(rung.case.sample(case.times)), case.sample(case.times))))
-        for rung in case.ladder
+        float(np.max(case.metric.distance(level.project(level.case.sample(case.times)), case.sample(case.times))))
+        for level in case.hierarchy
     ]
     assert errors[0] > errors[1] > 0

@@ -9,20 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from gnomon.harness.commands import cli
+from command_line import gnomon
 from gnomon.harness.results import schema, store
-
-
-def gnomon(*arguments: str) -> int:
-    """Run the command line in this process and return its exit code."""
-    before, sys.argv = sys.argv, ["gnomon", *arguments]
-    try:
-        cli.main()
-    except SystemExit as end:
-        return int(end.code or 0)
-    finally:
-        sys.argv = before
-    return 0
 
 
 @pytest.fixture

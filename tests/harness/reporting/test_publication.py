@@ -46,7 +46,7 @@ def sidecars(folder: Path, revision: str | None) -> None:
     ways = {"residual": 50.0, "taylor": 50.0, "rounding": 50.0}
     row = {"case": "pendulum_simple", "variant": "default", "ways": ways, "digits": 50.0, "passed": True}
     (folder / "certificates.json").write_text(json.dumps([row | {"revision": revision}]))
-    names = {"check": "moment_equipollent", "opponent": "solve", "library": "numpy", "quantity": "force"}
+    names = {"check": "moment_equipollent", "computation": "solve", "library": "numpy", "quantity": "force"}
     rest = {"variant": "default", "error": 1e-16, "seconds": 1e-5, "status": "ok", "reason": ""}
     (folder / "checks.json").write_text(json.dumps([names | rest | {"revision": revision}]))
 
@@ -139,14 +139,16 @@ def test_what_is_missing_or_of_another_revision_is_refused_and_nothing_is_writte
 @pytest.mark.slow
 def test_the_standard_run_goes_on_where_the_quick_one_ended(tmp_path: Path) -> None:
     """In one file: what the quick suite measured is kept, what it left out is measured, and nothing is left over."""
-    case, integrators = "planted:Short", [planted.Sound(), planted.Sibling()]
+    case, integrators = "planted:Short", [planted.Sound(), planted.NearDuplicate()]
     quick, whole = (replace(plan.suite(name).within(20.0), launches=1) for name in ("quick", "foundation"))
-    path = run(tmp_path, quick, plan.choose([case], quick.variants), integrators, siblings=False)
+    path = run(tmp_path, quick, plan.choose([case], quick.variants), integrators, near_duplicates=False)
     first = store.load(path)
     assert set(first["integrator"]) == {"sound"}
-    run(tmp_path, whole, plan.choose([case], whole.variants), integrators, siblings=False)
+    run(tmp_path, whole, plan.choose([case], whole.variants), integrators, near_duplicates=False)
     both = store.load(path)
-    alone = store.load(run(tmp_path / "alone", whole, plan.choose([case], whole.variants), integrators, siblings=False))
+    alone = store.load(
+        run(tmp_path / "alone", whole, plan.choose([case], whole.variants), integrators, near_duplicates=False)
+    )
     named = ["trial_key", "launch"]
     assert both[named].sort_values(named).to_numpy().tolist() == alone[named].sort_values(named).to_numpy().tolist()
     assert set(first["measurement"]) <= set(both["measurement"]), "none was measured again"
@@ -168,7 +170,7 @@ def test_only_publish_writes_what_is_tracked_in_reports(target: str) -> None:
         words[k + 1]
         for words in planned(target)
         for k, word in enumerate(words)
-        if word in ("--to", "--opponents", "--out")
+        if word in ("--to", "--independent", "--out")
     ]
     assert written
     tracked = [path for path in written if not path.startswith(("runs/", "reports/local"))]

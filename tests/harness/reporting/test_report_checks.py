@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from gnomon.harness.reporting.report_checks import certificate_rows, certified, certified_lines, opponent_rows
+from gnomon.harness.reporting.report_checks import certificate_rows, certified, certified_lines, computation_rows
 
 
 def certificate(case: str, variant: str, digits: float, passed: bool = True) -> dict[str, Any]:
@@ -16,7 +16,7 @@ def certificate(case: str, variant: str, digits: float, passed: bool = True) -> 
 
 
 def measured(variant: str, quantity: str, error: float | None, status: str = "ok") -> dict[str, Any]:
-    names = {"check": "moment_equipollent", "opponent": "solve", "library": "numpy", "reason": "why <it> fails"}
+    names = {"check": "moment_equipollent", "computation": "solve", "library": "numpy", "reason": "why <it> fails"}
     return names | {"variant": variant, "quantity": quantity, "error": error, "seconds": 2e-5, "status": status}
 
 
@@ -66,7 +66,7 @@ def test_the_summary_counts_and_names_what_is_not_confirmed(folders: tuple[Path,
 
 
 def test_an_opponent_is_shown_by_its_worst_quantity_and_variant(folders: tuple[Path, Path]) -> None:
-    (row,) = opponent_rows(*folders)
+    (row,) = computation_rows(*folders)
     assert (row["default"], row["quantity"], row["time"]) == ("2.5e-15", "moment", "20.0 µs")
     assert (row["hard"], row["where"]) == ("diverged", "parallel, moment")
 

@@ -11,7 +11,7 @@ import pytest
 from gnomon.harness.registry.lookup import own
 from gnomon.harness.reporting import report_benchmarks
 from gnomon.harness.reporting.findings import findings
-from gnomon.harness.reporting.report_words import ladder_rows, launches_text, scatter_text, together
+from gnomon.harness.reporting.report_words import hierarchy_rows, launches_text, scatter_text, together
 
 
 def _launched(**launches: int) -> pd.DataFrame:
@@ -45,10 +45,10 @@ def test_environments_of_several_runs_are_told_in_one() -> None:
 
 
 def test_rungs_in_words() -> None:
-    rung = {"error": 0.2, "early": 9e-4, "ratio": math.nan, "seconds": 2e-5}
-    (row,) = ladder_rows(pd.DataFrame([rung]))
+    level = {"error": 0.2, "early": 9e-4, "ratio": math.nan, "seconds": 2e-5}
+    (row,) = hierarchy_rows(pd.DataFrame([level]))
     assert (row["error"], row["early"], row["cost"], row["seconds"]) == ("0.2", "9.0e-4", "–", "20.0 µs")
-    (full,) = ladder_rows(pd.DataFrame([rung | {"error": 0.0, "early": 0.0, "ratio": 1.254}]))
+    (full,) = hierarchy_rows(pd.DataFrame([level | {"error": 0.0, "early": 0.0, "ratio": 1.254}]))
     assert (full["error"], full["early"], full["cost"]) == ("0", "0", "1.25")
 
 

@@ -9,13 +9,13 @@ from typing import Any
 import pandas as pd
 import planted
 import pytest
+from command_line import gnomon
 from gnomon.harness.commands.run_table import MOST_SERIES, run_table, shortcomings
 from gnomon.harness.registry.lookup import own, users_own
 from gnomon.harness.reporting.tables import error_text
 from gnomon.harness.results import store
 from gnomon.harness.running import first_trials, plan
 from rich.console import Console
-from test_cli import gnomon
 
 SUITE = replace(plan.suite("quick"), block_seconds=0.0).within(0.5)
 RUN = ("run", "--case", "planted:Short", "--suite", "quick", "--integrator")

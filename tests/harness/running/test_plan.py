@@ -20,9 +20,9 @@ from gnomon.harness.contract import sources as source
 from gnomon.harness.contract.integrator import Steps, Tolerance
 from gnomon.harness.registry import lookup as registry
 from gnomon.harness.running import plan
-from gnomon.harness.scoring.perturbed_starts import moved_states, probe_state
-from gnomon.harness.scoring.reference_solution import CaseSpec, truth
-from gnomon.harness.scoring.score import Judge
+from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
+from gnomon.harness.scoring.reference_solution import CaseSpec, exact
+from gnomon.harness.scoring.score import Scorer
 
 from gnomon import cases
 
@@ -31,8 +31,8 @@ CASE = cases.get("pendulum_simple").rounded()
 
 def trials(case: cases.Case, integrator: Any) -> Any:
     (series,) = plan.pairs([(case, "")], [integrator], formulations=False)
-    judge = Judge(case, None, truth(CaseSpec.of(case)))
-    return series.trials(judge.problem(series.form))
+    scorer = Scorer(case, None, exact(CaseSpec.of(case)))
+    return series.trials(scorer.problem(series.form))
 
 
 def test_steps_divide_the_interval_by_powers_of_two_exactly() -> None:
@@ -62,9 +62,12 @@ def test_tolerances_go_from_loosest_to_tightest(sweep: Tolerance) -> None:
 
 def test_a_sibling_stays_away_from_hard_variants_unless_it_is_named() -> None:
     chosen = [(CASE, ""), (cases.get("pendulum_simple", "engines").rounded(), "")]
-    in_suite = plan.pairs(chosen, [planted.Sibling()], formulations=False, siblings=False)
+    in_suite = plan.pairs(chosen, [planted.NearDuplicate()], formulations=False, near_duplicates=False)
     assert [series.left_out for series in in_suite] == [None, plan.SIBLING]
-    assert [series.left_out for series in plan.pairs(chosen, [planted.Sibling()], formulations=False)] == [None, None]
+    assert [series.left_out for series in plan.pairs(chosen, [planted.NearDuplicate()], formulations=False)] == [
+        None,
+        None,
+    ]
 
 
 def test_a_pair_takes_the_most_structured_form_that_is_accepted() -> None:
@@ -208,7 +211,7 @@ def test_moved_states_are_distinct_near_and_in_the_domain(name: str) -> None:
     scales = case.scales()
     sizes = np.array([scales[coordinate.group] for coordinate in case.state])
     state = np.array([float(x) for x in case.initial_state])
-    found = list(itertools.islice(moved_states(case, None, sizes), 100))
+    found = list(itertools.islice(perturbed_states(case, None, sizes), 100))
     assert len({x.tobytes() for x in found} | {state.tobytes()}) == 101
     unit = np.spacing(np.maximum(np.abs(state), 1e-3 * sizes))
     # one ulp for the nearest, four where a rule ties components, which then move together by 2^-51 of themselves; 100
@@ -233,7 +236,7 @@ def test_moved_states_are_found_at_once_where_rules_hold_components(name: str, m
 
     monkeypatch.setattr(Domain, "admits", counting)
     case = cases.get(name).rounded()
-    found = list(itertools.islice(moved_states(case, None, np.ones(len(case.state))), 500))
+    found = list(itertools.islice(perturbed_states(case, None, np.ones(len(case.state))), 500))
     assert len(found) == 500
     assert looked < 3000
 
@@ -249,7 +252,7 @@ def test_at_the_edge_of_a_formulation_the_encoded_state_moves() -> None:
     """In arc length the neighbours of the cusp are the cusp, to rounding."""
     case = cases.get("cycloidal_pendulum", "cusp_to_cusp").rounded()
     (formulation,) = case.formulations
-    found = list(itertools.islice(moved_states(case, formulation, np.ones(2)), 10))
+    found = list(itertools.islice(perturbed_states(case, formulation, np.ones(2)), 10))
     arcs = [float(arc) for arc, _ in found]
     assert len(set(arcs)) == 10
     assert all(1 - 10 * 2**-52 <= arc < 1 for arc in arcs)
@@ -268,8 +271,8 @@ def test_the_standard_suite_has_every_case_and_takes_the_foundation_further() ->
     assert suite.of(inside) is suite
     assert suite.of(inside).limit(inside) > suite.of(outside).limit(outside)
     assert suite.of(outside).launches == 1
-    assert suite.of(outside).siblings
-    assert not plan.suite("quick").of(inside).siblings
+    assert suite.of(outside).near_duplicates
+    assert not plan.suite("quick").of(inside).near_duplicates
     hard_inside, hard_outside = cases.get("pendulum_simple", "long_1e4"), cases.get("bead_leaving_sphere", "near_top")
     assert suite.takes(outside)
     assert suite.takes(hard_inside)

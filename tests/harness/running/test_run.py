@@ -258,10 +258,16 @@ def test_a_slow_trial_is_timed_once(tmp_path: Path, slow_seconds: float, repeats
 
 def test_only_a_suite_that_takes_siblings_runs_them(tmp_path: Path) -> None:
     chosen = plan.choose([CASE], False)
-    path = run(tmp_path, replace(SUITE, siblings=False), chosen, [planted.Sound(), planted.Sibling()])
+    path = run(tmp_path, replace(SUITE, near_duplicates=False), chosen, [planted.Sound(), planted.NearDuplicate()])
     assert set(store.load(path)["integrator"]) == {planted.Sound.name}
-    path = run(tmp_path, replace(SUITE, siblings=True), chosen, [planted.Sound(), planted.Sibling()], siblings=False)
-    assert set(store.load(path)["integrator"]) == {planted.Sound.name, planted.Sibling.name}
+    path = run(
+        tmp_path,
+        replace(SUITE, near_duplicates=True),
+        chosen,
+        [planted.Sound(), planted.NearDuplicate()],
+        near_duplicates=False,
+    )
+    assert set(store.load(path)["integrator"]) == {planted.Sound.name, planted.NearDuplicate.name}
 
 
 SCRIPT = """

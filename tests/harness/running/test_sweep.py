@@ -13,8 +13,8 @@ from gnomon.harness.results.store import Known
 from gnomon.harness.running import plan
 from gnomon.harness.running.sweep import REPEATED_SECONDS, SECONDS_EACH, Sweep
 from gnomon.harness.running.worker import FEWEST_CALLS, Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, truth
-from gnomon.harness.scoring.score import Judge
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference
+from gnomon.harness.scoring.score import Scorer
 
 SUITE = replace(plan.suite("quick"), limit_seconds=1.0)
 MOST = SUITE.limit_seconds / SECONDS_EACH["scipy"]
@@ -32,23 +32,23 @@ class PricedTolerance(Priced):
 
 
 @pytest.fixture(scope="module")
-def judge() -> Judge:
+def scorer() -> Scorer:
     case = planted.Short().rounded()
-    return Judge(case, None, truth(CaseSpec.of(case)))
+    return Scorer(case, None, reference(CaseSpec.of(case)))
 
 
 class Log:
     """A sweep over eight settings, and what it recorded."""
 
     def __init__(
-        self, judge: Judge, launch: int = 1, history: Any = None, integrator: Integrator | None = None
+        self, scorer: Scorer, launch: int = 1, history: Any = None, integrator: Integrator | None = None
     ) -> None:
         self.rows: list[Any] = []
         self.finished = 0
-        self.judge = judge
-        series = plan.Series(judge.case, None, integrator or planted.Sound())
+        self.scorer = scorer
+        series = plan.Series(scorer.case, None, integrator or planted.Sound())
         trials = [plan.Trial(str(k), 0.1 / 2**k) for k in range(8)]
-        self.sweep = Sweep(series, trials, judge, SUITE, launch, history or {}, self.record, self.finish)
+        self.sweep = Sweep(series, trials, scorer, SUITE, launch, history or {}, self.record, self.finish)
 
     def record(self, row: Any, settings: Any, states: Any) -> None:
         self.rows.append(row)
@@ -57,15 +57,15 @@ class Log:
         self.finished += 1
 
     def answer(self, seconds: float, calls: int = 4) -> None:
-        self.sweep.done(Outcome(self.judge.truth.exact, None, None, 1, calls, (seconds,), 0.0, None))
+        self.sweep.done(Outcome(self.scorer.reference.exact, None, None, 1, calls, (seconds,), 0.0, None))
 
     @property
     def statuses(self) -> list[str]:
         return [row["status"] for row in self.rows]
 
 
-def test_settings_go_out_in_order_and_every_answer_is_recorded(judge: Judge) -> None:
-    log = Log(judge)
+def test_settings_go_out_in_order_and_every_answer_is_recorded(scorer: Scorer) -> None:
+    log = Log(scorer)
     settings = []
     while (order := log.sweep.next()) is not None:
         settings.append(order.setting)
@@ -75,8 +75,8 @@ def test_settings_go_out_in_order_and_every_answer_is_recorded(judge: Judge) -> 
     assert log.finished == 1
 
 
-def test_hard_variants_are_timed_in_a_few_calls_where_that_costs_nothing(judge: Judge) -> None:
-    default, hard = Log(judge), Log(judge)
+def test_hard_variants_are_timed_in_a_few_calls_where_that_costs_nothing(scorer: Scorer) -> None:
+    default, hard = Log(scorer), Log(scorer)
     hard.sweep.series.case.variant = "hard"
     try:
         order = hard.sweep.next()
@@ -84,7 +84,7 @@ def test_hard_variants_are_timed_in_a_few_calls_where_that_costs_nothing(judge: 
         hard.sweep.series.case.variant = None
     assert order is not None
     assert (order.block_seconds, order.repeats, order.slow_seconds) == (0.0, FEWEST_CALLS, REPEATED_SECONDS)
-    assert order.count is Log(judge).sweep.next().count  # type: ignore[union-attr]
+    assert order.count is Log(scorer).sweep.next().count  # type: ignore[union-attr]
     usual = default.sweep.next()
     assert usual is not None
     assert (usual.block_seconds, usual.repeats, usual.slow_seconds) == (
@@ -94,8 +94,8 @@ def test_hard_variants_are_timed_in_a_few_calls_where_that_costs_nothing(judge: 
     )
 
 
-def test_a_timeout_ends_the_series_and_a_crash_does_not(judge: Judge) -> None:
-    log = Log(judge)
+def test_a_timeout_ends_the_series_and_a_crash_does_not(scorer: Scorer) -> None:
+    log = Log(scorer)
     log.sweep.next()
     log.sweep.failed("crashed", "planted", "")
     log.sweep.next()
@@ -104,26 +104,26 @@ def test_a_timeout_ends_the_series_and_a_crash_does_not(judge: Judge) -> None:
     assert log.statuses == ["crashed", "timeout"] + ["skipped"] * 6
 
 
-def test_an_answer_that_cannot_be_judged_is_a_crash_of_its_own(judge: Judge) -> None:
-    log = Log(judge)
+def test_an_answer_that_cannot_be_judged_is_a_crash_of_its_own(scorer: Scorer) -> None:
+    log = Log(scorer)
     log.sweep.next()
-    log.sweep.done(Outcome(judge.truth.exact[:, :1], None, None, 1, 4, (0.001,), 0.0, None))
+    log.sweep.done(Outcome(scorer.reference.exact[:, :1], None, None, 1, 4, (0.001,), 0.0, None))
     assert log.statuses == ["crashed"]
     assert "cannot be judged" in log.rows[0]["reason"]
     assert log.sweep.next() is not None
 
 
 @pytest.mark.parametrize("clock", [0.001, 1.0, 1000.0], ids=lambda factor: f"clock x {factor:g}")
-def test_what_is_skipped_follows_from_counts_and_never_from_the_clock(judge: Judge, clock: float) -> None:
+def test_what_is_skipped_follows_from_counts_and_never_from_the_clock(scorer: Scorer, clock: float) -> None:
     """A busy machine makes every time longer: the same settings must run, in later launches too."""
-    log, calls = Log(judge, integrator=Priced()), MOST / 20
+    log, calls = Log(scorer, integrator=Priced()), MOST / 20
     while log.sweep.next() is not None:
         log.answer(clock * calls * SECONDS_EACH["scipy"], round(calls))
         calls *= 2
     assert log.statuses == ["ok"] * 5 + ["skipped"] * 3, "20 / 2^4 is above 1"
     assert log.rows[-1]["reason"] == "predicted 8e+04 right-hand sides, above the 5e+04 of a limit of 1 s"
     history = {(str(k), 1): Known("ok", round(MOST / 40 * 2**k), 1.0) for k in range(5)}
-    later = Log(judge, launch=2, history=history, integrator=Priced())
+    later = Log(scorer, launch=2, history=history, integrator=Priced())
     settings = []
     while (order := later.sweep.next()) is not None:
         assert not order.count
@@ -142,23 +142,23 @@ def test_estimates_are_of_what_an_integrator_counts() -> None:
     assert {key: kinds for key, kinds in counted.items() if len(kinds) > 1} == {}
 
 
-def test_what_nobody_knows_the_price_of_is_run(judge: Judge) -> None:
-    log = Log(judge)
+def test_what_nobody_knows_the_price_of_is_run(scorer: Scorer) -> None:
+    log = Log(scorer)
     for _ in range(8):
         assert log.sweep.next() is not None
         log.answer(0.9, 10**9)
     assert log.statuses == ["ok"] * 8
 
 
-def test_what_is_known_is_not_run_again_and_still_predicts(judge: Judge) -> None:
+def test_what_is_known_is_not_run_again_and_still_predicts(scorer: Scorer) -> None:
     known = {(str(k), 1): Known("ok", round(MOST / 5 * 2**k), 1.0) for k in range(3)}
-    log = Log(judge, history=known, integrator=Priced())
+    log = Log(scorer, history=known, integrator=Priced())
     assert log.sweep.next() is None
     assert log.statuses == ["skipped"] * 5
 
 
-def test_a_tolerance_is_predicted_by_the_smallest_growth_so_far(judge: Judge) -> None:
-    log = Log(judge, integrator=PricedTolerance())
+def test_a_tolerance_is_predicted_by_the_smallest_growth_so_far(scorer: Scorer) -> None:
+    log = Log(scorer, integrator=PricedTolerance())
     for share in (0.1, 0.12, 0.6):
         assert log.sweep.next() is not None
         log.answer(0.001, round(share * MOST))
@@ -168,9 +168,9 @@ def test_a_tolerance_is_predicted_by_the_smallest_growth_so_far(judge: Judge) ->
     assert log.rows[-1]["reason"].startswith("predicted 7.5e+04 right-hand sides, above the 5e+04")
 
 
-def test_each_setting_has_its_own_place(judge: Judge) -> None:
+def test_each_setting_has_its_own_place(scorer: Scorer) -> None:
     """Which state its counting run starts from must not depend on what an earlier run knows already."""
-    log = Log(judge, history={("0", 1): Known("ok", 4, 1.0)})
+    log = Log(scorer, history={("0", 1): Known("ok", 4, 1.0)})
     places = []
     while (order := log.sweep.next()) is not None:
         places.append(order.place)

@@ -15,7 +15,7 @@ from gnomon.harness.contract import validation as answers
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.running import worker
 from gnomon.harness.running.worker import FEWEST_CALLS, Order, _Series
-from gnomon.harness.scoring.perturbed_starts import moved_states
+from gnomon.harness.scoring.perturbed_starts import perturbed_states
 
 START = np.zeros(2)
 
@@ -140,8 +140,8 @@ def test_counting_runs_start_from_the_state_of_their_setting(monkeypatch: pytest
 def test_counting_runs_start_where_no_timed_call_does() -> None:
     case = get("pendulum_simple").rounded()
     sizes = np.ones(2)
-    near = {state.tobytes() for state in itertools.islice(moved_states(case, None, sizes), 1000)}
-    far = {state.tobytes() for state in itertools.islice(moved_states(case, None, sizes, worker.COUNTING_ULPS), 20)}
+    near = {state.tobytes() for state in itertools.islice(perturbed_states(case, None, sizes), 1000)}
+    far = {state.tobytes() for state in itertools.islice(perturbed_states(case, None, sizes, worker.COUNTING_ULPS), 20)}
     assert len(far) == 20
     assert not near & far
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from gnomon.cases.core import accuracy
 from gnomon.harness.running.worker import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, truth
-from gnomon.harness.scoring.score import Judge, _to_time, above_text
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference
+from gnomon.harness.scoring.score import Scorer, _to_time, above_text
 
 from gnomon import cases
 
@@ -21,66 +21,66 @@ CASE = cases.get("pendulum_simple").rounded()
 
 
 @pytest.fixture(scope="module")
-def judge() -> Judge:
-    return Judge(CASE, None, truth(CaseSpec.of(CASE)))
+def scorer() -> Scorer:
+    return Scorer(CASE, None, reference(CaseSpec.of(CASE)))
 
 
-def test_the_exact_motion_is_ok_and_within_its_floor(judge: Judge) -> None:
-    row = judge.score(judge.truth.exact.copy())
+def test_the_exact_motion_is_ok_and_within_its_floor(scorer: Scorer) -> None:
+    row = scorer.score(scorer.reference.exact.copy())
     assert (row["status"], row["error_max"], row["turns"]) == ("ok", 0.0, 0)
     assert row["invariant_drift"]["energy"] < 1e-15
 
 
-def test_a_trial_is_told_by_its_largest_floor_and_conditioning(judge: Judge) -> None:
-    found = judge.summary()
-    assert found["conditioning"] == max(judge.truth.conditioning) > min(judge.truth.conditioning)
-    assert found["floor"] == max(judge.truth.floor) > min(judge.truth.floor)
+def test_a_trial_is_told_by_its_largest_floor_and_conditioning(scorer: Scorer) -> None:
+    found = scorer.summary()
+    assert found["conditioning"] == max(scorer.reference.conditioning) > min(scorer.reference.conditioning)
+    assert found["floor"] == max(scorer.reference.floor) > min(scorer.reference.floor)
 
 
 def test_a_judge_takes_its_metric_from_the_truth(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run makes hundreds of judges before it begins; scales and crowded times took it minutes to find again."""
     limit = cases.get("bouncing_ball", "zeno").rounded().quantities()["t_inf"]
     whole = cases.get("bouncing_ball", e="0.999", span=float(limit) * (1 - 2.0**-30)).rounded()
-    metric, known = whole.metric, truth(CaseSpec.of(whole))
+    metric, known = whole.metric, reference(CaseSpec.of(whole))
     assert metric.crowded
     for name in ("grid_scales", "crowded"):
         monkeypatch.setattr(accuracy, name, pytest.fail)
-    found = Judge(whole.rounded(), None, known).metric
+    found = Scorer(whole.rounded(), None, known).metric
     assert (found.groups, found.positions, found.crowded) == (metric.groups, metric.positions, metric.crowded)
 
 
 @pytest.mark.parametrize(
     ("error", "status"), [(0.09, "ok"), (0.11, "inaccurate"), (0.99, "inaccurate"), (1.1, "diverged")]
 )
-def test_thresholds(judge: Judge, error: float, status: str) -> None:
-    found, reason = judge.status(np.concatenate((np.zeros(63), [error])))
+def test_thresholds(scorer: Scorer, error: float, status: str) -> None:
+    found, reason = scorer.status(np.concatenate((np.zeros(63), [error])))
     assert found == status
     assert (reason == "") == (status == "ok")
 
 
-def test_what_the_conditioning_excuses_is_ok(judge: Judge) -> None:
-    truth_ = judge.truth
-    excused = type(truth_)(**{**vars(truth_), "conditioning": np.full(64, 0.2)})
-    status, _ = Judge(CASE, None, excused).status(np.full(64, 1.9))
+def test_what_the_conditioning_excuses_is_ok(scorer: Scorer) -> None:
+    exact_ = scorer.reference
+    excused = type(exact_)(**{**vars(exact_), "conditioning": np.full(64, 0.2)})
+    status, _ = Scorer(CASE, None, excused).status(np.full(64, 1.9))
     assert status == "ok"
-    assert Judge(CASE, None, excused).status(np.full(64, 2.1))[0] == "diverged"
+    assert Scorer(CASE, None, excused).status(np.full(64, 2.1))[0] == "diverged"
 
 
 def test_later_samples_are_excused_by_the_worst_conditioning_before() -> None:
-    truth_ = truth(CaseSpec.of(CASE))
+    exact_ = reference(CaseSpec.of(CASE))
     peak = np.full(64, 1e-15)
     peak[10] = 0.2
-    excused = Judge(CASE, None, type(truth_)(**{**vars(truth_), "conditioning": peak}))
+    excused = Scorer(CASE, None, type(exact_)(**{**vars(exact_), "conditioning": peak}))
     assert excused.status(np.where(np.arange(64) < 10, 0.0, 1.9))[0] == "ok"
     assert excused.status(np.where(np.arange(64) == 9, 1.9, 0.0))[0] == "diverged"
 
 
-def test_a_measurement_has_errors_and_times_in_the_right_columns(judge: Judge) -> None:
-    states = judge.truth.exact.copy()
+def test_a_measurement_has_errors_and_times_in_the_right_columns(scorer: Scorer) -> None:
+    states = scorer.reference.exact.copy()
     (scale,) = (group.scale for group in CASE.metric.groups if group.name == "angular velocity")
     states[[3, 5, 63], 1] += np.array([1e-3, 4e-3, 3e-3]) * scale
     seconds = tuple(np.arange(11) + 1.0)
-    row, _ = judge.measure(Outcome(states, None, None, 7, 21, seconds, 0.5, None), 1e-4)
+    row, _ = scorer.measure(Outcome(states, None, None, 7, 21, seconds, 0.5, None), 1e-4)
     # the states are rounded after the addition
     assert row["error_max"] == pytest.approx(4e-3, rel=1e-9)
     assert row["error_start"] == pytest.approx(1e-3, rel=1e-9)
@@ -91,50 +91,50 @@ def test_a_measurement_has_errors_and_times_in_the_right_columns(judge: Judge) -
     assert (row["steps"], row["rhs_calls"], row["repeats"], row["prepare_seconds"]) == (7, 21, 11, 0.5)
 
 
-def test_states_that_are_not_finite_name_the_time(judge: Judge) -> None:
-    states = judge.truth.exact.copy()
+def test_states_that_are_not_finite_name_the_time(scorer: Scorer) -> None:
+    states = scorer.reference.exact.copy()
     states[10, 1] = math.inf
-    row = judge.score(states)
+    row = scorer.score(states)
     assert row["status"] == "diverged"
-    assert f"{judge.truth.times[10]:.6g}" in row["reason"]
+    assert f"{scorer.reference.times[10]:.6g}" in row["reason"]
 
 
-def test_wild_states_are_diverged(judge: Judge) -> None:
-    assert judge.score(judge.truth.exact * 1e200)["status"] == "diverged"
-    assert judge.score(np.full_like(judge.truth.exact, 1e308))["status"] == "diverged"
+def test_wild_states_are_diverged(scorer: Scorer) -> None:
+    assert scorer.score(scorer.reference.exact * 1e200)["status"] == "diverged"
+    assert scorer.score(np.full_like(scorer.reference.exact, 1e308))["status"] == "diverged"
 
 
-def test_a_shift_in_time_is_phase_and_a_larger_swing_is_shape(judge: Judge) -> None:
-    late = CASE.sample(judge.truth.times - 1e-4 * CASE.time_scale)
-    row = judge.score(late)
+def test_a_shift_in_time_is_phase_and_a_larger_swing_is_shape(scorer: Scorer) -> None:
+    late = CASE.sample(scorer.reference.times - 1e-4 * CASE.time_scale)
+    row = scorer.score(late)
     # along the flow to second order in the shift
     assert row["error_shape"] < 1e-3 * row["error_phase"]
     assert row["error_phase"] >= row["error_max"] * 0.999
-    wider = judge.truth.exact.copy()
-    form = judge._equations
-    rates = np.array([form(0.0, tuple(x), judge.parameters) for x in wider])
+    wider = scorer.reference.exact.copy()
+    form = scorer._equations
+    rates = np.array([form(0.0, tuple(x), scorer.parameters) for x in wider])
     groups = CASE.metric.groups
     scales = np.array([groups[0].scale, groups[1].scale])
     across = (rates / scales)[:, ::-1] * [-1, 1]
-    row = judge.score(wider + 1e-6 * across / np.linalg.norm(across, axis=1, keepdims=True) * scales)
+    row = scorer.score(wider + 1e-6 * across / np.linalg.norm(across, axis=1, keepdims=True) * scales)
     assert row["error_phase"] < 1e-12
     assert row["error_shape"] == pytest.approx(1e-6, rel=1e-9)
 
 
-def test_a_turn_too_many_is_reported_apart(judge: Judge) -> None:
-    states = judge.truth.exact.copy()
+def test_a_turn_too_many_is_reported_apart(scorer: Scorer) -> None:
+    states = scorer.reference.exact.copy()
     states[-1, 0] += 4 * math.pi
-    row = judge.score(states)
+    row = scorer.score(states)
     assert row["turns"] == 2
     # adding 4 pi rounds theta by an ulp of 16
     assert row["error_max"] < 1e-14
 
 
-def test_drift_is_relative_and_sees_one_bad_sample(judge: Judge) -> None:
-    states = judge.truth.exact.copy()
+def test_drift_is_relative_and_sees_one_bad_sample(scorer: Scorer) -> None:
+    states = scorer.reference.exact.copy()
     states[20, 1] *= 1 + 1e-6
-    drift = judge.drift(states)["energy"]
-    omega = judge.truth.exact[20, 1]
+    drift = scorer.drift(states)["energy"]
+    omega = scorer.reference.exact[20, 1]
     energy = 2 * 9.81 * math.sin(1.0) ** 2
     assert drift[20] == pytest.approx(omega**2 * 1e-6 / energy, rel=1e-3)
     assert np.max(np.delete(drift, 20)) < 1e-15
@@ -144,25 +144,25 @@ def test_an_invariant_that_decays_may_not_grow() -> None:
     case = cases.get("damped_oscillator").rounded()
     decaying = [name for name, invariant in case.invariants.items() if invariant.law == "decays"]
     assert decaying, "the case has one"
-    judge = Judge(case, None, truth(CaseSpec.of(case)))
-    exact = judge.drift(judge.truth.exact)[decaying[0]]
+    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    exact = scorer.drift(scorer.reference.exact)[decaying[0]]
     assert np.max(exact) < 1e-15
-    grown = judge.truth.exact.copy()
+    grown = scorer.reference.exact.copy()
     grown[30:] = grown[:34]
-    assert np.max(judge.drift(grown)[decaying[0]]) > 1e-3
+    assert np.max(scorer.drift(grown)[decaying[0]]) > 1e-3
     # It counts from the lowest so far: the start itself may not be exceeded by the first sample either.
-    first = judge.truth.exact.copy()
+    first = scorer.reference.exact.copy()
     first[0] = 1.001 * np.array([float(x) for x in case.initial_state])
-    assert judge.drift(first)[decaying[0]][0] == pytest.approx(1.001**2 - 1, rel=1e-6)
+    assert scorer.drift(first)[decaying[0]][0] == pytest.approx(1.001**2 - 1, rel=1e-6)
 
 
 def test_the_size_of_an_invariant_that_vanishes_is_that_of_its_terms() -> None:
     case = cases.get("kepler_orbit", "parabolic").rounded()
-    judge = Judge(case, None, truth(CaseSpec.of(case)))
-    for name, drift in judge.drift(judge.truth.exact * (1 + 1e-6)).items():
+    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    for name, drift in scorer.drift(scorer.reference.exact * (1 + 1e-6)).items():
         assert np.max(drift) < 1e-4, name
     # Of v^2/2 - mu/r = 0 the terms |x dI/dx| add up to v^2 + mu/r = 3 mu/r, by which this scaling changes it per unit.
-    drift = judge.drift(judge.truth.exact * (1 + 1e-6))["energy"]
+    drift = scorer.drift(scorer.reference.exact * (1 + 1e-6))["energy"]
     assert np.max(drift) == pytest.approx(1e-6, rel=1e-5)
 
 
@@ -170,35 +170,35 @@ def test_the_size_of_an_invariant_that_vanishes_is_that_of_its_terms() -> None:
 def test_an_invariant_that_is_small_but_no_remainder_is_its_own_measure(speed: str, by_terms: bool) -> None:
     """v^2/2 - 1/r is -1/50 of terms of 3, or -2e-5 of them: below a thousandth the terms count."""
     case = cases.get("kepler_orbit", initial_state=("1", "0", "0", speed), span=20).rounded()
-    judge = Judge(case, None, truth(CaseSpec.of(case)))
-    moved = judge.truth.exact * (1 + 1e-6)
+    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    moved = scorer.reference.exact * (1 + 1e-6)
     x, y, vx, vy = moved.T
     start = float(speed) ** 2 / 2 - 1
     departure = np.max(np.abs((vx**2 + vy**2) / 2 - 1 / np.hypot(x, y) - start))
-    found = np.max(judge.drift(moved)["energy"])
+    found = np.max(scorer.drift(moved)["energy"])
     if by_terms:
         assert found < departure  # over 3, less what 64 samples miss of them
     else:
         assert found == pytest.approx(departure / abs(start), rel=1e-6)
 
 
-def test_an_invariant_that_leaves_binary64_has_no_size_and_no_warning(judge: Judge) -> None:
+def test_an_invariant_that_leaves_binary64_has_no_size_and_no_warning(scorer: Scorer) -> None:
     def bursting(t: Any, state: Any, parameters: Any) -> Any:
         return (exp(1000 * t) * state[0],)
 
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert not math.isfinite(judge._size(bursting, 0.0))
+        assert not math.isfinite(scorer._size(bursting, 0.0))
 
 
 def test_what_is_zero_all_along_drifts_by_its_own_value() -> None:
     """The angular momentum of a fall into the centre, whose terms are zero too."""
     case = cases.get("kepler_orbit", "plunge").rounded()
-    judge = Judge(case, None, truth(CaseSpec.of(case)))
-    assert np.max(judge.drift(judge.truth.exact)["angular_momentum"]) == 0.0
-    aside = judge.truth.exact.copy()
+    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    assert np.max(scorer.drift(scorer.reference.exact)["angular_momentum"]) == 0.0
+    aside = scorer.reference.exact.copy()
     aside[:, 3] += 1e-6
-    assert np.max(judge.drift(aside)["angular_momentum"]) == pytest.approx(1e-6 * np.max(aside[:, 0]), rel=1e-9)
+    assert np.max(scorer.drift(aside)["angular_momentum"]) == pytest.approx(1e-6 * np.max(aside[:, 0]), rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -207,8 +207,8 @@ def test_what_is_zero_all_along_drifts_by_its_own_value() -> None:
 def test_phase_and_shape_are_told_of_smooth_motions_that_nothing_drives(name: str, apart: bool) -> None:
     """Of the others an error along the flow is no error in time."""
     case = cases.get(name).rounded()
-    judge = Judge(case, None, truth(CaseSpec.of(case)))
-    assert np.all(np.isfinite(judge.split(judge.truth.exact * (1 + 1e-9)))) == apart
+    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    assert np.all(np.isfinite(scorer.split(scorer.reference.exact * (1 + 1e-9)))) == apart
 
 
 def test_one_step_of_the_formulation_corrects_the_clock() -> None:
@@ -226,9 +226,9 @@ def test_one_step_of_the_formulation_corrects_the_clock() -> None:
 def test_a_formulation_is_judged_as_the_case() -> None:
     case = cases.get("kepler_orbit").rounded()
     formulation = next(f for f in case.formulations if f.clock is not None)
-    judge = Judge(case, formulation, truth(CaseSpec.of(case, formulation)))
+    scorer = Scorer(case, formulation, reference(CaseSpec.of(case, formulation)))
     # The encoded start is the case's own and a clock: its rounding has the effect of half an ulp in each component.
-    effects = [truth(CaseSpec.of(case)).conditioning]
+    effects = [reference(CaseSpec.of(case)).conditioning]
     times = case.times.tolist()
     for index, value in enumerate(case.initial_state):
         if value != 0:
@@ -240,19 +240,21 @@ def test_a_formulation_is_judged_as_the_case() -> None:
             by_group = case.metric.by_group(differences, np.zeros_like(differences))
             effects.append(np.max(list(by_group.values()), axis=0))
     expected = np.sqrt(np.sum(np.square(effects), axis=0))
-    np.testing.assert_allclose(judge.truth.conditioning, expected, rtol=1e-6)  # curvature over half an ulp is far below
-    assert not np.allclose(np.diff(judge.truth.problem_times), judge.truth.problem_times[0])
-    start = judge.truth.start
-    decoded = formulation.decode(start[np.newaxis], judge.parameters)[0]
+    np.testing.assert_allclose(
+        scorer.reference.conditioning, expected, rtol=1e-6
+    )  # curvature over half an ulp is far below
+    assert not np.allclose(np.diff(scorer.reference.problem_times), scorer.reference.problem_times[0])
+    start = scorer.reference.start
+    decoded = formulation.decode(start[np.newaxis], scorer.parameters)[0]
     np.testing.assert_allclose(decoded, [float(x) for x in case.initial_state], rtol=0, atol=1e-15)
 
 
 def test_a_start_at_the_edge_of_what_decodes_is_moved_inward() -> None:
     case = cases.get("cycloidal_pendulum", "cusp_to_cusp").rounded()
     (formulation,) = case.formulations
-    found = truth(CaseSpec.of(case, formulation))
+    found = reference(CaseSpec.of(case, formulation))
     assert np.all(np.isfinite(found.conditioning))
-    assert np.all(found.conditioning >= truth(CaseSpec.of(case)).conditioning * (1 - 1e-12))
+    assert np.all(found.conditioning >= reference(CaseSpec.of(case)).conditioning * (1 - 1e-12))
 
 
 @pytest.mark.parametrize("limit", [0.1, 1.0, 50.0])
@@ -269,15 +271,15 @@ def test_a_value_above_a_limit_reads_as_one(limit: float) -> None:
 def test_errors_over_turned_starts_are_those_of_the_start_in_the_middle() -> None:
     """Each start is held against its own exact motion; one that is not finite is the worst."""
     case = cases.get("kepler_orbit").rounded()
-    known = truth(CaseSpec.of(case))
-    judge = Judge(case, None, known)
+    known = reference(CaseSpec.of(case))
+    scorer = Scorer(case, None, known)
     count = len(known.turned)
     assert count >= 8
     sizes = np.array([3e-7, 1e-3, 2e-9, 5e-5, 4e-12, 6e-6, 7e-8, 8e-4, 9e-2])[:count]
     answers = known.turned_exact.copy()
-    answers[:, :, 0] += (sizes * judge.metric.groups[0].scale)[:, np.newaxis]
+    answers[:, :, 0] += (sizes * scorer.metric.groups[0].scale)[:, np.newaxis]
     outcome = Outcome(known.exact, None, None, 1, 4, (0.001,), 0.0, None, null_seconds=1e-5, turned=answers)
-    row, states = judge.measure(outcome, 1e-6)
+    row, states = scorer.measure(outcome, 1e-6)
     assert row["error_max"] == pytest.approx(np.median(sizes), rel=1e-6)
     assert row["error_over_tolerance"] == pytest.approx(np.median(sizes) / 1e-6, rel=1e-6)
     assert (row["error_low"], row["error_high"]) == (pytest.approx(4e-12, rel=1e-3), pytest.approx(9e-2, rel=1e-6))
@@ -286,7 +288,7 @@ def test_errors_over_turned_starts_are_those_of_the_start_in_the_middle() -> Non
     assert states is not answers
     np.testing.assert_array_equal(states, known.exact)
     answers[int(np.argmin(sizes))] = np.nan
-    row, _ = judge.measure(outcome, None)
+    row, _ = scorer.measure(outcome, None)
     assert row["error_max"] > np.median(sizes)
     assert np.isnan(row["error_high"])
     assert row["status"] == "ok"

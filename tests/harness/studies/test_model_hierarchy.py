@@ -6,17 +6,17 @@ import math
 
 import pandas as pd
 import pytest
-from gnomon.harness.studies.model_hierarchy import cost, ladders, worth
+from gnomon.harness.studies.model_hierarchy import cost, hierarchies, worth
 
 from gnomon import cases
 
 
 def test_each_rung_of_the_pendulum_is_nearer_to_it() -> None:
     swing = cases.get("pendulum_simple", initial_state=("0.1", 0))
-    rungs = pd.DataFrame(worth(swing))
-    assert rungs["model"].tolist() == ["harmonic_oscillator", "duffing_unforced"]
-    assert rungs["error"].is_monotonic_decreasing
-    assert (rungs["early"] <= rungs["error"]).all()
+    levels = pd.DataFrame(worth(swing))
+    assert levels["model"].tolist() == ["harmonic_oscillator", "duffing_unforced"]
+    assert levels["error"].is_monotonic_decreasing
+    assert (levels["early"] <= levels["error"]).all()
 
 
 def test_the_linear_pendulum_lags_by_amplitude_squared_over_16() -> None:
@@ -64,13 +64,13 @@ def test_the_table_of_a_ladder_ends_with_the_full_model() -> None:
     full = cases.get("torpedo_firing_pin")
     fixed = {"variant": "", "formulation": "", "target": 1e-6, "case": full.name, "integrator_id": "a"}
     spans = pd.DataFrame([{"case": full.name, "span": 4.0, "time_scale": 2.0, "variant": ""}])
-    rung, last = ladders([full], pd.DataFrame([fixed | {"seconds": 3.0}]), spans).to_dict("records")
-    assert rung["model"] == rung["ladder"] == last["model"] == full.name
-    assert rung["lacks"] == "the full model"
-    assert rung["error"] > 0
-    assert (rung["integrators"], rung["fastest"]) == (0, "")
-    assert math.isnan(rung["ratio"])
-    assert math.isnan(rung["seconds"])
+    level, last = hierarchies([full], pd.DataFrame([fixed | {"seconds": 3.0}]), spans).to_dict("records")
+    assert level["model"] == level["hierarchy"] == last["model"] == full.name
+    assert level["lacks"] == "the full model"
+    assert level["error"] > 0
+    assert (level["integrators"], level["fastest"]) == (0, "")
+    assert math.isnan(level["ratio"])
+    assert math.isnan(level["seconds"])
     assert (last["error"], last["early"], last["lacks"]) == (0.0, 0.0, "")
     assert (last["ratio"], last["integrators"], last["seconds"]) == (1.0, 1, 1.5)
 
@@ -83,14 +83,14 @@ def test_rungs_of_one_case_are_numbered() -> None:
 
 def test_the_span_holds_its_first_period() -> None:
     """64 samples of the first period find a peak that those of the span may miss."""
-    (rung,) = worth(cases.get("rotating_pendulum"))
-    assert rung["error"] >= rung["early"] > 1
+    (level,) = worth(cases.get("rotating_pendulum"))
+    assert level["error"] >= level["early"] > 1
 
 
-@pytest.mark.parametrize("name", [name for name in cases.names() if cases.get(name).ladder])
+@pytest.mark.parametrize("name", [name for name in cases.names() if cases.get(name).hierarchy])
 def test_every_rung_is_in_the_coordinates_of_its_case(name: str) -> None:
     full = cases.get(name).rounded()
     times = full.times[::16]
-    for rung in full.ladder:
-        projected = rung.project(rung.case.sample(times))
+    for level in full.hierarchy:
+        projected = level.project(level.case.sample(times))
         assert projected.shape == (len(times), len(full.state))

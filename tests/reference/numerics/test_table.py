@@ -50,7 +50,7 @@ def fresh_cache(tmp_path, monkeypatch):
     """Each test builds its tables: nothing comes from the user's cache."""
     monkeypatch.setattr(diskcache, "folder", lambda: tmp_path)
     monkeypatch.setattr(table, "_kept", {})
-    monkeypatch.setattr(table, "_too_dear", {})
+    monkeypatch.setattr(table, "_too_expensive", {})
 
 
 @pytest.fixture
@@ -137,9 +137,9 @@ def test_cycles_that_turn_and_drift_are_put_together_rightly(motion, counted):
     found = table.sample(motion, times)
     assert len(counted) <= 2
     for t, row in zip(times.tolist(), found.tolist(), strict=True):
-        truth = [exact(x) for x in motion.state(t, 40)]
-        for value, x in zip(row, truth, strict=True):
-            if abs(x) > max(map(abs, truth)) * Fraction(1, 10**27):  # below there are no digits to compare
+        expected = [exact(x) for x in motion.state(t, 40)]
+        for value, x in zip(row, expected, strict=True):
+            if abs(x) > max(map(abs, expected)) * Fraction(1, 10**27):  # below there are no digits to compare
                 assert abs(Fraction(value) - x) <= Fraction(51, 100) * Fraction(math.ulp(value))
 
 
@@ -221,7 +221,7 @@ def test_that_a_table_is_too_dear_is_kept_on_disk(monkeypatch):
     motion = Sawtooth(Fraction(2, 3))
     times = np.linspace(0.01, 1e4, 5)
     first = table.sample(motion, times)
-    monkeypatch.setattr(table, "_too_dear", {})
+    monkeypatch.setattr(table, "_too_expensive", {})
     monkeypatch.setattr(table, "build", None)
     assert np.array_equal(table.sample(motion, times), first)
 

@@ -11,7 +11,7 @@ import pytest
 from gnomon.reference.flight.projectile_parabola import Projectile
 from gnomon.reference.numerics.motion import Motion
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.tablecells import NARROWEST, TooDearError, _divided, _long, build
+from gnomon.reference.numerics.tablecells import NARROWEST, TooExpensiveError, _divided, _long, build
 from gnomon.reference.oscillators.damped_oscillator import DampedMotion
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 from hypothesis import given
@@ -41,8 +41,8 @@ def test_the_error_of_every_polynomial_is_within_its_bound(motion):
     for i in source.integers(0, len(cells.edges), 25):
         place = Fraction(float(source.uniform(-1, 1)))
         centre = Fraction(cells.centres[i, 0]) + Fraction(cells.centres[i, 1])
-        truth = motion.state(centre + place / (Fraction(cells.inverses[i, 0]) + Fraction(cells.inverses[i, 1])), 60)
-        for d, x in enumerate(truth):
+        expected = motion.state(centre + place / (Fraction(cells.inverses[i, 0]) + Fraction(cells.inverses[i, 1])), 60)
+        for d, x in enumerate(expected):
             powers = [Fraction(c) for c in cells.high[i, :, d]]
             for j, c in enumerate(cells.low[i, :, d]):
                 powers[j] += Fraction(c)
@@ -77,7 +77,7 @@ def test_a_kink_that_is_told_costs_nothing():
     kink = Fraction(float(1 / 3))
     pieces = [(Fraction(0), kink - Fraction(1, 2**54)), (kink + Fraction(1, 2**54), Fraction(1))]
     assert len(build(Kink(Fraction(1, 3)), pieces, 2000).edges) <= 8 * 9
-    with pytest.raises(TooDearError):
+    with pytest.raises(TooExpensiveError):
         build(Kink(Fraction(1, 3)), [(Fraction(0), Fraction(1))], 500)
 
 

@@ -26,7 +26,7 @@ def test_the_small_nutation_is_the_first_order_of_the_tops_equations():
 def test_the_rungs_come_nearer_to_the_top():
     """In regular precession nothing nutates: the linear model is right to the square of 1e-8."""
     top = get("lagrange_top", "regular").rounded()
-    steady, small = top.ladder
+    steady, small = top.hierarchy
     errors = [
         float(top.metric.distance(r.project(r.case.sample(top.times)), top.sample(top.times)).max())
         for r in (steady, small)

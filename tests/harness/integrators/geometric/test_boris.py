@@ -105,9 +105,9 @@ def test_order_in_a_magnetic_bottle(method: type[FixedStep], form: Charged) -> N
         20,
     )
     with working(30) as mp:
-        truth = np.array([nearest_double(mp.mpf(x.numerator) / x.denominator) for x in found[0]])
+        exact = np.array([nearest_double(mp.mpf(x.numerator) / x.denominator) for x in found[0]])
     counts = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 64, 128, 256]
-    errors = [float(np.max(np.abs(states(method(), form, n)[31] - truth))) for n in counts]
+    errors = [float(np.max(np.abs(states(method(), form, n)[31] - exact))) for n in counts]
     # Sums are compensated: a few ulps of a state of size 2 are left.
     measured = fit_order([0.125 / n for n in counts], errors, floor=4e-15)
     assert measured is not None

@@ -51,7 +51,7 @@ TORQUES = {"free": FREE, "heavy": HEAVY, "damped": DAMPED}
 
 
 @cache
-def truth(name: str) -> NDArray[np.float64]:
+def exact(name: str) -> NDArray[np.float64]:
     form = TORQUES[name]
 
     def field(t: Any, y: Values) -> Values:
@@ -80,7 +80,7 @@ PAIRS = [
 @pytest.mark.parametrize(("method", "name"), PAIRS, ids=lambda x: getattr(x, "name", x))
 def test_order(method: type[FixedStep], name: str) -> None:
     counts = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32]
-    errors = [float(np.max(np.abs(states(method(), TORQUES[name], n) - truth(name)))) for n in counts]
+    errors = [float(np.max(np.abs(states(method(), TORQUES[name], n) - exact(name)))) for n in counts]
     # Round-off of a few thousand steps, each of an ulp: about 1e-14.
     measured = fit_order([0.25 / n for n in counts], errors, floor=1e-14)
     assert measured is not None
