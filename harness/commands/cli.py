@@ -476,9 +476,9 @@ def _chosen_check(name: str, parameters: list[str] | None) -> Check:
 
 def _summarize(path: Path, names: set[str], integrators: Sequence[Integrator]) -> None:
     from gnomon.harness.commands.run_table import run_table, shortcomings
+    from gnomon.harness.contract.status import SCORED, Status
     from gnomon.harness.registry.lookup import users_own
     from gnomon.harness.results.store import load
-    from gnomon.harness.results.values import SCORED
 
     frame = load(path)
     frame = frame[frame["case"].isin(names) & frame["integrator_id"].isin([one.id for one in integrators])]
@@ -486,7 +486,7 @@ def _summarize(path: Path, names: set[str], integrators: Sequence[Integrator]) -
         Console(width=max(out.width, TABLE_WIDTH), emoji=False).print(run_table(frame))
     counts = ", ".join(f"{count} {status}" for status, count in frame["status"].value_counts().items())
     out.print(f"{len(frame)} measurements: {counts}", highlight=False)
-    interrupted = frame[frame["status"] == "interrupted"]
+    interrupted = frame[frame["status"] == Status.INTERRUPTED]
     if len(interrupted):
         reasons = ", ".join(interrupted["reason"].unique()[:3])
         text = f"{len(interrupted)} trials were interrupted ({reasons}); the same command runs them again"

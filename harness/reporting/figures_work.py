@@ -13,6 +13,7 @@ from typing import Any
 import altair as alt
 import numpy as np
 import pandas as pd
+from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import GRID, LETTERS, PALE, QUIET, dressed, records
 from gnomon.harness.results.analysis import TARGETS, credited, crossing
 
@@ -51,7 +52,7 @@ def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
                 "error": np.maximum(np.log10(rows["error_max"].astype(float).to_numpy()), EXACT),
             }
         )
-    failed = ~table["status"].isin(["ok", "inaccurate"]) | ~(table["error"] <= MARGIN)
+    failed = ~table["status"].isin([Status.OK, Status.INACCURATE]) | ~(table["error"] <= MARGIN)
     sweep = table.groupby([*SCENE, "series"], sort=False).ngroup()
     for axis in ("time", "calls"):
         table[axis] = table[axis].where(np.isfinite(table[axis]))
@@ -60,7 +61,7 @@ def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
     heights = (TOP - MARGIN) * (0.75 - 0.6 * table["series"].map(lanes).astype(float) / max(*lanes.values(), 1))
     kinds = dict(zip(look["series"], look["library"] + look["family"], strict=True))
     answered = table.assign(error=table["error"].where(~failed, math.inf))
-    answered = answered[~failed | (table["status"] == "diverged")]
+    answered = answered[~failed | (table["status"] == Status.DIVERGED)]
     chosen = {scene: front(part, kinds) for scene, part in answered.groupby(SCENE, sort=False)}
     names = zip(*(table[name] for name in SCENE), table["series"], strict=True)
     return table.assign(

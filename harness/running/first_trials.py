@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.problem import problem_of
+from gnomon.harness.contract.status import Status
 from gnomon.harness.registry.lookup import users_own
 from gnomon.harness.running import plan
 from gnomon.harness.running.plan import Suite
@@ -41,8 +42,8 @@ class FirstTrial:
     def done(self, outcome: Outcome) -> None:
         self.passed = True
 
-    def failed(self, status: str, reason: str, output: str, tries: int | None = None) -> None:
-        self.passed = status != "crashed"  # what is refused, or takes long, is for the run to show
+    def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
+        self.passed = status != Status.CRASHED  # what is refused, or takes long, is for the run to show
         self.crashes.append(output.strip() if "Traceback (most recent call last)" in output else reason)
 
 

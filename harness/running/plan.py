@@ -17,6 +17,7 @@ from gnomon.harness.contract import environment
 from gnomon.harness.contract import sources as source
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
 from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import short
 from gnomon.harness.registry import lookup as registry
 from numpy.typing import NDArray
@@ -33,7 +34,7 @@ LONG = 1000.0
 """Time scales in a span beyond which a variant needs more time than the others."""
 FEWEST = 8
 """A sweep has at least this many settings."""
-SIBLING = ("skipped", "a suite takes this integrator on default settings only, once; name it to run it here")
+SIBLING = (Status.SKIPPED, "a suite takes this integrator on default settings only, once; name it to run it here")
 DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 """Steps on the variants `engines`, whose sample times are multiples of 0.01 s."""
 _SOURCES = ("gnomon.harness.integrators", "gnomon.harness.adapters", "gnomon.harness.kernels.equations")
@@ -145,7 +146,7 @@ class Series:
     case: Case
     formulation: Formulation | None
     integrator: Integrator
-    left_out: tuple[str, str] | None = None
+    left_out: tuple[Status, str] | None = None
     label: str = field(default="")
 
     @property
@@ -289,20 +290,20 @@ def pairs(
     return found
 
 
-def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None) -> tuple[str, str] | None:
+def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None) -> tuple[Status, str] | None:
     if form is None:
         accepted = " or ".join(kind.__name__ for kind in integrator.accepts)
         offered = [type(form).__name__ for form in case.all_forms()] + (["Scene"] if case.scene is not None else [])
-        return "unsupported", f"takes {accepted}; the case offers {', '.join(offered)}"
+        return Status.UNSUPPORTED, f"takes {accepted}; the case offers {', '.join(offered)}"
     if absent is not None:
-        return "not_installed", absent
+        return Status.NOT_INSTALLED, absent
     try:
         lacking = integrator.unsupported(form)
     except Exception as error:  # whatever a user's own method raises, it ends nobody else's trials
-        return "crashed", f"its unsupported() raises {type(error).__name__}: {error}"
+        return Status.CRASHED, f"its unsupported() raises {type(error).__name__}: {error}"
     if lacking is not None and not isinstance(lacking, str):
-        return "crashed", f"its unsupported() returns {short(lacking)}: it is a text, or None"
-    return None if lacking is None else ("unsupported", lacking)
+        return Status.CRASHED, f"its unsupported() returns {short(lacking)}: it is a text, or None"
+    return None if lacking is None else (Status.UNSUPPORTED, lacking)
 
 
 def choose(

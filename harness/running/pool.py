@@ -13,6 +13,7 @@ from pathlib import Path
 from time import monotonic  # a user's own module may replace that of `time`
 from typing import Any, Protocol
 
+from gnomon.harness.contract.status import Status
 from gnomon.harness.results.values import TRIES
 from gnomon.harness.running.messages import Garbled, Inbox, Message
 from gnomon.harness.running.worker import Order, Outcome, Task, serve, take_output
@@ -30,7 +31,7 @@ AGAIN_SECONDS = 0.5
 """Trials with a limit below this are tried TRIES times: the machine can stand still for a fifth of a second."""
 
 
-FAILURES = ("refused", "crashed", "not_installed", "out_of_memory", "interrupted")
+FAILURES = (Status.REFUSED, Status.CRASHED, Status.NOT_INSTALLED, Status.OUT_OF_MEMORY, Status.INTERRUPTED)
 """What a worker may say of a trial without an outcome; after all but the first the series goes on in a new worker."""
 
 
@@ -54,7 +55,7 @@ class Job(Protocol):
     def done(self, outcome: Outcome) -> None:
         """The order that was handed out last has this outcome."""
 
-    def failed(self, status: str, reason: str, output: str, tries: int | None = None) -> None:
+    def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
         """The order that was handed out last failed; a timeout says how often it was tried."""
 
 
@@ -168,9 +169,9 @@ class Pool:
             slot.queued += waited
             return
         if slot.stage == "prepare":
-            self._fail(slot, "timeout", f"not prepared within {self.prepare_seconds:g} s")
+            self._fail(slot, Status.TIMEOUT, f"not prepared within {self.prepare_seconds:g} s")
         elif slot.tries >= TRIES or limit >= AGAIN_SECONDS:
-            self._fail(slot, "timeout", f"no answer within {limit:g} s")
+            self._fail(slot, Status.TIMEOUT, f"no answer within {limit:g} s")
         else:
             self._end(slot)
             self._launch(slot.job, slot.order, again=slot.again, tries=slot.tries + 1)
@@ -189,7 +190,7 @@ class Pool:
             slot.process.join()
             self._died(slot)
         except Garbled as error:
-            self._fail(slot, "crashed", f"its process sent {error}")
+            self._fail(slot, Status.CRASHED, f"its process sent {error}")
 
     def _died(self, slot: _Slot) -> None:
         """Its process ended by itself, by a signal from outside, or because the server of all workers was lost."""
@@ -198,9 +199,9 @@ class Pool:
             self._end(slot)
             self._launch(slot.job, slot.order, again=True, tries=slot.tries)
         elif code == LOST:
-            self._fail(slot, "interrupted", "the server of the worker processes was lost, twice")
+            self._fail(slot, Status.INTERRUPTED, "the server of the worker processes was lost, twice")
         else:
-            self._fail(slot, "interrupted" if code in OUTSIDE else "crashed", _death(code))
+            self._fail(slot, Status.INTERRUPTED if code in OUTSIDE else Status.CRASHED, _death(code))
 
     def _handle(self, slot: _Slot, message: Message) -> bool:
         """Act on one message; False where the slot is no longer in use."""
@@ -225,10 +226,11 @@ class Pool:
             self._stage(slot, *slot.interrupted)
             return True
         if stage == "failed":
-            status, reason = str(message.content.get("status")), str(message.content.get("reason"))
-            if status not in FAILURES:
-                raise Garbled(f"the status {status!r}")
-            if status != "refused":
+            told, reason = str(message.content.get("status")), str(message.content.get("reason"))
+            if told not in FAILURES:
+                raise Garbled(f"the status {told!r}")
+            status = Status(told)
+            if status != Status.REFUSED:
                 self._fail(slot, status, reason)
                 return False
             slot.job.failed(status, reason, take_output(slot.job.task.output))
@@ -244,10 +246,10 @@ class Pool:
         self._send(slot, following)
         return True
 
-    def _fail(self, slot: _Slot, status: str, reason: str) -> None:
+    def _fail(self, slot: _Slot, status: Status, reason: str) -> None:
         """Record a failure, end the worker, and go on with the rest of the series in a new one."""
         self._end(slot)
-        tries = slot.tries if status == "timeout" else None
+        tries = slot.tries if status == Status.TIMEOUT else None
         slot.job.failed(status, reason, take_output(slot.job.task.output), tries)
         self._start(slot.job)
 

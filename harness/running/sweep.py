@@ -8,9 +8,9 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 from gnomon.harness.contract.integrator import Steps, Tolerance
+from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.registry.lookup import reference
 from gnomon.harness.results.store import Known
-from gnomon.harness.results.values import SCORED
 from gnomon.harness.running.plan import Series, Suite, Trial
 from gnomon.harness.running.worker import FEWEST_CALLS, Order, Outcome, Task
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
@@ -118,7 +118,7 @@ class Sweep:
             reason = self._stopped or self._predicted(trial.setting)
             if reason is not None:
                 self._stopped = reason
-                self._add(trial, {"status": "skipped", "reason": reason})
+                self._add(trial, {"status": Status.SKIPPED, "reason": reason})
                 continue
             self._current = trial
             return replace(self._order(trial.setting), place=self._places[trial.key])
@@ -132,19 +132,19 @@ class Sweep:
         try:
             measurement, states = self.scorer.measure(outcome, tolerance)
         except Exception as error:  # an answer that nobody foresaw must not cost the others theirs
-            self._note("crashed", None)
-            self._add(trial, {"status": "crashed", "reason": f"its answer cannot be judged: {error!r}"})
+            self._note(Status.CRASHED, None)
+            self._add(trial, {"status": Status.CRASHED, "reason": f"its answer cannot be judged: {error!r}"})
             return
         work = outcome.steps if outcome.rhs_calls is None else outcome.rhs_calls
         self._note(measurement["status"], work, trial.setting)
         self._add(trial, measurement, outcome.settings, states if self.launch == 1 else None)
 
-    def failed(self, status: str, reason: str, output: str, tries: int | None = None) -> None:
+    def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
         """Record a trial that has no outcome. What is ended from outside again and again ends itself."""
         trial = self._taken()
         before = self._interruptions.get((trial.key, self.launch), 0)
-        if status == "interrupted" and before >= MOST_INTERRUPTIONS:
-            status, reason = "crashed", f"{reason}, as {before} times before"
+        if status == Status.INTERRUPTED and before >= MOST_INTERRUPTIONS:
+            status, reason = Status.CRASHED, f"{reason}, as {before} times before"
         self._note(status, None)
         self._add(trial, {"status": status, "reason": reason, "output": output or None, "repeats": tries})
 
@@ -153,8 +153,8 @@ class Sweep:
         trial, self._current = self._current, None
         return trial
 
-    def _note(self, status: str, work: int | None, setting: float | None = None) -> None:
-        if status in ("timeout", "not_installed"):
+    def _note(self, status: Status, work: int | None, setting: float | None = None) -> None:
+        if status in (Status.TIMEOUT, Status.NOT_INSTALLED):
             self._stopped = f"the setting before it is {status}"
         if work is not None and setting is not None:
             self._counted.append((setting, work))

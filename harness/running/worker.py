@@ -29,6 +29,7 @@ import numpy as np
 from gnomon.harness.contract import validation as answers
 from gnomon.harness.contract.integrator import Problem, Refused, Solve
 from gnomon.harness.contract.problem import accepted_form, groups_of
+from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import TEXT, Unusable
 from gnomon.harness.kernels import equations as compiling
 from gnomon.harness.registry import lookup as registry
@@ -211,7 +212,7 @@ class _Speaker:
 
     def failed(self, error: BaseException) -> None:
         status, reason = _named(error, self._memory_bytes)
-        if status == "crashed" and not isinstance(error, Unusable):
+        if status == Status.CRASHED and not isinstance(error, Unusable):
             _print(error)
         self("failed", status=status, reason=reason)
 
@@ -454,20 +455,20 @@ def _print(error: BaseException) -> None:
         print("".join(traceback.format_exception(type(error), error, frames)), file=sys.stderr, flush=True)
 
 
-def _named(error: BaseException, memory_bytes: int) -> tuple[str, str]:
+def _named(error: BaseException, memory_bytes: int) -> tuple[Status, str]:
     """(status, reason) of an exception."""
     if isinstance(error, Unusable):
-        return "crashed", str(error)
+        return Status.CRASHED, str(error)
     if isinstance(error, Refused):
-        return "refused", str(error) or "declined without a reason"
+        return Status.REFUSED, str(error) or "declined without a reason"
     if isinstance(error, ModuleNotFoundError):
-        return "not_installed", str(error)
+        return Status.NOT_INSTALLED, str(error)
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return "interrupted", f"the disk is full ({error.filename or error.strerror})"
+        return Status.INTERRUPTED, f"the disk is full ({error.filename or error.strerror})"
     text = str(error).strip().replace("\n", " ")
     if isinstance(error, MemoryError):
-        return "out_of_memory", f"needed more than {memory_bytes / 2**30:.3g} GiB ({text[:TEXT]})"
-    return "crashed", f"{type(error).__name__}: {text[:TEXT]}" if text else type(error).__name__
+        return Status.OUT_OF_MEMORY, f"needed more than {memory_bytes / 2**30:.3g} GiB ({text[:TEXT]})"
+    return Status.CRASHED, f"{type(error).__name__}: {text[:TEXT]}" if text else type(error).__name__
 
 
 def _limit_resources(memory_bytes: int) -> None:
