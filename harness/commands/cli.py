@@ -1,4 +1,4 @@
-"""The command line. Exit codes: 0 passed, 1 a check failed, 2 wrong usage, 130 interrupted."""
+"""The command line. Exit codes: 0 success, 1 failure of what was run or compared, 2 wrong usage, 130 interrupted."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-    help="Reads integrators of classical mechanics against exact motions, in error and in speed.",
+    help="Compares integrators with exact motions of classical mechanics, in error and in speed.",
 )
 TABLE_WIDTH = 150
 INTEGRATORS_WIDTH = 96
-"""The ids are to be copied, so they are never cut."""
+"""Columns for ids of full length, so that they can be copied."""
 out = Console(soft_wrap=True, emoji=False)
 problems = Console(stderr=True, soft_wrap=True, emoji=False)
 
@@ -54,20 +54,20 @@ class ExportFormat(StrEnum):
 
 
 USAGE: Any = typer.BadParameter.__mro__[1]
-"""What the parser raises for a command line that it does not understand, wherever this release of Typer keeps it."""
+"""The exception for wrong usage; releases of Typer keep it in different modules."""
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
 WRITING = (*FULL, errno.EACCES, errno.EROFS, errno.ENOENT, errno.EEXIST, errno.ENOTDIR, errno.EISDIR)
 
 SHORTEST_LIMIT, LONGEST_LIMIT = 1e-6, 1e6
-"""Seconds: below, no clock tells two calls apart; above are eleven days."""
+"""Seconds: about the resolution of a clock, and eleven days."""
 MOST_WORKERS = 256
 PART = ".part.1234567.123456789012345."
-"""As long as the beginning of the name under which a file is written until it is whole."""
+"""A prefix of the same length as that of the temporary name under which a file is written."""
 
 
 def _path(given: str | Path) -> Path:
-    """A path of the command line, or a default; wrong usage where no file can have this name."""
+    """A path of the command line, or a default; wrong usage if no file can have this name."""
     text = str(given)
     if not text.strip():
         raise typer.BadParameter("an empty name; give a path")
@@ -84,7 +84,7 @@ def _path(given: str | Path) -> Path:
 
 
 def _cut(text: str) -> str:
-    """A long text by its ends: a path is known by its last part."""
+    """A long text shortened in its middle: the end of a path identifies it."""
     return text if len(text) <= 160 else f"{text[:60]}...{text[-60:]}"
 
 
@@ -92,8 +92,8 @@ Settings = Annotated[list[str] | None, typer.Option("--set", help="A parameter o
 
 
 def main() -> None:
-    """Run the command line; wrong usage is one line and exit code 2, never a traceback; Ctrl-C ends it with 130."""
-    sys.path.append(os.getcwd())  # so that a user's own module:Class is found where they stand
+    """Run the command line. Wrong usage prints one line and exits with 2, without a traceback; Ctrl-C exits with 130."""
+    sys.path.append(os.getcwd())  # a user's own module:Class is looked for in the working directory
     warnings.showwarning = _warning
     with interruption.acknowledged() as asked:
         code = _exit_code()
@@ -103,10 +103,8 @@ def main() -> None:
 def _exit_code() -> int:
     try:
         return int(app(prog_name="gnomon", standalone_mode=False) or 0)
-    except SystemExit as end:  # none of ours: those of Typer end as a result
-        told = (
-            f"SystemExit: what was imported or called ended with sys.exit({end.code!r}); nothing vouches for its result"
-        )
+    except SystemExit as end:  # raised by imported code: Typer returns its own exit codes
+        told = f"SystemExit: code that was imported or called ended with sys.exit({end.code!r}); there is no result"
     except (ValueError, OSError, ArithmeticError) as error:
         told = f"{type(error).__name__}: {error}" if isinstance(error, ArithmeticError) else str(error)
         if isinstance(error, OSError) and error.errno in WRITING:
@@ -118,24 +116,24 @@ def _exit_code() -> int:
         if len(sys.argv) == 1:
             error.show()  # `gnomon` alone: its help
             return 2
-        message = error.format_message().replace("Value error, ", "")  # words of a library beneath, for nobody
+        message = error.format_message().replace("Value error, ", "")  # a prefix that a library adds
         told = f"{message} (see {error.ctx.command_path if error.ctx else 'gnomon'} --help)"
     problems.print(f"[bold red]error:[/] {escape(_line(told))}")
     return 2
 
 
 def _line(text: str) -> str:
-    """On one line, with nothing that a terminal would obey."""
+    """On one line, without control characters for a terminal."""
     return visible(" ".join(text.split()))
 
 
 def _warning(message: Warning | str, *_: Any, **__: Any) -> None:
-    """A warning as one line, without the line of code that it comes from."""
+    """Print a warning on one line, without the source line that it comes from."""
     problems.print(f"[bold yellow]warning:[/] {escape(_line(str(message)))}", highlight=False)
 
 
 @app.command("list")
-def list_(what: Annotated[Listed | None, typer.Argument(help="One of these; all without it.")] = None) -> None:
+def list_(what: Annotated[Listed | None, typer.Argument(help="What to list; by default everything.")] = None) -> None:
     """List cases, checks (rows without motion) and integrators."""
     if what in (None, Listed.cases):
         out.print(listing.cases_table())
@@ -153,14 +151,14 @@ def show(
         Path | None, typer.Option(help="Draw the motion to this file: .svg, .png or .html.", parser=_path)
     ] = None,
 ) -> None:
-    """Print a case: equations, parameters, quantities, variants; draw its motion to a file."""
+    """Print a case (equations, parameters, quantities, variants) or a check; draw the motion to a file."""
     from gnomon.harness.commands.show import DRAWINGS, describe, draw
     from gnomon.harness.commands.show_check import describe_check
 
     from gnomon import cases
 
     if plot is not None and plot.suffix not in DRAWINGS:
-        raise ValueError(f"--plot {plot}: a drawing is {', '.join(DRAWINGS)}")
+        raise ValueError(f"--plot {plot}: the name must end in one of {', '.join(DRAWINGS)}")
     if case.partition("/")[0] in cases.checks():
         if plot is not None:
             raise ValueError(f"{case} is a check, without motion: there is nothing to draw")
@@ -190,22 +188,22 @@ def run(
     limit: Annotated[
         float | None,
         typer.Option(
-            help="Seconds that one trial may take, without waiting for a busy processor; by default 1 on default"
-            " settings, .08 on hard variants (up to .4 on long ones), .12 in the suite quick."
+            help="Seconds that one trial may take, without waits for a busy processor; by default 1 on default"
+            " variants, .08 on hard variants (up to .4 on long ones), .12 in the suite quick."
         ),
     ] = None,
     workers: Annotated[
         int,
         typer.Option(
-            help="Trials at a time. Together they may take 80 % of the memory of the machine or of its cgroup, each an"
-            " equal share.",
+            help="Trials at a time. Together they may use 80 % of the memory of the machine or of its cgroup, in equal"
+            " shares.",
         ),
     ] = 2,
     parameters: Settings = None,
 ) -> None:
-    """Run cases through integrators. The same command goes on where an interrupted run stopped.
+    """Run integrators on cases. The same command resumes an interrupted run.
 
-    Exit code 1 where nothing was measured or an integrator of your own never succeeded.
+    Exit code 1 if nothing was measured, or if an integrator of your own never succeeded.
     """
     from gnomon.harness.registry import lookup as registry
     from gnomon.harness.running import first_trials, plan
@@ -217,7 +215,7 @@ def run(
     _check_workers(workers)
     chosen_suite = plan.suite(suite)
     if case:
-        chosen_suite = replace(chosen_suite, rest=None)  # who names a case wants the whole of it
+        chosen_suite = replace(chosen_suite, rest=None)  # a case that is named is run in full
     without = [name for name in case or () if name.partition("/")[0] in cases.checks()]
     if without:
         raise ValueError(f"{without[0]} is a check, without motion: `gnomon certify {without[0]}` confirms it")
@@ -250,7 +248,7 @@ def run(
             out_path, chosen_suite, chosen, integrators, Progress(), workers, near_duplicates=bool(case or integrator)
         )
     except KeyboardInterrupt:
-        problems.print("interrupted; the same command goes on from here")
+        problems.print("interrupted; the same command resumes the run")
         raise typer.Exit(130) from None
     _summarize(path, {one.name for one, _ in chosen}, integrators)
 
@@ -262,7 +260,7 @@ def report(
     case: Annotated[
         list[str] | None,
         typer.Option(
-            help="A case that is not installed, package.module:Class; a results file never says what to import."
+            help="A case that is not installed, package.module:Class; a results file cannot name code to import."
         ),
     ] = None,
 ) -> None:
@@ -274,7 +272,7 @@ def report(
 
     database, given = results_file(run), {name: case_class(name) for name in case or ()}
     with opening.reading(database, ()):
-        pass  # results of gnomon's, else no folder is made
+        pass  # raises before a folder is made if these are no results of gnomon
     _check_folder(to, "--to")
     page = write_report(database, to, given)
     out.print(f"The report is {page}")
@@ -282,17 +280,17 @@ def report(
 
 @app.command()
 def compare(
-    base: Annotated[Path, typer.Argument(help="The results to compare with.", parser=_path)],
-    run: Annotated[Path, typer.Argument(help="The results to check.", parser=_path)],
+    base: Annotated[Path, typer.Argument(help="The earlier results.", parser=_path)],
+    run: Annotated[Path, typer.Argument(help="The results to compare with the base.", parser=_path)],
     allow_missing: Annotated[
-        bool, typer.Option("--allow-missing", help="Series of the base that the run lacks are no regression.")
+        bool, typer.Option("--allow-missing", help="Series that the run lacks are not regressions.")
     ] = False,
 ) -> None:
-    """Check a run against a base: status, order, errors and right-hand sides.
+    """Compare a run with an earlier one: status, order, errors and right-hand sides.
 
-    Exit code 1 where it got worse, where a series of the base is missing, has no setting left that is ok or none that
-    can be compared; 2 where nothing can be compared. A timeout counts once the trial was tried three times, as limits
-    below half a second have it.
+    Exit code 1 if the run is worse, or if a series of the base is missing, has no setting left that is ok or none that
+    can be compared; 2 if nothing can be compared. A timeout counts only after three tries, which limits below half a
+    second allow.
     """
     from gnomon.harness.results.regression import compare as compare_
     from gnomon.harness.results.regression import reasons
@@ -315,7 +313,7 @@ def compare(
 @app.command()
 def certify(
     case: Annotated[
-        list[str] | None, typer.Argument(help="Cases, case/variant or checks; all cases and checks without it.")
+        list[str] | None, typer.Argument(help="Cases, case/variant or checks; by default all cases and checks.")
     ] = None,
     to: Annotated[Path, typer.Option(help="Where the certificates go, as JSON.", parser=_path)] = Path(
         "runs/certificates.json"
@@ -330,7 +328,7 @@ def certify(
     ] = None,
     workers: Annotated[int, typer.Option(help="Processes at a time.")] = 2,
 ) -> None:
-    """Confirm exact motions by independent ways. Exit code 1 below the required digits."""
+    """Confirm exact motions in independent ways. Exit code 1 if one agrees to fewer digits than required."""
     from gnomon.harness.certification import certify as certifying
     from gnomon.harness.certification import certify_all
     from gnomon.harness.running import plan
@@ -360,7 +358,7 @@ def certify(
         _measure_computations({name for name, _ in settings}, independent)
     failed = [certificate for certificate in certificates if not certificate.passed]
     if failed:
-        out.print(f"{len(failed)} below the digits required of them")
+        out.print(f"{len(failed)} agree to fewer digits than required")
         raise typer.Exit(1)
 
 
@@ -368,9 +366,9 @@ def certify(
 def export(
     run: Annotated[Path, typer.Argument(help="A results file or its folder.", parser=_path)],
     form: Annotated[ExportFormat, typer.Option("--format", help="What to write.")] = ExportFormat.csv,
-    to: Annotated[Path | None, typer.Option(help="The file to write; results.FORMAT without it.", parser=_path)] = None,
+    to: Annotated[Path | None, typer.Option(help="The file to write; by default results.FORMAT.", parser=_path)] = None,
     raw: Annotated[
-        bool, typer.Option("--raw", help="Leave texts in a csv that a spreadsheet would take for formulas.")
+        bool, typer.Option("--raw", help="Do not mark texts in a csv that a spreadsheet would read as formulas.")
     ] = False,
 ) -> None:
     """Write the measurements of a run as a table, one row each."""
@@ -387,7 +385,7 @@ def export(
 
 @app.command()
 def doctor() -> None:
-    """Show what gnomon finds here: machine, libraries, and why an integrator is missing."""
+    """Show what gnomon finds here: the machine, the libraries, and why a library is missing."""
     out.print(listing.environment_table())
     out.print(listing.libraries_table())
 
@@ -412,7 +410,7 @@ def _check_workers(workers: int) -> None:
 
 
 def _check_writable(path: Path, option: str) -> None:
-    """Make the folder of a file to write; raise ValueError where the file could not be written."""
+    """Make the folder of a file to write; raise ValueError if the file could not be written."""
     if path.is_dir():
         raise ValueError(f"{option} {path} is a folder; name a file in it")
     if path.exists() and not path.is_file():  # it would be replaced
@@ -421,10 +419,10 @@ def _check_writable(path: Path, option: str) -> None:
 
 
 def _check_folder(folder: Path, option: str, file: Path | None = None) -> None:
-    """Make a folder to write to; raise ValueError where nothing, or not `file`, can be written in it."""
+    """Make a folder to write to; raise ValueError if `file`, or any file without it, cannot be written there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        # Permissions alone do not tell: of a system's own folders, of a medium that is full.
+        # Permissions are not enough: system folders and full disks refuse files too.
         with tempfile.NamedTemporaryFile(dir=folder, prefix=PART, suffix=f".{file.name}" if file else ""):
             pass
     except OSError as error:
@@ -434,19 +432,19 @@ def _check_folder(folder: Path, option: str, file: Path | None = None) -> None:
 
 
 def _check_results(path: Path) -> None:
-    """Raise ValueError where the results of a run could not be written, or would go into a file that holds others."""
+    """Raise ValueError if the results of a run could not be written, or if the file holds something else."""
     from gnomon.harness.results import opening
 
     file = path if path.suffix == ".sqlite" else path / "results.sqlite"
     if file.is_file() and file.stat().st_size:
         with opening.reading(file, ()):
-            pass  # results of gnomon's
+            pass  # raises if these are no results of gnomon
     else:
         _check_writable(file, "--out")
 
 
 def _measure_computations(names: set[str], to: Path) -> None:
-    """All settings of the checks among the names, alone on the machine: their times are compared."""
+    """Measure the checks among the names, with all variants, one at a time: their times are compared."""
     from gnomon.harness.certification import independent_checks
 
     chosen = [check for check in independent_checks.everything() if check.name in names]
@@ -455,7 +453,7 @@ def _measure_computations(names: set[str], to: Path) -> None:
 
 
 def _given(parameters: list[str] | None) -> dict[str, str]:
-    """The numbers of `--set name=value`."""
+    """The parameters of `--set name=value`, as text."""
     given: dict[str, str] = {}
     for text in parameters or ():
         name, equals, value = (part.strip() for part in text.partition("="))

@@ -65,7 +65,7 @@ def environment_table() -> Table:
 
 
 def libraries_table() -> Table:
-    """Each library: ready, or why not."""
+    """Each library: ready, or the reason why it is missing."""
     from gnomon.harness.registry import lookup as registry
 
     libraries: dict[str, str | None] = {}
@@ -78,7 +78,7 @@ def libraries_table() -> Table:
 
 
 def certificates_table(certificates: Iterable[Certificate]) -> Table:
-    """Digits agreed, in all and by each way."""
+    """The digits of each certificate: in total and by each way of confirmation."""
     table = Table("case", "variant", "digits agreed", "by", title="Exact motions, confirmed")
     for certificate in certificates:
         ways = ", ".join(f"{way} {digits:.0f}" for way, digits in certificate.ways.items())

@@ -1,4 +1,4 @@
-"""What `gnomon run` prints at its end: one line a series, or an integrator where there are many series."""
+"""The table that `gnomon run` prints at its end: one row a series, or one an integrator if there are many series."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rich.markup import escape
 from rich.table import Table
 
 MOST_SERIES = 40
-"""Of more series than these there is one line an integrator, with medians over its series."""
+"""With more series than these the table has one row an integrator, with medians over its series."""
 REASON = 100
 """Characters of a reason that are shown."""
 
@@ -74,7 +74,7 @@ def _words(rows: pd.DataFrame) -> tuple[str, str]:
 
 
 def shortcomings(frame: pd.DataFrame, own: Sequence[Integrator]) -> list[str]:
-    """In one line each, why a run fails: nothing was measured, or an integrator of a user's own never succeeded."""
+    """Why a run fails, one line a reason: nothing was measured, or a user's own integrator never succeeded."""
     why = analysis.nothing_ran(frame)
     if why is not None:
         return [f"nothing ran ({why})"]

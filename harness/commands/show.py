@@ -33,11 +33,11 @@ from rich.table import Table
 DRAWINGS = (".svg", ".png", ".html")
 POINTS = 1200
 DRAWN_SCALES = 80.0
-"""A drawing covers at most so many time scales: beyond that it is a black bar."""
+"""A drawing covers at most this many time scales; more oscillations could not be told apart."""
 
 
 def describe(case: Case, out: Console) -> None:
-    """Print title, conventions, equations, numbers, quantities, variants, forms and formulations."""
+    """Print title, conventions, equations, parameters, quantities, variants, forms and formulations."""
     out.print(f"[bold]{escape(case.title)}[/]  {escape(case.id)}   (Beatty, Dynamics, {escape(case.section)})")
     if case.conventions:
         out.print(escape(case.conventions))
@@ -59,7 +59,7 @@ def describe(case: Case, out: Console) -> None:
 
 
 def draw(case: Case, path: Path) -> None:
-    """Draw the exact motion over time to a file of one of the DRAWINGS, one panel for each group of coordinates."""
+    """Draw the exact motion over time, one panel a group of coordinates, to a file with an ending of `DRAWINGS`."""
     import altair
     import pandas
 
@@ -119,9 +119,9 @@ def _functions(case: Case) -> Iterator[tuple[str, Callable[..., Any]]]:
     elif isinstance(form, FirstOrder):
         yield "y' = equations(t, y, parameters)", form.equations
         if isinstance(form, Charged):
-            yield "a and w of u' = a + v x w; of a charge q E/m and q B/m", form.fields
+            yield "a and w of u' = a + v x w; for a charge q E/m and q B/m", form.fields
         elif isinstance(form, Constrained):
-            yield "force over mass without the constraint's", form.force
+            yield "force over mass, without that of the constraint", form.force
             yield "constraint, constant on the motion", form.constraint
         elif isinstance(form, SemiLinear):
             yield "y' = L y + rest: L, row by row", form.linear
@@ -135,7 +135,7 @@ def _others(case: Case, form: Any) -> Iterator[tuple[str, Callable[..., Any]]]:
 
 
 def _numbers(case: Case, out: Console) -> None:
-    table = Table("name", "value", "unit", "meaning", "domain", title="Numbers", title_justify="left")
+    table = Table("name", "value", "unit", "meaning", "domain", title="Parameters and start", title_justify="left")
     for parameter in case.parameter_list:
         domain = str(case.domain.ranges.get(parameter.name, ""))
         text = number(case.parameters[parameter.name])

@@ -31,7 +31,7 @@ def text_file(tmp_path: Path) -> str:
         (["show", "euler_top", "--set", "I3=50"], "the triangle inequality"),
         (["show", "pendulum_simple", "--set", "length=1"], "has no parameter 'length'"),
         (["show", "pendulum_simple", "--set", "g"], "write name=value"),
-        (["show", "pendulum_simple", "--plot", "motion.docx"], "motion.docx: a drawing is .svg, .png, .html"),
+        (["show", "pendulum_simple", "--plot", "motion.docx"], "motion.docx: the name must end in one of .svg, .png"),
         (["run", "--case", "pendulum_simple", "--integrator", "RK44"], "did you mean RK4 or RK45"),
         (["run", "--integrator", "no_such_module:Thing"], "give package.module:Class"),
         (["run", "--integrator", "planted:SUITE"], "give package.module:Class"),
@@ -265,7 +265,7 @@ def test_an_interrupted_run_says_how_to_go_on(
     with monkeypatch.context() as patched:
         patched.setattr(Pool, "run", interrupt)
         assert gnomon(*run, "--out", str(tmp_path)) == 130
-    assert "the same command goes on from here" in capfd.readouterr().err
+    assert "the same command resumes the run" in capfd.readouterr().err
     assert gnomon(*run, "--out", str(tmp_path)) == 0
     assert {"ok"} <= set(store.load(tmp_path)["status"]) <= {"ok", "timeout", "skipped"}, "slow in Python"
 
