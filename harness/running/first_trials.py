@@ -14,7 +14,7 @@ from gnomon.harness.running import plan
 from gnomon.harness.running.plan import Suite
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.running.sweep import task_of
-from gnomon.harness.running.worker import Order, Outcome, Task
+from gnomon.harness.running.worker import Outcome, Request, Task
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
 
 
@@ -34,10 +34,10 @@ class FirstTrial:
     """What is said of each trial that crashed: the reason, and the traceback where there is one."""
     passed: bool = False
 
-    def next(self) -> Order | None:
+    def next(self) -> Request | None:
         if self.passed or not self.settings:
             return None
-        return Order(self.settings.pop(0), self.integrator.counts_rhs, 0.0, 1, 0.0)
+        return Request(self.settings.pop(0), self.integrator.counts_rhs, 0.0, 1, 0.0)
 
     def done(self, outcome: Outcome) -> None:
         self.passed = True

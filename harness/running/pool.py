@@ -16,7 +16,7 @@ from typing import Any, Protocol
 from gnomon.harness.contract.status import Status
 from gnomon.harness.results.values import TRIES
 from gnomon.harness.running.messages import Garbled, Inbox, Message
-from gnomon.harness.running.worker import Order, Outcome, Task, serve, take_output
+from gnomon.harness.running.worker import Outcome, Request, Task, serve, take_output
 from gnomon.harness.system.child_process import context, main_hidden, queued_seconds
 from gnomon.harness.system.locks import temporary_folder
 from gnomon.harness.system.memory import worker_bytes
@@ -49,14 +49,14 @@ class Job(Protocol):
     task: Task
     limit_seconds: float
 
-    def next(self) -> Order | None:
+    def next(self) -> Request | None:
         """The next trial to run, or None when the series is finished."""
 
     def done(self, outcome: Outcome) -> None:
-        """The order that was handed out last has this outcome."""
+        """The request that was handed out last has this outcome."""
 
     def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
-        """The order that was handed out last failed; a timeout says how often it was tried."""
+        """The request that was handed out last failed; a timeout says how often it was tried."""
 
 
 @dataclass
@@ -66,7 +66,7 @@ class _Slot:
     job: Job
     process: Any
     connection: Connection
-    order: Order
+    request: Request
     deadline: float
     stage: str = "prepare"
     seconds: float = 0.0
@@ -75,9 +75,9 @@ class _Slot:
     interrupted: tuple[str, float] | None = None
     """The stage in which something is being compiled, and its seconds."""
     again: bool = False
-    """Whether the order is repeated because the server of its process was lost."""
+    """Whether the request is repeated because the server of its process was lost."""
     tries: int = 1
-    """How often the order was tried, this time included."""
+    """How often the request was tried, this time included."""
     inbox: Inbox = field(default_factory=Inbox)
 
 
@@ -91,7 +91,7 @@ class Pool:
         self._folder = tempfile.TemporaryDirectory(dir=temporary_folder())
         self._slots: list[_Slot] = []
         self._started = 0
-        self._ordered = 0
+        self._requested = 0
         self._dying: list[Any] = []
 
     def run(self, jobs: Iterable[Job]) -> None:
@@ -119,12 +119,12 @@ class Pool:
             self._folder.cleanup()
 
     def _start(self, job: Job) -> None:
-        """Start a worker on the next order of a job, if there is one."""
-        order = job.next()
-        if order is not None:
-            self._launch(job, order)
+        """Start a worker on the next request of a job, if there is one."""
+        request = job.next()
+        if request is not None:
+            self._launch(job, request)
 
-    def _launch(self, job: Job, order: Order, again: bool = False, tries: int = 1) -> None:
+    def _launch(self, job: Job, request: Request, again: bool = False, tries: int = 1) -> None:
         self._started += 1
         path = Path(self._folder.name) / str(self._started)
         path.touch()
@@ -134,16 +134,16 @@ class Pool:
         with main_hidden(not job.task.spec.in_main):
             process.start()
         theirs.close()
-        slot = _Slot(job, process, ours, order, 0.0, again=again, tries=tries)
+        slot = _Slot(job, process, ours, request, 0.0, again=again, tries=tries)
         self._slots.append(slot)
-        self._send(slot, order)
+        self._send(slot, request)
 
-    def _send(self, slot: _Slot, order: Order) -> None:
-        self._ordered += 1
-        slot.order = replace(order, number=self._ordered)
+    def _send(self, slot: _Slot, request: Request) -> None:
+        self._requested += 1
+        slot.request = replace(request, number=self._requested)
         self._stage(slot, "prepare", self.prepare_seconds)
-        with contextlib.suppress(OSError):  # it died between two orders: the end of its pipe says so to _listen
-            slot.connection.send(slot.order)
+        with contextlib.suppress(OSError):  # it died between two requests: the end of its pipe says so to _listen
+            slot.connection.send(slot.request)
 
     def _stage(self, slot: _Slot, stage: str, seconds: float) -> None:
         slot.stage, slot.seconds, slot.deadline = stage, seconds, monotonic() + seconds
@@ -161,7 +161,7 @@ class Pool:
                 self._late(slot)
 
     def _late(self, slot: _Slot) -> None:
-        """Try the order of a worker that passed its deadline again where that may be the machine's fault, or fail it."""
+        """Try the request of a worker that passed its deadline again where that may be the machine's fault, or fail it."""
         limit = slot.job.limit_seconds
         waited = queued_seconds(slot.process.pid) - slot.queued
         if waited > QUEUED_SECONDS:
@@ -174,7 +174,7 @@ class Pool:
             self._fail(slot, Status.TIMEOUT, f"no answer within {limit:g} s")
         else:
             self._end(slot)
-            self._launch(slot.job, slot.order, again=slot.again, tries=slot.tries + 1)
+            self._launch(slot.job, slot.request, again=slot.again, tries=slot.tries + 1)
 
     def _drain(self, slot: _Slot) -> None:
         try:
@@ -183,8 +183,8 @@ class Pool:
                 if not piece:
                     raise EOFError
                 for message in slot.inbox.take(piece):
-                    # another number: an answer to an order before, by a process that the integrator left behind
-                    if message.order == slot.order.number and not self._handle(slot, message):
+                    # another number: an answer to a request before, by a process that the integrator left behind
+                    if message.request == slot.request.number and not self._handle(slot, message):
                         return
         except (EOFError, OSError):
             slot.process.join()
@@ -197,7 +197,7 @@ class Pool:
         code = slot.process.exitcode
         if code == LOST and not slot.again:
             self._end(slot)
-            self._launch(slot.job, slot.order, again=True, tries=slot.tries)
+            self._launch(slot.job, slot.request, again=True, tries=slot.tries)
         elif code == LOST:
             self._fail(slot, Status.INTERRUPTED, "the server of the worker processes was lost, twice")
         else:
@@ -206,7 +206,7 @@ class Pool:
     def _handle(self, slot: _Slot, message: Message) -> bool:
         """Act on one message; False where the slot is no longer in use."""
         stage = message.stage
-        limit, order = slot.job.limit_seconds, slot.order
+        limit, request = slot.job.limit_seconds, slot.request
         if stage in ("prepared", "turning"):
             self._stage(slot, "run", limit + GRACE_SECONDS)
             return True
@@ -215,7 +215,7 @@ class Pool:
             return True
         if stage == "ran":
             # the timed calls together take the block, or one call that may be as slow as the limit
-            self._stage(slot, "time", limit + 4 * order.block_seconds + GRACE_SECONDS)
+            self._stage(slot, "time", limit + 4 * request.block_seconds + GRACE_SECONDS)
             return True
         if stage == "compiling":
             if slot.stage != "prepare":  # where one compilation asks for another, the first says what was interrupted

@@ -12,7 +12,7 @@ from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.registry.lookup import reference
 from gnomon.harness.results.store import Known
 from gnomon.harness.running.plan import Series, Suite, Trial
-from gnomon.harness.running.worker import FEWEST_CALLS, Order, Outcome, Task
+from gnomon.harness.running.worker import FEWEST_CALLS, Outcome, Request, Task
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
 from gnomon.harness.scoring.score import Scorer, above_text
 from numpy.typing import NDArray
@@ -104,7 +104,7 @@ class Sweep:
         self._seconds_each = SECONDS_EACH.get(integrator.id, SECONDS_EACH.get(integrator.library, 0.0))
         self._stopped: str | None = None
 
-    def next(self) -> Order | None:
+    def next(self) -> Request | None:
         """The next trial that must run. Trials that need not run are passed over, or recorded as skipped."""
         while self._waiting:
             trial = self._waiting.pop(0)
@@ -121,7 +121,7 @@ class Sweep:
                 self._add(trial, {"status": Status.SKIPPED, "reason": reason})
                 continue
             self._current = trial
-            return replace(self._order(trial.setting), place=self._places[trial.key])
+            return replace(self._request(trial.setting), place=self._places[trial.key])
         self._finished()
         return None
 
@@ -180,13 +180,13 @@ class Sweep:
             return False
         return (first.work or 0) * self._seconds_each <= RELAUNCHED_SECONDS
 
-    def _order(self, setting: float) -> Order:
+    def _request(self, setting: float) -> Request:
         """Default variants are timed; on the others times are orders of magnitude, and a few calls tell them."""
         suite, count = self.suite, self.launch == 1 and self.series.integrator.counts_rhs
         if self.series.case.variant is None:
             turned = suite.turned and self.launch == 1 and len(self.task.turned) > 0
-            return Order(setting, count, suite.block_seconds, suite.repeats, suite.slow_seconds, turned, null=True)
-        return Order(setting, count, 0.0, FEWEST_CALLS, min(suite.slow_seconds, REPEATED_SECONDS))
+            return Request(setting, count, suite.block_seconds, suite.repeats, suite.slow_seconds, turned, null=True)
+        return Request(setting, count, 0.0, FEWEST_CALLS, min(suite.slow_seconds, REPEATED_SECONDS))
 
     def _add(self, trial: Trial, measurement: Mapping[str, Any], settings: Any = None, states: Any = None) -> None:
         row = {"trial_key": trial.key, "launch": self.launch, "limit_seconds": self.limit_seconds, **measurement}

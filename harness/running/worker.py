@@ -1,6 +1,6 @@
-"""The child process of one series: prepares and times one trial after another, as the parent orders.
+"""The child process of one series: prepares and times one trial after another, as the parent requests.
 
-For each order the parent gets messages (see `messages`): `prepared` and `counted` around the counting run, `prepared`
+For each request the parent gets messages (see `messages`): `prepared` and `counted` around the counting run, `prepared`
 and `ran` around the warm-up, `turning` before each turned start, `null` before the null call, then one of `done` (an
 Outcome) or `failed` (status, reason). The parent sets a deadline for each stage and kills what passes it. Around what a
 call compiles, where a method turns to another one only once it runs, stand `compiling` and `compiled`: that is none of
@@ -76,7 +76,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Order:
+class Request:
     """One trial: its setting, whether to count right-hand sides, how long and how often to time it, once where it is slow.
 
     `turned`: whether to solve from the turned starts too; `null`: whether to time the null call of the series.
@@ -92,7 +92,7 @@ class Order:
     place: int = 0
     """Where the setting stands in its sweep: the counting run of each starts from another state, the same in every run."""
     number: int = 0
-    """What the answer to this order repeats, so that no other is taken for it."""
+    """What the answer to this request repeats, so that no other is taken for it."""
 
 
 @dataclass
@@ -115,11 +115,11 @@ class Outcome:
     null_seconds: float | None = None
     turned: Floats | None = None
 
-    def message(self, order: int) -> Message:
-        """The outcome as the answer to an order."""
+    def message(self, request: int) -> Message:
+        """The outcome as the answer to a request."""
         content = asdict(self)
         arrays = {name: content.pop(name) for name in ("states", "turned")}
-        return Message(order, "done", content, {name: array for name, array in arrays.items() if array is not None})
+        return Message(request, "done", content, {name: array for name, array in arrays.items() if array is not None})
 
     @classmethod
     def of(cls, message: Message, task: Task) -> Outcome:
@@ -169,7 +169,7 @@ def serve(connection: Connection, task: Task) -> None:
 
 
 def _work(connection: Connection, task: Task) -> None:
-    """One Order after another, until the parent ends it; what an order leaves behind ends with it."""
+    """One Request after another, until the parent ends it; what a request leaves behind ends with it."""
     os.setpgid(0, 0)  # a terminal's Ctrl-C would reach libraries that put in a handler of their own, as REBOUND does
     adopt_orphans()
     leave_server(connection.fileno())
@@ -178,16 +178,16 @@ def _work(connection: Connection, task: Task) -> None:
     try:
         series = _Series(task, say)
     except BaseException as error:
-        say.order = connection.recv().number
+        say.request = connection.recv().number
         say.failed(error)
         return
     gc.freeze()  # the collection before each timing then has only the trial's own objects to walk
     while True:
-        order = connection.recv()
-        say.order = order.number
+        request = connection.recv()
+        say.request = request.number
         failed: BaseException | None = None
         try:
-            outcome = series.run(order)
+            outcome = series.run(request)
         except BaseException as error:  # even SystemExit: nothing that an integrator does may end the series unseen
             failed = error
         say.stop_forks()
@@ -195,20 +195,20 @@ def _work(connection: Connection, task: Task) -> None:
         if failed is not None:
             say.failed(failed)
         else:
-            say.send(outcome.message(order.number))
+            say.send(outcome.message(request.number))
 
 
 class _Speaker:
-    """Answers the order under way. A process that an integrator forked off this one says nothing: it is ended."""
+    """Answers the request under way. A process that an integrator forked off this one says nothing: it is ended."""
 
     def __init__(self, connection: Connection, memory_bytes: int) -> None:
-        self.order = 0
+        self.request = 0
         self._memory_bytes = memory_bytes
         self._connection = connection
         self._process = os.getpid()
 
     def __call__(self, stage: str, **content: Any) -> None:
-        self.send(Message(self.order, stage, content, {}))
+        self.send(Message(self.request, stage, content, {}))
 
     def failed(self, error: BaseException) -> None:
         status, reason = _named(error, self._memory_bytes)
@@ -259,20 +259,20 @@ class _Series:
             groups_of(self.case, self.formulation),
         )
 
-    def run(self, order: Order) -> Outcome:
-        rhs_calls, counted_seconds, others = self._count(order) if order.count else (None, 0.0, None)
+    def run(self, request: Request) -> Outcome:
+        rhs_calls, counted_seconds, others = self._count(request) if request.count else (None, 0.0, None)
         problem = self.problem(counted=False)
         began = perf_counter_ns()
-        solve = self.integrator.prepare(problem, order.setting)
+        solve = self.integrator.prepare(problem, request.setting)
         prepare_seconds = (perf_counter_ns() - began) * 1e-9
         self._prepared()
         try:
             seconds = counted_seconds
-            if others is None or (counted_seconds < order.slow_seconds and order.repeats > 1):
+            if others is None or (counted_seconds < request.slow_seconds and request.repeats > 1):
                 warm = self._compiled(lambda: _Call(solve, next(self.moved), self.task))
                 seconds, others = warm.seconds, warm.states
             self.say("ran")
-            calls, scored, others = self._timed(solve, order, seconds, others)
+            calls, scored, others = self._timed(solve, request, seconds, others)
             _check_clocks()
             answers.possible(scored.solution.steps, scored.seconds, "steps")
             answers.possible(rhs_calls, max(counted_seconds, scored.seconds), "right-hand sides")
@@ -280,16 +280,16 @@ class _Series:
                 self._suspect(solve, scored.states)
             if _unmoved(scored, self.task.start, rhs_calls):
                 raise Refused(scored.solution.stopped or "returned the initial state without a step taken")
-            turned = self._turned(solve) if order.turned else None
+            turned = self._turned(solve) if request.turned else None
             settings = _settings(solve)
         finally:
             close = getattr(solve, "close", None)
             if close is not None:
                 close()
-        if order.null and not self.null_measured:
+        if request.null and not self.null_measured:
             self.say("null")
             self.null_measured = True
-            self.null = null_seconds(self.integrator, lambda: self.problem(False), order.setting, self.moved)
+            self.null = null_seconds(self.integrator, lambda: self.problem(False), request.setting, self.moved)
         resets = [call.reset_seconds for call in calls if call.reset_seconds is not None]
         return Outcome(
             scored.states,
@@ -337,7 +337,7 @@ class _Series:
                 break
         return found
 
-    def _count(self, order: Order) -> tuple[int | None, float, Floats | None]:
+    def _count(self, request: Request) -> tuple[int | None, float, Floats | None]:
         """Right-hand sides, seconds and states of an untimed run through counting equations.
 
         From a moved state that belongs to the setting's place: a step control that starts an ulp elsewhere may take 2 %
@@ -346,14 +346,14 @@ class _Series:
         if not self.integrator.counts_rhs:
             return None, 0.0, None
         problem = self.problem(counted=True)
-        solve = self.integrator.prepare(problem, order.setting)
+        solve = self.integrator.prepare(problem, request.setting)
         self._prepared()
-        while len(self.counting_starts) <= order.place:
+        while len(self.counting_starts) <= request.place:
             self.counting_starts.append(next(self.counting))
 
         def counting() -> tuple[_Call, int]:
             before = problem.buffer[-1]
-            call = _Call(solve, self.counting_starts[order.place], self.task)
+            call = _Call(solve, self.counting_starts[request.place], self.task)
             return call, answers.count(problem.buffer[-1] - before, "right-hand sides")
 
         call, counted = self._compiled(counting)
@@ -364,14 +364,14 @@ class _Series:
         return counted, call.seconds, call.states
 
     def _timed(
-        self, solve: Solve, order: Order, estimate: float, others: Floats | None
+        self, solve: Solve, request: Request, estimate: float, others: Floats | None
     ) -> tuple[list[_Call], _Call, Floats | None]:
         """The timed calls, the scored one among them, and the states of a call from another initial state.
 
         A call that is slow or not to be repeated is made once, unless it is much faster than one from another state
         was: then the method met this state before, at another setting, and the calls that count are made from new ones.
         """
-        slow = estimate > order.slow_seconds or order.repeats == 1
+        slow = estimate > request.slow_seconds or request.repeats == 1
         calls: list[_Call] = []
         gc.collect()
         gc.disable()
@@ -383,7 +383,7 @@ class _Series:
             calls.append(scored)
             spent = sum(call.seconds for call in calls)
             fewest = 1 if slow and scored.seconds > estimate / 2 else FEWEST_CALLS
-            while len(calls) < fewest or (not slow and spent < order.block_seconds and len(calls) < order.repeats):
+            while len(calls) < fewest or (not slow and spent < request.block_seconds and len(calls) < request.repeats):
                 again = _Call(solve, next(self.moved), self.task, keep=slow)
                 if slow:  # the answer of the counting run is of another preparation
                     others = again.states
