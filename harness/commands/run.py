@@ -17,6 +17,7 @@ from rich.markup import escape
 
 if TYPE_CHECKING:
     from gnomon.harness.contract.integrator import Integrator
+    from gnomon.harness.running.plan import Suite
 
 TABLE_WIDTH = 150
 SHORTEST_LIMIT, LONGEST_LIMIT = 1e-6, 1e6
@@ -56,26 +57,12 @@ def run(
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.registry import lookup as registry
-    from gnomon.harness.running import first_trials, plan
+    from gnomon.harness.running import first_trials
     from gnomon.harness.running.progress import Progress
     from gnomon.harness.running.run import run as run_
 
-    from gnomon import cases
-
     options.check_workers(workers)
-    chosen_suite = plan.suite(suite)
-    if case:
-        chosen_suite = replace(chosen_suite, rest=None)  # a case that is named is run in full
-    without = [name for name in case or () if name.partition("/")[0] in cases.checks()]
-    if without:
-        raise ValueError(f"{without[0]} is a check, without motion: `gnomon certify {without[0]}` confirms it")
-    if limit is not None:
-        if not SHORTEST_LIMIT <= limit <= LONGEST_LIMIT:
-            raise ValueError(
-                f"--limit {limit:g}: a trial needs a positive number of seconds,"
-                f" from {SHORTEST_LIMIT:g} to {LONGEST_LIMIT:g}"
-            )
-        chosen_suite = chosen_suite.within(limit)
+    chosen_suite = _suite(suite, case, limit)
     integrators = registry.find_all(integrator)
     if integrator:
         chosen_suite = replace(chosen_suite, near_duplicates=True)
@@ -101,6 +88,28 @@ def run(
         problems.print("interrupted; the same command resumes the run")
         raise typer.Exit(130) from None
     _summarize(path, {one.name for one, _ in chosen}, integrators)
+
+
+def _suite(name: str, cases_named: list[str] | None, limit: float | None) -> Suite:
+    """The suite with what the command line changes of it; ValueError for checks and for a limit that is no time."""
+    from gnomon.harness.running import plan
+
+    from gnomon import cases
+
+    found = plan.suite(name)
+    if cases_named:
+        found = replace(found, rest=None)  # a case that is named is run in full
+    without = [name for name in cases_named or () if name.partition("/")[0] in cases.checks()]
+    if without:
+        raise ValueError(f"{without[0]} is a check, without motion: `gnomon certify {without[0]}` confirms it")
+    if limit is None:
+        return found
+    if not SHORTEST_LIMIT <= limit <= LONGEST_LIMIT:
+        raise ValueError(
+            f"--limit {limit:g}: a trial needs a positive number of seconds,"
+            f" from {SHORTEST_LIMIT:g} to {LONGEST_LIMIT:g}"
+        )
+    return found.within(limit)
 
 
 def _summarize(path: Path, names: set[str], integrators: Sequence[Integrator]) -> None:
