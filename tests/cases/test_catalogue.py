@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
-from gnomon.cases import case_class, check_class, names
+from gnomon.cases import case_class, check_class, check_names, names
 
 ROWS = json.loads((Path(__file__).parent / "catalogue_rows.json").read_text())
 LISTED = {name for row in ROWS for name in row["names"]}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
-from gnomon.cases import check_class, get_check
+from gnomon.cases import check_class, check_names, get_check
 from gnomon.cases.core.check import Check
 from gnomon.cases.core.numbers import Range
 from gnomon.harness.certification.certify_checks import REQUIRED, certify_check

@@ -13,7 +13,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from gnomon.cases import Case, case_class, check_class, get, names
+from gnomon.cases import Case, case_class, check_class, check_names, get, names
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.numbers import OutOfReachError, Range, show
 from gnomon.reference.numerics.motion import Motion
