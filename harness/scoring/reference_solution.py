@@ -88,7 +88,7 @@ class CaseSpec:
         return case, found[0] if found else None
 
 
-def reference(spec: CaseSpec) -> ReferenceSolution:
+def reference_solution(spec: CaseSpec) -> ReferenceSolution:
     """The truth of a case, from the cache on disk where the case and its exact motion have not been edited since."""
 
     def build() -> diskcache.Entry:
@@ -119,7 +119,7 @@ def reference_solutions(
     workers = min(os.cpu_count() or 1, len(missing))
     with process_pool(workers) as pool:
         with main_hidden(not any(spec.in_main for spec in missing)):
-            waiting = {pool.submit(reference, spec): spec for spec in missing}
+            waiting = {pool.submit(reference_solution, spec): spec for spec in missing}
         for future in as_completed(waiting):
             error = future.exception()
             found[waiting[future]] = f"{type(error).__name__}: {error}" if error is not None else future.result()

@@ -14,7 +14,7 @@ from gnomon.harness.running import plan
 from gnomon.harness.running.pool import Pool
 from gnomon.harness.running.sweep import Sweep
 from gnomon.harness.running.worker import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "harness"))
@@ -47,7 +47,7 @@ class Idle(planted.Sound):
 @pytest.fixture(scope="module")
 def scorer() -> Scorer:
     case = planted.Short().rounded()
-    return Scorer(case, None, reference(CaseSpec.of(case)))
+    return Scorer(case, None, reference_solution(CaseSpec.of(case)))
 
 
 def outcome(scorer: Scorer) -> Outcome:

@@ -13,7 +13,7 @@ from gnomon.harness.results.store import Known
 from gnomon.harness.running import plan
 from gnomon.harness.running.sweep import REPEATED_SECONDS, SECONDS_EACH, Sweep
 from gnomon.harness.running.worker import FEWEST_CALLS, Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
 
 SUITE = replace(plan.suite("quick"), limit_seconds=1.0)
@@ -34,7 +34,7 @@ class PricedTolerance(Priced):
 @pytest.fixture(scope="module")
 def scorer() -> Scorer:
     case = planted.Short().rounded()
-    return Scorer(case, None, reference(CaseSpec.of(case)))
+    return Scorer(case, None, reference_solution(CaseSpec.of(case)))
 
 
 class Log:

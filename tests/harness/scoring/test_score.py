@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from gnomon.cases.core import accuracy
 from gnomon.harness.running.worker import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer, _to_time, above_text
 
 from gnomon import cases
@@ -22,7 +22,7 @@ CASE = cases.get("pendulum_simple").rounded()
 
 @pytest.fixture(scope="module")
 def scorer() -> Scorer:
-    return Scorer(CASE, None, reference(CaseSpec.of(CASE)))
+    return Scorer(CASE, None, reference_solution(CaseSpec.of(CASE)))
 
 
 def test_the_exact_motion_is_ok_and_within_its_floor(scorer: Scorer) -> None:
@@ -41,7 +41,7 @@ def test_a_judge_takes_its_metric_from_the_truth(monkeypatch: pytest.MonkeyPatch
     """A run makes hundreds of judges before it begins; scales and crowded times took it minutes to find again."""
     limit = cases.get("bouncing_ball", "zeno").rounded().quantities()["t_inf"]
     whole = cases.get("bouncing_ball", e="0.999", span=float(limit) * (1 - 2.0**-30)).rounded()
-    metric, known = whole.metric, reference(CaseSpec.of(whole))
+    metric, known = whole.metric, reference_solution(CaseSpec.of(whole))
     assert metric.crowded
     for name in ("grid_scales", "crowded"):
         monkeypatch.setattr(accuracy, name, pytest.fail)
@@ -67,7 +67,7 @@ def test_what_the_conditioning_excuses_is_ok(scorer: Scorer) -> None:
 
 
 def test_later_samples_are_excused_by_the_worst_conditioning_before() -> None:
-    exact_ = reference(CaseSpec.of(CASE))
+    exact_ = reference_solution(CaseSpec.of(CASE))
     peak = np.full(64, 1e-15)
     peak[10] = 0.2
     excused = Scorer(CASE, None, type(exact_)(**{**vars(exact_), "conditioning": peak}))
@@ -144,7 +144,7 @@ def test_an_invariant_that_decays_may_not_grow() -> None:
     case = cases.get("damped_oscillator").rounded()
     decaying = [name for name, invariant in case.invariants.items() if invariant.law == "decays"]
     assert decaying, "the case has one"
-    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
     exact = scorer.drift(scorer.reference.exact)[decaying[0]]
     assert np.max(exact) < 1e-15
     grown = scorer.reference.exact.copy()
@@ -158,7 +158,7 @@ def test_an_invariant_that_decays_may_not_grow() -> None:
 
 def test_the_size_of_an_invariant_that_vanishes_is_that_of_its_terms() -> None:
     case = cases.get("kepler_orbit", "parabolic").rounded()
-    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
     for name, drift in scorer.drift(scorer.reference.exact * (1 + 1e-6)).items():
         assert np.max(drift) < 1e-4, name
     # Of v^2/2 - mu/r = 0 the terms |x dI/dx| add up to v^2 + mu/r = 3 mu/r, by which this scaling changes it per unit.
@@ -170,7 +170,7 @@ def test_the_size_of_an_invariant_that_vanishes_is_that_of_its_terms() -> None:
 def test_an_invariant_that_is_small_but_no_remainder_is_its_own_measure(speed: str, by_terms: bool) -> None:
     """v^2/2 - 1/r is -1/50 of terms of 3, or -2e-5 of them: below a thousandth the terms count."""
     case = cases.get("kepler_orbit", initial_state=("1", "0", "0", speed), span=20).rounded()
-    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
     moved = scorer.reference.exact * (1 + 1e-6)
     x, y, vx, vy = moved.T
     start = float(speed) ** 2 / 2 - 1
@@ -194,7 +194,7 @@ def test_an_invariant_that_leaves_binary64_has_no_size_and_no_warning(scorer: Sc
 def test_what_is_zero_all_along_drifts_by_its_own_value() -> None:
     """The angular momentum of a fall into the centre, whose terms are zero too."""
     case = cases.get("kepler_orbit", "plunge").rounded()
-    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
     assert np.max(scorer.drift(scorer.reference.exact)["angular_momentum"]) == 0.0
     aside = scorer.reference.exact.copy()
     aside[:, 3] += 1e-6
@@ -207,7 +207,7 @@ def test_what_is_zero_all_along_drifts_by_its_own_value() -> None:
 def test_phase_and_shape_are_told_of_smooth_motions_that_nothing_drives(name: str, apart: bool) -> None:
     """Of the others an error along the flow is no error in time."""
     case = cases.get(name).rounded()
-    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
     assert np.all(np.isfinite(scorer.split(scorer.reference.exact * (1 + 1e-9)))) == apart
 
 
@@ -226,9 +226,9 @@ def test_one_step_of_the_formulation_corrects_the_clock() -> None:
 def test_a_formulation_is_judged_as_the_case() -> None:
     case = cases.get("kepler_orbit").rounded()
     formulation = next(f for f in case.formulations if f.clock is not None)
-    scorer = Scorer(case, formulation, reference(CaseSpec.of(case, formulation)))
+    scorer = Scorer(case, formulation, reference_solution(CaseSpec.of(case, formulation)))
     # The encoded start is the case's own and a clock: its rounding has the effect of half an ulp in each component.
-    effects = [reference(CaseSpec.of(case)).conditioning]
+    effects = [reference_solution(CaseSpec.of(case)).conditioning]
     times = case.times.tolist()
     for index, value in enumerate(case.initial_state):
         if value != 0:
@@ -252,9 +252,9 @@ def test_a_formulation_is_judged_as_the_case() -> None:
 def test_a_start_at_the_edge_of_what_decodes_is_moved_inward() -> None:
     case = cases.get("cycloidal_pendulum", "cusp_to_cusp").rounded()
     (formulation,) = case.formulations
-    found = reference(CaseSpec.of(case, formulation))
+    found = reference_solution(CaseSpec.of(case, formulation))
     assert np.all(np.isfinite(found.conditioning))
-    assert np.all(found.conditioning >= reference(CaseSpec.of(case)).conditioning * (1 - 1e-12))
+    assert np.all(found.conditioning >= reference_solution(CaseSpec.of(case)).conditioning * (1 - 1e-12))
 
 
 @pytest.mark.parametrize("limit", [0.1, 1.0, 50.0])
@@ -271,7 +271,7 @@ def test_a_value_above_a_limit_reads_as_one(limit: float) -> None:
 def test_errors_over_turned_starts_are_those_of_the_start_in_the_middle() -> None:
     """Each start is held against its own exact motion; one that is not finite is the worst."""
     case = cases.get("kepler_orbit").rounded()
-    known = reference(CaseSpec.of(case))
+    known = reference_solution(CaseSpec.of(case))
     scorer = Scorer(case, None, known)
     count = len(known.turned)
     assert count >= 8
