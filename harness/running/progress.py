@@ -11,25 +11,25 @@ from rich.progress import Progress as Bars
 from rich.text import Text
 
 LINE_SECONDS = 10.0
-"""Plain output has at most one line in this time."""
+"""Minimum time between two lines of plain output."""
 ENOUGH = 0.1
-"""The share of the pieces from which on the remaining time is told: the first ones are not like the others."""
+"""The share of the pieces after which the remaining time is shown: the first pieces predict the others badly."""
 
 
 def enough(count: float, total: float | None) -> bool:
-    """Whether so many pieces tell how long the rest takes."""
+    """Whether `count` pieces of `total` suffice to estimate the remaining time."""
     return total is not None and count >= ENOUGH * total
 
 
 class Remaining(TimeRemainingColumn):
-    """The remaining time, from ENOUGH of the pieces on."""
+    """The remaining time, shown after a share ENOUGH of the pieces."""
 
     def render(self, task: Task) -> Text:
         return super().render(task) if enough(task.completed, task.total) else Text("-:--:--")
 
 
 class Progress:
-    """Counts through one phase after another. `quiet` shows nothing."""
+    """Counts the pieces of one phase after another. `quiet` shows nothing."""
 
     def __init__(self, quiet: bool = False, console: Console | None = None) -> None:
         self.console = console or Console(stderr=True)

@@ -63,7 +63,7 @@ def test_tolerances_go_from_loosest_to_tightest(sweep: Tolerance) -> None:
 def test_a_sibling_stays_away_from_hard_variants_unless_it_is_named() -> None:
     chosen = [(CASE, ""), (cases.get("pendulum_simple", "engines").rounded(), "")]
     in_suite = plan.pairs(chosen, [planted.NearDuplicate()], formulations=False, near_duplicates=False)
-    assert [series.left_out for series in in_suite] == [None, plan.SIBLING]
+    assert [series.left_out for series in in_suite] == [None, plan.NEAR_DUPLICATE]
     assert [series.left_out for series in plan.pairs(chosen, [planted.NearDuplicate()], formulations=False)] == [
         None,
         None,

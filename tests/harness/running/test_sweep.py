@@ -109,7 +109,7 @@ def test_an_answer_that_cannot_be_judged_is_a_crash_of_its_own(scorer: Scorer) -
     log.sweep.next()
     log.sweep.done(Outcome(scorer.reference.exact[:, :1], None, None, 1, 4, (0.001,), 0.0, None))
     assert log.statuses == ["crashed"]
-    assert "cannot be judged" in log.rows[0]["reason"]
+    assert "cannot be scored" in log.rows[0]["reason"]
     assert log.sweep.next() is not None
 
 

@@ -33,7 +33,7 @@ def timed(
 
     series = object.__new__(_Series)
     series.task = SimpleNamespace(start=START)  # type: ignore[assignment]
-    series.moved = (np.full(2, float(k)) for k in itertools.count(1))
+    series.perturbed = (np.full(2, float(k)) for k in itertools.count(1))
     monkeypatch.setattr(worker, "_Call", Call)
     order = Order(0.1, False, block, repeats, slow)
     calls, scored, others = series._timed(None, order, estimate, None)  # type: ignore[arg-type]
@@ -84,7 +84,7 @@ def test_a_quick_trial_is_warmed_up_with_plain_equations(
         raise LookupError
 
     series = object.__new__(_Series)
-    series.task, series.moved = SimpleNamespace(start=START), iter([START])  # type: ignore[assignment]
+    series.task, series.perturbed = SimpleNamespace(start=START), iter([START])  # type: ignore[assignment]
     series.integrator = SimpleNamespace(prepare=lambda problem, setting: None)  # type: ignore[assignment]
     series.say = lambda stage, **content: None  # type: ignore[assignment]
     monkeypatch.setattr(series, "problem", lambda counted: None)
@@ -126,7 +126,7 @@ def test_counting_runs_start_from_the_state_of_their_setting(monkeypatch: pytest
     for places in ((0, 1, 2, 3), (2, 0)):  # another worker goes on in the middle of a sweep
         series = object.__new__(_Series)
         series.task = SimpleNamespace(start=START)  # type: ignore[assignment]
-        series.moved = iter([])
+        series.perturbed = iter([])
         series.counting, series.counting_starts = (np.full(2, float(k)) for k in itertools.count(1)), []
         series.integrator = SimpleNamespace(prepare=lambda *_: None, counts_rhs=True)  # type: ignore[assignment]
         series.say = lambda stage, **content: None  # type: ignore[assignment]
@@ -151,7 +151,7 @@ def test_a_replaced_clock_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     for module, name in ((time, "perf_counter"), (time, "monotonic"), (worker, "perf_counter_ns")):
         with monkeypatch.context() as patch:
             patch.setattr(module, name, lambda: 0)
-            with pytest.raises(Unusable, match=f"replaced time.{name}: what a changed clock says is no time"):
+            with pytest.raises(Unusable, match=f"replaced time.{name}: times from a replaced clock are invalid"):
                 worker._check_clocks()
     with monkeypatch.context() as patch:  # replaced before the worker was loaded
         patch.setattr(time, "perf_counter", changed := lambda: 0)
@@ -177,7 +177,7 @@ def test_only_what_took_no_step_has_not_moved(
     rhs_calls: int | None, steps: int | None, moved: float, unmoved: bool
 ) -> None:
     call = SimpleNamespace(solution=SimpleNamespace(steps=steps), states=np.tile(START + moved, (64, 1)))
-    assert worker._unmoved(call, START, rhs_calls) is unmoved  # type: ignore[arg-type]
+    assert worker._did_nothing(call, START, rhs_calls) is unmoved  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("compiling", "made"), [(0, 1), (1, 2), (2, 3), (9, 3)])
