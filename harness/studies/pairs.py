@@ -22,7 +22,7 @@ from gnomon.cases.core.formulation import Formulation
 from gnomon.harness.contract.integrator import Integrator, Problem, Solve
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.results.analysis import time_at
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
 from numpy.typing import NDArray
 
@@ -69,7 +69,7 @@ def swept(
     integrator: Integrator, case: Case, formulation: Formulation | None, tolerances: Sequence[float]
 ) -> tuple[Side, Floats]:
     """An integrator on a case of binary64 numbers, at each tolerance that it reaches the end with; its start (1, dim)."""
-    scorer = Scorer(case, formulation, reference(CaseSpec.of(case, formulation)))
+    scorer = Scorer(case, formulation, reference_solution(CaseSpec.of(case, formulation)))
     problem = scorer.problem(accepted_form(case, integrator.accepts, formulation))
     start = scorer.reference.start[None]
     side = Side([], [], null_call(integrator, problem, tolerances[0]))

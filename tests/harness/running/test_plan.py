@@ -21,7 +21,7 @@ from gnomon.harness.contract.integrator import Steps, Tolerance
 from gnomon.harness.registry import lookup as registry
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
-from gnomon.harness.scoring.reference_solution import CaseSpec, exact
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
 
 from gnomon import cases
@@ -31,7 +31,7 @@ CASE = cases.get("pendulum_simple").rounded()
 
 def trials(case: cases.Case, integrator: Any) -> Any:
     (series,) = plan.pairs([(case, "")], [integrator], formulations=False)
-    scorer = Scorer(case, None, exact(CaseSpec.of(case)))
+    scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
     return series.trials(scorer.problem(series.form))
 
 
@@ -60,7 +60,7 @@ def test_tolerances_go_from_loosest_to_tightest(sweep: Tolerance) -> None:
     assert all(a > b for a, b in itertools.pairwise(found))
 
 
-def test_a_sibling_stays_away_from_hard_variants_unless_it_is_named() -> None:
+def test_a_near_duplicate_method_skips_hard_variants_unless_it_is_named() -> None:
     chosen = [(CASE, ""), (cases.get("pendulum_simple", "engines").rounded(), "")]
     in_suite = plan.pairs(chosen, [planted.NearDuplicate()], formulations=False, near_duplicates=False)
     assert [series.left_out for series in in_suite] == [None, plan.NEAR_DUPLICATE]
@@ -79,7 +79,7 @@ def test_a_pair_takes_the_most_structured_form_that_is_accepted() -> None:
     assert type(second.form).__name__ == "FirstOrder"
 
 
-def test_every_case_meets_every_integrator_or_says_why_not() -> None:
+def test_every_case_is_paired_with_every_integrator_or_has_a_reason_why_not() -> None:
     chosen = plan.choose(None, variants=False)
     integrators = registry.find_all(None)
     found = plan.pairs(chosen, integrators)
@@ -115,7 +115,7 @@ class Edited(Integrator):
     def prepare(self, problem, setting):
         raise NotImplementedError(HELP)
 """
-SCENE = """
+EDITED_CASE = """
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.cases.core.forms import SecondOrder
 
@@ -127,7 +127,7 @@ def pull(t, q, parameters):
     g, length = parameters
     return (-factor(g) * theta / length,)
 
-class Scene(PendulumSimple):
+class Edited(PendulumSimple):
     name = "edited"
     forms = (SecondOrder(pull),)
 """
@@ -144,7 +144,7 @@ def fresh(path: Path, text: str) -> None:
 
 def test_an_edited_method_or_its_helper_runs_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # two edits in a second would meet one cached module
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # else two edits within a second share a cached module
 
     def key(helper: str, method: str) -> str:
         fresh(tmp_path / "edited_package" / "helping.py", helper)
@@ -162,9 +162,9 @@ def test_an_edited_helper_of_the_equations_runs_again(tmp_path: Path, monkeypatc
     monkeypatch.syspath_prepend(str(tmp_path))
     keys = []
     for n, factor in enumerate(("g", "g", "2 * g")):
-        (tmp_path / f"scene_{n}.py").write_text(SCENE.format(factor=factor))
-        scene = importlib.import_module(f"scene_{n}")
-        keys.append(trials(scene.Scene().rounded(), planted.Sound())[0].key)
+        (tmp_path / f"edited_case_{n}.py").write_text(EDITED_CASE.format(factor=factor))
+        module = importlib.import_module(f"edited_case_{n}")
+        keys.append(trials(module.Edited().rounded(), planted.Sound())[0].key)
     assert keys[0] == keys[1] != keys[2]
 
 
@@ -179,7 +179,7 @@ def test_unknown_names_come_with_the_nearest_valid_one() -> None:
         registry.find("no_such_module:Thing")
 
 
-def test_a_name_stands_for_all_policies_and_a_path_for_a_class() -> None:
+def test_a_name_means_all_policies_and_a_path_means_a_class() -> None:
     assert {i.library for i in registry.find("DOP853")} >= {"gnomon", "scipy"}
     assert {i.library for i in registry.find("scipy")} == {"scipy"}
     (one,) = registry.find("planted:Sound")
@@ -187,7 +187,7 @@ def test_a_name_stands_for_all_policies_and_a_path_for_a_class() -> None:
     assert registry.dereference(*registry.reference(one)).id == one.id
 
 
-def test_an_entry_point_registers_an_integrator_and_a_broken_one_costs_nobody_else(
+def test_an_entry_point_registers_an_integrator_and_a_broken_one_does_not_affect_others(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     points = [
@@ -206,7 +206,7 @@ def test_every_integrator_is_found_again_by_a_worker() -> None:
 
 
 @pytest.mark.parametrize("name", cases.names())
-def test_moved_states_are_distinct_near_and_in_the_domain(name: str) -> None:
+def test_perturbed_states_are_distinct_near_and_in_the_domain(name: str) -> None:
     case = cases.get(name).rounded()
     scales = case.scales()
     sizes = np.array([scales[coordinate.group] for coordinate in case.state])
@@ -214,8 +214,8 @@ def test_moved_states_are_distinct_near_and_in_the_domain(name: str) -> None:
     found = list(itertools.islice(perturbed_states(case, None, sizes), 100))
     assert len({x.tobytes() for x in found} | {state.tobytes()}) == 101
     unit = np.spacing(np.maximum(np.abs(state), 1e-3 * sizes))
-    # one ulp for the nearest, four where a rule ties components, which then move together by 2^-51 of themselves; 100
-    # states of one component with one side in the domain need 100 times that
+    # one ulp for the nearest; four where a rule relates components, which are then perturbed together by 2^-51 of their
+    # values; 100 states of one component of which one side is in the domain need 100 times that
     nearest = 4 if name == "holonomic_constraint_dae" else 1
     assert np.all(np.abs(found[0] - state) <= nearest * unit)
     assert all(np.all(np.abs(x - state) <= 100 * nearest * unit) for x in found)
@@ -224,8 +224,8 @@ def test_moved_states_are_distinct_near_and_in_the_domain(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["amusement_park", "bead_leaving_sphere", "holonomic_constraint_dae"])
-def test_moved_states_are_found_at_once_where_rules_hold_components(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """They are looked for while the deadline of a trial runs: a sweep of 12 settings takes up to 500 of them."""
+def test_few_states_are_tried_where_rules_fix_components(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search runs within the deadline of a trial, and a sweep of 12 settings takes up to 500 perturbed states."""
     looked = 0
     admits = Domain.admits
 
@@ -241,15 +241,15 @@ def test_moved_states_are_found_at_once_where_rules_hold_components(name: str, m
     assert looked < 3000
 
 
-def test_a_probe_moves_all_that_can_move() -> None:
-    """Next to the cusp the angle has one side; a probe of the speed alone is forgotten within a step."""
+def test_a_probe_changes_every_component_that_the_domain_allows() -> None:
+    """Next to the cusp the angle can change to one side; the effect of a change of speed alone is lost within a step."""
     case = cases.get("cycloidal_pendulum", "cusp_to_cusp").rounded()
     start = np.array([float(x) for x in case.initial_state])
     assert np.all(probe_state(case, None, np.ones(2)) != start)
 
 
-def test_at_the_edge_of_a_formulation_the_encoded_state_moves() -> None:
-    """In arc length the neighbours of the cusp are the cusp, to rounding."""
+def test_at_the_edge_of_a_formulation_the_encoded_state_is_perturbed() -> None:
+    """In arc length the neighbours of the cusp round to the cusp."""
     case = cases.get("cycloidal_pendulum", "cusp_to_cusp").rounded()
     (formulation,) = case.formulations
     found = list(itertools.islice(perturbed_states(case, formulation, np.ones(2)), 10))

@@ -1,4 +1,4 @@
-"""Truths of many cases at a time."""
+"""Reference solutions of several cases at a time."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
-from gnomon.harness.scoring import reference_solution as exact
+from gnomon.harness.scoring import reference_solution as solutions
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system import child_process as processes
 
 from gnomon import cases
 
 
-def test_an_interruption_begins_no_other_truth(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C once waited until all that were planned were computed: minutes, with a cold cache."""
+def test_after_an_interruption_no_other_computation_begins(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else Ctrl-C waits until all planned cases are computed: minutes, with an empty cache."""
     begun: list[CaseSpec] = []
     shutting_down = threading.Event()
 
@@ -39,9 +39,9 @@ def test_an_interruption_begins_no_other_truth(monkeypatch: pytest.MonkeyPatch) 
         raise KeyboardInterrupt
 
     monkeypatch.setattr(processes, "ProcessPoolExecutor", Pool)
-    monkeypatch.setattr(exact, "exact", compute)
-    monkeypatch.setattr(exact.diskcache, "load", lambda _key: None)
+    monkeypatch.setattr(solutions, "reference_solution", compute)
+    monkeypatch.setattr(solutions.diskcache, "load", lambda _key: None)
     specs = [CaseSpec.of(cases.get("harmonic_oscillator", k=k).rounded(), None) for k in range(1, 9)]
     with pytest.raises(KeyboardInterrupt):
-        exact.reference_solutions(specs, interrupt)
-    assert len(begun) <= 2, "the one that was done, the one under way"
+        solutions.reference_solutions(specs, interrupt)
+    assert len(begun) <= 2, "the one that was done and the one in progress"
