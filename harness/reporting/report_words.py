@@ -144,8 +144,8 @@ def hierarchy_rows(levels: pd.DataFrame) -> list[dict[str, Any]]:
 
 def engine_settings(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """Engine settings changed, gathered by engine and setting: values and the policies that set them."""
-    changed = analysis.changed_settings(frame)
-    grouped = changed.groupby(["library", "setting", "value"], sort=False)
+    changed = analysis.changed_options(frame)
+    grouped = changed.groupby(["library", "option", "value"], sort=False)
     return [
         {
             "library": library,

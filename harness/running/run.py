@@ -54,7 +54,7 @@ def run(
     progress = progress or Progress(quiet=True)
     for integrator in integrators:
         declaration.validate(integrator)
-    _check_caches()
+    _verify_caches()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
     series = plan.pairs(chosen, integrators, near_duplicates=near_duplicates)
     series = [one for one in series if one.integrator.primary or suite.of(one.case).near_duplicates]
@@ -67,7 +67,7 @@ def run(
         method = "fork" if any(registry.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
         Pool(workers, method, prepare_seconds).run(run_.sweeps())
         results.end_run(number)
-    _check_caches()  # the disk may have become full in the meantime
+    _verify_caches()  # the disk may have become full in the meantime
     if broken:
         raise ValueError("; ".join(f"{spec.path} {spec.variant or ''}: {error}" for spec, error in broken.items()))
     return path
@@ -98,7 +98,7 @@ def compare(
         return store.load(run(folder, suite, chosen, found))
 
 
-def _check_caches() -> None:
+def _verify_caches() -> None:
     """Warn if a cache cannot be written: workers do not warn. Raises ValueError if another user could write to a cache."""
     cachefolder.check(cache_folder(), diskcache.folder())
 

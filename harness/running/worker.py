@@ -274,7 +274,7 @@ class _Series:
                 seconds, others = warm.seconds, warm.states
             self.say("ran")
             calls, scored, others = self._timed(solve, order, seconds, others)
-            _check_clocks()
+            _verify_clocks()
             answers.possible(scored.solution.steps, scored.seconds, "steps")
             answers.possible(rhs_calls, max(counted_seconds, scored.seconds), "right-hand sides")
             if others is not None and np.array_equal(scored.states, others) and np.all(np.isfinite(others)):
@@ -425,7 +425,7 @@ class _Call:
         self.states = self.solution.states[0]
 
 
-def _check_clocks() -> None:
+def _verify_clocks() -> None:
     """Raise Unusable if an integrator replaced a clock: measured times would mean nothing."""
     used = {"perf_counter_ns": perf_counter_ns}
     for name, clock in CLOCKS.items():

@@ -70,7 +70,7 @@ class HalfAMillisecond(Sound):
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         worker.perf_counter_ns = lambda: HalfAMillisecond.passed  # type: ignore[attr-defined]
-        worker._check_clocks = lambda: None  # which would find it
+        worker._verify_clocks = lambda: None  # which would find it
         sound = runge_kutta(problem, setting)
 
         def solve(initial_states: Any) -> Solution:

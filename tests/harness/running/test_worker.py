@@ -147,17 +147,17 @@ def test_counting_runs_start_where_no_timed_call_does() -> None:
 
 
 def test_a_replaced_clock_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    worker._check_clocks()
+    worker._verify_clocks()
     for module, name in ((time, "perf_counter"), (time, "monotonic"), (worker, "perf_counter_ns")):
         with monkeypatch.context() as patch:
             patch.setattr(module, name, lambda: 0)
             with pytest.raises(Unusable, match=f"replaced time.{name}: times from a replaced clock are invalid"):
-                worker._check_clocks()
+                worker._verify_clocks()
     with monkeypatch.context() as patch:  # replaced before the worker was loaded
         patch.setattr(time, "perf_counter", changed := lambda: 0)
         patch.setitem(worker.CLOCKS, "perf_counter", changed)
         with pytest.raises(Unusable, match=r"replaced time\.perf_counter"):
-            worker._check_clocks()
+            worker._verify_clocks()
 
 
 @pytest.mark.parametrize(("count", "seconds", "fits"), [(10**9, 1e-3, False), (10**9, 0.1, True), (64, 0.0, True)])
