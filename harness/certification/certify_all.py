@@ -1,4 +1,4 @@
-"""Many certificates, in as many processes as asked for; one that cannot be made is a certificate without digits."""
+"""Certificates of many cases and checks, in several processes; a motion that fails has a certificate without digits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Opponents for the action along paths and for the belt's friction: SciPy's quadrature and integrator."""
+"""Independent computations of the action along paths and of a belt's friction: SciPy's quadrature and integrator."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Numerical opponents of the checks: what people would call for the same number, with its error and its time.
+"""Independent computations of checks: common numerical routines for the same quantities, with their errors and times.
 
-An opponent is given the numbers rounded to binary64 and is read against the closed form of those very numbers. Its
-error is relative to the size of the quantity (a vector or a tensor: its largest component).
+A computation gets the parameters rounded to binary64, and is compared with the closed form of these rounded parameters.
+Its error is relative to the size of the quantity (of a vector or a tensor, to its largest component).
 """
 
 from __future__ import annotations
@@ -47,13 +47,11 @@ def run_checks(
     computations: Iterable[IndependentComputation] = OPPONENTS,
     repeats: int = REPEATS,
 ) -> pandas.DataFrame:
-    """Each check (all with their variants where none is given) against the opponents declared for it.
+    """Compare each check (all with their variants for None) with the independent computations declared for it.
 
-    One row for each quantity with columns COLUMNS; `seconds` is the median of `repeats` calls that give all quantities
-    of the row's opponent at once. A failure is a row with its status: `refused` (unsupported by the opponent, with the
-    reason), `crashed` (it
-    raised), `inaccurate` (error above 0.1), `diverged` (not
-    finite), `not_installed`.
+    One row for each quantity, with columns COLUMNS; `seconds` is the median of `repeats` calls, each of which computes
+    all quantities of the computation. A failure is a row with its status: `refused` (it does not accept the numbers,
+    with the reason), `crashed` (it raised), `inaccurate` (error above 0.1), `diverged` (not finite), `not_installed`.
     """
     rows = []
     for check in everything() if chosen is None else chosen:
@@ -74,7 +72,7 @@ def everything() -> list[Check]:
 
 
 def write(frame: pandas.DataFrame, path: Path) -> None:
-    """The table as JSON, one object each row with the revision that made it, for the report."""
+    """Write the table as JSON for the report: one object for each row, with the revision of the sources."""
     revision = environment.describe().get("revision")
     rows = frame.astype(object).where(frame.notna(), None).to_dict("records")
     publish.write([row | {"revision": revision} for row in rows], path)
@@ -100,14 +98,14 @@ def _measure(check: Check, computation: IndependentComputation, repeats: int) ->
         return [row(status="not_installed", reason=f"{computation.library} is not installed")]
     numbers = {name: float(value) for name, value in check.parameters.items()}
     try:
-        # Warnings are for people at a prompt; here the error tells the same.
+        # Warnings of libraries are suppressed: the error shows the same.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             found = computation.compute(numbers)
             seconds = _median(lambda: computation.compute(numbers), repeats)
     except Unsupported as refusal:
         return [row(status="refused", reason=str(refusal))]
-    except Exception as failure:  # whatever a library raises is a result
+    except Exception as failure:  # an exception of a library is a result
         return [row(status="crashed", reason=f"{type(failure).__name__}: {failure}")]
     rows = []
     for name, error in errors(check, found).items():
@@ -130,7 +128,7 @@ def _median(call: Callable[[], Any], repeats: int) -> float:
 
 
 def errors(check: Check, found: Mapping[str, float]) -> dict[str, float]:
-    """The error of each quantity in `found`, components taken together; NaN where a number is not finite."""
+    """The error of each quantity in `found`, the largest over its components; nan if a number is not finite."""
     reference = check.exact(30)
     sizes = check.sizes(reference)
     worst: dict[str, float] = {}

@@ -1,4 +1,5 @@
-"""Opponents for rigid bodies: an unbalanced rotor by SciPy's Rotation and cubature, work and energy by its integrator."""
+"""Independent computations of rigid bodies: an unbalanced rotor by SciPy's Rotation and cubature, work and energy by
+SciPy's integrator."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ Floats = Any
 
 
 def rotor_turned(p: Numbers) -> dict[str, float]:
-    """The disc's tensor turned by scipy's Rotation, w x I w, the bearings by numpy.linalg.solve."""
+    """The disc's tensor rotated by scipy's Rotation, the torque w x I w, the bearing forces by numpy.linalg.solve."""
     from scipy.spatial.transform import Rotation
 
     m, square = p["m"], p["r"] ** 2
@@ -28,7 +29,7 @@ def rotor_turned(p: Numbers) -> dict[str, float]:
 
 
 def rotor_cubature(p: Numbers) -> dict[str, float]:
-    """scipy.integrate.cubature of the accelerations of the tilted disc, and of their moments, over its volume."""
+    """scipy.integrate.cubature over the tilted disc of its accelerations and their moments."""
     from scipy.integrate import cubature
 
     cosine, sine = math.cos(p["beta"]), math.sin(p["beta"])
@@ -49,7 +50,7 @@ def rotor_cubature(p: Numbers) -> dict[str, float]:
 
 
 def _rotor(p: Numbers, product: float, torque: float, force: float) -> dict[str, float]:
-    """Bearings at z = d and z = -d that give force and torque; what balances the rotor is the same over w^2."""
+    """Bearing forces at z = d and z = -d with this force and torque; divided by w^2 they give the balancing masses."""
     arms = [[1.0, 1.0], [p["d"], -p["d"]]]
     bearing = np.linalg.solve(arms, [force, torque])
     correction = np.linalg.solve(arms, [-p["m"] * p["e"], product])
@@ -63,7 +64,7 @@ def _rotor(p: Numbers, product: float, torque: float, force: float) -> dict[str,
 
 
 def energies_ivp(p: Numbers) -> dict[str, float]:
-    """scipy.integrate.solve_ivp (DOP853, rtol 1e-12): Euler's equations, energies of the rates, work as an integral."""
+    """scipy.integrate.solve_ivp (DOP853, rtol 1e-12) of Euler's equations; energies from the rates, work as integral."""
     from scipy.integrate import quad, solve_ivp
 
     weight = np.array([0.0, 0.0, -p["m"] * p["g"]])
@@ -71,7 +72,7 @@ def energies_ivp(p: Numbers) -> dict[str, float]:
     axis = np.array([0.0, 0.0, 1.0])
 
     def motion(_: float, y: Floats) -> Floats:
-        """Velocity and rates of the free body, its work; rates of the top, the upward vertical in it, its work."""
+        """Derivatives of: velocity, rates and work of the free body; rates, upward vertical and work of the top."""
         v, w, top, up = y[0:3], y[3:6], y[7:10], y[10:13]
         torque = p["W"] * np.cross(up, axis)
         return np.concatenate(
