@@ -64,7 +64,7 @@ def belt_ivp(p: Numbers) -> dict[str, float]:
     }
 
 
-OPPONENTS = (
+COMPUTATIONS = (
     IndependentComputation("quad", "scipy", "hamilton_action", action_quad),
     IndependentComputation("solve_ivp", "scipy", "capstan_belt", belt_ivp),
 )

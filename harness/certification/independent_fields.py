@@ -180,7 +180,7 @@ def round_bodies_quad(p: Numbers) -> dict[str, float]:
 
 
 FIELD = "gravity_field_particle_body"
-OPPONENTS = (
+COMPUTATIONS = (
     IndependentComputation("ellipk, ellipe", "scipy", FIELD, ring_special),
     IndependentComputation("ellipkm1, ellipe", "scipy", FIELD, ring_special_complement),
     IndependentComputation("cubature", "scipy", FIELD, field_cubature),

@@ -174,7 +174,7 @@ def aim_by_the_path(p: Numbers) -> dict[str, float]:
     }
 
 
-OPPONENTS = (
+COMPUTATIONS = (
     IndependentComputation("average, quad", "scipy", "com_rigid_body", centre_averages),
     IndependentComputation("formulas in doubles", "numpy", "apparent_gravity_earth", plumb_doubles),
     IndependentComputation("Rotation, second differences", "scipy", "frame_transformation", turned_differences),

@@ -196,7 +196,7 @@ BODY, COMPOSITE, PRINCIPAL = (
     "inertia_composite_parallel_axis",
     "inertia_transformation_principal",
 )
-OPPONENTS = (
+COMPUTATIONS = (
     IndependentComputation("cubature", "scipy", BODY, cubature),
     IndependentComputation("nquad", "scipy", BODY, nested),
     IndependentComputation("tplquad", "scipy", BODY, triple),

@@ -142,7 +142,7 @@ def moments_differences(p: Numbers) -> dict[str, float]:
 
 
 WORK, PARTICLES = "work_constant_linear_coulomb", "internal_potential_energy"
-OPPONENTS = (
+COMPUTATIONS = (
     IndependentComputation("quad", "scipy", WORK, work_quad),
     IndependentComputation("ellipe, asinh", "scipy", WORK, work_special),
     IndependentComputation("solve_ivp", "scipy", "rod_tension_circular", tension_ivp),

@@ -50,7 +50,8 @@ def rotor_cubature(p: Numbers) -> dict[str, float]:
 
 
 def _rotor(p: Numbers, product: float, torque: float, force: float) -> dict[str, float]:
-    """Bearing forces at z = d and z = -d with this force and torque; divided by w^2 they give the balancing masses."""
+    """Bearing forces at z = d and z = -d with this force and torque, and the products of mass and radius there that balance
+    the rotor."""
     arms = [[1.0, 1.0], [p["d"], -p["d"]]]
     bearing = np.linalg.solve(arms, [force, torque])
     correction = np.linalg.solve(arms, [-p["m"] * p["e"], product])
@@ -117,7 +118,7 @@ def energies_ivp(p: Numbers) -> dict[str, float]:
 
 
 ROTOR = "rotor_dynamic_balance"
-OPPONENTS = (
+COMPUTATIONS = (
     IndependentComputation("Rotation, solve", "scipy", ROTOR, rotor_turned),
     IndependentComputation("cubature", "scipy", ROTOR, rotor_cubature),
     IndependentComputation("solve_ivp, quad", "scipy", "work_energy_rigid_body", energies_ivp),

@@ -12,13 +12,13 @@ from gnomon.harness.certification.independent import IndependentComputation, Uns
 
 
 def errors(check: str, variant: str | None, name: str) -> dict[str, float]:
-    chosen = [one for one in computations.OPPONENTS if one.name == name and one.check == check]
+    chosen = [one for one in computations.COMPUTATIONS if one.name == name and one.check == check]
     frame = computations.run_checks([get_check(check, variant)], chosen, repeats=1)
     return dict(zip(frame["quantity"], frame["error"], strict=True))
 
 
-def test_every_check_has_an_opponent() -> None:
-    assert {one.check for one in computations.OPPONENTS} == set(checks())
+def test_every_check_has_an_independent_computation() -> None:
+    assert {one.check for one in computations.COMPUTATIONS} == set(checks())
 
 
 def test_quadrature_of_bodies_keeps_its_tolerance() -> None:
