@@ -45,7 +45,7 @@ def sizes(case: Case) -> tuple[float, ...]:
     return tuple(largest[coordinate.group] for coordinate in case.state)
 
 
-def agreed(differences: Iterable[tuple[Any, float]]) -> float:
+def agreed(differences: Iterable[tuple[Any, Any]]) -> float:
     """The smallest number of decimal digits in which pairs (difference, size) agree, at most DIGITS."""
     worst = max((abs(difference) / size for difference, size in differences), default=0)
     return float(DIGITS) if worst == 0 else min(float(DIGITS), -float(_log10(worst)))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gnomon.cases.core.check import Check
+from gnomon.harness.certification import agreement
 from gnomon.harness.certification.agreement import DIGITS
 from gnomon.harness.certification.certify import Certificate
 from gnomon.reference.numerics.precision import working
@@ -40,5 +41,4 @@ def agreed(check: Check, first: dict[str, Any], second: dict[str, Any]) -> float
         return 0.0
     sizes = check.sizes(first)
     with working(2 * DIGITS) as mp:
-        worst = max(abs(mp.mpf(first[name]) - mp.mpf(second[name])) / mp.mpf(sizes[name]) for name in first)
-        return float(DIGITS) if worst == 0 else min(float(DIGITS), -float(mp.log10(worst)))
+        return agreement.agreed((mp.mpf(first[name]) - mp.mpf(second[name]), mp.mpf(sizes[name])) for name in first)
