@@ -18,7 +18,7 @@ Balls = list[Any]
 
 
 def heavy_top(motion: LagrangeTop, t: Fraction, digits: int) -> Balls | None:
-    """theta by theta functions, precession and spin by quadrature; None for special motions, for example to a pole."""
+    """theta by theta functions, precession and spin by quadrature; None for upright, hanging, steady and homoclinic."""
     top = motion._top()
     if _special(top):
         return None

@@ -34,7 +34,7 @@ def cubature(p: Numbers) -> dict[str, float]:
             x, y, z, weight = body.place(np, points[:, 0], points[:, 1], points[:, 2], *sizes)
             return np.stack([weight * q for q in (1 + 0 * x, x, y, z, x * x, y * y, z * z)], axis=1)
 
-        # Some moments are zero by symmetry: without an absolute tolerance they would be refined for ever.
+        # Some moments are zero by symmetry: without an absolute tolerance their refinement would not end.
         unit = max(sizes)
         low, high = _edges(body)
         result = integrate(moments, low, high, rule="gk15", rtol=1e-12, atol=1e-13 * unit**2, max_subdivisions=10)

@@ -41,7 +41,7 @@ def rotor_cubature(p: Numbers) -> dict[str, float]:
         return np.stack([share * q for q in (1 + 0 * x, across + p["e"], along * (across + p["e"]))], axis=1)
 
     low, high = [0.0, 0.0, -0.5], [1.0, 2 * math.pi, 0.5]
-    # Some moments are zero by symmetry: without an absolute tolerance they would be refined for ever.
+    # Some moments are zero by symmetry: without an absolute tolerance their refinement would not end.
     size = max(p["r"], p["h"], abs(p["e"]))
     found = cubature(pull, low, high, rule="gk15", rtol=1e-12, atol=1e-14 * size**2, max_subdivisions=10).estimate
     volume, first, second = (float(x) for x in found)

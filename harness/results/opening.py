@@ -57,19 +57,19 @@ def reading(path: str | Path, tables: Iterable[str]) -> Iterator[sqlite3.Connect
             f"{found}: damaged ({error}); restore it from a copy, or run it again into another file"
         ) from None
     except (sqlite3.Error, UnicodeDecodeError) as error:
-        told = visible(str(error))
+        text = visible(str(error))
         if str(error).startswith("file is not a database"):
-            raise ValueError(f"{found}: not a readable results file of gnomon ({told})") from None
-        raise ValueError(f"{found}: damaged ({told}); run it again into another file") from None
+            raise ValueError(f"{found}: not a readable results file of gnomon ({text})") from None
+        raise ValueError(f"{found}: damaged ({text}); run it again into another file") from None
 
 
 def verify(db: sqlite3.Connection, tables: Iterable[str]) -> None:
     """Raise Damaged, which names the place, unless the file has the structure of `schema` and its tables are sound."""
     _verify_structure(db)
     # For the whole file: where a table's first page was replaced by another, only the list of unused pages shows it.
-    ((told,),) = db.execute("PRAGMA integrity_check(1)")
-    if told != "ok":
-        raise Damaged(" ".join(visible(told, lines=True).replace("*** in database main ***", "").split()))
+    ((found,),) = db.execute("PRAGMA integrity_check(1)")
+    if found != "ok":
+        raise Damaged(" ".join(visible(found, lines=True).replace("*** in database main ***", "").split()))
     for table in tables:
         try:
             schema.verify(db, table)
@@ -97,7 +97,9 @@ def recover(path: Path) -> None:
     try:
         db.execute("SELECT count(*) FROM sqlite_master").fetchone()
     except (sqlite3.Error, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: a write into it was broken off ({visible(str(error))}); remove both files") from None
+        raise ValueError(
+            f"{path}: a write into it was interrupted ({visible(str(error))}); remove both files"
+        ) from None
     finally:
         db.close()
 
@@ -116,7 +118,7 @@ def _connect(path: Path, stack: ExitStack) -> sqlite3.Connection:
     path = path.resolve()
     log, journal = (path.with_name(path.name + ending) for ending in ("-wal", "-journal"))
     if journal.exists() and journal.stat().st_size:
-        raise Damaged(f"a write into it was broken off, {journal.name} lies beside it")
+        raise Damaged(f"a write into it was interrupted, {journal.name} is beside it")
     if not log.exists() or log.stat().st_size == 0:
         return _begun(path, "mode=ro&immutable=1", stack)
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="gnomon-")))
@@ -162,11 +164,11 @@ def _verify_structure(db: sqlite3.Connection) -> None:
     for kind, name, table, sql in db.execute("SELECT type, name, tbl_name, sql FROM sqlite_master").fetchall():
         if kind == "index" and sql is None and table in schema.TABLES:
             continue  # the index of a primary key
-        told = f"{visible(str(kind))} {visible(str(name))}"
+        shown = f"{visible(str(kind))} {visible(str(name))}"
         if (kind, name) not in expected:
-            raise Damaged(f"it holds the {told}, which gnomon does not make")
+            raise Damaged(f"it holds the {shown}, which gnomon does not make")
         if _plain(str(sql)) != expected.pop((kind, name)):
-            raise Damaged(f"the {told} is not made as gnomon makes it")
+            raise Damaged(f"the {shown} is not made as gnomon makes it")
     for kind, name in expected:
         raise Damaged(f"no such {kind}: {name}")
 

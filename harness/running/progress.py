@@ -37,7 +37,7 @@ class Progress:
         self._bars: Bars | None = None
         self._task: object = None
         self._name, self._total, self._count = "", 0, 0
-        self._began = self._said = 0.0
+        self._began = self._printed = 0.0
 
     def __enter__(self) -> Progress:
         if not self.quiet and self.console.is_terminal:
@@ -56,7 +56,7 @@ class Progress:
     def begin(self, name: str, total: int) -> None:
         """A new phase of `total` pieces."""
         self._name, self._total, self._count = name, total, 0
-        self._began = self._said = time.monotonic()
+        self._began = self._printed = time.monotonic()
         if self._bars is not None:
             self._task = self._bars.add_task(name, total=total)
 
@@ -68,9 +68,9 @@ class Progress:
             return
         now = time.monotonic()
         last = self._count == self._total
-        if self.quiet or not (last or now - self._said > LINE_SECONDS):
+        if self.quiet or not (last or now - self._printed > LINE_SECONDS):
             return
-        self._said = now
+        self._printed = now
         elapsed = now - self._began
         tail = ""
         if not last and enough(self._count, self._total):

@@ -46,8 +46,8 @@ RELAUNCHED_SECONDS = 0.08
 """Trials above this by the same estimate are launched once: they are never Pareto-optimal, and would dominate the run
 time."""
 REPEATED_SECONDS = 0.001
-"""Trials of hard variants above this are timed in one call. For shorter ones a single call is too slow, as its code was
-just loaded: 5 to 10 % in the median, and below 30 microseconds half in one of ten."""
+"""Trials of hard variants above this are timed in one call. For shorter ones a single call is too slow by 5 to 10 % in
+the median, and below 30 microseconds by half in one of ten, since its code was just loaded."""
 MOST_INTERRUPTIONS = 2
 """How many times a trial that was interrupted is run again, each at the next call; after that its status is `crashed`."""
 

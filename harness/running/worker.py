@@ -51,7 +51,7 @@ CLOCKS = {
 FEWEST_CALLS = 3
 """Minimum number of timed calls of a trial that is not slow: one outlier would decide the median of fewer."""
 COUNTING_ULPS = 1000
-"""Unit, in ulps, of the perturbations of counting runs. Those of timed calls are single ulps and never get so large."""
+"""Unit, in ulps, of the perturbations of counting runs: those of timed calls are multiples of an ulp, all smaller."""
 _OUTPUT_BYTES = 4000
 
 
