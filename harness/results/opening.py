@@ -131,8 +131,8 @@ def _begun(path: Path, how: str, stack: ExitStack) -> sqlite3.Connection:
     db = schema.with_checksums(sqlite3.connect(f"{path.resolve().as_uri()}?{how}", uri=True, timeout=30))
     try:
         db.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_BYTES)
-        for setting in ("trusted_schema = OFF", "cell_size_check = ON", "query_only = ON"):
-            db.execute(f"PRAGMA {setting}")
+        for pragma in ("trusted_schema = OFF", "cell_size_check = ON", "query_only = ON"):
+            db.execute(f"PRAGMA {pragma}")
         db.execute("BEGIN")
         schema.version(db)
         db.execute("SELECT count(*) FROM sqlite_master").fetchone()

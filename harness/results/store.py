@@ -122,14 +122,14 @@ class Store:
         self,
         run: int,
         measurement: Mapping[str, Any],
-        settings: Mapping[str, Any] | None = None,
+        options: Mapping[str, Any] | None = None,
         states: Floats | None = None,
     ) -> None:
         """Append one measurement, the engine options that differ from defaults, and the sampled states (64, dim)."""
         with self._connection as db:
             row = {"run": run, "recorded": _now(), **measurement}
             number = _insert(db, "measurements", row)
-            for name, value in (settings or {}).items():
+            for name, value in (options or {}).items():
                 _insert(db, "settings_changed", {"measurement": number, "name": name, "value": str(value)})
             if states is not None:
                 blob = zlib.compress(np.ascontiguousarray(states, dtype="<f8").tobytes(), 1)

@@ -205,7 +205,7 @@ class _Run:
             self.scorers[spec] = Scorer(series.case, series.formulation, self.reference_solutions[spec])
         return self.scorers[spec]
 
-    def _record(self, measurement: Mapping[str, Any], settings: Any, states: Any) -> None:
-        self.results.add(self.number, measurement, settings, states)
+    def _record(self, measurement: Mapping[str, Any], options: Any, states: Any) -> None:
+        self.results.add(self.number, measurement, options, states)
         key = (measurement["trial_key"], measurement["launch"])
         self.history[key] = Known(measurement["status"], measurement.get("rhs_calls") or measurement.get("steps"), None)

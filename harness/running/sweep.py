@@ -56,7 +56,7 @@ class Record(Protocol):
     """A function that stores a measurement, the engine options and the states."""
 
     def __call__(
-        self, measurement: Mapping[str, Any], settings: Mapping[str, Any] | None, states: NDArray[Any] | None
+        self, measurement: Mapping[str, Any], options: Mapping[str, Any] | None, states: NDArray[Any] | None
     ) -> None: ...
 
 
@@ -190,6 +190,6 @@ class Sweep:
             return Order(setting, count, suite.block_seconds, suite.repeats, suite.slow_seconds, turned, null=True)
         return Order(setting, count, 0.0, FEWEST_CALLS, min(suite.slow_seconds, REPEATED_SECONDS))
 
-    def _add(self, trial: Trial, measurement: Mapping[str, Any], settings: Any = None, states: Any = None) -> None:
+    def _add(self, trial: Trial, measurement: Mapping[str, Any], options: Any = None, states: Any = None) -> None:
         row = {"trial_key": trial.key, "launch": self.launch, "limit_seconds": self.limit_seconds, **measurement}
-        self.record(row, settings, states)
+        self.record(row, options, states)

@@ -80,7 +80,7 @@ def test_a_trial_through_a_worker(benchmark: Any, scorer: Scorer) -> None:
     statuses: list[str] = []
 
     def hundred() -> None:
-        def record(row: Any, settings: Any, states: Any) -> None:
+        def record(row: Any, options: Any, states: Any) -> None:
             statuses.append(row["status"])
 
         Pool(1, "fork").run([Sweep(series, trials, scorer, suite, 1, {}, record, lambda: None)])

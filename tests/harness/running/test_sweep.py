@@ -50,7 +50,7 @@ class Log:
         trials = [plan.Trial(str(k), 0.1 / 2**k) for k in range(8)]
         self.sweep = Sweep(series, trials, scorer, SUITE, launch, history or {}, self.record, self.finish)
 
-    def record(self, row: Any, settings: Any, states: Any) -> None:
+    def record(self, row: Any, options: Any, states: Any) -> None:
         self.rows.append(row)
 
     def finish(self) -> None:
