@@ -355,8 +355,8 @@ TRUTH = (
                 "max(abs(float(self.initial_state[0])), first)",
             ),
             ("contact/coulomb_friction_oscillator", "CoulombFrictionOscillator.scales", "float(motion.fastest())"),
-            ("pendulums/foucault_linear", "FoucaultLinear.scales", "p + q"),
-            ("pendulums/foucault_linear", "FoucaultLinear.scales", "p * faster + q * slower"),
+            ("pendulums/foucault_pendulum_linear", "FoucaultLinear.scales", "p + q"),
+            ("pendulums/foucault_pendulum_linear", "FoucaultLinear.scales", "p * faster + q * slower"),
             ("pendulums/pendulum_on_cart", "PendulumOnCart.scales", "abs(vx + arm * omega * cos(theta)) + arm * rate"),
         )
     ),
@@ -376,7 +376,7 @@ TRUTH = (
                 'math.sqrt(float(self.parameters["m"] / self.parameters["k"]))',
             ),
             (
-                "pendulums/foucault_linear",
+                "pendulums/foucault_pendulum_linear",
                 "FoucaultLinear",
                 "1 / max(abs(float(rate)) for rate in self.motion().circles()[2:])",
             ),
