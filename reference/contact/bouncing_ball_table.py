@@ -64,7 +64,7 @@ class VibratingTable(BallMotion):
         )
 
     def _known(self, until: Fraction) -> list[Flight]:
-        """The flights that begin up to a time, at the precision in force."""
+        """The flights that begin up to a time, at the current precision."""
         flights, more = _flights(self, flint.ctx.prec), ball(until).mid()
         while flights[-1].begin.mid() <= more:
             if len(flights) > MOST:

@@ -165,5 +165,5 @@ class Governor(WellMotion):
 
 @lru_cache(maxsize=64)
 def _kept_momentum(motion: Governor, mp: Any, bits: int) -> Any:
-    """At the precision in force, `bits`: integrals ask for it thousands of times."""
+    """At the current precision, `bits`: integrals ask for it thousands of times."""
     return motion._own_momentum(mp)

@@ -83,7 +83,7 @@ class OnSurface(WellMotion):
 
 @lru_cache(maxsize=64)
 def _kept_momentum(motion: OnSurface, mp: Any, bits: int) -> Any:
-    """At the precision in force, `bits`: integrals ask for it thousands of times."""
+    """At the current precision, `bits`: integrals ask for it thousands of times."""
     return motion._radius(mp, mp.mpf(motion.x)) ** 2 * mp.mpf(motion.spin)
 
 

@@ -1,4 +1,4 @@
-"""The base of every exact motion: exact numbers in, guard digits inside, one rounding out."""
+"""The base class of exact motions: exact inputs, guard digits against cancellation, results rounded once."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 SAMPLE_DIGITS = 40
 MANY = 512
-"""From so many times on, building a table pays."""
+"""Number of times from which a table is faster than single evaluations."""
 
 
 @dataclass(frozen=True)
 class Turn:
-    """Each group of components (their indices in the state) is multiplied by the matrix, given row by row."""
+    """A linear map: `matrix`, row by row, multiplies each group of components (given by their indices in the state)."""
 
     matrix: Sequence[Sequence[Any]]
     groups: Sequence[Sequence[int]]
@@ -28,9 +28,9 @@ class Turn:
 
 @dataclass(frozen=True)
 class Cycle:
-    """state(t + period) = turned state(t) + shift, for all t, the turns applied in order; numbers of mpmath.
+    """state(t + period) = turned state(t) + shift for all t, with `turns` applied one after the other.
 
-    Components that are turned have no shift.
+    Components in a turn have no shift. All numbers are mpmath's.
     """
 
     period: Any
@@ -43,10 +43,10 @@ class Motion(ABC):
 
     A subclass is a frozen dataclass whose fields are Fractions. It states
 
-    1. `_state(mp, t)`: the state at the Fraction t, computed in the mpmath context `mp` at the precision that the
-       context has, every input converted inside with `mp.mpf(fraction)`;
-    2. `_guard(t)`: how many digits that formula loses at t, from the cancellation it has;
-    3. `_cycle(mp)` where the motion repeats itself: sampling at many times is then fast however far out they are.
+    1. `_state(mp, t)`: the state at the Fraction t, computed at the precision of the mpmath context `mp`; it converts
+       every input with `mp.mpf(fraction)`;
+    2. `_guard(t)`: the number of digits that this formula loses to cancellation at t;
+    3. `_cycle(mp)`, if the motion repeats itself: sampling many times is then fast, however late they are.
     """
 
     def state(self, t: Number, digits: int = 15) -> tuple[Any, ...]:
@@ -74,8 +74,8 @@ class Motion(ABC):
     def sample(self, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
         """Doubles within 0.51 ulp of the state at each time (float64, s), shape (len(times), dimension).
 
-        Few times are evaluated one by one; many by a table, which is kept on disk. `span` is how far tables reach
-        (nothing is asked of the motion beyond), `breaks` are times within it at which the motion is not smooth.
+        Fewer than MANY times are evaluated one by one, more by a table, which is kept on disk. `span` (s) is the end
+        of the table: the motion is not evaluated beyond it. `breaks` are times at which the motion is not smooth.
         """
         from gnomon.reference.numerics import table  # compiles; not wanted before many times are asked for
 
@@ -95,7 +95,7 @@ class Motion(ABC):
 
 
 def decades(value: Fraction) -> float:
-    """log10 of a nonnegative number, 0 below 1: the digits that its size can cost."""
+    """An upper bound of log10 of a nonnegative number, 0 below 1: digits that a term of its size can cancel."""
     if value <= 1:
         return 0.0
     return (value.numerator.bit_length() - value.denominator.bit_length() + 1) * 0.30103

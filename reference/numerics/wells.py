@@ -1,4 +1,4 @@
-"""One coordinate in a well: beads on curves, central motions, a pendulum on a cart, a rubber tube."""
+"""Motions of one coordinate in a potential well: bead on a curve, central motion, cart with pendulum, rubber tube."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class ThickTube(WellMotion):
 
     @property
     def rests(self) -> bool:
-        """In balance; under pressure that is at no rational stretch."""
+        """Whether x stays at 1; under pressure the equilibrium is at no rational stretch."""
         return self.x0 == 1 and self.v0 == 0 and self.p == 0
 
     @property
@@ -38,14 +38,14 @@ class ThickTube(WellMotion):
             return bool(mp.mpf(self.p) < mp.mpf(self.w) ** 2 * mp.log1p(mp.mpf(self.gam)))
 
     def balance(self, digits: int = 15) -> Any:
-        """The stretch at which the wall holds the pressure at rest."""
+        """The equilibrium stretch."""
         return self._quantity(digits, self._bottom, 30)
 
     def _begin(self) -> tuple[Fraction, Fraction]:
         return self.x0, self.v0
 
     def _bottom(self, mp: Any) -> Any:
-        """V'/(w^2 x) = 0, of x^2: monotone, so bisection on its logarithm, then Newton's method."""
+        """The root of V'/(w^2 x), monotone in x^2: bisection in the logarithm of x^2, then Newton's method."""
         if self.p == 0:
             return mp.one
         gam, wanted = mp.mpf(self.gam), mp.mpf(self.p / self.w**2)
@@ -165,7 +165,7 @@ class Catenary(Curve):
 class Central(WellMotion):
     """r'' = r theta'^2 - U'(r), theta'' = -2 r' theta'/r; state (r, theta, r', theta'), r > 0, theta' not zero.
 
-    V = h^2/(2 r^2) b + U with h = r^2 theta'; a subclass states U, its slope, and the share b of the inertia that turns.
+    V = h^2/(2 r^2) b + U with h = r^2 theta'; a subclass states U, its slope, and b, the rotating fraction of the mass.
     """
 
     r: Fraction
@@ -227,7 +227,7 @@ class HangingMass(Central):
 
     @property
     def rests(self) -> bool:
-        """On a circle."""
+        """Whether the motion is a circle."""
         return self.vr == 0 and self.m1 * self.r * self.omega**2 == self.m2 * self.g
 
     def _turning(self) -> Fraction:
@@ -265,7 +265,7 @@ class Logarithmic(Central):
 
 @dataclass(frozen=True)
 class SpringDumbbell(Central):
-    """Two masses on a spring of natural length l, seen from one: r'' = r theta'^2 - (k/mu)(r - l) (Beatty 8.6)."""
+    """Two masses on a spring of natural length l, relative to one: r'' = r theta'^2 - (k/mu)(r - l) (Beatty 8.6)."""
 
     stiffness: Fraction
     length: Fraction
@@ -314,7 +314,7 @@ class CartPendulum(WellMotion):
 
     @property
     def swings(self) -> bool:
-        """Whether the energy is below that of the top, decided with digits enough (False on the separatrix)."""
+        """Whether the energy is below that of the upright position, decided with 40 digits; False on the separatrix."""
         with working(40) as mp:
             return bool(self._energy(mp) < 2 * mp.mpf(self.g) * (1 - mp.mpf(10) ** -30))
 

@@ -149,7 +149,7 @@ def along(quotient: Any) -> Pace:
 
 
 class Course:
-    """The swings of one motion, at the precision in force when they were asked for."""
+    """The swings of one motion, at the current precision when they were asked for."""
 
     def __init__(self, motion: DampedPendulum) -> None:
         self.motion = motion

@@ -38,7 +38,7 @@ def multiplicity(entries: Entries) -> int:
 
 
 def principal_moments(entries: Entries) -> tuple[Any, Any, Any]:
-    """The three moments in rising order, in balls at the precision in force."""
+    """The three moments in rising order, in balls at the current precision."""
     q, p2, half = deviator(entries)
     several = multiplicity(entries)
     if several == 3:
