@@ -76,7 +76,7 @@ def _exponential(rows: Sequence[Row], t: Fraction) -> Any:
     grown = matrix * ball(t)
     # entries of the eighth power scale as the eighth power of the rates, whatever the units
     if any(abs(x.mid()) > FARTHEST for x in ((grown * grown) ** 4).entries()):
-        raise ArithmeticError(f"t = {float(t):g} s is more than 1e60 of its shortest time scale; give a shorter span")
+        raise ArithmeticError(f"t = {float(t):g} s exceeds 1e60 times its shortest time scale; give a shorter span")
     return grown.exp()
 
 
