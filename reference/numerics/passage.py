@@ -95,3 +95,8 @@ class Track:
                 return new
             missing, place = missing - self._duration(place, new), new
         return place
+
+
+def pace_from_rest(quotient: Callable[[Any], Any]) -> Pace:
+    """dt/d sigma with delta = sigma^2, the distance from a rest, where the squared speed is delta quotient(delta)."""
+    return lambda sigma, analytic: 2 * quotient(sigma * sigma).rsqrt(analytic=analytic)

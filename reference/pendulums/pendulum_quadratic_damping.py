@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import flint
 from gnomon.reference.numerics.balls import BallMotion, ball, floor_of, sign
-from gnomon.reference.numerics.passage import Pace, Track
+from gnomon.reference.numerics.passage import Track, pace_from_rest
 
 LONGEST = 0.7
 """In units of 1/sqrt(w2): the time between two places of a track."""
@@ -66,7 +66,7 @@ class DampedPendulum(BallMotion):
     def _balls(self, t: Fraction) -> Sequence[Any]:
         if t == 0:
             return [ball(self.theta), ball(self.v)]
-        swing = course(self, flint.ctx.prec).at(t)
+        swing = swing_sequence(self, flint.ctx.prec).at(t)
         since, left = ball(t) - swing.since, swing.until - ball(t)
         if swing.out is not None and since.mid() < swing.out.duration.mid():
             way, quotient = swing.out.arrival(since), self._begins(swing.begin)
@@ -81,7 +81,7 @@ class DampedPendulum(BallMotion):
         """Time (s) and angle (rad) of the n-th turning point after the start, n = 1, 2, ..."""
 
         def swing() -> Swing:
-            return course(self, flint.ctx.prec).number(n - 1)
+            return swing_sequence(self, flint.ctx.prec).number(n - 1)
 
         return (
             self._derived(digits, lambda: swing().until),
@@ -144,12 +144,7 @@ class DampedPendulum(BallMotion):
         return quotient
 
 
-def along(quotient: Any) -> Pace:
-    """dt/d sigma, where delta = sigma^2 is the way from the rest and p = delta quotient(delta)."""
-    return lambda sigma, analytic: 2 * quotient(sigma * sigma).rsqrt(analytic=analytic)
-
-
-class Course:
+class SwingSequence:
     """The swings of one motion, at the current precision when they were asked for."""
 
     def __init__(self, motion: DampedPendulum) -> None:
@@ -184,10 +179,10 @@ class Course:
         way, longest = end - begin, LONGEST / float(motion.w2) ** 0.5
         if speed.is_zero():
             middle = (way / 2).sqrt()
-            out = Track(along(motion._begins(begin)), middle, longest)
-            back = Track(along(motion._ends(end)), middle, longest)
+            out = Track(pace_from_rest(motion._begins(begin)), middle, longest)
+            back = Track(pace_from_rest(motion._ends(end)), middle, longest)
             return Swing(side, begin, end, since, since + out.duration + back.duration, out, back)
-        back = Track(along(motion._ends(end)), way.sqrt(), longest)
+        back = Track(pace_from_rest(motion._ends(end)), way.sqrt(), longest)
         return Swing(side, begin, end, since, since + back.duration, None, back)
 
     def _rest(self, begin: Any, speed: Any, bottom: int) -> Any:
@@ -229,5 +224,5 @@ class Course:
 
 
 @lru_cache(maxsize=16)
-def course(motion: DampedPendulum, bits: int) -> Course:
-    return Course(motion)
+def swing_sequence(motion: DampedPendulum, bits: int) -> SwingSequence:
+    return SwingSequence(motion)
