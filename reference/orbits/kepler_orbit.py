@@ -126,7 +126,7 @@ class Kepler(Conic):
         return self._quantity(digits, self._pericentre)
 
     def collision_time(self, digits: int = 15, forward: bool = True) -> Any:
-        """Time from the start to the next collision with the centre, or from the last one (s); None if there is none."""
+        """Time from the start to the next collision, or to it from the last one (s); None if there is none."""
         if self.angular_momentum:
             return None
         outward = self._rv >= 0 if forward else self._rv <= 0
