@@ -18,7 +18,7 @@ from gnomon.reference.pendulums.pendulum_simple import Pendulum
 
 @dataclass(frozen=True)
 class BallisticPendulum(Motion):
-    """State (x, theta, u, omega): x < 0 and u > 0 of the bullet relative to the hanging block, both 0 after the impact."""
+    """State (x, theta, u, omega), x < 0 and u > 0 of the bullet relative to the hanging block: 0 after the impact."""
 
     g: Fraction
     length: Fraction
