@@ -7,7 +7,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
-from gnomon.reference.numerics.motion import MANY, SAMPLE_DIGITS
+from gnomon.reference.numerics.motion import MANY
+from gnomon.reference.numerics.pointwise import SAMPLE_DIGITS
 from gnomon.reference.numerics.precision import nearest_double
 from numpy.typing import NDArray
 

@@ -6,15 +6,12 @@ Balls: Johansson, Arb: efficient arbitrary-precision midpoint-radius interval ar
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.motion import Motion
-from gnomon.reference.numerics.precision import publish, working
 
 SMALL = 130
 """Bits below the largest component at which a component needs no digits of its own: it may be an exact zero."""
@@ -86,24 +83,6 @@ def floor_of(compute: Callable[[], Any]) -> int:
             return int(found)
         bits *= 2
     raise ArithmeticError("a number cannot be told from an integer")
-
-
-class BallMotion(Motion):
-    """A motion whose state is a formula in balls, `_balls(t)`, at the precision in force."""
-
-    @abstractmethod
-    def _balls(self, t: Fraction) -> Sequence[Any]: ...
-
-    def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
-        return refined(mp, lambda: self._balls(t))
-
-    def _guard(self, t: Fraction) -> float:
-        return 2  # the balls hold the digits; this is for rounding once
-
-    def _derived(self, digits: int, formula: Callable[[], Any]) -> Any:
-        """A derived number: `formula()` in balls, to `digits`, rounded once."""
-        with working(digits + 2) as mp:
-            return publish(refined(mp, lambda: [formula()]), digits)[0]
 
 
 def _sharp(values: Sequence[Any], wanted: int) -> bool:
