@@ -13,7 +13,7 @@ from typing import Any
 from gnomon.cases import Case
 from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.kernels.equations import cache_folder
+from gnomon.harness.kernels.generated_modules import cache_folder
 from gnomon.harness.registry import declaration
 from gnomon.harness.registry import lookup as registry
 from gnomon.harness.results import store
