@@ -8,7 +8,7 @@ import importlib
 import os
 import sys
 
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 from gnomon.harness.system.child_process import quiet_child
 
 from gnomon import cases
@@ -30,7 +30,7 @@ def _import_everything() -> None:
             importlib.import_module(name)
     for name in cases.names():
         cases.case_class(name)
-    registry.everything()
+    lookup.everything()
     _warm_up()
 
 

@@ -26,12 +26,12 @@ from time import perf_counter_ns
 from typing import Any, TypeVar
 
 import numpy as np
-from gnomon.harness.contract import validation as answers
+from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Problem, Refused, Solve
 from gnomon.harness.contract.problem import accepted_form, groups_of
 from gnomon.harness.contract.validation import TEXT, Unusable
-from gnomon.harness.kernels import equations as compiling
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.kernels.generated_modules import WATCHERS
+from gnomon.harness.registry import lookup
 from gnomon.harness.running import messages
 from gnomon.harness.running.messages import Garbled, Message
 from gnomon.harness.running.null_call import null_seconds
@@ -132,7 +132,9 @@ class Outcome:
             raise Garbled("an answer without times")
         times = tuple(messages.number({"seconds": each}, "seconds") for each in seconds)
         try:
-            counts = {n: None if content[n] is None else answers.count(content[n], n) for n in ("steps", "rhs_calls")}
+            counts = {
+                n: None if content[n] is None else validation.count(content[n], n) for n in ("steps", "rhs_calls")
+            }
             maybe = {name: _optional(content[name], float) for name in ("reset_seconds", "null_seconds")}
             events = None if content["events"] is None else tuple((float(t), str(n)) for t, n in content["events"])
             return cls(
@@ -237,14 +239,14 @@ class _Series:
     def __init__(self, task: Task, say: _Speaker) -> None:
         self.task = task
         self.say = say
-        self.integrator = registry.dereference(*task.integrator)
+        self.integrator = lookup.dereference(*task.integrator)
         self.case, self.formulation = task.spec.build()
         self.form = accepted_form(self.case, self.integrator.accepts, self.formulation)
         self.parameters = np.array([float(value) for value in self.case.parameter_values()])
         self.moved: Iterator[Floats] = perturbed_states(self.case, self.formulation, task.sizes)
         self.counting = perturbed_states(self.case, self.formulation, task.sizes, COUNTING_ULPS)
         self.counting_starts: list[Floats] = []
-        compiling.WATCHERS.append(self._compiling)
+        WATCHERS.append(self._compiling)
 
     def problem(self, counted: bool) -> Problem:
         """A new one for every preparation: what an integrator does to its arrays reaches nobody else."""
@@ -273,8 +275,8 @@ class _Series:
             self.say("ran")
             calls, scored, others = self._timed(solve, order, seconds, others)
             _check_clocks()
-            answers.possible(scored.solution.steps, scored.seconds, "steps")
-            answers.possible(rhs_calls, max(counted_seconds, scored.seconds), "right-hand sides")
+            validation.possible(scored.solution.steps, scored.seconds, "steps")
+            validation.possible(rhs_calls, max(counted_seconds, scored.seconds), "right-hand sides")
             if others is not None and np.array_equal(scored.states, others) and np.all(np.isfinite(others)):
                 self._suspect(solve, scored.states)
             if _unmoved(scored, self.task.start, rhs_calls):
@@ -353,7 +355,7 @@ class _Series:
         def counting() -> tuple[_Call, int]:
             before = problem.buffer[-1]
             call = _Call(solve, self.counting_starts[order.place], self.task)
-            return call, answers.count(problem.buffer[-1] - before, "right-hand sides")
+            return call, validation.count(problem.buffer[-1] - before, "right-hand sides")
 
         call, counted = self._compiled(counting)
         close = getattr(solve, "close", None)
@@ -418,7 +420,7 @@ class _Call:
             os._exit(1)  # a copy that the integrator forked: it would go on with this trial, and fork again
         if not keep:
             return
-        self.solution = answers.checked(solution, (1, len(task.times), len(start)))
+        self.solution = validation.checked(solution, (1, len(task.times), len(start)))
         self.states = self.solution.states[0]
 
 
@@ -441,7 +443,7 @@ def _settings(solve: Solve) -> dict[str, str]:
     """The engine settings that a solve says it changed."""
     given = getattr(solve, "settings", {})
     if not isinstance(given, Mapping):
-        raise Unusable(f"has settings = {answers.short(given)}: they are a mapping of names to values")
+        raise Unusable(f"has settings = {validation.short(given)}: they are a mapping of names to values")
     return {str(name): str(value) for name, value in given.items()}
 
 

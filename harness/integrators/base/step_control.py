@@ -28,7 +28,7 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Sol
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, rounded
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, roughen, soften
 from gnomon.harness.integrators.base.stepping import blank, call, compiled_whole
-from gnomon.harness.kernels import equations as compiling
+from gnomon.harness.kernels.equations import acceleration, right_hand_side
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -93,7 +93,7 @@ class Adaptive(Integrator):
     def prepare(self, problem: Problem, setting: float) -> Solve:
         check_tolerance(setting)
         second = isinstance(problem.form, SecondOrder)
-        kernel = compiling.acceleration(problem) if second else compiling.right_hand_side(problem)
+        kernel = acceleration(problem) if second else right_hand_side(problem)
         limits = ("MOST_STEPS", self.most_steps), ("ABSOLUTE", int(self.absolute))
         run = compiled_whole(type(self).loop, SIGNATURE, (*self.constants(), *limits), self.pieces)
         table = _table(type(self))
