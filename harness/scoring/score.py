@@ -21,7 +21,7 @@ from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.metric import Metric
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import groups_of
-from gnomon.harness.running.worker import Outcome
+from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import ReferenceSolution
 from numpy.typing import NDArray
 
