@@ -18,8 +18,8 @@ from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep
 from gnomon.harness.integrators.taylor.taylor import Taylor
 from gnomon.harness.registry import lookup
-from gnomon.harness.results.convergence_order import fit_order_exactly, measure_order, measure_order_exactly
 from gnomon.harness.results.publish import publish
+from gnomon.harness.studies.order_measurement import fit_order_exactly, measure_order, measure_order_exactly
 from gnomon.harness.studies.order_twins import at_fixed_steps, taylor_steps
 from gnomon.reference.numerics.precision import working
 

@@ -24,8 +24,8 @@ from gnomon.harness.integrators.gauss.gauss import Gauss, integrals, nodes
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast, foreseen, table
 from gnomon.harness.integrators.gauss.gauss_fast_kernel import layout
 from gnomon.harness.kernels.generated_modules import load_module
-from gnomon.harness.results.convergence_order import measure_order_exactly
 from gnomon.harness.studies.growth import Subject, energy_errors
+from gnomon.harness.studies.order_measurement import measure_order_exactly
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
