@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gnomon.harness.results.store import load
-    from gnomon.harness.running.run import compare
+    from gnomon.harness.running.run import compare  # slow to load: whoever imports a module of the harness goes without
 
 __all__ = ["compare", "load"]
 

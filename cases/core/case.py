@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from gnomon.cases.core import accuracy, sampling
@@ -303,7 +303,7 @@ class Case:
             _ = copy.time_scale
         return copy
 
-    def with_numbers(self, initial_state: Sequence[Number], parameters: Mapping[str, Number]) -> Case:
+    def with_numbers(self, initial_state: Sequence[Number], parameters: Mapping[str, Number]) -> Self:
         """The same case and span with other numbers."""
         named: dict[str, Any] = dict(parameters)
         copy = type(self)(initial_state=initial_state, span=self.span, **named)

@@ -154,6 +154,7 @@ def show(
     ] = None,
 ) -> None:
     """Print a case: equations, parameters, quantities, variants; draw its motion to a file."""
+    # slow to load: each command imports what it runs, `gnomon --help` none of it
     from gnomon.harness.commands.show import DRAWINGS, describe, draw
     from gnomon.harness.commands.show_check import describe_check
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def cases_table() -> Table:
-    from gnomon import cases
+    from gnomon import cases  # slow to load: each table imports what it shows, `gnomon --help` none of it
 
     return _scenes_table("Cases", "case", [(name, cases.case_class(name)) for name in cases.names()])
 

@@ -36,7 +36,7 @@ def _import_everything() -> None:
 
 def _warm_up() -> None:
     """numba builds its tables of types at the first compilation: 0.3 s, which every worker would pay again."""
-    from numba import cfunc
+    from numba import cfunc  # slow to load: a process that compiles nothing goes without
 
     cfunc("float64(float64)")(_identity)
 
