@@ -1,4 +1,4 @@
-"""Adaptive one-step methods: the loop that they share, its controller and its limits.
+"""The step-size controller of all adaptive one-step methods, its limits, and the loop that they share.
 
 A family (`embedded`, `nystrom`) writes the pieces of a step as plain functions, and each method is the loop compiled
 around them once, with the method's own counts of stages as constants:

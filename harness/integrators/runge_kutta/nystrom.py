@@ -1,4 +1,7 @@
-"""Embedded explicit Runge-Kutta-Nyström pairs for q'' = a(t, q): a method is its tableau."""
+"""Embedded explicit Runge-Kutta-Nyström pairs for q'' = a(t, q): a method is its tableau.
+
+Step sizes: `base/step_control.py`.
+"""
 
 from __future__ import annotations
 
