@@ -13,12 +13,11 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.numbers import nearest
-from gnomon.harness.contract import environment
-from gnomon.harness.contract import sources as source
+from gnomon.harness.contract import environment, sources
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.contract.validation import short
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 from numpy.typing import NDArray
 
 from gnomon import cases
@@ -168,16 +167,18 @@ class Series:
         """The trials of the sweep on `problem`; of a pair that is left out, one without a setting."""
         base = self._key_parts(problem)
         if self.left_out is not None:
-            return (Trial(source.digest([*base, *self.left_out]), None),)
+            return (Trial(sources.digest([*base, *self.left_out]), None),)
         found = settings(self.integrator, self.case, problem)
-        return tuple(Trial(source.digest([*base, value.hex()]), value) for value in found)
+        return tuple(Trial(sources.digest([*base, value.hex()]), value) for value in found)
 
     def _key_parts(self, problem: Problem) -> list[str]:
         numbers = {name: str(value) for name, value in self.case.numbers.items()} | {"span": str(self.case.span)}
         module = type(self.integrator).__module__
         package = module.partition(".")[0]
         within = _SOURCES if package == "gnomon" else (*_SOURCES, package)
-        coding = "" if self.formulation is None else source.of_value((self.formulation.encode, self.formulation.decode))
+        coding = (
+            "" if self.formulation is None else sources.of_value((self.formulation.encode, self.formulation.decode))
+        )
         return [
             self.case.name,
             self.variant,
@@ -186,10 +187,10 @@ class Series:
             json.dumps(problem.groups),
             self.formulation_name,
             coding,
-            source.of_value(self.form),
-            source.of_module(type(self.case.motion()).__module__, ("gnomon.reference",)),
+            sources.of_value(self.form),
+            sources.of_module(type(self.case.motion()).__module__, ("gnomon.reference",)),
             self.integrator.id,
-            source.of_module(module, within),
+            sources.of_module(module, within),
             json.dumps(library_versions(self.integrator)),
             environment.machine(),
         ]
@@ -274,7 +275,7 @@ def pairs(
     an integrator that is a sibling of another.
     """
     found = []
-    absent = {integrator: registry.missing(integrator) for integrator in integrators}
+    absent = {integrator: lookup.missing(integrator) for integrator in integrators}
     for case, label in chosen:
         own: tuple[Formulation | None, ...] = (None, *case.formulations) if formulations else (None,)
         for formulation in own:

@@ -15,7 +15,7 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.turning import turned_cases
-from gnomon.harness.contract import sources as source
+from gnomon.harness.contract import sources
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.system.child_process import main_hidden, process_pool
 from gnomon.reference.storage import diskcache
@@ -128,7 +128,7 @@ def reference_solutions(
 
 
 def _key(spec: CaseSpec) -> str:
-    code = source.of_module(spec.path.partition(":")[0], _SOURCES) + source.of_module(__name__, _OWN)
+    code = sources.of_module(spec.path.partition(":")[0], _SOURCES) + sources.of_module(__name__, _OWN)
     return f"truth 1\n{code}\n{json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])}"
 
 

@@ -13,7 +13,8 @@ from typing import Any
 
 import flint
 from gnomon.reference.contact.billiard_ball import BilliardBall
-from gnomon.reference.numerics.balls import BallMotion, ball, refined
+from gnomon.reference.numerics.balls import ball, refined
+from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.precision import publish, working
 from gnomon.reference.rigid_bodies.top_attitude import Quaternion, matrix, product
 

@@ -14,7 +14,8 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, precision
+from gnomon.reference.numerics.balls import ball, precision
+from gnomon.reference.numerics.motion import BallMotion
 
 MOST = 500
 """Most impacts within a span; with e < 1 they may accumulate."""

@@ -14,7 +14,8 @@ from functools import cached_property
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, floor_of
+from gnomon.reference.numerics.balls import ball, floor_of
+from gnomon.reference.numerics.motion import BallMotion
 
 
 @dataclass(frozen=True)

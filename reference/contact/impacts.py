@@ -9,8 +9,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from gnomon.reference.numerics.balls import BallMotion, ball
-from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.motion import BallMotion, Motion
 
 MOST = 500
 """Most impacts on a line; with a small coefficient of restitution there may be infinitely many."""

@@ -17,7 +17,8 @@ from math import lcm
 from typing import Any, NamedTuple
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, precision, refined
+from gnomon.reference.numerics.balls import ball, precision, refined
+from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.precision import publish, working
 
 DECIDED_BITS = 256

@@ -12,7 +12,8 @@ from functools import cached_property
 from typing import Any
 
 from gnomon.reference.contact.block_incline_friction import holds
-from gnomon.reference.numerics.balls import BallMotion, ball, refined
+from gnomon.reference.numerics.balls import ball, refined
+from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.precision import publish, working
 
 

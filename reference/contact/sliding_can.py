@@ -14,7 +14,8 @@ from functools import cached_property
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, sign
+from gnomon.reference.numerics.balls import ball, sign
+from gnomon.reference.numerics.motion import BallMotion
 
 
 @dataclass(frozen=True)

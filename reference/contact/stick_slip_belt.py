@@ -13,7 +13,8 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, floor_of, sign
+from gnomon.reference.numerics.balls import ball, floor_of, sign
+from gnomon.reference.numerics.motion import BallMotion
 
 
 @dataclass(frozen=True)

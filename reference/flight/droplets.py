@@ -10,7 +10,8 @@ from typing import Any
 
 import flint
 from gnomon.reference.flight.projectile_stokes_drag import StokesDrag
-from gnomon.reference.numerics.balls import BallMotion, ball, sign
+from gnomon.reference.numerics.balls import ball, sign
+from gnomon.reference.numerics.motion import BallMotion
 
 ZERO = Fraction(0)
 

@@ -15,7 +15,8 @@ from typing import Any
 import flint
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.linear import LinearMotion, Row
-from gnomon.reference.numerics.motion import Cycle, Motion
+from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import exact, publish, working
 
 Vector = tuple[Fraction, Fraction, Fraction]

@@ -8,7 +8,8 @@ from fractions import Fraction
 from typing import Any
 
 from gnomon.reference.flight.projectile_parabola import Projectile
-from gnomon.reference.numerics.balls import BallMotion, ball
+from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.motion import BallMotion
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ from functools import lru_cache
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, precision, sign
+from gnomon.reference.numerics.balls import ball, precision, sign
+from gnomon.reference.numerics.motion import BallMotion
 
 STEP = 0.05
 """Step of s in the rough inversion of t(s) from which Newton's method starts."""

@@ -14,7 +14,8 @@ from typing import Any
 
 import flint
 from gnomon.reference.flight.gyration import cross
-from gnomon.reference.numerics.balls import BallMotion, ball, precision
+from gnomon.reference.numerics.balls import ball, precision
+from gnomon.reference.numerics.motion import BallMotion
 
 Vector = tuple[Fraction, Fraction, Fraction]
 ROUGH_BITS = 128

@@ -15,9 +15,10 @@ from functools import cached_property, lru_cache
 from typing import Any, ClassVar
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, precision, refined, sign
+from gnomon.reference.numerics.balls import ball, precision, refined, sign
 from gnomon.reference.numerics.biermann import FromZero
-from gnomon.reference.numerics.motion import Cycle
+from gnomon.reference.numerics.motion import BallMotion
+from gnomon.reference.numerics.pointwise import Cycle
 
 
 @dataclass(frozen=True)

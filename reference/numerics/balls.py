@@ -1,20 +1,17 @@
-"""Exact motions in ball arithmetic: the precision is raised until the balls prove the requested digits.
+"""Ball arithmetic at a precision that is raised until the balls prove the requested digits.
 
-Cancellation, near-resonance and stiffness then cost only time: no formula needs guard digits of its own.
+Cancellation, near-resonance and stiffness then cost only time: formulas of exact motions need no guard digits.
 Balls: Johansson, Arb: efficient arbitrary-precision midpoint-radius interval arithmetic, IEEE Trans. Comput. 66 (2017).
 """
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.motion import Motion
-from gnomon.reference.numerics.precision import publish, working
 
 SMALL = 130
 """A component this many bits below the largest one needs no digits of its own: it may be an exact zero."""
@@ -86,24 +83,6 @@ def floor_of(compute: Callable[[], Any]) -> int:
             return int(found)
         bits *= 2
     raise ArithmeticError("a number cannot be distinguished from an integer")
-
-
-class BallMotion(Motion):
-    """A motion whose state is a formula in balls, `_balls(t)`, at the current precision."""
-
-    @abstractmethod
-    def _balls(self, t: Fraction) -> Sequence[Any]: ...
-
-    def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
-        return refined(mp, lambda: self._balls(t))
-
-    def _guard(self, t: Fraction) -> float:
-        return 2  # the balls prove the digits; two more are for the rounding
-
-    def _derived(self, digits: int, formula: Callable[[], Any]) -> Any:
-        """A derived number: `formula()` in balls, rounded once to `digits`."""
-        with working(digits + 2) as mp:
-            return publish(refined(mp, lambda: [formula()]), digits)[0]
 
 
 def _sharp(values: Sequence[Any], wanted: int) -> bool:

@@ -18,7 +18,8 @@ from typing import Any
 
 import numpy as np
 from gnomon.reference.numerics.balls import ball, precision
-from gnomon.reference.numerics.motion import MANY, Floats, Motion
+from gnomon.reference.numerics.motion import MANY, Motion
+from gnomon.reference.numerics.pointwise import Floats
 from gnomon.reference.numerics.taylor import MAX_STEPS, Field, _Flow, _fraction, _step, _value
 from gnomon.reference.storage.diskcache import Entry, cached, fingerprint
 

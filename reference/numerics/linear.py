@@ -14,8 +14,9 @@ from fractions import Fraction
 from typing import Any, ClassVar
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, refined
-from gnomon.reference.numerics.motion import MANY, Cycle, Floats, Turn
+from gnomon.reference.numerics.balls import ball, refined
+from gnomon.reference.numerics.motion import MANY, BallMotion
+from gnomon.reference.numerics.pointwise import Cycle, Floats, Turn
 
 Row = Sequence[Any]
 

@@ -2,43 +2,20 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
-from gnomon.reference.numerics.precision import Number, exact, nearest_double, publish, quantity, working
-from numpy.typing import NDArray
+from gnomon.reference.numerics.balls import refined
+from gnomon.reference.numerics.pointwise import Floats, Pointwise
+from gnomon.reference.numerics.precision import publish, quantity, working
 
-Floats = NDArray[np.float64]
-SAMPLE_DIGITS = 40
 MANY = 512
 """Number of times from which a table is faster than single evaluations."""
 
 
-@dataclass(frozen=True)
-class Turn:
-    """A linear map: `matrix`, row by row, multiplies each group of components (given by their indices in the state)."""
-
-    matrix: Sequence[Sequence[Any]]
-    groups: Sequence[Sequence[int]]
-
-
-@dataclass(frozen=True)
-class Cycle:
-    """state(t + period) = turned state(t) + shift for all t, with `turns` applied one after the other.
-
-    Components in a turn have no shift. All numbers are mpmath's.
-    """
-
-    period: Any
-    shift: Sequence[Any]
-    turns: Sequence[Turn] = ()
-
-
-class Motion(ABC):
+class Motion(Pointwise):
     """An exact solution of an initial value problem that starts at t = 0.
 
     A subclass is a frozen dataclass whose fields are Fractions. It states
@@ -49,41 +26,15 @@ class Motion(ABC):
     3. `_cycle(mp)`, if the motion repeats itself: sampling many times is then fast, however late they are.
     """
 
-    def state(self, t: Number, digits: int = 15) -> tuple[Any, ...]:
-        """State at time t, correct to `digits` significant digits relative to the size of the motion.
-
-        Raises ArithmeticError where the formula gives no number.
-        """
-        time = exact(t, "t")
-        with working(digits + self._guard(time)) as mp:
-            state = self._state(mp, time)
-            if not all(map(mp.isfinite, state)):
-                raise ArithmeticError(f"no finite state at t = {float(time):g} s with {mp.dps} digits")
-            return publish(state, digits)
-
-    @abstractmethod
-    def _state(self, mp: Any, t: Fraction) -> Sequence[Any]: ...
-
-    def _guard(self, t: Fraction) -> float:
-        return 10
-
-    def _cycle(self, mp: Any) -> Cycle | None:
-        """How the motion repeats itself, at the precision of `mp`; None where it does not."""
-        return None
-
     def sample(self, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
         """Doubles within 0.51 ulp of the state at each time (float64, s), shape (len(times), dimension).
 
         Fewer than MANY times are evaluated one by one, more by a table, which is kept on disk. `span` (s) is the end
         of the table: the motion is not evaluated beyond it. `breaks` are times at which the motion is not smooth.
         """
-        from gnomon.reference.numerics import table  # compiles; not wanted before many times are asked for
+        from gnomon.reference.numerics import table  # loads numba and compiles: only where many times are asked for
 
         return table.sample(self, times, span, breaks) if len(times) >= MANY else self.sample_each(times)
-
-    def sample_each(self, times: Floats) -> Floats:
-        """The nearest doubles without a table: each state in high precision, then rounded."""
-        return np.array([[nearest_double(x) for x in self.state(float(t), SAMPLE_DIGITS)] for t in times])
 
     def _quantity(self, digits: int, formula: Callable[[Any], Any], guard: float = 10) -> Any:
         """A derived number: `formula(mp)` with guard digits, rounded once."""
@@ -92,6 +43,24 @@ class Motion(ABC):
     def _rational(self, digits: int, value: Fraction) -> Any:
         """A derived number that is rational, rounded once."""
         return self._quantity(digits, lambda mp: mp.mpf(value))
+
+
+class BallMotion(Motion):
+    """A motion whose state is a formula in balls, `_balls(t)`, at the current precision."""
+
+    @abstractmethod
+    def _balls(self, t: Fraction) -> Sequence[Any]: ...
+
+    def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
+        return refined(mp, lambda: self._balls(t))
+
+    def _guard(self, t: Fraction) -> float:
+        return 2  # the balls prove the digits; two more are for the rounding
+
+    def _derived(self, digits: int, formula: Callable[[], Any]) -> Any:
+        """A derived number: `formula()` in balls, rounded once to `digits`."""
+        with working(digits + 2) as mp:
+            return publish(refined(mp, lambda: [formula()]), digits)[0]
 
 
 def decades(value: Fraction) -> float:

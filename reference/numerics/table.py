@@ -16,7 +16,7 @@ from typing import Any
 import flint
 import numpy as np
 from gnomon.reference.numerics.balls import precision
-from gnomon.reference.numerics.motion import Cycle, Floats, Motion
+from gnomon.reference.numerics.pointwise import Cycle, Floats, Pointwise
 from gnomon.reference.numerics.precision import exact, working
 from gnomon.reference.numerics.tablecells import BITS, Cells, TooExpensiveError, as_ball, build
 from gnomon.reference.numerics.tablekernel import evaluate
@@ -32,7 +32,7 @@ TIE = Fraction(1, 10**19)
 """A relative error that covers breaks known to 20 digits."""
 
 
-def sample(motion: Motion, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
+def sample(motion: Pointwise, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
     """Doubles within 0.51 ulp of the states at `times`, by a table where that is faster."""
     times = np.ascontiguousarray(times, dtype=np.float64)
     farthest = float(exact(float(np.max(np.abs(times), initial=0.0)), "t"))
@@ -57,7 +57,7 @@ def sample(motion: Motion, times: Floats, span: float | None = None, breaks: Seq
     return values
 
 
-def cycle_of(motion: Motion) -> Cycle | None:
+def cycle_of(motion: Pointwise) -> Cycle | None:
     """How the motion repeats itself, to 70 digits."""
     with working(CYCLE_DIGITS) as mp:
         return motion._cycle(mp)
@@ -91,12 +91,12 @@ def _double(value: Fraction, toward: float) -> Fraction:
     return Fraction(found if on_the_side else math.nextafter(found, toward))
 
 
-_kept: dict[tuple[Motion, tuple[Piece, ...]], Cells] = {}
-_too_expensive: dict[tuple[Motion, tuple[Piece, ...]], int] = {}
+_kept: dict[tuple[Pointwise, tuple[Piece, ...]], Cells] = {}
+_too_expensive: dict[tuple[Pointwise, tuple[Piece, ...]], int] = {}
 """The largest budget that was not enough."""
 
 
-def _cells(motion: Motion, pieces: tuple[Piece, ...], budget: int) -> Cells | None:
+def _cells(motion: Pointwise, pieces: tuple[Piece, ...], budget: int) -> Cells | None:
     """The cells of the pieces, kept in memory and on disk; None where they cost more than `budget` states."""
     key = (motion, pieces)
     if key in _kept:

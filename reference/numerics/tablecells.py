@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import flint
 import numpy as np
 from gnomon.reference.numerics.balls import ball, precision
-from gnomon.reference.numerics.motion import SAMPLE_DIGITS, Floats, Motion
+from gnomon.reference.numerics.pointwise import SAMPLE_DIGITS, Floats, Pointwise
 
 NODES = 32
 BITS = 400
@@ -73,7 +73,7 @@ class Fit(NamedTuple):
     away: float
 
 
-def build(motion: Motion, pieces: Sequence[Piece], budget: int) -> Cells:
+def build(motion: Pointwise, pieces: Sequence[Piece], budget: int) -> Cells:
     """The cells of all pieces, from left to right; raises TooDearError beyond `budget` states."""
     reach = pieces[-1][1] - pieces[0][0]
     width = longest = reach / LEAST_CELLS
@@ -131,7 +131,7 @@ def _divided(piece: Piece, longest: Fraction) -> list[Piece]:
     return list(pairwise(ends))
 
 
-def _fit(motion: Motion, centre: Fraction, half: Fraction) -> Fit | None:
+def _fit(motion: Pointwise, centre: Fraction, half: Fraction) -> Fit | None:
     """The polynomials of a cell; None where the motion ends within it."""
     with precision(BITS):
         try:
@@ -203,7 +203,7 @@ def _first(good: Any) -> int:
     return max(1, int(np.argmax(np.all(good, axis=(0, 2)))))
 
 
-def _states(motion: Motion, moments: Sequence[Fraction]) -> Any:
+def _states(motion: Pointwise, moments: Sequence[Fraction]) -> Any:
     rows = [[as_ball(x) for x in motion.state(t, SAMPLE_DIGITS)] for t in moments]
     return flint.arb_mat(rows)
 

@@ -17,8 +17,9 @@ from typing import Any
 import flint
 import numpy as np
 from gnomon.reference.numerics.balls import precision
-from gnomon.reference.numerics.motion import Cycle, Motion
+from gnomon.reference.numerics.motion import Motion
 from gnomon.reference.numerics.phase import FIRST, MOST, Balls, CosineSeries, cosine_series, to_arb
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import working
 
 ROUGH = 80

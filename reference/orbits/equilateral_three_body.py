@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from gnomon.reference.numerics.motion import Cycle
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import working
 from gnomon.reference.orbits.conic import Conic
 

@@ -12,7 +12,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from gnomon.reference.numerics.motion import MANY, Floats
+from gnomon.reference.numerics.motion import MANY
+from gnomon.reference.numerics.pointwise import Floats
 from gnomon.reference.numerics.precision import Number, exact, publish, working
 from gnomon.reference.orbits.conic import Conic
 from gnomon.reference.orbits.universal import universal_functions

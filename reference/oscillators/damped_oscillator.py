@@ -13,7 +13,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
 
-from gnomon.reference.numerics.motion import Cycle, Motion, Turn, decades
+from gnomon.reference.numerics.motion import Motion, decades
+from gnomon.reference.numerics.pointwise import Cycle, Turn
 
 LEAST_CYCLING = 20
 """Least ratio of decay rate and damped frequency without a cycle: the amplitude falls by e^(-40 pi) in a period."""

@@ -14,7 +14,8 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.reference.numerics.elliptic import complete_first
-from gnomon.reference.numerics.motion import Cycle, Motion, decades
+from gnomon.reference.numerics.motion import Motion, decades
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import working
 from gnomon.reference.numerics.weierstrass import Quartic, solve_quartic
 

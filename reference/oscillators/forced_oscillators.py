@@ -13,9 +13,10 @@ from typing import Any, ClassVar
 
 import flint
 import numpy as np
-from gnomon.reference.numerics.balls import BallMotion, ball
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.linear import LinearMotion, Row
-from gnomon.reference.numerics.motion import Floats
+from gnomon.reference.numerics.motion import BallMotion
+from gnomon.reference.numerics.pointwise import Floats
 
 
 @dataclass(frozen=True)

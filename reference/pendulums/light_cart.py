@@ -14,9 +14,10 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, refined
-from gnomon.reference.numerics.motion import MANY, Cycle, Floats, Turn
+from gnomon.reference.numerics.balls import ball, refined
+from gnomon.reference.numerics.motion import MANY, BallMotion
 from gnomon.reference.numerics.passage import Track
+from gnomon.reference.numerics.pointwise import Cycle, Floats, Turn
 from gnomon.reference.numerics.precision import working
 
 LONGEST = 0.5

@@ -14,7 +14,8 @@ from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, floor_of, sign
+from gnomon.reference.numerics.balls import ball, floor_of, sign
+from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.passage import Track, pace_from_rest
 
 LONGEST = 0.7

@@ -15,7 +15,8 @@ from math import ceil
 from typing import Any, ClassVar
 
 from gnomon.reference.numerics.elliptic import complete_first, incomplete_first, jacobi
-from gnomon.reference.numerics.motion import Cycle, Motion, decades
+from gnomon.reference.numerics.motion import Motion, decades
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import working
 
 

@@ -15,7 +15,8 @@ from typing import Any
 
 from gnomon.reference.numerics.carlson import third
 from gnomon.reference.numerics.elliptic import amplitude, complete_first, incomplete_first
-from gnomon.reference.numerics.motion import Cycle, Motion, Turn
+from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.pointwise import Cycle, Turn
 from gnomon.reference.numerics.precision import publish, working
 
 Matrix = list[list[Any]]

@@ -18,7 +18,8 @@ from typing import Any
 
 import flint
 from gnomon.reference.guided.pendulum_on_hoop import Hoop
-from gnomon.reference.numerics.balls import BallMotion, ball, refined
+from gnomon.reference.numerics.balls import ball, refined
+from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.precision import publish, working
 
 STEP = 0.02

@@ -14,7 +14,8 @@ from functools import lru_cache
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball
+from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 from gnomon.reference.rigid_bodies.nutation import Start, TiltState, nutates, nutation
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from gnomon.reference.numerics.balls import BallMotion, ball
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.linear import LinearMotion, Row
+from gnomon.reference.numerics.motion import BallMotion
 
 
 @dataclass(frozen=True)

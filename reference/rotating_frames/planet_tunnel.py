@@ -15,8 +15,9 @@ from functools import cached_property
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, floor_of, refined, sign
-from gnomon.reference.numerics.motion import Cycle
+from gnomon.reference.numerics.balls import ball, floor_of, refined, sign
+from gnomon.reference.numerics.motion import BallMotion
+from gnomon.reference.numerics.pointwise import Cycle
 
 
 @dataclass(frozen=True)

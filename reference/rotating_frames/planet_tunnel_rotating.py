@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import flint
 from gnomon.reference.numerics.balls import ball, refined
 from gnomon.reference.numerics.linear import LinearMotion, Row
-from gnomon.reference.numerics.motion import Cycle, Turn
+from gnomon.reference.numerics.pointwise import Cycle, Turn
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
-from gnomon.harness.scoring import reference_solution as exact
+from gnomon.harness.scoring import reference_solution
 from gnomon.harness.scoring.reference_solution import CaseSpec
-from gnomon.harness.system import child_process as processes
+from gnomon.harness.system import child_process
 
 from gnomon import cases
 
@@ -38,10 +38,10 @@ def test_an_interruption_begins_no_other_truth(monkeypatch: pytest.MonkeyPatch) 
     def interrupt() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(processes, "ProcessPoolExecutor", Pool)
-    monkeypatch.setattr(exact, "exact", compute)
-    monkeypatch.setattr(exact.diskcache, "load", lambda _key: None)
+    monkeypatch.setattr(child_process, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(reference_solution, "exact", compute)
+    monkeypatch.setattr(reference_solution.diskcache, "load", lambda _key: None)
     specs = [CaseSpec.of(cases.get("harmonic_oscillator", k=k).rounded(), None) for k in range(1, 9)]
     with pytest.raises(KeyboardInterrupt):
-        exact.reference_solutions(specs, interrupt)
+        reference_solution.reference_solutions(specs, interrupt)
     assert len(begun) <= 2, "the one that was done, the one under way"
