@@ -17,12 +17,14 @@ from typing import Any
 import pandas
 from gnomon.cases import checks, get_check
 from gnomon.cases.core.check import Check
-from gnomon.harness.certification import independent_bodies as opponents_bodies
-from gnomon.harness.certification import independent_fields as opponents_fields
-from gnomon.harness.certification import independent_frames as opponents_frames
-from gnomon.harness.certification import independent_inertia as opponents_inertia
-from gnomon.harness.certification import independent_particles as opponents_particles
-from gnomon.harness.certification import independent_rigid as opponents_rigid
+from gnomon.harness.certification import (
+    independent_bodies,
+    independent_fields,
+    independent_frames,
+    independent_inertia,
+    independent_particles,
+    independent_rigid,
+)
 from gnomon.harness.certification.independent import IndependentComputation, Unsupported
 from gnomon.harness.contract import environment
 from gnomon.harness.results import publish
@@ -33,12 +35,12 @@ INACCURATE = 0.1
 COLUMNS = ("check", "variant", "computation", "library", "quantity", "error", "seconds", "status", "reason")
 
 OPPONENTS: tuple[IndependentComputation, ...] = (
-    *opponents_inertia.OPPONENTS,
-    *opponents_bodies.OPPONENTS,
-    *opponents_rigid.OPPONENTS,
-    *opponents_fields.OPPONENTS,
-    *opponents_frames.OPPONENTS,
-    *opponents_particles.OPPONENTS,
+    *independent_inertia.OPPONENTS,
+    *independent_bodies.OPPONENTS,
+    *independent_rigid.OPPONENTS,
+    *independent_fields.OPPONENTS,
+    *independent_frames.OPPONENTS,
+    *independent_particles.OPPONENTS,
 )
 
 

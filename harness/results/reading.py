@@ -44,7 +44,7 @@ def load(path: str | Path, superseded: bool = False) -> Any:
     null. Characters that would steer a terminal are spelled out, as \\x1b. Raises ValueError where it is neither, and
     for a file that is damaged.
     """
-    import pandas
+    import pandas  # slow to load: the command line starts without it
 
     condition = "1" if superseded else _NOT_SUPERSEDED
     with opening.reading(path, LOADED) as db:

@@ -14,12 +14,11 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.numbers import nearest
-from gnomon.harness.contract import environment
-from gnomon.harness.contract import sources as source
+from gnomon.harness.contract import environment, sources
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.contract.validation import short
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
@@ -171,13 +170,15 @@ class Series:
         """The trials of the sweep on `problem`; of a pair that is left out, one without a setting."""
         base = self._key_parts(problem)
         if self.left_out is not None:
-            return (Trial(source.digest([*base, *self.left_out]), None),)
+            return (Trial(sources.digest([*base, *self.left_out]), None),)
         found = settings(self.integrator, self.case, problem)
-        return tuple(Trial(source.digest([*base, value.hex()]), value) for value in found)
+        return tuple(Trial(sources.digest([*base, value.hex()]), value) for value in found)
 
     def _key_parts(self, problem: Problem) -> list[str]:
         numbers = {name: str(value) for name, value in self.case.numbers.items()} | {"span": str(self.case.span)}
-        coding = "" if self.formulation is None else source.of_value((self.formulation.encode, self.formulation.decode))
+        coding = (
+            "" if self.formulation is None else sources.of_value((self.formulation.encode, self.formulation.decode))
+        )
         return [
             self.case.name,
             self.variant,
@@ -186,7 +187,7 @@ class Series:
             json.dumps(problem.groups),
             self.formulation_name,
             coding,
-            source.of_value(self.form),
+            sources.of_value(self.form),
             closure(type(self.case).__module__) or _THIS_PROCESS,
             self.integrator.id,
             closure(type(self.integrator).__module__) or _THIS_PROCESS,
@@ -274,7 +275,7 @@ def pairs(
     an integrator that is a sibling of another.
     """
     found = []
-    absent = {integrator: registry.missing(integrator) for integrator in integrators}
+    absent = {integrator: lookup.missing(integrator) for integrator in integrators}
     for case, label in chosen:
         own: tuple[Formulation | None, ...] = (None, *case.formulations) if formulations else (None,)
         for formulation in own:

@@ -131,10 +131,10 @@ def reference_solutions(
 def _key(spec: CaseSpec) -> str | None:
     """None for a case that is written in no file."""
     code = closure(spec.path.partition(":")[0])
-    return (
-        code
-        and f"truth 1\n{code}{closure(*_OWN, within=())}\n{json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])}"
-    )
+    if code is None:
+        return None
+    numbers = json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])
+    return f"truth 1\n{code}{closure(*_OWN, within=())}\n{numbers}"
 
 
 def _read(entry: diskcache.Entry) -> ReferenceSolution:

@@ -1,7 +1,7 @@
 """x'' = -w^2 (x - x^-3), x > 0: Ermakov's and Pinney's equation (Beatty, Dynamics, 6.13.2; Pinney, Proc. AMS 1, 1950).
 
-x^2 = u^2 + s^2 with u = x0 cos(wt) + (v0/w) sin(wt), s = sin(wt)/x0: a sum of squares, so that nothing cancels however
-close to zero x comes. The period is pi/w at every amplitude.
+x^2 = u^2 + s^2 with u = x0 cos(wt) + (v0/w) sin(wt), s = sin(wt)/x0: a sum of squares, without cancellation even
+where x is close to zero. The period is pi/w at every amplitude.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from gnomon.reference.numerics.motion import Cycle, Motion, decades
+from gnomon.reference.numerics.motion import Motion, decades
+from gnomon.reference.numerics.pointwise import Cycle
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Pinney(Motion):
         return self._quantity(digits, self._largest, 20)
 
     def top_speed(self, digits: int = 15) -> Any:
-        """At x = 1: v^2 = E - 2 w^2 = v0^2 + w^2 (x0 - 1/x0)^2."""
+        """The largest speed, at x = 1: v^2 = E - 2 w^2 = v0^2 + w^2 (x0 - 1/x0)^2."""
         square = self.v0**2 + self.w**2 * (self.x0 - 1 / self.x0) ** 2
         return self._quantity(digits, lambda mp: mp.sqrt(mp.mpf(square)))
 

@@ -17,7 +17,7 @@ import pytest
 from gnomon.cases.core.forms import Separable
 from gnomon.cases.core.numbers import Domain
 from gnomon.harness.contract.integrator import Steps, Tolerance
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference
@@ -81,7 +81,7 @@ def test_a_pair_takes_the_most_structured_form_that_is_accepted() -> None:
 
 def test_every_case_meets_every_integrator_or_says_why_not() -> None:
     chosen = plan.choose(None, variants=False)
-    integrators = registry.find_all(None)
+    integrators = lookup.find_all(None)
     found = plan.pairs(chosen, integrators)
     own = [series for series in found if series.formulation is None]
     assert len(own) == len(chosen) * len(integrators)
@@ -151,7 +151,7 @@ def test_an_edited_method_or_its_helper_runs_again(tmp_path: Path, monkeypatch: 
         fresh(tmp_path / "edited_package" / "inner" / "deeper" / "helping.py", helper)
         fresh(tmp_path / "edited_package" / "inner" / "deeper" / "other.py", other)
         fresh(tmp_path / "edited_package" / "method.py", method)
-        (found,) = registry.find("edited_package.method:Edited")
+        (found,) = lookup.find("edited_package.method:Edited")
         return str(trials(CASE, found)[0].key)
 
     first = key("HELP = 1", METHOD)
@@ -187,38 +187,38 @@ def test_a_key_sees_the_compiling_of_the_equations() -> None:
 
 def test_unknown_names_come_with_the_nearest_valid_one() -> None:
     with pytest.raises(ValueError, match="did you mean RK4"):
-        registry.find("RK-4")
+        lookup.find("RK-4")
     with pytest.raises(ValueError, match="did you mean pendulum_simple"):
         plan.choose(["pendulum_simpel"], False)
     with pytest.raises(ValueError, match="did you mean standard"):
         plan.suite("standart")
     with pytest.raises(ValueError, match=r"give package\.module:Class"):
-        registry.find("no_such_module:Thing")
+        lookup.find("no_such_module:Thing")
 
 
 def test_a_name_stands_for_all_policies_and_a_path_for_a_class() -> None:
-    assert {i.library for i in registry.find("DOP853")} >= {"gnomon", "scipy"}
-    assert {i.library for i in registry.find("scipy")} == {"scipy"}
-    (one,) = registry.find("planted:Sound")
+    assert {i.library for i in lookup.find("DOP853")} >= {"gnomon", "scipy"}
+    assert {i.library for i in lookup.find("scipy")} == {"scipy"}
+    (one,) = lookup.find("planted:Sound")
     assert isinstance(one, planted.Sound)
-    assert registry.dereference(*registry.reference(one)).id == one.id
+    assert lookup.dereference(*lookup.reference(one)).id == one.id
 
 
 def test_an_entry_point_registers_an_integrator_and_a_broken_one_costs_nobody_else(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     points = [
-        EntryPoint("broken", "no_such_module:Thing", registry.GROUP),
-        EntryPoint("sound", "planted:Sound", registry.GROUP),
+        EntryPoint("broken", "no_such_module:Thing", lookup.GROUP),
+        EntryPoint("sound", "planted:Sound", lookup.GROUP),
     ]
-    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    monkeypatch.setattr(lookup, "entry_points", lambda group: points)
     with pytest.warns(UserWarning, match="no_such_module"):
-        assert set(registry.registered()) == {"planted:sound"}
+        assert set(lookup.registered()) == {"planted:sound"}
 
 
 def test_every_integrator_is_found_again_by_a_worker() -> None:
-    for identity, one in registry.everything().items():
-        again = registry.dereference(*registry.reference(one))
+    for identity, one in lookup.everything().items():
+        again = lookup.dereference(*lookup.reference(one))
         assert (again.id, type(again)) == (identity, type(one))
 
 

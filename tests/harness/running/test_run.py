@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 import planted
 import pytest
-from gnomon.harness.results import regression as gate
-from gnomon.harness.results import store
+from gnomon.harness.results import regression, store
 from gnomon.harness.running import plan
 from gnomon.harness.running.run import compare, run
 from gnomon.harness.system.child_process import queued_seconds
@@ -131,11 +130,11 @@ def test_a_hang_is_a_regression(tmp_path: Path) -> None:
     chosen = plan.choose([CASE], True)
     sound, hangs = (store.load(run(tmp_path / k.name, suite, chosen, [k()])) for k in (planted.Sound, planted.Hangs))
     hangs = hangs.assign(integrator_id=sound["integrator_id"].iloc[0])
-    verdict = gate.compare(sound, hangs)
+    verdict = regression.compare(sound, hangs)
     assert verdict.settings == (sound["status"] == "ok").sum()
     assert any("ok became timeout no answer within 0.1 s" in line for line in verdict.regressions)
     assert any("ok became skipped" in line for line in verdict.regressions)
-    assert gate.compare(sound, sound).regressions == []
+    assert regression.compare(sound, sound).regressions == []
 
 
 def test_a_hang_while_preparing_is_a_timeout(frame: Any) -> None:
