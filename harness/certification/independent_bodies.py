@@ -10,7 +10,7 @@ from gnomon.harness.certification.independent import IndependentComputation, Num
 
 def action_quad(p: Numbers) -> dict[str, float]:
     """scipy.integrate.quad of the Lagrangian along the true and the varied path, at its default tolerance."""
-    from scipy.integrate import quad
+    from scipy.integrate import quad  # slow to load: only its own computation waits
 
     m, w, g, T, begin, end, eps = (p[name] for name in ("m", "w", "g", "T", "begin", "end", "eps"))
     rate = p["mode"] * math.pi / T

@@ -14,7 +14,7 @@ Floats = Any
 
 def centre_averages(p: Numbers) -> dict[str, float]:
     """numpy.average of the particles; scipy.integrate.quad over slices of the bodies."""
-    from scipy.integrate import quad
+    from scipy.integrate import quad  # slow to load: only its own computation waits
 
     r, h, s, d = p["r"], p["h"], p["s"], p["d"]
 

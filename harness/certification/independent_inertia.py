@@ -23,7 +23,7 @@ def _edges(body: Body) -> tuple[list[float], list[float]]:
 
 def cubature(p: Numbers) -> dict[str, float]:
     """scipy.integrate.cubature: adaptive Gauss-Kronrod over the volume, all moments in one vector-valued integrand."""
-    from scipy.integrate import cubature as integrate
+    from scipy.integrate import cubature as integrate  # slow to load: only its own computation waits
 
     found: dict[str, float] = {}
     for name in INTEGRATED:

@@ -12,7 +12,7 @@ from gnomon.reference.numerics.vectors import named
 
 def work_quad(p: Numbers) -> dict[str, float]:
     """scipy.integrate.quad along each path, at its default tolerance."""
-    from scipy.integrate import quad
+    from scipy.integrate import quad  # slow to load: only its own computation waits
 
     R, rise, weight = p["R"], p["p"] / (2 * math.pi), p["mu"] * p["m"] * p["g"]
 

@@ -154,6 +154,7 @@ def show(
     ] = None,
 ) -> None:
     """Print a case: equations, parameters, quantities, variants; draw its motion to a file."""
+    # slow to load: each command imports what it runs, `gnomon --help` none of it
     from gnomon.harness.commands.show import DRAWINGS, describe, draw
     from gnomon.harness.commands.show_check import describe_check
 
@@ -207,7 +208,7 @@ def run(
 
     Exit code 1 where nothing was measured or an integrator of your own never succeeded.
     """
-    from gnomon.harness.registry import lookup as registry
+    from gnomon.harness.registry import lookup
     from gnomon.harness.running import first_trials, plan
     from gnomon.harness.running.progress import Progress
     from gnomon.harness.running.run import run as run_
@@ -228,11 +229,11 @@ def run(
                 f" from {SHORTEST_LIMIT:g} to {LONGEST_LIMIT:g}"
             )
         chosen_suite = chosen_suite.within(limit)
-    integrators = registry.find_all(integrator)
+    integrators = lookup.find_all(integrator)
     if integrator:
         chosen_suite = replace(chosen_suite, near_duplicates=True)
     for one in integrators if integrator else ():
-        reason = registry.missing(one)
+        reason = lookup.missing(one)
         if reason is not None:
             raise ValueError(f"{one.id} cannot run here: {reason}")
     chosen = _chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
@@ -331,8 +332,8 @@ def certify(
     workers: Annotated[int, typer.Option(help="Processes at a time.")] = 2,
 ) -> None:
     """Confirm exact motions by independent ways. Exit code 1 below the required digits."""
-    from gnomon.harness.certification import certify as certifying
     from gnomon.harness.certification import certify_all
+    from gnomon.harness.certification.certify import Certificate, write
     from gnomon.harness.running import plan
     from gnomon.harness.running.progress import Progress
 
@@ -346,7 +347,7 @@ def certify(
         _check_writable(independent, "--independent")  # before minutes of work, not after
     _check_writable(to, "--to")
     progress = Progress()
-    certificates: list[certifying.Certificate] = []
+    certificates: list[Certificate] = []
     with progress:
         progress.begin("certificates", len(settings))
         for certificate in certify_all.certificates(settings, workers):
@@ -355,7 +356,7 @@ def certify(
     out.print(listing.certificates_table(certificates))
     seconds = sum(certificate.seconds for certificate in certificates)
     out.print(f"{len(certificates)} certificates in {seconds / 60:.1f} minutes of processor time", highlight=False)
-    certifying.write(certificates, to)
+    write(certificates, to)
     if independent is not None:
         _measure_computations({name for name, _ in settings}, independent)
     failed = [certificate for certificate in certificates if not certificate.passed]

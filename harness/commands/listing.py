@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def cases_table() -> Table:
-    from gnomon import cases
+    from gnomon import cases  # slow to load: each table imports what it shows, `gnomon --help` none of it
 
     return _scenes_table("Cases", "case", [(name, cases.case_class(name)) for name in cases.names()])
 
@@ -38,13 +38,13 @@ def _scenes_table(title: str, column: str, kinds: Iterable[tuple[str, type[Case]
 
 
 def integrators_table() -> Table:
-    from gnomon.harness.registry import lookup as registry
+    from gnomon.harness.registry import lookup
 
     table = Table(title="Integrators", box=SIMPLE_HEAD, padding=(0, 1))
     table.add_column("id", no_wrap=True)
     table.add_column("order", justify="right")
     table.add_column("accepts", no_wrap=True)
-    for identity, one in registry.everything().items():
+    for identity, one in lookup.everything().items():
         accepted = ", ".join(kind.__name__ for kind in one.accepts)
         table.add_row(escape(identity), "" if one.order is None else str(one.order), accepted)
     return table
@@ -53,24 +53,24 @@ def integrators_table() -> Table:
 def environment_table() -> Table:
     """Machine, versions, and where results are cached."""
     from gnomon.harness.contract import environment
-    from gnomon.harness.kernels import equations as compile_
+    from gnomon.harness.kernels.generated_modules import cache_folder
     from gnomon.reference.storage import diskcache
 
     table = Table("what", "found", title="Environment", show_header=False)
     for name, value in environment.describe().items():
         table.add_row(name, value)
-    table.add_row("compiled equations", str(compile_.cache_folder()))
+    table.add_row("compiled equations", str(cache_folder()))
     table.add_row("exact results", str(diskcache.folder()))
     return table
 
 
 def libraries_table() -> Table:
     """Each library: ready, or why not."""
-    from gnomon.harness.registry import lookup as registry
+    from gnomon.harness.registry import lookup
 
     libraries: dict[str, str | None] = {}
-    for one in registry.everything().values():
-        libraries.setdefault(one.library, registry.missing(one))
+    for one in lookup.everything().values():
+        libraries.setdefault(one.library, lookup.missing(one))
     table = Table("library", "state", title="Libraries")
     for library, reason in libraries.items():
         table.add_row(library, "[green]ready[/]" if reason is None else f"[yellow]missing:[/] {escape(reason)}")

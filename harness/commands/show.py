@@ -60,7 +60,7 @@ def describe(case: Case, out: Console) -> None:
 
 def draw(case: Case, path: Path) -> None:
     """Draw the exact motion over time to a file of one of the DRAWINGS, one panel for each group of coordinates."""
-    import altair
+    import altair  # slow to load: only a drawing needs it
     import pandas
 
     span = min(float(case.times[-1]), DRAWN_SCALES * case.time_scale)

@@ -15,8 +15,8 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.reporting import style, tables
 from gnomon.harness.results import analysis, store
-from gnomon.harness.running.plan import NEAR_DUPLICATE
-from gnomon.harness.studies import model_hierarchy as hierarchies
+from gnomon.harness.running.plan import SIBLING
+from gnomon.harness.studies import model_hierarchy
 from gnomon.harness.studies.drift import rebuilt
 
 DECIMAL_STEPS = (1e-2, 1e-3, 1e-4)
@@ -144,7 +144,7 @@ class Run:
 
     @cached_property
     def hierarchies(self) -> pd.DataFrame:
-        return hierarchies.hierarchies(self.cases, self.equal, self.reduced)
+        return model_hierarchy.hierarchies(self.cases, self.equal, self.reduced)
 
     @cached_property
     def policies(self) -> pd.DataFrame:

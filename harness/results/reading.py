@@ -44,7 +44,7 @@ def load(path: str | Path, superseded: bool = False) -> Any:
     schema lacks are null. Characters that would control a terminal are escaped, as \\x1b. Raises ValueError if `path` is
     neither, and for a damaged file.
     """
-    import pandas
+    import pandas  # slow to load: the command line starts without it
 
     condition = "1" if superseded else _NOT_SUPERSEDED
     with opening.reading(path, LOADED) as db:

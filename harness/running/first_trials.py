@@ -13,7 +13,8 @@ from gnomon.harness.running import plan
 from gnomon.harness.running.plan import Suite
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.running.sweep import task_of
-from gnomon.harness.running.worker import Order, Outcome, Task
+from gnomon.harness.running.worker import Order, Task
+from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
 
 

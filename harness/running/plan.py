@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
@@ -13,12 +14,12 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.numbers import nearest
-from gnomon.harness.contract import environment
-from gnomon.harness.contract import sources as source
+from gnomon.harness.contract import environment, sources
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.contract.validation import short
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
+from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
 from gnomon import cases
@@ -36,8 +37,9 @@ FEWEST = 8
 NEAR_DUPLICATE = ("skipped", "a suite takes this integrator on default settings only, once; name it to run it here")
 """Status and reason of a near-duplicate method on a hard variant. Results files hold this text: it must not change."""
 DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
-"""Step sizes (s) on the variants `engines*`, whose sample times are multiples of 0.01 s."""
-_SOURCES = ("gnomon.harness.integrators", "gnomon.harness.adapters", "gnomon.harness.kernels.equations")
+"""Steps on the variants `engines`, whose sample times are multiples of 0.01 s."""
+_THIS_PROCESS = secrets.token_hex(16)
+"""In the key of what has no file: its trials are run again in every process."""
 
 
 @dataclass(frozen=True)
@@ -169,16 +171,15 @@ class Series:
         """The trials of the sweep on `problem`; one trial without a setting if the pair is left out."""
         base = self._key_parts(problem)
         if self.left_out is not None:
-            return (Trial(source.digest([*base, *self.left_out]), None),)
+            return (Trial(sources.digest([*base, *self.left_out]), None),)
         found = settings(self.integrator, self.case, problem)
-        return tuple(Trial(source.digest([*base, value.hex()]), value) for value in found)
+        return tuple(Trial(sources.digest([*base, value.hex()]), value) for value in found)
 
     def _key_parts(self, problem: Problem) -> list[str]:
         numbers = {name: str(value) for name, value in self.case.numbers.items()} | {"span": str(self.case.span)}
-        module = type(self.integrator).__module__
-        package = module.partition(".")[0]
-        within = _SOURCES if package == "gnomon" else (*_SOURCES, package)
-        coding = "" if self.formulation is None else source.of_value((self.formulation.encode, self.formulation.decode))
+        coding = (
+            "" if self.formulation is None else sources.of_value((self.formulation.encode, self.formulation.decode))
+        )
         return [
             self.case.name,
             self.variant,
@@ -187,10 +188,10 @@ class Series:
             json.dumps(problem.groups),
             self.formulation_name,
             coding,
-            source.of_value(self.form),
-            source.of_module(type(self.case.motion()).__module__, ("gnomon.reference",)),
+            sources.of_value(self.form),
+            closure(type(self.case).__module__) or _THIS_PROCESS,
             self.integrator.id,
-            source.of_module(module, within),
+            closure(type(self.integrator).__module__) or _THIS_PROCESS,
             json.dumps(library_versions(self.integrator)),
             environment.machine(),
         ]
@@ -275,7 +276,7 @@ def pairs(
     near-duplicate method are among them.
     """
     found = []
-    absent = {integrator: registry.missing(integrator) for integrator in integrators}
+    absent = {integrator: lookup.missing(integrator) for integrator in integrators}
     for case, label in chosen:
         own: tuple[Formulation | None, ...] = (None, *case.formulations) if formulations else (None,)
         for formulation in own:

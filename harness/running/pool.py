@@ -15,7 +15,8 @@ from typing import Any, Protocol
 
 from gnomon.harness.results.values import TRIES
 from gnomon.harness.running.messages import Garbled, Inbox, Message
-from gnomon.harness.running.worker import Order, Outcome, Task, serve, take_output
+from gnomon.harness.running.worker import Order, Task, outcome_of, serve, take_output
+from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.system.child_process import context, main_hidden, queued_seconds
 from gnomon.harness.system.locks import temporary_folder
 from gnomon.harness.system.memory import worker_bytes
@@ -233,7 +234,7 @@ class Pool:
                 return False
             slot.job.failed(status, reason, take_output(slot.job.task.output))
         elif stage == "done":
-            slot.job.done(Outcome.of(message, slot.job.task))
+            slot.job.done(outcome_of(message, slot.job.task))
         else:
             raise Garbled(f"the stage {stage!r}")
         following = slot.job.next()

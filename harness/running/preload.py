@@ -8,7 +8,7 @@ import importlib
 import os
 import sys
 
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 from gnomon.harness.system.child_process import quiet_child
 
 from gnomon import cases
@@ -30,13 +30,13 @@ def _import_everything() -> None:
             importlib.import_module(name)
     for name in cases.names():
         cases.case_class(name)
-    registry.everything()
+    lookup.everything()
     _warm_up()
 
 
 def _warm_up() -> None:
-    """Compile once: at the first compilation numba builds its tables of types, which takes 0.3 s in each worker else."""
-    from numba import cfunc
+    """numba builds its tables of types at the first compilation: 0.3 s, which every worker would pay again."""
+    from numba import cfunc  # slow to load: a process that compiles nothing goes without
 
     cfunc("float64(float64)")(_identity)
 

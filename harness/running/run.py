@@ -13,9 +13,8 @@ from typing import Any
 from gnomon.cases import Case
 from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.kernels.equations import cache_folder
-from gnomon.harness.registry import declaration
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.kernels.generated_modules import cache_folder
+from gnomon.harness.registry import declaration, lookup
 from gnomon.harness.results import store
 from gnomon.harness.results.store import Known, Store
 from gnomon.harness.running import plan
@@ -64,7 +63,7 @@ def run(
         number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe() | calls)
         run_ = _Run(results, number, suite, known, progress, near_duplicates)
         run_.plan(series)
-        method = "fork" if any(registry.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
+        method = "fork" if any(lookup.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
         Pool(workers, method, prepare_seconds).run(run_.sweeps())
         results.end_run(number)
     _verify_caches()  # the disk may have become full in the meantime
@@ -90,7 +89,7 @@ def compare(
     found: list[Integrator] = []
     for item in [integrators] if isinstance(integrators, str | Integrator | type) else integrators:
         if isinstance(item, str):
-            found += registry.find(item)
+            found += lookup.find(item)
         else:
             found.append(item() if isinstance(item, type) else item)
     suite = replace(plan.suite("foundation").within(limit_seconds), name="compare", launches=launches)

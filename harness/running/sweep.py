@@ -12,7 +12,8 @@ from gnomon.harness.registry.lookup import reference
 from gnomon.harness.results.store import Known
 from gnomon.harness.results.values import SCORED
 from gnomon.harness.running.plan import Series, Suite, Trial
-from gnomon.harness.running.worker import FEWEST_CALLS, Order, Outcome, Task
+from gnomon.harness.running.worker import FEWEST_CALLS, Order, Task
+from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
 from gnomon.harness.scoring.score import Scorer, above_text
 from numpy.typing import NDArray

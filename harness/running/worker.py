@@ -20,21 +20,22 @@ import time
 import traceback
 import types
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from multiprocessing.connection import Connection
 from time import perf_counter_ns
 from typing import Any, TypeVar
 
 import numpy as np
-from gnomon.harness.contract import validation as answers
+from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Problem, Refused, Solve
 from gnomon.harness.contract.problem import accepted_form, groups_of
 from gnomon.harness.contract.validation import TEXT, Unusable
-from gnomon.harness.kernels import equations as compiling
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.kernels.generated_modules import WATCHERS
+from gnomon.harness.registry import lookup
 from gnomon.harness.running import messages
 from gnomon.harness.running.messages import Garbled, Message
 from gnomon.harness.running.null_call import null_seconds
+from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import adopt_orphans, end_children, guarded, leave_server
@@ -96,63 +97,43 @@ class Order:
     """Identifies the request: the answer repeats this number."""
 
 
-@dataclass
-class Outcome:
-    """What a trial measured. `states` (64, dim_y) is the solution from the exact initial state, without perturbation.
+def answer(outcome: Outcome, order: int) -> Message:
+    """The outcome as the answer to an order."""
+    content = asdict(outcome)
+    arrays = {name: content.pop(name) for name in ("states", "turned")}
+    return Message(order, "done", content, {name: array for name, array in arrays.items() if array is not None})
 
-    `turned` (n, 64, dim_y) are the solutions from the turned starts, None if they were not requested.
-    """
 
-    states: Floats
-    stopped: str | None
-    events: tuple[tuple[float, str], ...] | None
-    steps: int | None
-    rhs_calls: int | None
-    seconds: tuple[float, ...]
-    prepare_seconds: float
-    reset_seconds: float | None
-    settings: dict[str, str] = field(default_factory=dict)
-    output: str = ""
-    null_seconds: float | None = None
-    turned: Floats | None = None
-
-    def message(self, order: int) -> Message:
-        """The outcome as the answer to an order."""
-        content = asdict(self)
-        arrays = {name: content.pop(name) for name in ("states", "turned")}
-        return Message(order, "done", content, {name: array for name, array in arrays.items() if array is not None})
-
-    @classmethod
-    def of(cls, message: Message, task: Task) -> Outcome:
-        """The outcome in a message. Raises Garbled if the content does not fit this task."""
-        content, wanted = message.content, (len(task.times), len(task.start))
-        states, turned = message.arrays.get("states"), message.arrays.get("turned")
-        if states is None or states.shape != wanted or (turned is not None and turned.shape[1:] != wanted):
-            raise Garbled("an answer without the states of its trial")
-        seconds = content.get("seconds")
-        if not isinstance(seconds, list) or not seconds:
-            raise Garbled("an answer without times")
-        times = tuple(messages.number({"seconds": each}, "seconds") for each in seconds)
-        try:
-            counts = {n: None if content[n] is None else answers.count(content[n], n) for n in ("steps", "rhs_calls")}
-            maybe = {name: _optional(content[name], float) for name in ("reset_seconds", "null_seconds")}
-            events = None if content["events"] is None else tuple((float(t), str(n)) for t, n in content["events"])
-            return cls(
-                states,
-                _optional(content["stopped"], str),
-                events,
-                counts["steps"],
-                counts["rhs_calls"],
-                times,
-                messages.number(content, "prepare_seconds"),
-                maybe["reset_seconds"],
-                {str(name): str(value) for name, value in dict(content["settings"]).items()},
-                str(content["output"]),
-                maybe["null_seconds"],
-                turned,
-            )
-        except (KeyError, TypeError, ValueError, Unusable) as error:
-            raise Garbled(f"an answer that cannot be read ({type(error).__name__})") from None
+def outcome_of(message: Message, task: Task) -> Outcome:
+    """The outcome that a message holds; raises Garbled where it holds none that this task can have."""
+    content, wanted = message.content, (len(task.times), len(task.start))
+    states, turned = message.arrays.get("states"), message.arrays.get("turned")
+    if states is None or states.shape != wanted or (turned is not None and turned.shape[1:] != wanted):
+        raise Garbled("an answer without the states of its trial")
+    seconds = content.get("seconds")
+    if not isinstance(seconds, list) or not seconds:
+        raise Garbled("an answer without times")
+    times = tuple(messages.number({"seconds": each}, "seconds") for each in seconds)
+    try:
+        counts = {n: None if content[n] is None else validation.count(content[n], n) for n in ("steps", "rhs_calls")}
+        maybe = {name: _optional(content[name], float) for name in ("reset_seconds", "null_seconds")}
+        events = None if content["events"] is None else tuple((float(t), str(n)) for t, n in content["events"])
+        return Outcome(
+            states,
+            _optional(content["stopped"], str),
+            events,
+            counts["steps"],
+            counts["rhs_calls"],
+            times,
+            messages.number(content, "prepare_seconds"),
+            maybe["reset_seconds"],
+            {str(name): str(value) for name, value in dict(content["settings"]).items()},
+            str(content["output"]),
+            maybe["null_seconds"],
+            turned,
+        )
+    except (KeyError, TypeError, ValueError, Unusable) as error:
+        raise Garbled(f"an answer that cannot be read ({type(error).__name__})") from None
 
 
 def _optional(value: Any, kind: type[T]) -> T | None:
@@ -196,7 +177,7 @@ def _work(connection: Connection, task: Task) -> None:
         if failed is not None:
             say.failed(failed)
         else:
-            say.send(outcome.message(order.number))
+            say.send(answer(outcome, order.number))
 
 
 class _Speaker:
@@ -239,14 +220,14 @@ class _Series:
     def __init__(self, task: Task, say: _Speaker) -> None:
         self.task = task
         self.say = say
-        self.integrator = registry.dereference(*task.integrator)
+        self.integrator = lookup.dereference(*task.integrator)
         self.case, self.formulation = task.spec.build()
         self.form = accepted_form(self.case, self.integrator.accepts, self.formulation)
         self.parameters = np.array([float(value) for value in self.case.parameter_values()])
         self.perturbed: Iterator[Floats] = perturbed_states(self.case, self.formulation, task.sizes)
         self.counting = perturbed_states(self.case, self.formulation, task.sizes, COUNTING_ULPS)
         self.counting_starts: list[Floats] = []
-        compiling.WATCHERS.append(self._compiling)
+        WATCHERS.append(self._compiling)
 
     def problem(self, counted: bool) -> Problem:
         """A new problem for each preparation: an integrator that changes the arrays affects no other trial."""
@@ -274,9 +255,9 @@ class _Series:
                 seconds, others = warm.seconds, warm.states
             self.say("ran")
             calls, scored, others = self._timed(solve, order, seconds, others)
-            _verify_clocks()
-            answers.possible(scored.solution.steps, scored.seconds, "steps")
-            answers.possible(rhs_calls, max(counted_seconds, scored.seconds), "right-hand sides")
+            _check_clocks()
+            validation.possible(scored.solution.steps, scored.seconds, "steps")
+            validation.possible(rhs_calls, max(counted_seconds, scored.seconds), "right-hand sides")
             if others is not None and np.array_equal(scored.states, others) and np.all(np.isfinite(others)):
                 self._suspect(solve, scored.states)
             if _did_nothing(scored, self.task.start, rhs_calls):
@@ -355,7 +336,7 @@ class _Series:
         def counting() -> tuple[_Call, int]:
             before = problem.buffer[-1]
             call = _Call(solve, self.counting_starts[order.place], self.task)
-            return call, answers.count(problem.buffer[-1] - before, "right-hand sides")
+            return call, validation.count(problem.buffer[-1] - before, "right-hand sides")
 
         call, counted = self._compiled(counting)
         close = getattr(solve, "close", None)
@@ -421,7 +402,7 @@ class _Call:
             os._exit(1)  # this process is a copy that the integrator forked: it would repeat the trial, and fork again
         if not keep:
             return
-        self.solution = answers.checked(solution, (1, len(task.times), len(start)))
+        self.solution = validation.checked(solution, (1, len(task.times), len(start)))
         self.states = self.solution.states[0]
 
 
@@ -444,7 +425,7 @@ def _settings(solve: Solve) -> dict[str, str]:
     """The engine options that differ from the library's default, as `solve` declares them."""
     given = getattr(solve, "settings", {})
     if not isinstance(given, Mapping):
-        raise Unusable(f"has settings = {answers.short(given)}: they are a mapping of names to values")
+        raise Unusable(f"has settings = {validation.short(given)}: they are a mapping of names to values")
     return {str(name): str(value) for name, value in given.items()}
 
 

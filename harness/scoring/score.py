@@ -21,7 +21,8 @@ from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.metric import Metric
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import groups_of
-from gnomon.harness.running.worker import Outcome
+from gnomon.harness.scoring.events import score_events
+from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import ReferenceSolution
 from numpy.typing import NDArray
 
@@ -186,9 +187,7 @@ class Scorer:
         return found
 
     def events(self, found: Sequence[tuple[float, str]]) -> dict[str, Any]:
-        """The number of missing events, the number of extra events, and the largest error of a time in seconds."""
-        from gnomon.harness.scoring.events import score_events
-
+        """Events that are missing, events that never were, and the largest error of a time, in seconds."""
         score = score_events(found, self.case.events())
         return {f"events_{name}": value for name, value in score._asdict().items()}
 

@@ -23,7 +23,7 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import accepted_form, groups_of, initial_state
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 from gnomon.harness.results.publish import publish
 from gnomon.harness.scoring.score import NUMPY
 from numpy.typing import NDArray
@@ -174,7 +174,7 @@ def energy_errors(subject: Subject) -> tuple[Floats, Floats]:
     """
     numbers: dict[str, Any] = dict(subject.parameters)
     case = get(subject.case, **numbers).rounded()
-    integrator = registry.own()[subject.integrator]
+    integrator = lookup.own()[subject.integrator]
     form = accepted_form(case, integrator.accepts)
     assert form is not None
     energy = next(name for name in case.invariants if "energy" in name)

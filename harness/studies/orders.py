@@ -18,9 +18,9 @@ from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep
 from gnomon.harness.integrators.taylor.taylor import Taylor
-from gnomon.harness.registry import lookup as registry
-from gnomon.harness.results.convergence_order import fit_order_exactly, measure_order, measure_order_exactly
+from gnomon.harness.registry import lookup
 from gnomon.harness.results.publish import publish
+from gnomon.harness.studies.order_measurement import fit_order_exactly, measure_order, measure_order_exactly
 from gnomon.harness.studies.order_twins import at_fixed_steps, taylor_steps
 from gnomon.reference.numerics.precision import working
 
@@ -101,8 +101,8 @@ SUBJECTS = [
 
 
 def measured(subject: Subject) -> dict[str, Any]:
-    """A row of the published table. Raises RuntimeError if fewer than four steps are in the asymptotic range."""
-    integrator = registry.own()[f"gnomon:{subject.integrator}"]
+    """A row of the published table. Raises RuntimeError where fewer than four steps lie in the asymptotic range."""
+    integrator = lookup.own()[f"gnomon:{subject.integrator}"]
     twin = at_fixed_steps(integrator)
     case = get(subject.case, subject.variant, span=subject.span)
     found = order_of(subject, twin, case)

@@ -7,18 +7,18 @@ from pathlib import Path
 
 import pytest
 from gnomon.cases import checks, get_check
-from gnomon.harness.certification import independent_checks as computations
+from gnomon.harness.certification import independent_checks
 from gnomon.harness.certification.independent import IndependentComputation, Unsupported
 
 
 def errors(check: str, variant: str | None, name: str) -> dict[str, float]:
-    chosen = [one for one in computations.COMPUTATIONS if one.name == name and one.check == check]
-    frame = computations.run_checks([get_check(check, variant)], chosen, repeats=1)
+    chosen = [one for one in independent_checks.OPPONENTS if one.name == name and one.check == check]
+    frame = independent_checks.run_checks([get_check(check, variant)], chosen, repeats=1)
     return dict(zip(frame["quantity"], frame["error"], strict=True))
 
 
-def test_every_check_has_an_independent_computation() -> None:
-    assert {one.check for one in computations.COMPUTATIONS} == set(checks())
+def test_every_check_has_an_opponent() -> None:
+    assert {one.check for one in independent_checks.OPPONENTS} == set(checks())
 
 
 def test_quadrature_of_bodies_keeps_its_tolerance() -> None:
@@ -98,9 +98,9 @@ def test_failures_are_rows_with_their_status(tmp_path: Path) -> None:
         return IndependentComputation(what, library, "com_rigid_body", compute)
 
     kinds = ("refuses", "raises", "nan", "wrong", "missing")
-    frame = computations.run_checks([get_check("com_rigid_body")], [failing(kind) for kind in kinds], repeats=1)
+    frame = independent_checks.run_checks([get_check("com_rigid_body")], [planted(kind) for kind in kinds], repeats=1)
     assert list(frame["status"]) == ["refused", "crashed", "diverged", "inaccurate", "not_installed"]
-    computations.write(frame, tmp_path / "checks.json")
+    independent_checks.write(frame, tmp_path / "checks.json")
     rows = json.loads((tmp_path / "checks.json").read_text())
     assert [row["reason"] for row in rows][:2] == ["no such shape", "RuntimeError: broken"]
     assert rows[2]["error"] is None

@@ -160,11 +160,11 @@ def test_where_results_cannot_go_is_said_before_the_work(tmp_path: Path, capfd: 
 def test_a_missing_library_that_is_named_is_wrong_usage(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    from gnomon.harness.registry import lookup as registry
+    from gnomon.harness.registry import lookup
 
-    monkeypatch.setattr(registry, "_importable", lambda library: library != "pybullet")
+    monkeypatch.setattr(lookup, "_importable", lambda library: library != "pybullet")
     assert gnomon("run", "--case", "pendulum_simple", "--integrator", "pybullet") == 2
-    assert registry.absent("pybullet") in capfd.readouterr().err
+    assert lookup.absent("pybullet") in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -179,10 +179,10 @@ def test_a_missing_library_that_is_named_is_wrong_usage(
 def test_what_is_missing_is_named_with_what_installs_it(
     library: str, python: tuple[int, ...], told: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from gnomon.harness.registry import lookup as registry
+    from gnomon.harness.registry import lookup
 
-    monkeypatch.setattr(registry.sys, "version_info", python)
-    assert registry.absent(library) == told
+    monkeypatch.setattr(lookup.sys, "version_info", python)
+    assert lookup.absent(library) == told
 
 
 @pytest.mark.parametrize(
@@ -242,12 +242,12 @@ def test_results_that_cannot_be_read_are_one_line(
 def test_an_interruption_is_quiet(
     step: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    from gnomon.harness.registry import lookup as registry
+    from gnomon.harness.registry import lookup
 
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(registry, step, interrupt)
+    monkeypatch.setattr(lookup, step, interrupt)
     assert gnomon("run", "--case", "pendulum_simple", "--integrator", "RK4") == 130
     assert capfd.readouterr() == ("", "")
 
@@ -277,13 +277,13 @@ def test_alone_it_shows_its_help(capfd: pytest.CaptureFixture[str]) -> None:
 
 
 def test_list_names_every_case_and_integrator(capfd: pytest.CaptureFixture[str]) -> None:
-    from gnomon.harness.registry import lookup as registry
+    from gnomon.harness.registry import lookup
 
     from gnomon import cases
 
     assert gnomon("list") == 0
     text = capfd.readouterr().out
-    for name in (*cases.names(), *registry.everything()):
+    for name in (*cases.names(), *lookup.everything()):
         assert name in text
 
 

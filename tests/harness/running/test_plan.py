@@ -16,13 +16,13 @@ import planted
 import pytest
 from gnomon.cases.core.forms import Separable
 from gnomon.cases.core.numbers import Domain
-from gnomon.harness.contract import sources as source
 from gnomon.harness.contract.integrator import Steps, Tolerance
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference
 from gnomon.harness.scoring.score import Scorer
+from gnomon.reference.storage import import_closure
 
 from gnomon import cases
 
@@ -31,7 +31,7 @@ CASE = cases.get("pendulum_simple").rounded()
 
 def trials(case: cases.Case, integrator: Any) -> Any:
     (series,) = plan.pairs([(case, "")], [integrator], formulations=False)
-    scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
+    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
     return series.trials(scorer.problem(series.form))
 
 
@@ -81,7 +81,7 @@ def test_a_pair_takes_the_most_structured_form_that_is_accepted() -> None:
 
 def test_every_case_is_paired_with_every_integrator_or_has_a_reason_why_not() -> None:
     chosen = plan.choose(None, variants=False)
-    integrators = registry.find_all(None)
+    integrators = lookup.find_all(None)
     found = plan.pairs(chosen, integrators)
     own = [series for series in found if series.formulation is None]
     assert len(own) == len(chosen) * len(integrators)
@@ -106,7 +106,7 @@ def test_keys_depend_on_every_number_and_on_nothing_else() -> None:
 METHOD = """
 from gnomon.harness.contract.integrator import Integrator, Solution, Steps
 from gnomon.cases.core.forms import FirstOrder
-from edited_package.helping import HELP
+from edited_package.inner.deeper.helping import HELP
 
 class Edited(Integrator):
     name, library = "edited", "edited"
@@ -118,9 +118,10 @@ class Edited(Integrator):
 EDITED_CASE = """
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.cases.core.forms import SecondOrder
+from edited_package.inner.deeper import helping
 
 def factor(g):
-    return {factor}
+    return g
 
 def pull(t, q, parameters):
     (theta,) = q
@@ -134,74 +135,90 @@ class Edited(PendulumSimple):
 
 
 def fresh(path: Path, text: str) -> None:
-    path.parent.mkdir(exist_ok=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text)
     for name in [name for name in sys.modules if name.startswith("edited_package")]:
         del sys.modules[name]
     importlib.invalidate_caches()
-    source.of_module.cache_clear()
+    import_closure.forget()
 
 
 def test_an_edited_method_or_its_helper_runs_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)  # else two edits within a second share a cached module
 
-    def key(helper: str, method: str) -> str:
-        fresh(tmp_path / "edited_package" / "helping.py", helper)
+    def key(helper: str, method: str, other: str = "") -> str:
+        fresh(tmp_path / "edited_package" / "inner" / "deeper" / "helping.py", helper)
+        fresh(tmp_path / "edited_package" / "inner" / "deeper" / "other.py", other)
         fresh(tmp_path / "edited_package" / "method.py", method)
-        (found,) = registry.find("edited_package.method:Edited")
+        (found,) = lookup.find("edited_package.method:Edited")
         return str(trials(CASE, found)[0].key)
 
     first = key("HELP = 1", METHOD)
-    assert key("HELP = 1", METHOD) == first
+    assert key("HELP = 1", METHOD, "OTHER = 2") == first
     assert key("HELP = 2", METHOD) != first
     assert key("HELP = 1", METHOD + "# a line more") != first
 
 
-def test_an_edited_helper_of_the_equations_runs_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_edited_case_or_its_helper_runs_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The equations, and a helper that only the exact motion may use."""
     monkeypatch.syspath_prepend(str(tmp_path))
-    keys = []
-    for n, factor in enumerate(("g", "g", "2 * g")):
-        (tmp_path / f"edited_case_{n}.py").write_text(EDITED_CASE.format(factor=factor))
-        module = importlib.import_module(f"edited_case_{n}")
-        keys.append(trials(module.Edited().rounded(), planted.Sound())[0].key)
-    assert keys[0] == keys[1] != keys[2]
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+
+    def key(helper: str, scene: str, other: str = "") -> str:
+        fresh(tmp_path / "edited_package" / "inner" / "deeper" / "helping.py", helper)
+        fresh(tmp_path / "edited_package" / "inner" / "deeper" / "other.py", other)
+        fresh(tmp_path / "edited_package" / "scene.py", scene)
+        scene_class = importlib.import_module("edited_package.scene").Edited
+        return str(trials(scene_class().rounded(), planted.Sound())[0].key)
+
+    first = key("HELP = 1", SCENE)
+    assert key("HELP = 1", SCENE, "OTHER = 2") == first
+    assert key("HELP = 2", SCENE) != first
+    assert key("HELP = 1", SCENE.replace("return g", "return 2 * g")) != first
+
+
+def test_a_key_sees_the_compiling_of_the_equations() -> None:
+    """The fast Gauss method is generated by modules of another folder: a change of them must measure it again."""
+    method = registry.find("gnomon:Gauss 8-stage SIMD")[0]
+    found = import_closure.sources(type(method).__module__)
+    assert {"gnomon.harness.kernels.traced", "gnomon.harness.kernels.equations"} <= found.keys()
 
 
 def test_unknown_names_come_with_the_nearest_valid_one() -> None:
     with pytest.raises(ValueError, match="did you mean RK4"):
-        registry.find("RK-4")
+        lookup.find("RK-4")
     with pytest.raises(ValueError, match="did you mean pendulum_simple"):
         plan.choose(["pendulum_simpel"], False)
     with pytest.raises(ValueError, match="did you mean standard"):
         plan.suite("standart")
     with pytest.raises(ValueError, match=r"give package\.module:Class"):
-        registry.find("no_such_module:Thing")
+        lookup.find("no_such_module:Thing")
 
 
-def test_a_name_means_all_policies_and_a_path_means_a_class() -> None:
-    assert {i.library for i in registry.find("DOP853")} >= {"gnomon", "scipy"}
-    assert {i.library for i in registry.find("scipy")} == {"scipy"}
-    (one,) = registry.find("planted:Sound")
+def test_a_name_stands_for_all_policies_and_a_path_for_a_class() -> None:
+    assert {i.library for i in lookup.find("DOP853")} >= {"gnomon", "scipy"}
+    assert {i.library for i in lookup.find("scipy")} == {"scipy"}
+    (one,) = lookup.find("planted:Sound")
     assert isinstance(one, planted.Sound)
-    assert registry.dereference(*registry.reference(one)).id == one.id
+    assert lookup.dereference(*lookup.reference(one)).id == one.id
 
 
 def test_an_entry_point_registers_an_integrator_and_a_broken_one_does_not_affect_others(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     points = [
-        EntryPoint("broken", "no_such_module:Thing", registry.GROUP),
-        EntryPoint("sound", "planted:Sound", registry.GROUP),
+        EntryPoint("broken", "no_such_module:Thing", lookup.GROUP),
+        EntryPoint("sound", "planted:Sound", lookup.GROUP),
     ]
-    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    monkeypatch.setattr(lookup, "entry_points", lambda group: points)
     with pytest.warns(UserWarning, match="no_such_module"):
-        assert set(registry.registered()) == {"planted:sound"}
+        assert set(lookup.registered()) == {"planted:sound"}
 
 
 def test_every_integrator_is_found_again_by_a_worker() -> None:
-    for identity, one in registry.everything().items():
-        again = registry.dereference(*registry.reference(one))
+    for identity, one in lookup.everything().items():
+        again = lookup.dereference(*lookup.reference(one))
         assert (again.id, type(again)) == (identity, type(one))
 
 

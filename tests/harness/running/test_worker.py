@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases import get
-from gnomon.harness.contract import validation as answers
+from gnomon.harness.contract import validation
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.running import worker
 from gnomon.harness.running.worker import FEWEST_CALLS, Order, _Series
@@ -163,10 +163,10 @@ def test_a_replaced_clock_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(("count", "seconds", "fits"), [(10**9, 1e-3, False), (10**9, 0.1, True), (64, 0.0, True)])
 def test_more_right_hand_sides_than_a_processor_can_do_are_named(count: int, seconds: float, fits: bool) -> None:
     if fits:
-        answers.possible(count, seconds, "right-hand sides")
+        validation.possible(count, seconds, "right-hand sides")
         return
     with pytest.raises(Unusable, match=r"claims 1000000000 right-hand sides in 0.001 s: one takes 1e-11 s at least"):
-        answers.possible(count, seconds, "right-hand sides")
+        validation.possible(count, seconds, "right-hand sides")
 
 
 @pytest.mark.parametrize(

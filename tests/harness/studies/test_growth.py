@@ -12,7 +12,7 @@ import pytest
 from gnomon.cases import get
 from gnomon.harness.contract.integrator import Problem, Solve
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 from gnomon.harness.studies.growth import (
     SAMPLES,
     STRETCH,
@@ -73,7 +73,7 @@ def test_every_in_house_smooth_method_is_a_subject() -> None:
     left_out = ("hybrid", "moreau")
     wanted = {
         name
-        for name, integrator in registry.own().items()
+        for name, integrator in lookup.own().items()
         if ".integrators." in type(integrator).__module__ and type(integrator).__module__.split(".")[-1] not in left_out
     }
     assert {subject.integrator for subject in SUBJECTS} == wanted
@@ -81,7 +81,7 @@ def test_every_in_house_smooth_method_is_a_subject() -> None:
 
 def test_bounded_growth_is_expected_of_symplectic_or_reversible_methods_only() -> None:
     for subject in SUBJECTS:
-        conserves = registry.own()[subject.integrator].conserves
+        conserves = lookup.own()[subject.integrator].conserves
         if subject.expected == "bounded":
             assert set(conserves) & {"symplectic", "reversible"}
         if "symplectic" in conserves:
@@ -155,7 +155,7 @@ def test_starts_are_the_initial_state_scaled_in_steps_of_one_64th(monkeypatch: p
 
             return watched
 
-    monkeypatch.setattr(registry, "own", lambda: {"gnomon:RK4": Watched()})
+    monkeypatch.setattr(lookup, "own", lambda: {"gnomon:RK4": Watched()})
     energy_errors(Subject("gnomon:RK4", 16, "t", periods=1e3, starts=3))
     (found,) = started
     assert found.tolist() == [[2.0, 0.0], [2.0 - 2 / 64, 0.0], [2.0 - 4 / 64, 0.0]]
@@ -188,7 +188,7 @@ def test_an_integration_that_ends_early_is_an_error(monkeypatch: pytest.MonkeyPa
             solve = super().prepare(problem, setting)
             return lambda initial: replace(solve(initial), stopped="enough")
 
-    monkeypatch.setattr(registry, "own", lambda: {"gnomon:RK4": Stops()})
+    monkeypatch.setattr(lookup, "own", lambda: {"gnomon:RK4": Stops()})
     with pytest.raises(RuntimeError, match="gnomon:RK4 stopped: enough"):
         energy_errors(Subject("gnomon:RK4", 16, "t", periods=1e3))
 
