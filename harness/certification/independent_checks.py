@@ -34,13 +34,13 @@ REPEATS = 5
 INACCURATE = 0.1
 COLUMNS = ("check", "variant", "computation", "library", "quantity", "error", "seconds", "status", "reason")
 
-OPPONENTS: tuple[IndependentComputation, ...] = (
-    *independent_inertia.OPPONENTS,
-    *independent_bodies.OPPONENTS,
-    *independent_rigid.OPPONENTS,
-    *independent_fields.OPPONENTS,
-    *independent_frames.OPPONENTS,
-    *independent_particles.OPPONENTS,
+COMPUTATIONS: tuple[IndependentComputation, ...] = (
+    *independent_inertia.COMPUTATIONS,
+    *independent_bodies.COMPUTATIONS,
+    *independent_rigid.COMPUTATIONS,
+    *independent_fields.COMPUTATIONS,
+    *independent_frames.COMPUTATIONS,
+    *independent_particles.COMPUTATIONS,
 )
 
 

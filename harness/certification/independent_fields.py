@@ -12,7 +12,7 @@ from gnomon.reference.numerics.vectors import named
 
 
 def ring_special(p: Numbers) -> dict[str, float]:
-    """scipy.special.ellipk and ellipe of m, the usual formula: 1 - m is lost next to the ring."""
+    """scipy.special.ellipk and ellipe of m, the usual formula: next to the ring 1 - m has no correct digits."""
     from scipy.special import ellipe, ellipk  # slow to load: only its own computation waits
 
     a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]

@@ -15,7 +15,7 @@ Floats = Any
 
 
 def rotor_turned(p: Numbers) -> dict[str, float]:
-    """The disc's tensor turned by scipy's Rotation, w x I w, the bearings by numpy.linalg.solve."""
+    """The disc's tensor rotated by scipy's Rotation, the torque w x I w, the bearing forces by numpy.linalg.solve."""
     from scipy.spatial.transform import Rotation  # slow to load: only its own computation waits
 
     m, square = p["m"], p["r"] ** 2

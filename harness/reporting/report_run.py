@@ -15,7 +15,7 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.reporting import style, tables
 from gnomon.harness.results import analysis, store
-from gnomon.harness.running.plan import SIBLING
+from gnomon.harness.running.plan import NEAR_DUPLICATE
 from gnomon.harness.studies import model_hierarchy
 from gnomon.harness.studies.drift import rebuilt
 

@@ -37,7 +37,7 @@ FEWEST = 8
 NEAR_DUPLICATE = ("skipped", "a suite takes this integrator on default settings only, once; name it to run it here")
 """Status and reason of a near-duplicate method on a hard variant. Results files hold this text: it must not change."""
 DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
-"""Steps on the variants `engines`, whose sample times are multiples of 0.01 s."""
+"""Step sizes (s) on the variants `engines*`, whose sample times are multiples of 0.01 s."""
 _THIS_PROCESS = secrets.token_hex(16)
 """In the key of what has no file: its trials are run again in every process."""
 

@@ -35,7 +35,7 @@ def _import_everything() -> None:
 
 
 def _warm_up() -> None:
-    """numba builds its tables of types at the first compilation: 0.3 s, which every worker would pay again."""
+    """Compile once: at the first compilation numba builds its tables of types, which takes 0.3 s in each worker else."""
     from numba import cfunc  # slow to load: a process that compiles nothing goes without
 
     cfunc("float64(float64)")(_identity)

@@ -98,14 +98,14 @@ class Order:
 
 
 def answer(outcome: Outcome, order: int) -> Message:
-    """The outcome as the answer to an order."""
+    """The message with an outcome, in answer to a request."""
     content = asdict(outcome)
     arrays = {name: content.pop(name) for name in ("states", "turned")}
     return Message(order, "done", content, {name: array for name, array in arrays.items() if array is not None})
 
 
 def outcome_of(message: Message, task: Task) -> Outcome:
-    """The outcome that a message holds; raises Garbled where it holds none that this task can have."""
+    """The outcome in a message. Raises Garbled if the content does not fit this task."""
     content, wanted = message.content, (len(task.times), len(task.start))
     states, turned = message.arrays.get("states"), message.arrays.get("turned")
     if states is None or states.shape != wanted or (turned is not None and turned.shape[1:] != wanted):
@@ -255,7 +255,7 @@ class _Series:
                 seconds, others = warm.seconds, warm.states
             self.say("ran")
             calls, scored, others = self._timed(solve, order, seconds, others)
-            _check_clocks()
+            _verify_clocks()
             validation.possible(scored.solution.steps, scored.seconds, "steps")
             validation.possible(rhs_calls, max(counted_seconds, scored.seconds), "right-hand sides")
             if others is not None and np.array_equal(scored.states, others) and np.all(np.isfinite(others)):

@@ -1,4 +1,4 @@
-"""What a trial measured, before it is scored: what the worker sends and the scorer takes."""
+"""The outcome of a trial before it is scored: a worker sends it and the scorer reads it."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ Floats = NDArray[np.float64]
 
 @dataclass
 class Outcome:
-    """What a trial measured. `states` (64, dim_y) is the answer to the unperturbed initial state.
+    """What a trial measured. `states` (64, dim_y) is the solution from the exact initial state, without perturbation.
 
-    `turned` (n, 64, dim_y) are the answers to the turned starts, None where those were not asked for.
+    `turned` (n, 64, dim_y) are the solutions from the turned starts, None if they were not requested. Times are in
+    seconds; those of the timed calls are `seconds`.
     """
 
     states: Floats

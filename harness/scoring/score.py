@@ -187,7 +187,7 @@ class Scorer:
         return found
 
     def events(self, found: Sequence[tuple[float, str]]) -> dict[str, Any]:
-        """Events that are missing, events that never were, and the largest error of a time, in seconds."""
+        """The number of missing events, the number of extra events, and the largest error of a time in seconds."""
         score = score_events(found, self.case.events())
         return {f"events_{name}": value for name, value in score._asdict().items()}
 

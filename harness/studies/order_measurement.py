@@ -1,7 +1,7 @@
-"""The order of convergence of one method on one case, measured by running it.
+"""Measures the convergence order of one method on one case by running it.
 
-Up to order 8 binary64 has an asymptotic range. Above it the very same step function is run in 60-digit arithmetic, with
-coefficients to as many digits, of which the binary64 table is the rounding.
+Up to order 8, binary64 has an asymptotic range. For higher orders the same step function runs in 60-digit arithmetic,
+with coefficients of as many digits; the binary64 table is these coefficients, rounded.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from gnomon.reference.numerics.precision import working
 def measure_order(integrator: Integrator, case: Case, most_steps: int = 300_000) -> tuple[float, int] | None:
     """The order of a fixed-step integrator on a case, in binary64, and the number of points it was fitted to.
 
-    The step is refined by halves and thirds (1, 2, 3, 4, 6, 8, ... to a sampling interval) until the error reaches what
-    round-off leaves, or `most_steps` is passed: the case's conditioning, times the square root of the number of steps
-    where they are summed without compensation.
+    The step is refined by halves and thirds (1, 2, 3, 4, 6, 8, ... steps for a sampling interval) until the error
+    reaches round-off, or `most_steps` is passed. Round-off is estimated as the case's conditioning, multiplied by the
+    square root of the number of steps if they are summed without compensation.
     """
     case = case.rounded()
     problem = problem_of(case, integrator.accepts)
@@ -68,7 +68,7 @@ def measure_order_exactly(
 def fit_order_exactly(
     end: Callable[[int], Sequence[Any]], case: Case, counts: Sequence[int], digits: int = DIGITS
 ) -> tuple[float, int] | None:
-    """The same of whatever `end(count)` reaches at the end of the span after `count` steps."""
+    """The order fitted to the states `end(count)` that a method reaches at the end of the span after `count` steps."""
     with working(digits) as mp:
         exact = case.exact(case.span, digits - 10)
         sizes = [max(abs(x), mp.mpf(1)) for x in exact]
@@ -87,7 +87,7 @@ def solve_exactly(
     count: int,
     digits: int = DIGITS,
 ) -> tuple[Any, ...]:
-    """The state after `count` equal steps over the span: the method's own step function run on mpmath numbers."""
+    """The state after `count` equal steps over the span, by the method's own step function on mpmath numbers."""
     with working(digits) as mp:
 
         def number(x: Fraction) -> Any:

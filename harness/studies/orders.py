@@ -101,7 +101,7 @@ SUBJECTS = [
 
 
 def measured(subject: Subject) -> dict[str, Any]:
-    """A row of the published table. Raises RuntimeError where fewer than four steps lie in the asymptotic range."""
+    """A row of the published table. Raises RuntimeError if fewer than four steps are in the asymptotic range."""
     integrator = lookup.own()[f"gnomon:{subject.integrator}"]
     twin = at_fixed_steps(integrator)
     case = get(subject.case, subject.variant, span=subject.span)

@@ -14,7 +14,7 @@ from gnomon.harness.running import plan
 from gnomon.harness.running.pool import Pool
 from gnomon.harness.running.sweep import Sweep
 from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "harness"))

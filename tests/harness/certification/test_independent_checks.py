@@ -12,13 +12,13 @@ from gnomon.harness.certification.independent import IndependentComputation, Uns
 
 
 def errors(check: str, variant: str | None, name: str) -> dict[str, float]:
-    chosen = [one for one in independent_checks.OPPONENTS if one.name == name and one.check == check]
+    chosen = [one for one in independent_checks.COMPUTATIONS if one.name == name and one.check == check]
     frame = independent_checks.run_checks([get_check(check, variant)], chosen, repeats=1)
     return dict(zip(frame["quantity"], frame["error"], strict=True))
 
 
-def test_every_check_has_an_opponent() -> None:
-    assert {one.check for one in independent_checks.OPPONENTS} == set(checks())
+def test_every_check_has_an_independent_computation() -> None:
+    assert {one.check for one in independent_checks.COMPUTATIONS} == set(checks())
 
 
 def test_quadrature_of_bodies_keeps_its_tolerance() -> None:
@@ -98,7 +98,7 @@ def test_failures_are_rows_with_their_status(tmp_path: Path) -> None:
         return IndependentComputation(what, library, "com_rigid_body", compute)
 
     kinds = ("refuses", "raises", "nan", "wrong", "missing")
-    frame = independent_checks.run_checks([get_check("com_rigid_body")], [planted(kind) for kind in kinds], repeats=1)
+    frame = independent_checks.run_checks([get_check("com_rigid_body")], [failing(kind) for kind in kinds], repeats=1)
     assert list(frame["status"]) == ["refused", "crashed", "diverged", "inaccurate", "not_installed"]
     independent_checks.write(frame, tmp_path / "checks.json")
     rows = json.loads((tmp_path / "checks.json").read_text())

@@ -14,7 +14,7 @@ from gnomon.harness.running import plan
 from gnomon.harness.running.sweep import REPEATED_SECONDS, SECONDS_EACH, Sweep
 from gnomon.harness.running.worker import FEWEST_CALLS
 from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
 
 SUITE = replace(plan.suite("quick"), limit_seconds=1.0)
