@@ -27,6 +27,7 @@ from gnomon.harness.certification import (
 )
 from gnomon.harness.certification.independent import IndependentComputation, Unsupported
 from gnomon.harness.contract import environment
+from gnomon.harness.contract.status import Status
 from gnomon.harness.results import publish
 from gnomon.reference.numerics.precision import exact, working
 
@@ -92,12 +93,12 @@ def _measure(check: Check, computation: IndependentComputation, repeats: int) ->
             "quantity": quantity,
             "error": error,
             "seconds": seconds,
-            "status": "ok",
+            "status": Status.OK,
             "reason": "",
         } | rest
 
     if importlib.util.find_spec(computation.library) is None:
-        return [row(status="not_installed", reason=f"{computation.library} is not installed")]
+        return [row(status=Status.NOT_INSTALLED, reason=f"{computation.library} is not installed")]
     numbers = {name: float(value) for name, value in check.parameters.items()}
     try:
         # Warnings of libraries are suppressed: the error shows the same.
@@ -106,15 +107,15 @@ def _measure(check: Check, computation: IndependentComputation, repeats: int) ->
             found = computation.compute(numbers)
             seconds = _median(lambda: computation.compute(numbers), repeats)
     except Unsupported as refusal:
-        return [row(status="refused", reason=str(refusal))]
+        return [row(status=Status.REFUSED, reason=str(refusal))]
     except Exception as failure:  # an exception of a library is a result
-        return [row(status="crashed", reason=f"{type(failure).__name__}: {failure}")]
+        return [row(status=Status.CRASHED, reason=f"{type(failure).__name__}: {failure}")]
     rows = []
     for name, error in errors(check, found).items():
         if error != error:
-            rows.append(row(name, None, seconds, status="diverged", reason="not finite"))
+            rows.append(row(name, None, seconds, status=Status.DIVERGED, reason="not finite"))
         elif error > INACCURATE:
-            rows.append(row(name, error, seconds, status="inaccurate", reason=f"an error above {INACCURATE}"))
+            rows.append(row(name, error, seconds, status=Status.INACCURATE, reason=f"an error above {INACCURATE}"))
         else:
             rows.append(row(name, error, seconds))
     return rows

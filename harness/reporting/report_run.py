@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import case_class, installed_names
+from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import style, tables
 from gnomon.harness.results import analysis, store
 from gnomon.harness.running.plan import NEAR_DUPLICATE
@@ -153,7 +154,7 @@ class Run:
         near = np.zeros(len(found), dtype=bool)
         for step in DECIMAL_STEPS:
             near |= np.isclose(found["setting"].to_numpy(float), step, rtol=1e-9)
-        answered = found[near & (found["error"].notna() | (found["status"] == "diverged"))]
+        answered = found[near & (found["error"].notna() | (found["status"] == Status.DIVERGED))]
         several = answered.groupby(["scene", "library", "setting"])["policy"].transform("nunique") > 1
         return answered[several].rename(columns={"library": "engine", "setting": "step"})
 

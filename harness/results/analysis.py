@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status
 from gnomon.harness.results.convergence_order import line, slopes, why_no_line
-from gnomon.harness.results.values import SCORED
-from gnomon.harness.results.values import STATUSES as STATUSES
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -49,7 +48,9 @@ ERRORS = (
 
 NOT_RUN = "not_run"
 """The verdict of a hard variant that was not run with an integrator that takes its case. No trial has this status."""
-NEVER_RAN = ("unsupported", "not_installed", NOT_RUN)
+PARTLY = "partly"
+"""The verdict of a series of which some settings are ok and others failed."""
+NEVER_RAN = (*CANNOT_RUN, NOT_RUN)
 
 
 def tidy(rows: pd.DataFrame) -> pd.DataFrame:
@@ -175,7 +176,7 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     """
     rows = []
     usable = frame[frame["status"].isin(SCORED) & (frame["seconds_median"] > 0)]
-    usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != "diverged", math.inf))
+    usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != Status.DIVERGED, math.inf))
     columns = ("launch", "setting", "error_max", "seconds_net", "null_seconds")
     for key, series in _series(usable.sort_values("setting", ascending=False), *columns):
         launches: dict[int, dict[float, float]] = {}
@@ -215,9 +216,9 @@ def trust(reduced: pd.DataFrame) -> pd.DataFrame:
     spread = ("turned_starts", "error_low", "error_high")
     columns = ("status", "setting", "setting_kind", "sampling", "error_max", "conditioning", "floor", *spread)
     for key, series in _series(reduced[~reduced["status"].isin(NEVER_RAN)], *columns):
-        good = [row for row in series if row["status"] == "ok"]
+        good = [row for row in series if row["status"] == Status.OK]
         record: dict[str, Any] = dict(zip(SERIES, key, strict=True))
-        record |= {"settings": len(series), "ok": len(good), "sampling": series[0]["sampling"]}
+        record |= {"settings": len(series), "settings_ok": len(good), "sampling": series[0]["sampling"]}
         record |= dict.fromkeys(
             ("best", "at", "attainable", "over_tolerance", "worst_over_tolerance", *spread), math.nan
         )
@@ -243,12 +244,12 @@ def status_matrix(reduced: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for key, series in _series(reduced, "status", "reason", "error_max"):
         counts = dict(Counter(row["status"] for row in series).most_common())
-        good = [row["error_max"] for row in series if row["status"] == "ok"]
-        broken = [row for row in series if row["status"] not in ("ok", "skipped", "interrupted")]
-        shown = (broken or [row for row in series if row["status"] != "ok"])[:1]
-        verdict = "ok" if good and not broken else "partly" if good else next(iter(counts))
+        good = [row["error_max"] for row in series if row["status"] == Status.OK]
+        broken = [row for row in series if row["status"] not in NOT_BROKEN]
+        shown = (broken or [row for row in series if row["status"] != Status.OK])[:1]
+        verdict = Status.OK if good and not broken else PARTLY if good else next(iter(counts))
         record: dict[str, Any] = dict(zip(SERIES, key, strict=True))
-        record |= {"verdict": verdict, "ok": len(good), "settings": len(series), "counts": counts}
+        record |= {"verdict": verdict, "settings_ok": len(good), "settings": len(series), "counts": counts}
         record["best"] = min(good, default=math.nan)
         record["failure"] = "".join(str(row["status"]) for row in shown)
         record["reason"] = "".join(str(row["reason"]) for row in shown)
@@ -274,7 +275,9 @@ def not_run(matrix: pd.DataFrame, variants: Mapping[str, Iterable[str]]) -> pd.D
         for variant in hard[case]
         if (case, variant, name) not in there
     ]
-    return pd.DataFrame(rows, columns=[*SERIES, "verdict", "ok", "settings", "counts", "best", "failure", "reason"])
+    return pd.DataFrame(
+        rows, columns=[*SERIES, "verdict", "settings_ok", "settings", "counts", "best", "failure", "reason"]
+    )
 
 
 def _series(frame: pd.DataFrame, *columns: str) -> Iterator[tuple[tuple[str, ...], list[dict[str, Any]]]]:
@@ -287,11 +290,11 @@ def _series(frame: pd.DataFrame, *columns: str) -> Iterator[tuple[tuple[str, ...
 
 def failures(reduced: pd.DataFrame) -> pd.DataFrame:
     """Every setting that is not ok, grouped by status, integrator and reason, with the case variants concerned."""
-    bad = reduced[reduced["status"] != "ok"]
+    bad = reduced[reduced["status"] != Status.OK]
     where = bad["case"] + np.where(bad["variant"] != "", "/" + bad["variant"], "")
     grouped = bad.assign(where=where).groupby(["status", "integrator_id", "reason"], sort=False)["where"]
     table = grouped.agg(trials="count", where=lambda names: list(dict.fromkeys(names))).reset_index()
-    rank = {name: place for place, name in enumerate(STATUSES)}
+    rank = {name: place for place, name in enumerate(Status)}
     return table.sort_values(
         ["status", "integrator_id"], key=lambda column: column.map(rank) if column.name == "status" else column
     )
@@ -333,7 +336,7 @@ def orders(reduced: pd.DataFrame) -> pd.DataFrame:
     (`convergence_order.mean_slope`).
     """
     rows = []
-    fixed = reduced[(reduced["setting_kind"] == "step") & (reduced["status"] == "ok")]
+    fixed = reduced[(reduced["setting_kind"] == "step") & (reduced["status"] == Status.OK)]
     for key, series in fixed.groupby(SERIES, dropna=False):
         steps, declared = series["setting"].to_numpy(float), float(series["order_declared"].iloc[0])
         attainable = float(np.nanmax([series["conditioning"].max(), series["floor"].max(), 0.0]))
@@ -371,7 +374,7 @@ def anatomy(frame: pd.DataFrame, near: float = 1e-5) -> pd.DataFrame:
     of whole turns by which angles are wrong at any ok setting; the error excludes them. The `events_` columns compare
     located events with the exact ones.
     """
-    good = frame[(frame["status"] == "ok") & (frame["error_max"] > 0)]
+    good = frame[(frame["status"] == Status.OK) & (frame["error_max"] > 0)]
     good = good.assign(away=np.abs(np.log10(good["error_max"] / near)))
     chosen = good.sort_values(["launch", "away"]).groupby(SERIES, dropna=False, sort=False).first()
     turns = good.groupby(SERIES, dropna=False, sort=False)["turns"].max()

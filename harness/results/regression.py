@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from gnomon.harness.results.values import SCORED, TRIES
+from gnomon.harness.contract.status import SCORED, STOPPED, Status
+from gnomon.harness.results.values import TRIES
 
 SERIES = ["case", "variant", "formulation", "integrator_id"]
 COLUMNS = [
@@ -28,9 +29,8 @@ CALLS_FACTOR = 1.1
 builds."""
 ORDER_LOSS = 0.3
 RANK = {status: rank for rank, status in enumerate(SCORED)}
-ANSWERED = (*SCORED, "refused", "crashed", "out_of_memory")
+ANSWERED = (*SCORED, Status.REFUSED, Status.CRASHED, Status.OUT_OF_MEMORY)
 """The statuses that the integrator determines; the clock, the machine or the plan determine the others."""
-STOPPED = ("timeout", "skipped")
 
 
 @dataclass
@@ -90,7 +90,7 @@ def reasons(counted: Counter[str]) -> str:
 def _series(name: str, before: Any, after: Any, verdict: Verdict, incomparable: list[str]) -> None:
     answered = before[before["status"].isin(ANSWERED)]
     pairs = answered.merge(after, on="setting", how="left", suffixes=("", "_after"))
-    hangs = ((after["status"] == "timeout") & (after["repeats"] >= TRIES)).any()
+    hangs = ((after["status"] == Status.TIMEOUT) & (after["repeats"] >= TRIES)).any()
     why_not = [_why_not(row, hangs) for row in pairs.itertuples()]
     left_out = Counter(reason for reason in why_not if reason is not None)
     verdict.not_compared += left_out
@@ -99,7 +99,7 @@ def _series(name: str, before: Any, after: Any, verdict: Verdict, incomparable: 
         verdict.compared += 1
         verdict.settings += len(both)
     _statuses(name, both, verdict)
-    if (before["status"] == "ok").any() and not (after["status"] == "ok").any():
+    if (before["status"] == Status.OK).any() and not (after["status"] == Status.OK).any():
         counts = ", ".join(f"{count} {status}" for status, count in after["status"].value_counts().items())
         verdict.regressions.append(f"{name}: ok in the base, no setting is ok any more ({counts})")
     elif both.empty:
@@ -114,12 +114,12 @@ def _why_not(row: Any, hangs: bool) -> str | None:
         return "the run has no such setting"
     if (row.numbers, row.span) != (row.numbers_after, row.span_after):
         return "the numbers of the case are others in the run"
-    if status == "interrupted":
+    if status == Status.INTERRUPTED:
         return "the trial was interrupted in the run"
     if status in STOPPED:
         if row.limit_seconds_after < row.limit_seconds:
             return f"the trial is {status} under a lower limit than the base had"
-        lasting = row.status == "ok" and row.limit_seconds_after >= row.limit_seconds and hangs
+        lasting = row.status == Status.OK and row.limit_seconds_after >= row.limit_seconds and hangs
         return None if lasting else f"the trial is {status} in the run"
     if row.status in SCORED and status in SCORED and row.turned_starts != row.turned_starts_after:
         return "errors are medians over turned starts in one of the two alone"
@@ -140,7 +140,7 @@ def _statuses(name: str, both: Any, verdict: Verdict) -> None:
 
 def _numbers(name: str, both: Any, verdict: Verdict) -> None:
     """Compare errors, right-hand sides, order and time at the settings that are ok in both runs."""
-    sound = both[(both["status"] == "ok") & (both["status_after"] == "ok")]
+    sound = both[(both["status"] == Status.OK) & (both["status_after"] == Status.OK)]
     attainable = np.maximum(10 * sound["conditioning"], 10 * sound["floor"])
     ratios = np.maximum(sound["error_max_after"], attainable) / np.maximum(sound["error_max"], attainable)
     if len(ratios) and np.median(ratios) > ERROR_FACTOR:

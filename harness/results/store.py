@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from gnomon.harness.contract.status import SCORED, STOPPED, Status
 from gnomon.harness.results import opening, schema
 from gnomon.harness.results.export import export as export
 from gnomon.harness.results.opening import results_file as results_file
 from gnomon.harness.results.reading import load as load
 from gnomon.harness.results.reading import runs as runs
 from gnomon.harness.results.reading import states as states
-from gnomon.harness.results.values import SCORED
 from gnomon.harness.system.locks import lock_results, release_results
 from numpy.typing import NDArray
 
@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 class Known(NamedTuple):
     """What is known of a trial from an earlier measurement."""
 
-    status: str
+    status: Status
     work: int | None
     """Number of right-hand sides, or of steps if those were not counted."""
     limit_seconds: float | None
@@ -39,9 +39,9 @@ class Known(NamedTuple):
         wants `turned` starts and the error is that of one start."""
         if turned and not self.turned and self.status in SCORED:
             return False
-        if self.status == "interrupted":
+        if self.status == Status.INTERRUPTED:
             return False
-        return self.status not in ("timeout", "skipped") or (self.limit_seconds or 0.0) >= limit_seconds
+        return self.status not in STOPPED or (self.limit_seconds or 0.0) >= limit_seconds
 
 
 class Store:
@@ -108,13 +108,15 @@ class Store:
             " FROM measurements ORDER BY measurement"
         )
         return {
-            (key, launch): Known(status, work, limit, bool(turned)) for key, launch, status, work, limit, turned in rows
+            (key, launch): Known(Status(status), work, limit, bool(turned))
+            for key, launch, status, work, limit, turned in rows
         }
 
     def interruptions(self) -> dict[tuple[str, int], int]:
         """Number of interruptions from outside of each trial and launch, by (trial_key, launch)."""
         rows = self._connection.execute(
-            "SELECT trial_key, launch, count(*) FROM measurements WHERE status = 'interrupted' GROUP BY trial_key, launch"
+            "SELECT trial_key, launch, count(*) FROM measurements WHERE status = ? GROUP BY trial_key, launch",
+            (Status.INTERRUPTED.value,),
         )
         return {(key, launch): count for key, launch, count in rows}
 

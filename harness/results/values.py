@@ -5,32 +5,25 @@ from __future__ import annotations
 import json
 import re
 import sqlite3
+from collections.abc import Iterable
 
+from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.results import schema
 from gnomon.harness.results.schema import Damaged
 from gnomon.harness.results.visible import visible
 from gnomon.reference.numerics.precision import shortened
 
-STATUSES = (
-    "ok",
-    "inaccurate",
-    "diverged",
-    "refused",
-    "timeout",
-    "crashed",
-    "out_of_memory",
-    "interrupted",
-    "skipped",
-    "unsupported",
-    "not_installed",
-)
-SCORED = ("ok", "inaccurate", "diverged")
-"""The statuses of a trial that has a solution, and therefore an error."""
 TRIES = 3
 """Number of attempts at a trial with a short limit before it is a timeout: a stall of the machine is not a timeout."""
 MOST_LAUNCHES, MOST_ORDER, MOST_DIMENSION = 10**6, 10**3, 10**6
 _FRACTION = re.compile(r"[+-]?[0-9]{1,4300}(/0*[1-9][0-9]{0,4200})?")
 """A number as `str` writes a Fraction, of no more digits than Python converts."""
+
+
+def _listed(statuses: Iterable[Status]) -> str:
+    """Statuses as SQL takes them after IN."""
+    return f"({', '.join(repr(status.value) for status in statuses)})"
+
 
 _KINDS = {"TEXT": "text", "INTEGER": "integer", "REAL": "real", "BLOB": "blob"}
 _FINITE = "{0} > 0 AND {0} < 1e308"
@@ -47,7 +40,7 @@ _RULES = {
     },
     "measurements": {
         "launch": f"{{0}} BETWEEN 1 AND {MOST_LAUNCHES}",
-        "status": f"{{0}} IN {STATUSES}",
+        "status": f"{{0}} IN {_listed(Status)}",
     }
     | {name: _COUNT for name, declared in schema.MEASUREMENT_COLUMNS.items() if declared in ("REAL", "INTEGER")},
     "sampled_states": {"dimension": f"{{0}} BETWEEN 1 AND {MOST_DIMENSION}"},
@@ -61,7 +54,7 @@ _TOGETHER = {
     ),
     "measurements": (
         "SELECT max(measurement) FROM measurements JOIN trials USING (trial_key)"
-        f" WHERE setting IS NULL AND status IN {SCORED}",
+        f" WHERE setting IS NULL AND status IN {_listed(SCORED)}",
         "its status needs a setting, and its trial has none",
     ),
 }

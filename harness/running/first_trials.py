@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.problem import problem_of
+from gnomon.harness.contract.status import Status
 from gnomon.harness.registry.lookup import users_own
 from gnomon.harness.running import plan
 from gnomon.harness.running.plan import Suite
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.running.sweep import task_of
-from gnomon.harness.running.worker import Order, Task
+from gnomon.harness.running.worker import Request, Task
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
 
@@ -34,16 +35,16 @@ class FirstTrial:
     """Of each trial that crashed the traceback, or the reason if there is no traceback."""
     passed: bool = False
 
-    def next(self) -> Order | None:
+    def next(self) -> Request | None:
         if self.passed or not self.settings:
             return None
-        return Order(self.settings.pop(0), self.integrator.counts_rhs, 0.0, 1, 0.0)
+        return Request(self.settings.pop(0), self.integrator.counts_rhs, 0.0, 1, 0.0)
 
     def done(self, outcome: Outcome) -> None:
         self.passed = True
 
-    def failed(self, status: str, reason: str, output: str, tries: int | None = None) -> None:
-        self.passed = status != "crashed"  # the run itself reports other failures, such as a refusal or a timeout
+    def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
+        self.passed = status != Status.CRASHED  # the run itself reports other failures, such as a refusal or a timeout
         self.crashes.append(output.strip() if "Traceback (most recent call last)" in output else reason)
 
 

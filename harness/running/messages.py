@@ -30,9 +30,9 @@ class Garbled(Exception):  # noqa: N818 (it names what arrived)
 
 
 class Message(NamedTuple):
-    """An answer to request number `order`: the stage that the trial has reached, and its data."""
+    """An answer to request number `request`: the stage that the trial has reached, and its data."""
 
-    order: int
+    request: int
     stage: str
     content: dict[str, Any]
     arrays: dict[str, Floats]
@@ -40,7 +40,7 @@ class Message(NamedTuple):
 
 def encode(message: Message) -> bytes:
     shapes = {name: list(array.shape) for name, array in message.arrays.items()}
-    text = json.dumps([message.order, message.stage, message.content, shapes]).encode()
+    text = json.dumps([message.request, message.stage, message.content, shapes]).encode()
     raw = b"".join(np.ascontiguousarray(array, dtype="<f8").tobytes() for array in message.arrays.values())
     return _HEADER.pack(_MARK, len(text), len(raw)) + text + raw
 
@@ -75,8 +75,8 @@ class Inbox:
 
 def _decoded(text: bytes, raw: bytes) -> Message:
     try:
-        order, stage, content, shapes = json.loads(text)
-        if not (isinstance(order, int) and isinstance(stage, str) and isinstance(content, dict)):
+        request, stage, content, shapes = json.loads(text)
+        if not (isinstance(request, int) and isinstance(stage, str) and isinstance(content, dict)):
             raise TypeError("not a message")
         arrays: dict[str, Floats] = {}
         values, taken = np.frombuffer(raw, dtype="<f8"), 0
@@ -88,7 +88,7 @@ def _decoded(text: bytes, raw: bytes) -> Message:
             taken += size
     except (ValueError, TypeError, AttributeError, RecursionError) as error:
         raise Garbled(f"a message that cannot be read ({type(error).__name__})") from None
-    return Message(order, stage, content, arrays)
+    return Message(request, stage, content, arrays)
 
 
 def number(content: Mapping[str, Any], name: str) -> float:

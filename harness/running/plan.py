@@ -17,6 +17,7 @@ from gnomon.cases.core.numbers import nearest
 from gnomon.harness.contract import environment, sources
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
 from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import short
 from gnomon.harness.registry import lookup
 from gnomon.reference.storage.import_closure import closure
@@ -34,7 +35,10 @@ LONG = 1000.0
 """The length of a span, in time scales, above which the time limit of a variant grows with the span."""
 FEWEST = 8
 """Minimum number of settings of a sweep."""
-NEAR_DUPLICATE = ("skipped", "a suite takes this integrator on default settings only, once; name it to run it here")
+NEAR_DUPLICATE = (
+    Status.SKIPPED,
+    "a suite takes this integrator on default settings only, once; name it to run it here",
+)
 """Status and reason of a near-duplicate method on a hard variant. Results files hold this text: it must not change."""
 DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 """Step sizes (s) on the variants `engines*`, whose sample times are multiples of 0.01 s."""
@@ -148,7 +152,7 @@ class Series:
     case: Case
     formulation: Formulation | None
     integrator: Integrator
-    left_out: tuple[str, str] | None = None
+    left_out: tuple[Status, str] | None = None
     label: str = field(default="")
 
     @property
@@ -291,20 +295,20 @@ def pairs(
     return found
 
 
-def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None) -> tuple[str, str] | None:
+def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None) -> tuple[Status, str] | None:
     if form is None:
         accepted = " or ".join(kind.__name__ for kind in integrator.accepts)
         offered = [type(form).__name__ for form in case.all_forms()] + (["Scene"] if case.scene is not None else [])
-        return "unsupported", f"takes {accepted}; the case offers {', '.join(offered)}"
+        return Status.UNSUPPORTED, f"takes {accepted}; the case offers {', '.join(offered)}"
     if absent is not None:
-        return "not_installed", absent
+        return Status.NOT_INSTALLED, absent
     try:
         lacking = integrator.unsupported(form)
     except Exception as error:  # an exception in one integrator must not end the trials of the others
-        return "crashed", f"its unsupported() raises {type(error).__name__}: {error}"
+        return Status.CRASHED, f"its unsupported() raises {type(error).__name__}: {error}"
     if lacking is not None and not isinstance(lacking, str):
-        return "crashed", f"its unsupported() returns {short(lacking)}: it is a text, or None"
-    return None if lacking is None else ("unsupported", lacking)
+        return Status.CRASHED, f"its unsupported() returns {short(lacking)}: it is a text, or None"
+    return None if lacking is None else (Status.UNSUPPORTED, lacking)
 
 
 def choose(

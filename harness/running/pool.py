@@ -13,9 +13,10 @@ from pathlib import Path
 from time import monotonic  # a user's own module may replace that of `time`
 from typing import Any, Protocol
 
+from gnomon.harness.contract.status import Status
 from gnomon.harness.results.values import TRIES
 from gnomon.harness.running.messages import Garbled, Inbox, Message
-from gnomon.harness.running.worker import Order, Task, outcome_of, serve, take_output
+from gnomon.harness.running.worker import Request, Task, outcome_of, serve, take_output
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.system.child_process import context, main_hidden, queued_seconds
 from gnomon.harness.system.locks import temporary_folder
@@ -31,7 +32,7 @@ RETRY_SECONDS = 0.5
 """Trials with a limit below this are tried TRIES times: a stall of the machine, up to 0.2 s, is not a timeout."""
 
 
-FAILURES = ("refused", "crashed", "not_installed", "out_of_memory", "interrupted")
+FAILURES = (Status.REFUSED, Status.CRASHED, Status.NOT_INSTALLED, Status.OUT_OF_MEMORY, Status.INTERRUPTED)
 """Statuses that a worker may send instead of an outcome. After all but `refused` the series continues in a new worker."""
 
 
@@ -49,13 +50,13 @@ class Job(Protocol):
     task: Task
     limit_seconds: float
 
-    def next(self) -> Order | None:
+    def next(self) -> Request | None:
         """The request for the next trial, or None if the series is finished."""
 
     def done(self, outcome: Outcome) -> None:
         """Record the outcome of the last request."""
 
-    def failed(self, status: str, reason: str, output: str, tries: int | None = None) -> None:
+    def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
         """Record the failure of the last request; `tries` is the number of attempts before a timeout."""
 
 
@@ -66,7 +67,7 @@ class _Slot:
     job: Job
     process: Any
     connection: Connection
-    order: Order
+    request: Request
     deadline: float
     stage: str = "prepare"
     seconds: float = 0.0
@@ -91,7 +92,7 @@ class Pool:
         self._folder = tempfile.TemporaryDirectory(dir=temporary_folder())
         self._slots: list[_Slot] = []
         self._started = 0
-        self._ordered = 0
+        self._requested = 0
         self._dying: list[Any] = []
 
     def run(self, jobs: Iterable[Job]) -> None:
@@ -120,11 +121,11 @@ class Pool:
 
     def _start(self, job: Job) -> None:
         """Start a worker for the next request of a job, if there is one."""
-        order = job.next()
-        if order is not None:
-            self._launch(job, order)
+        request = job.next()
+        if request is not None:
+            self._launch(job, request)
 
-    def _launch(self, job: Job, order: Order, again: bool = False, tries: int = 1) -> None:
+    def _launch(self, job: Job, request: Request, again: bool = False, tries: int = 1) -> None:
         self._started += 1
         path = Path(self._folder.name) / str(self._started)
         path.touch()
@@ -134,16 +135,16 @@ class Pool:
         with main_hidden(not job.task.spec.in_main):
             process.start()
         theirs.close()
-        slot = _Slot(job, process, ours, order, 0.0, again=again, tries=tries)
+        slot = _Slot(job, process, ours, request, 0.0, again=again, tries=tries)
         self._slots.append(slot)
-        self._send(slot, order)
+        self._send(slot, request)
 
-    def _send(self, slot: _Slot, order: Order) -> None:
-        self._ordered += 1
-        slot.order = replace(order, number=self._ordered)
+    def _send(self, slot: _Slot, request: Request) -> None:
+        self._requested += 1
+        slot.request = replace(request, number=self._requested)
         self._stage(slot, "prepare", self.prepare_seconds)
         with contextlib.suppress(OSError):  # the worker died between two requests: _listen sees the end of its pipe
-            slot.connection.send(slot.order)
+            slot.connection.send(slot.request)
 
     def _stage(self, slot: _Slot, stage: str, seconds: float) -> None:
         slot.stage, slot.seconds, slot.deadline = stage, seconds, monotonic() + seconds
@@ -169,12 +170,12 @@ class Pool:
             slot.queued += waited
             return
         if slot.stage == "prepare":
-            self._fail(slot, "timeout", f"not prepared within {self.prepare_seconds:g} s")
+            self._fail(slot, Status.TIMEOUT, f"not prepared within {self.prepare_seconds:g} s")
         elif slot.tries >= TRIES or limit >= RETRY_SECONDS:
-            self._fail(slot, "timeout", f"no answer within {limit:g} s")
+            self._fail(slot, Status.TIMEOUT, f"no answer within {limit:g} s")
         else:
             self._end(slot)
-            self._launch(slot.job, slot.order, again=slot.again, tries=slot.tries + 1)
+            self._launch(slot.job, slot.request, again=slot.again, tries=slot.tries + 1)
 
     def _drain(self, slot: _Slot) -> None:
         try:
@@ -184,29 +185,29 @@ class Pool:
                     raise EOFError
                 for message in slot.inbox.take(piece):
                     # another number: an earlier request answered by a process that the integrator left running
-                    if message.order == slot.order.number and not self._handle(slot, message):
+                    if message.request == slot.request.number and not self._handle(slot, message):
                         return
         except (EOFError, OSError):
             slot.process.join()
             self._died(slot)
         except Garbled as error:
-            self._fail(slot, "crashed", f"its process sent {error}")
+            self._fail(slot, Status.CRASHED, f"its process sent {error}")
 
     def _died(self, slot: _Slot) -> None:
         """The worker ended by itself, by a signal from outside, or because the fork server was lost."""
         code = slot.process.exitcode
         if code == LOST and not slot.again:
             self._end(slot)
-            self._launch(slot.job, slot.order, again=True, tries=slot.tries)
+            self._launch(slot.job, slot.request, again=True, tries=slot.tries)
         elif code == LOST:
-            self._fail(slot, "interrupted", "the server of the worker processes was lost, twice")
+            self._fail(slot, Status.INTERRUPTED, "the server of the worker processes was lost, twice")
         else:
-            self._fail(slot, "interrupted" if code in OUTSIDE else "crashed", _death(code))
+            self._fail(slot, Status.INTERRUPTED if code in OUTSIDE else Status.CRASHED, _death(code))
 
     def _handle(self, slot: _Slot, message: Message) -> bool:
         """Act on one message; returns False if the slot is no longer in use."""
         stage = message.stage
-        limit, order = slot.job.limit_seconds, slot.order
+        limit, request = slot.job.limit_seconds, slot.request
         if stage in ("prepared", "turning"):
             self._stage(slot, "run", limit + GRACE_SECONDS)
             return True
@@ -215,7 +216,7 @@ class Pool:
             return True
         if stage == "ran":
             # the timed calls together take block_seconds, or are one call that takes up to the limit
-            self._stage(slot, "time", limit + 4 * order.block_seconds + GRACE_SECONDS)
+            self._stage(slot, "time", limit + 4 * request.block_seconds + GRACE_SECONDS)
             return True
         if stage == "compiling":
             if slot.stage != "prepare":  # in nested compilations the outermost one has the interrupted stage
@@ -226,10 +227,11 @@ class Pool:
             self._stage(slot, *slot.interrupted)
             return True
         if stage == "failed":
-            status, reason = str(message.content.get("status")), str(message.content.get("reason"))
-            if status not in FAILURES:
-                raise Garbled(f"the status {status!r}")
-            if status != "refused":
+            word, reason = str(message.content.get("status")), str(message.content.get("reason"))
+            if word not in FAILURES:
+                raise Garbled(f"the status {word!r}")
+            status = Status(word)
+            if status != Status.REFUSED:
                 self._fail(slot, status, reason)
                 return False
             slot.job.failed(status, reason, take_output(slot.job.task.output))
@@ -245,10 +247,10 @@ class Pool:
         self._send(slot, following)
         return True
 
-    def _fail(self, slot: _Slot, status: str, reason: str) -> None:
+    def _fail(self, slot: _Slot, status: Status, reason: str) -> None:
         """Record a failure, end the worker, and continue the series in a new worker."""
         self._end(slot)
-        tries = slot.tries if status == "timeout" else None
+        tries = slot.tries if status == Status.TIMEOUT else None
         slot.job.failed(status, reason, take_output(slot.job.task.output), tries)
         self._start(slot.job)
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 from gnomon.harness.contract.integrator import Steps, Tolerance
+from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.registry.lookup import reference
 from gnomon.harness.results.store import Known
-from gnomon.harness.results.values import SCORED
 from gnomon.harness.running.plan import Series, Suite, Trial
-from gnomon.harness.running.worker import FEWEST_CALLS, Order, Task
+from gnomon.harness.running.worker import FEWEST_CALLS, Request, Task
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
 from gnomon.harness.scoring.score import Scorer, above_text
@@ -105,7 +105,7 @@ class Sweep:
         self._seconds_each = SECONDS_EACH.get(integrator.id, SECONDS_EACH.get(integrator.library, 0.0))
         self._stopped: str | None = None
 
-    def next(self) -> Order | None:
+    def next(self) -> Request | None:
         """The request for the next trial that must run. Those that earlier runs measured, and those not to be relaunched,
         are passed over; those that would pass the limit are recorded as skipped."""
         while self._waiting:
@@ -120,10 +120,10 @@ class Sweep:
             reason = self._stopped or self._predicted(trial.setting)
             if reason is not None:
                 self._stopped = reason
-                self._add(trial, {"status": "skipped", "reason": reason})
+                self._add(trial, {"status": Status.SKIPPED, "reason": reason})
                 continue
             self._current = trial
-            return replace(self._order(trial.setting), place=self._places[trial.key])
+            return replace(self._request(trial.setting), place=self._places[trial.key])
         self._finished()
         return None
 
@@ -134,19 +134,19 @@ class Sweep:
         try:
             measurement, states = self.scorer.measure(outcome, tolerance)
         except Exception as error:  # an unexpected outcome of one trial must not end the other trials
-            self._note("crashed", None)
-            self._add(trial, {"status": "crashed", "reason": f"its outcome cannot be scored: {error!r}"})
+            self._note(Status.CRASHED, None)
+            self._add(trial, {"status": Status.CRASHED, "reason": f"its outcome cannot be scored: {error!r}"})
             return
         work = outcome.steps if outcome.rhs_calls is None else outcome.rhs_calls
         self._note(measurement["status"], work, trial.setting)
         self._add(trial, measurement, outcome.settings, states if self.launch == 1 else None)
 
-    def failed(self, status: str, reason: str, output: str, tries: int | None = None) -> None:
+    def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
         """Record a trial without outcome. After too many interruptions its status is `crashed`: it causes them itself."""
         trial = self._taken()
         before = self._interruptions.get((trial.key, self.launch), 0)
-        if status == "interrupted" and before >= MOST_INTERRUPTIONS:
-            status, reason = "crashed", f"{reason}, as {before} times before"
+        if status == Status.INTERRUPTED and before >= MOST_INTERRUPTIONS:
+            status, reason = Status.CRASHED, f"{reason}, as {before} times before"
         self._note(status, None)
         self._add(trial, {"status": status, "reason": reason, "output": output or None, "repeats": tries})
 
@@ -155,8 +155,8 @@ class Sweep:
         trial, self._current = self._current, None
         return trial
 
-    def _note(self, status: str, work: int | None, setting: float | None = None) -> None:
-        if status in ("timeout", "not_installed"):
+    def _note(self, status: Status, work: int | None, setting: float | None = None) -> None:
+        if status in (Status.TIMEOUT, Status.NOT_INSTALLED):
             self._stopped = f"the setting before it ended as {status}"
         if work is not None and setting is not None:
             self._counted.append((setting, work))
@@ -182,14 +182,14 @@ class Sweep:
             return False
         return (first.work or 0) * self._seconds_each <= RELAUNCHED_SECONDS
 
-    def _order(self, setting: float) -> Order:
+    def _request(self, setting: float) -> Request:
         """The request for a trial. Default variants are timed precisely; on the others a few calls suffice, as their
         times serve as orders of magnitude."""
         suite, count = self.suite, self.launch == 1 and self.series.integrator.counts_rhs
         if self.series.case.variant is None:
             turned = suite.turned and self.launch == 1 and len(self.task.turned) > 0
-            return Order(setting, count, suite.block_seconds, suite.repeats, suite.slow_seconds, turned, null=True)
-        return Order(setting, count, 0.0, FEWEST_CALLS, min(suite.slow_seconds, REPEATED_SECONDS))
+            return Request(setting, count, suite.block_seconds, suite.repeats, suite.slow_seconds, turned, null=True)
+        return Request(setting, count, 0.0, FEWEST_CALLS, min(suite.slow_seconds, REPEATED_SECONDS))
 
     def _add(self, trial: Trial, measurement: Mapping[str, Any], options: Any = None, states: Any = None) -> None:
         row = {"trial_key": trial.key, "launch": self.launch, "limit_seconds": self.limit_seconds, **measurement}

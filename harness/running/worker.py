@@ -29,6 +29,7 @@ import numpy as np
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Problem, Refused, Solve
 from gnomon.harness.contract.problem import accepted_form, groups_of
+from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import TEXT, Unusable
 from gnomon.harness.kernels.generated_modules import WATCHERS
 from gnomon.harness.registry import lookup
@@ -76,7 +77,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Order:
+class Request:
     """Request for one trial at one setting.
 
     `count`: whether to count right-hand sides. `block_seconds`, `repeats`: limits of the time and the number of timed
@@ -97,11 +98,11 @@ class Order:
     """Identifies the request: the answer repeats this number."""
 
 
-def answer(outcome: Outcome, order: int) -> Message:
+def answer(outcome: Outcome, request: int) -> Message:
     """The message with an outcome, in answer to a request."""
     content = asdict(outcome)
     arrays = {name: content.pop(name) for name in ("states", "turned")}
-    return Message(order, "done", content, {name: array for name, array in arrays.items() if array is not None})
+    return Message(request, "done", content, {name: array for name, array in arrays.items() if array is not None})
 
 
 def outcome_of(message: Message, task: Task) -> Outcome:
@@ -160,16 +161,16 @@ def _work(connection: Connection, task: Task) -> None:
     try:
         series = _Series(task, say)
     except BaseException as error:
-        say.order = connection.recv().number
+        say.request = connection.recv().number
         say.failed(error)
         return
     gc.freeze()  # the collection before each timing then visits only the trial's own objects
     while True:
-        order = connection.recv()
-        say.order = order.number
+        request = connection.recv()
+        say.request = request.number
         failed: BaseException | None = None
         try:
-            outcome = series.run(order)
+            outcome = series.run(request)
         except BaseException as error:  # SystemExit too: an integrator must not end the series without a record
             failed = error
         say.stop_forks()
@@ -177,24 +178,24 @@ def _work(connection: Connection, task: Task) -> None:
         if failed is not None:
             say.failed(failed)
         else:
-            say.send(answer(outcome, order.number))
+            say.send(answer(outcome, request.number))
 
 
 class _Speaker:
     """Sends messages that answer the current request. A process that an integrator forked is ended, and sends none."""
 
     def __init__(self, connection: Connection, memory_bytes: int) -> None:
-        self.order = 0
+        self.request = 0
         self._memory_bytes = memory_bytes
         self._connection = connection
         self._process = os.getpid()
 
     def __call__(self, stage: str, **content: Any) -> None:
-        self.send(Message(self.order, stage, content, {}))
+        self.send(Message(self.request, stage, content, {}))
 
     def failed(self, error: BaseException) -> None:
         status, reason = _named(error, self._memory_bytes)
-        if status == "crashed" and not isinstance(error, Unusable):
+        if status == Status.CRASHED and not isinstance(error, Unusable):
             _print(error)
         self("failed", status=status, reason=reason)
 
@@ -241,20 +242,20 @@ class _Series:
             groups_of(self.case, self.formulation),
         )
 
-    def run(self, order: Order) -> Outcome:
-        rhs_calls, counted_seconds, others = self._count(order) if order.count else (None, 0.0, None)
+    def run(self, request: Request) -> Outcome:
+        rhs_calls, counted_seconds, others = self._count(request) if request.count else (None, 0.0, None)
         problem = self.problem(counted=False)
         began = perf_counter_ns()
-        solve = self.integrator.prepare(problem, order.setting)
+        solve = self.integrator.prepare(problem, request.setting)
         prepare_seconds = (perf_counter_ns() - began) * 1e-9
         self._prepared()
         try:
             seconds = counted_seconds
-            if others is None or (counted_seconds < order.slow_seconds and order.repeats > 1):
+            if others is None or (counted_seconds < request.slow_seconds and request.repeats > 1):
                 warm = self._compiled(lambda: _Call(solve, next(self.perturbed), self.task))
                 seconds, others = warm.seconds, warm.states
             self.say("ran")
-            calls, scored, others = self._timed(solve, order, seconds, others)
+            calls, scored, others = self._timed(solve, request, seconds, others)
             _verify_clocks()
             validation.possible(scored.solution.steps, scored.seconds, "steps")
             validation.possible(rhs_calls, max(counted_seconds, scored.seconds), "right-hand sides")
@@ -262,16 +263,16 @@ class _Series:
                 self._suspect(solve, scored.states)
             if _did_nothing(scored, self.task.start, rhs_calls):
                 raise Refused(scored.solution.stopped or "returned the initial state without a step taken")
-            turned = self._turned(solve) if order.turned else None
+            turned = self._turned(solve) if request.turned else None
             settings = _settings(solve)
         finally:
             close = getattr(solve, "close", None)
             if close is not None:
                 close()
-        if order.null and not self.null_measured:
+        if request.null and not self.null_measured:
             self.say("null")
             self.null_measured = True
-            self.null = null_seconds(self.integrator, lambda: self.problem(False), order.setting, self.perturbed)
+            self.null = null_seconds(self.integrator, lambda: self.problem(False), request.setting, self.perturbed)
         resets = [call.reset_seconds for call in calls if call.reset_seconds is not None]
         return Outcome(
             scored.states,
@@ -319,7 +320,7 @@ class _Series:
                 break
         return found
 
-    def _count(self, order: Order) -> tuple[int | None, float, Floats | None]:
+    def _count(self, request: Request) -> tuple[int | None, float, Floats | None]:
         """Number of right-hand sides, seconds and states of a run through equations that count their calls.
 
         The start is a perturbed state that the setting's place determines. Step control may need 2 % more right-hand
@@ -328,14 +329,14 @@ class _Series:
         if not self.integrator.counts_rhs:
             return None, 0.0, None
         problem = self.problem(counted=True)
-        solve = self.integrator.prepare(problem, order.setting)
+        solve = self.integrator.prepare(problem, request.setting)
         self._prepared()
-        while len(self.counting_starts) <= order.place:
+        while len(self.counting_starts) <= request.place:
             self.counting_starts.append(next(self.counting))
 
         def counting() -> tuple[_Call, int]:
             before = problem.buffer[-1]
-            call = _Call(solve, self.counting_starts[order.place], self.task)
+            call = _Call(solve, self.counting_starts[request.place], self.task)
             return call, validation.count(problem.buffer[-1] - before, "right-hand sides")
 
         call, counted = self._compiled(counting)
@@ -346,14 +347,14 @@ class _Series:
         return counted, call.seconds, call.states
 
     def _timed(
-        self, solve: Solve, order: Order, estimate: float, others: Floats | None
+        self, solve: Solve, request: Request, estimate: float, others: Floats | None
     ) -> tuple[list[_Call], _Call, Floats | None]:
         """All timed calls, the one that is scored, and the states of a call from a perturbed initial state.
 
         A slow trial, or one with `repeats` 1, is timed in one call. If this call takes less than half of the estimate,
         the method may have kept results from the same start at another setting: calls from new starts are timed then.
         """
-        slow = estimate > order.slow_seconds or order.repeats == 1
+        slow = estimate > request.slow_seconds or request.repeats == 1
         calls: list[_Call] = []
         gc.collect()
         gc.disable()
@@ -365,7 +366,7 @@ class _Series:
             calls.append(scored)
             spent = sum(call.seconds for call in calls)
             fewest = 1 if slow and scored.seconds > estimate / 2 else FEWEST_CALLS
-            while len(calls) < fewest or (not slow and spent < order.block_seconds and len(calls) < order.repeats):
+            while len(calls) < fewest or (not slow and spent < request.block_seconds and len(calls) < request.repeats):
                 again = _Call(solve, next(self.perturbed), self.task, keep=slow)
                 if slow:  # the states of the counting run come from another preparation
                     others = again.states
@@ -438,20 +439,20 @@ def _print(error: BaseException) -> None:
         print("".join(traceback.format_exception(type(error), error, frames)), file=sys.stderr, flush=True)
 
 
-def _named(error: BaseException, memory_bytes: int) -> tuple[str, str]:
+def _named(error: BaseException, memory_bytes: int) -> tuple[Status, str]:
     """(status, reason) of an exception."""
     if isinstance(error, Unusable):
-        return "crashed", str(error)
+        return Status.CRASHED, str(error)
     if isinstance(error, Refused):
-        return "refused", str(error) or "declined without a reason"
+        return Status.REFUSED, str(error) or "declined without a reason"
     if isinstance(error, ModuleNotFoundError):
-        return "not_installed", str(error)
+        return Status.NOT_INSTALLED, str(error)
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return "interrupted", f"the disk is full ({error.filename or error.strerror})"
+        return Status.INTERRUPTED, f"the disk is full ({error.filename or error.strerror})"
     text = str(error).strip().replace("\n", " ")
     if isinstance(error, MemoryError):
-        return "out_of_memory", f"needed more than {memory_bytes / 2**30:.3g} GiB ({text[:TEXT]})"
-    return "crashed", f"{type(error).__name__}: {text[:TEXT]}" if text else type(error).__name__
+        return Status.OUT_OF_MEMORY, f"needed more than {memory_bytes / 2**30:.3g} GiB ({text[:TEXT]})"
+    return Status.CRASHED, f"{type(error).__name__}: {text[:TEXT]}" if text else type(error).__name__
 
 
 def _limit_resources(memory_bytes: int) -> None:

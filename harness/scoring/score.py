@@ -21,6 +21,7 @@ from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.metric import Metric
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import groups_of
+from gnomon.harness.contract.status import Status
 from gnomon.harness.scoring.events import score_events
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import ReferenceSolution
@@ -84,7 +85,7 @@ class Scorer:
         row |= self.score(states)
         if outcome.turned is not None:
             row |= self.over_turned(outcome.turned) | {"error_unturned": row["error_max"]}
-        if outcome.stopped and row["status"] == "diverged":
+        if outcome.stopped and row["status"] == Status.DIVERGED:
             row["reason"] = f"{outcome.stopped}; {row['reason']}"
         if outcome.events is not None and self.case.hybrid is not None:
             row |= self.events(outcome.events)
@@ -117,14 +118,14 @@ class Scorer:
         if not np.all(finite):
             first = float(self.reference.times[int(np.argmin(finite))])
             return {
-                "status": "diverged",
+                "status": Status.DIVERGED,
                 "reason": f"states are not finite from t = {first:.6g} s",
                 "error_max": math.nan,
             }
         with np.errstate(all="ignore"):  # very large finite states overflow in the metric
             errors = self.metric.distance(states, self.reference.exact, self.reference.times)
         if not np.all(np.isfinite(errors)):
-            return {"status": "diverged", "reason": "states too large to measure", "error_max": math.nan}
+            return {"status": Status.DIVERGED, "reason": "states too large to measure", "error_max": math.nan}
         status, reason = self.status(errors)
         phase, shape = self.split(states)
         return {
@@ -140,20 +141,20 @@ class Scorer:
             "invariant_drift": {name: float(np.max(drift)) for name, drift in self.drift(states).items()},
         }
 
-    def status(self, errors: Floats) -> tuple[str, str]:
+    def status(self, errors: Floats) -> tuple[Status, str]:
         """`ok`, `inaccurate` or `diverged`, and the reason, from errors (64,).
 
         An error is compared with the largest conditioning up to its time: an error that rounding of the initial state
         can cause is no fault of the integrator.
         """
         excusable = CONDITIONED * np.maximum.accumulate(self.reference.conditioning)
-        for status, threshold in (("diverged", DIVERGED), ("inaccurate", INACCURATE)):
+        for status, threshold in ((Status.DIVERGED, DIVERGED), (Status.INACCURATE, INACCURATE)):
             beyond = (errors > threshold) & (errors > excusable)
             if np.any(beyond):
                 first = int(np.argmax(beyond))
                 error = above_text(errors[first], threshold)
                 return status, f"error {error} at t = {self.reference.times[first]:.6g} s, above {threshold:g}"
-        return "ok", ""
+        return Status.OK, ""
 
     def split(self, states: Floats) -> tuple[float, float]:
         """The largest component of the scaled error along the exact flow (phase) and across it (shape).

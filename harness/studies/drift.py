@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.cases.core.case import Case
+from gnomon.harness.contract.status import Status
 from gnomon.harness.results import store
 from gnomon.harness.results.analysis import SERIES
 from gnomon.harness.results.convergence_order import mean_slope
@@ -114,7 +115,7 @@ def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any], known: Mapping
     This error is well above round-off, and small enough to follow its law. `frame` holds the store's rows of the file;
     `chosen` marks the rows to use. Cases that are not `known` by name have no laws.
     """
-    wanted = frame[(frame["status"] == "ok") & chosen & (frame["error_max"] > 0) & frame["case"].isin(list(known))]
+    wanted = frame[(frame["status"] == Status.OK) & chosen & (frame["error_max"] > 0) & frame["case"].isin(list(known))]
     wanted = wanted.assign(away=np.abs(np.log10(wanted["error_max"] / CLEAR))).sort_values(["launch", "away"])
     wanted = wanted.groupby(SERIES, dropna=False).head(1)
     sampled = store.states(path, wanted["measurement"].tolist())

@@ -26,13 +26,13 @@ def test_default_case_is_certified(name: str) -> None:
     assert certificate.passed, certificate
 
 
-HARD = [setting for setting in certify_all.settings([], True) if setting[1] is not None]
+HARD = [subject for subject in certify_all.subjects([], True) if subject[1] is not None]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("setting", HARD, ids=["/".join(map(str, setting)) for setting in HARD])
-def test_hard_variant_is_certified(setting: certify_all.Setting) -> None:
-    certificate = certify_all.certificate(setting)
+@pytest.mark.parametrize("subject", HARD, ids=["/".join(map(str, subject)) for subject in HARD])
+def test_hard_variant_is_certified(subject: certify_all.Subject) -> None:
+    certificate = certify_all.certificate(subject)
     assert certificate.passed, certificate
 
 
@@ -157,15 +157,15 @@ def test_a_case_that_cannot_be_certified_has_a_certificate_with_the_reason(monke
     assert made.note == "ArithmeticError: no precision is enough"
 
 
-def test_settings_are_those_of_cases_and_checks_and_two_processes_agree_with_one() -> None:
-    chosen = certify_all.settings(["projectile_parabola/default", "moment_equipollent"], True)
+def test_subjects_are_cases_and_checks_and_two_processes_agree_with_one() -> None:
+    chosen = certify_all.subjects(["projectile_parabola/default", "moment_equipollent"], True)
     assert chosen[:2] == [("projectile_parabola", None), ("moment_equipollent", None)]
     assert len(chosen) > 2
     one, two = ([replace(c, seconds=0.0) for c in certify_all.certificates(chosen, n)] for n in (1, 2))
     assert one == two
-    assert len(certify_all.settings([], True)) > len(certify_all.settings([], False)) == len(names()) + len(checks())
+    assert len(certify_all.subjects([], True)) > len(certify_all.subjects([], False)) == len(names()) + len(checks())
     with pytest.raises(ValueError, match="no variant 'wrong'"):
-        certify_all.settings(["pendulum_simple/wrong"], False)
+        certify_all.subjects(["pendulum_simple/wrong"], False)
 
 
 def test_if_the_disk_is_full_the_former_certificates_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,11 +19,11 @@ def same(a: Message, b: Message) -> bool:
 
 @pytest.mark.parametrize("size", [1, 13, 10**6])
 def test_messages_are_decoded_as_they_were_encoded_from_pieces_of_any_size(size: int) -> None:
-    content, inbox = encode(MESSAGE) + encode(MESSAGE._replace(order=8, arrays={})), Inbox()
+    content, inbox = encode(MESSAGE) + encode(MESSAGE._replace(request=8, arrays={})), Inbox()
     pieces = [content[at : at + size] for at in range(0, len(content), size)]
     first, second = [message for piece in pieces for message in inbox.take(piece)]
     assert same(first, MESSAGE)
-    assert (second.order, second.arrays) == (8, {})
+    assert (second.request, second.arrays) == (8, {})
 
 
 def test_a_message_longer_than_the_buffer_of_a_pipe_is_sent_completely() -> None:

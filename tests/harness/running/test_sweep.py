@@ -68,8 +68,8 @@ class Log:
 def test_settings_are_requested_in_sequence_and_every_outcome_is_recorded(scorer: Scorer) -> None:
     log = Log(scorer)
     settings = []
-    while (order := log.sweep.next()) is not None:
-        settings.append(order.setting)
+    while (request := log.sweep.next()) is not None:
+        settings.append(request.setting)
         log.answer(0.001)
     assert settings == [0.1 / 2**k for k in range(8)]
     assert log.statuses == ["ok"] * 8
@@ -80,12 +80,12 @@ def test_hard_variants_are_timed_in_a_few_calls_if_these_are_short(scorer: Score
     default, hard = Log(scorer), Log(scorer)
     hard.sweep.series.case.variant = "hard"
     try:
-        order = hard.sweep.next()
+        request = hard.sweep.next()
     finally:
         hard.sweep.series.case.variant = None
-    assert order is not None
-    assert (order.block_seconds, order.repeats, order.slow_seconds) == (0.0, FEWEST_CALLS, REPEATED_SECONDS)
-    assert order.count is Log(scorer).sweep.next().count  # type: ignore[union-attr]
+    assert request is not None
+    assert (request.block_seconds, request.repeats, request.slow_seconds) == (0.0, FEWEST_CALLS, REPEATED_SECONDS)
+    assert request.count is Log(scorer).sweep.next().count  # type: ignore[union-attr]
     usual = default.sweep.next()
     assert usual is not None
     assert (usual.block_seconds, usual.repeats, usual.slow_seconds) == (
@@ -126,9 +126,9 @@ def test_what_is_skipped_follows_from_counts_and_never_from_the_clock(scorer: Sc
     history = {(str(k), 1): Known("ok", round(MOST / 40 * 2**k), 1.0) for k in range(5)}
     later = Log(scorer, launch=2, history=history, integrator=Priced())
     settings = []
-    while (order := later.sweep.next()) is not None:
-        assert not order.count
-        settings.append(order.setting)
+    while (request := later.sweep.next()) is not None:
+        assert not request.count
+        settings.append(request.setting)
         later.answer(clock, 0)
     assert settings == [0.1, 0.05], "8 hundredths of a second are 4000 right-hand sides"
 
@@ -173,7 +173,7 @@ def test_each_setting_has_its_own_place(scorer: Scorer) -> None:
     """The start of its counting run must not depend on which trials an earlier run measured."""
     log = Log(scorer, history={("0", 1): Known("ok", 4, 1.0)})
     places = []
-    while (order := log.sweep.next()) is not None:
-        places.append(order.place)
+    while (request := log.sweep.next()) is not None:
+        places.append(request.place)
         log.answer(0.001)
     assert places == list(range(1, 8))

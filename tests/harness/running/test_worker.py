@@ -14,7 +14,7 @@ from gnomon.cases import get
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.running import worker
-from gnomon.harness.running.worker import FEWEST_CALLS, Order, _Series
+from gnomon.harness.running.worker import FEWEST_CALLS, Request, _Series
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
 
 START = np.zeros(2)
@@ -35,8 +35,8 @@ def timed(
     series.task = SimpleNamespace(start=START)  # type: ignore[assignment]
     series.perturbed = (np.full(2, float(k)) for k in itertools.count(1))
     monkeypatch.setattr(worker, "_Call", Call)
-    order = Order(0.1, False, block, repeats, slow)
-    calls, scored, others = series._timed(None, order, estimate, None)  # type: ignore[arg-type]
+    request = Request(0.1, False, block, repeats, slow)
+    calls, scored, others = series._timed(None, request, estimate, None)  # type: ignore[arg-type]
     assert gc.isenabled()
     return [call.number for call in calls], scored.number, others  # type: ignore[attr-defined]
 
@@ -79,7 +79,7 @@ def test_a_quick_trial_is_warmed_up_with_plain_equations(
     """The time of a slow one, or of one that is made once, is estimated by the counting run."""
     found = []
 
-    def noted(solve: Any, order: Order, seconds: float, others: Any) -> Any:
+    def noted(solve: Any, request: Request, seconds: float, others: Any) -> Any:
         found.append(seconds)
         raise LookupError
 
@@ -92,7 +92,7 @@ def test_a_quick_trial_is_warmed_up_with_plain_equations(
     monkeypatch.setattr(series, "_timed", noted)
     monkeypatch.setattr(worker, "_Call", lambda solve, start, task: SimpleNamespace(seconds=0.5, states=start))
     with pytest.raises(LookupError):
-        series.run(Order(0.1, True, 99.0, repeats, 1.0))
+        series.run(Request(0.1, True, 99.0, repeats, 1.0))
     assert found == [estimate]
 
 
@@ -112,7 +112,7 @@ def test_right_hand_sides_of_the_preparation_are_not_counted(monkeypatch: pytest
     series.say = lambda stage, **content: None  # type: ignore[assignment]
     monkeypatch.setattr(series, "problem", lambda counted: problem)
     monkeypatch.setattr(worker, "_Call", call)
-    assert series._count(Order(0.1, True, 0.0, 1, 0.0))[:2] == (7, 0.5)
+    assert series._count(Request(0.1, True, 0.0, 1, 0.0))[:2] == (7, 0.5)
 
 
 def test_counting_runs_start_from_the_state_of_their_setting(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -133,7 +133,7 @@ def test_counting_runs_start_from_the_state_of_their_setting(monkeypatch: pytest
         monkeypatch.setattr(series, "problem", lambda counted: SimpleNamespace(buffer=np.zeros(3)))
         monkeypatch.setattr(worker, "_Call", call)
         for place in places:
-            series._count(Order(0.1, True, 0.0, 1, 0.0, place=place))
+            series._count(Request(0.1, True, 0.0, 1, 0.0, place=place))
     assert starts == [1.0, 2.0, 3.0, 4.0, 3.0, 1.0]
 
 
