@@ -1,4 +1,4 @@
-"""The order of convergence that errors show: the slope of error against step size in the asymptotic range."""
+"""Fits the convergence order to errors: the slope of log error against log step size in the asymptotic range."""
 
 from __future__ import annotations
 

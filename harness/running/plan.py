@@ -43,7 +43,7 @@ NEAR_DUPLICATE = (
 DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 """Step sizes (s) on the variants `engines*`, whose sample times are multiples of 0.01 s."""
 _THIS_PROCESS = secrets.token_hex(16)
-"""In the key of what has no file: its trials are run again in every process."""
+"""Stands in the key of a trial for a case or integrator whose source is in no file: it runs again in every process."""
 
 
 @dataclass(frozen=True)
