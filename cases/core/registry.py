@@ -231,7 +231,7 @@ def get(
     return case_class(name)(variant, initial_state, span, **parameters)
 
 
-def checks() -> tuple[str, ...]:
+def check_names() -> tuple[str, ...]:
     """The names of all checks: rows of the catalogue without motion."""
     return tuple(_CHECKS)
 
@@ -239,7 +239,7 @@ def checks() -> tuple[str, ...]:
 def check_class(name: str) -> type[Check]:
     """The class of a check by its name. Raises ValueError for an unknown name, with the nearest valid ones."""
     if name not in _CHECKS:
-        raise ValueError(f"no check is named {name!r}; {nearest(name, checks())}")
+        raise ValueError(f"no check is named {name!r}; {nearest(name, check_names())}")
     module, _, attribute = _CHECKS[name].partition(":")
     found: type[Check] = getattr(importlib.import_module(f"gnomon.cases.{module}"), attribute)
     return found

@@ -99,7 +99,7 @@ def _suite(name: str, cases_named: list[str] | None, limit: float | None) -> Sui
     found = plan.suite(name)
     if cases_named:
         found = replace(found, rest=None)  # a case that is named is run in full
-    without = [name for name in cases_named or () if name.partition("/")[0] in cases.checks()]
+    without = [name for name in cases_named or () if name.partition("/")[0] in cases.check_names()]
     if without:
         raise ValueError(f"{without[0]} is a check, without motion: `gnomon certify {without[0]}` confirms it")
     if limit is None:

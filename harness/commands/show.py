@@ -26,7 +26,7 @@ def show(
 
     if plot is not None and plot.suffix not in DRAWINGS:
         raise ValueError(f"--plot {plot}: the name must end in one of {', '.join(DRAWINGS)}")
-    if case.partition("/")[0] in cases.checks():
+    if case.partition("/")[0] in cases.check_names():
         if plot is not None:
             raise ValueError(f"{case} is a check, without motion: there is nothing to draw")
         describe_check(options.chosen_check(case, parameters), out)
