@@ -139,7 +139,7 @@ class Sweep:
             return
         work = outcome.steps if outcome.rhs_calls is None else outcome.rhs_calls
         self._note(measurement["status"], work, trial.setting)
-        self._add(trial, measurement, outcome.settings, states if self.launch == 1 else None)
+        self._add(trial, measurement, outcome.options, states if self.launch == 1 else None)
 
     def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
         """Record a trial without outcome. After too many interruptions its status is `crashed`: it causes them itself."""

@@ -128,7 +128,7 @@ def outcome_of(message: Message, task: Task) -> Outcome:
             times,
             messages.number(content, "prepare_seconds"),
             maybe["reset_seconds"],
-            {str(name): str(value) for name, value in dict(content["settings"]).items()},
+            {str(name): str(value) for name, value in dict(content["options"]).items()},
             str(content["output"]),
             maybe["null_seconds"],
             turned,

@@ -26,7 +26,7 @@ class Outcome:
     seconds: tuple[float, ...]
     prepare_seconds: float
     reset_seconds: float | None
-    settings: dict[str, str] = field(default_factory=dict)
+    options: dict[str, str] = field(default_factory=dict)
     output: str = ""
     null_seconds: float | None = None
     turned: Floats | None = None
