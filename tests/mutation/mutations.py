@@ -453,7 +453,7 @@ TRUTH = (
     Mutation(
         "ladders: small swings of Foucault's pendulum are lifted to above the support",
         f"{CASES}/pendulums/foucault_pendulum_nonlinear.py",
-        "FoucaultNonlinear.ladder",
+        "FoucaultNonlinear.hierarchy",
         "height = -np.sqrt",
         "height = np.sqrt",
         (f"{ON_CASES}/test_ladders.py",),
@@ -461,7 +461,7 @@ TRUTH = (
     Mutation(
         "ladders: small swings of Foucault's pendulum fall where they should rise",
         f"{CASES}/pendulums/foucault_pendulum_nonlinear.py",
-        "FoucaultNonlinear.ladder",
+        "FoucaultNonlinear.hierarchy",
         "-(x * u + y * w) / height",
         "(x * u + y * w) / height",
         (f"{ON_CASES}/test_ladders.py",),
