@@ -1,4 +1,4 @@
-"""Runs series in child processes, each stage of each trial with a deadline, and survives whatever a child does."""
+"""Runs series in child processes: kills a worker whose stage passes its deadline, and starts another in its place."""
 
 from __future__ import annotations
 

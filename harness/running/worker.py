@@ -1,4 +1,4 @@
-"""The child process of one series: prepares and times one trial after another, as the parent orders.
+"""The child process of one series: prepares and times one trial after another; `pool` sends requests, and kills it.
 
 For each order the parent gets messages (see `messages`): `prepared` and `counted` around the counting run, `prepared`
 and `ran` around the warm-up, `turning` before each turned start, `null` before the null call, then one of `done` (an
