@@ -39,7 +39,7 @@ def test_an_interruption_begins_no_other_truth(monkeypatch: pytest.MonkeyPatch) 
         raise KeyboardInterrupt
 
     monkeypatch.setattr(child_process, "ProcessPoolExecutor", Pool)
-    monkeypatch.setattr(reference_solution, "exact", compute)
+    monkeypatch.setattr(reference_solution, "reference", compute)
     monkeypatch.setattr(reference_solution.diskcache, "load", lambda _key: None)
     specs = [CaseSpec.of(cases.get("harmonic_oscillator", k=k).rounded(), None) for k in range(1, 9)]
     with pytest.raises(KeyboardInterrupt):
