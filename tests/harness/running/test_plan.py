@@ -21,7 +21,7 @@ from gnomon.harness.contract.integrator import Steps, Tolerance
 from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
-from gnomon.harness.scoring.reference_solution import CaseSpec, exact
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference
 from gnomon.harness.scoring.score import Scorer
 
 from gnomon import cases
@@ -31,7 +31,7 @@ CASE = cases.get("pendulum_simple").rounded()
 
 def trials(case: cases.Case, integrator: Any) -> Any:
     (series,) = plan.pairs([(case, "")], [integrator], formulations=False)
-    scorer = Scorer(case, None, exact(CaseSpec.of(case)))
+    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
     return series.trials(scorer.problem(series.form))
 
 
