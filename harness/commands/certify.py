@@ -36,33 +36,33 @@ def certify(
 ) -> None:
     """Confirm exact motions in independent ways. Exit code 1 if one agrees to fewer digits than required."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.certification import certify as certifying
     from gnomon.harness.certification import certify_all
+    from gnomon.harness.certification.certify import write
     from gnomon.harness.running import plan
     from gnomon.harness.running.progress import Progress
 
     options.check_workers(workers)
     if suite is not None and case:
         raise ValueError(f"--suite {suite}: name cases or a suite, not both")
-    settings = certify_all.settings(case or (() if suite is None else plan.suite(suite).cases), everything)
+    subjects = certify_all.subjects(case or (() if suite is None else plan.suite(suite).cases), everything)
     if independent is not None:
         if independent.resolve() == to.resolve():
             raise ValueError(f"--independent {independent}: the certificates go there; name another file")
         options.check_writable(independent, "--independent")  # before minutes of work, not after
     options.check_writable(to, "--to")
     progress = Progress()
-    certificates: list[certifying.Certificate] = []
+    certificates: list[Certificate] = []
     with progress:
-        progress.begin("certificates", len(settings))
-        for certificate in certify_all.certificates(settings, workers):
+        progress.begin("certificates", len(subjects))
+        for certificate in certify_all.certificates(subjects, workers):
             certificates.append(certificate)
             progress.advance()
     out.print(certificates_table(certificates))
     seconds = sum(certificate.seconds for certificate in certificates)
     out.print(f"{len(certificates)} certificates in {seconds / 60:.1f} minutes of processor time", highlight=False)
-    certifying.write(certificates, to)
+    write(certificates, to)
     if independent is not None:
-        _measure_computations({name for name, _ in settings}, independent)
+        _measure_computations({name for name, _ in subjects}, independent)
     failed = [certificate for certificate in certificates if not certificate.passed]
     if failed:
         out.print(f"{len(failed)} agree to fewer digits than required")

@@ -63,13 +63,13 @@ def _scenes_table(title: str, column: str, kinds: Iterable[tuple[str, type[Case]
 
 
 def integrators_table() -> Table:
-    from gnomon.harness.registry import lookup as registry
+    from gnomon.harness.registry import lookup
 
     table = Table(title="Integrators", box=SIMPLE_HEAD, padding=(0, 1))
     table.add_column("id", no_wrap=True)
     table.add_column("order", justify="right")
     table.add_column("accepts", no_wrap=True)
-    for identity, one in registry.everything().items():
+    for identity, one in lookup.everything().items():
         accepted = ", ".join(kind.__name__ for kind in one.accepts)
         table.add_row(escape(identity), "" if one.order is None else str(one.order), accepted)
     return table

@@ -56,18 +56,18 @@ def run(
     Exit code 1 if nothing was measured, or if an integrator of your own never succeeded.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.registry import lookup as registry
+    from gnomon.harness.registry import lookup
     from gnomon.harness.running import first_trials
     from gnomon.harness.running.progress import Progress
     from gnomon.harness.running.run import run as run_
 
     options.check_workers(workers)
     chosen_suite = _suite(suite, case, limit)
-    integrators = registry.find_all(integrator)
+    integrators = lookup.find_all(integrator)
     if integrator:
         chosen_suite = replace(chosen_suite, near_duplicates=True)
     for one in integrators if integrator else ():
-        reason = registry.missing(one)
+        reason = lookup.missing(one)
         if reason is not None:
             raise ValueError(f"{one.id} cannot run here: {reason}")
     chosen = options.chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)

@@ -14,7 +14,7 @@ from gnomon.harness.reporting import findings, report_benchmarks, report_card, r
 from gnomon.harness.reporting.report_charts import Scenes
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import analysis, store
-from gnomon.harness.running.calls import PYTHON_CALL
+from gnomon.harness.running.call_cost import PYTHON_CALL
 from gnomon.harness.studies.drift import laws
 
 
@@ -145,8 +145,8 @@ def hierarchy_rows(levels: pd.DataFrame) -> list[dict[str, Any]]:
 
 def engine_settings(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """Engine settings changed, gathered by engine and setting: values and the policies that set them."""
-    changed = analysis.changed_settings(frame)
-    grouped = changed.groupby(["library", "setting", "value"], sort=False)
+    changed = analysis.changed_options(frame)
+    grouped = changed.groupby(["library", "option", "value"], sort=False)
     return [
         {
             "library": library,

@@ -1,6 +1,6 @@
-"""Whether a run got worse than a base: for CI.
+"""The regression check: whether a run is worse than a base run, for continuous integration.
 
-What the base measured and the run did not is never passed over: it is a regression, or counted as not compared.
+Every setting that the base measured and the run did not is a regression, or counted as not compared.
 """
 
 from __future__ import annotations
@@ -20,36 +20,37 @@ COLUMNS = [
     "error_max", "floor", "conditioning", "rhs_calls", "seconds_median",
 ]  # fmt: skip
 ERROR_FACTOR = 2.0
-"""A series is worse where the median ratio of errors at equal settings is above this: the last bits of libm and FMA
-move single errors of adaptive methods by more, their median hardly."""
+"""A series is worse if the median ratio of errors at equal settings is above this. Differences of libm and FMA in the
+last bits change single errors of adaptive methods by more, the median hardly."""
 SINGLE_FACTOR = 30.0
-"""One setting alone is worse above this ratio: switching off FMA was seen to move one error from .0016 to .046."""
+"""A single setting is worse above this ratio of errors: switching off FMA changed one error from .0016 to .046."""
 CALLS_FACTOR = 1.1
-"""Right-hand sides are exact on one machine and vary by .3 % between builds."""
+"""A series is worse above this ratio of right-hand sides: counts are exact on one machine, and vary by .3 % between
+builds."""
 ORDER_LOSS = 0.3
 RANK = {status: rank for rank, status in enumerate(SCORED)}
 ANSWERED = (*SCORED, Status.REFUSED, Status.CRASHED, Status.OUT_OF_MEMORY)
-"""The statuses in which the integrator had its say; in the others the clock, the machine or the plan had."""
+"""The statuses that the integrator determines; the clock, the machine or the plan determine the others."""
 
 
 @dataclass
 class Verdict:
-    """Lines that say what got worse, how much was compared, and notes that need nobody's attention."""
+    """What is worse in the run, how much was compared, and notes for information."""
 
     compared: int = 0
-    """Series of which at least one setting was compared."""
+    """Number of series of which at least one setting was compared."""
     settings: int = 0
     regressions: list[str] = field(default_factory=list)
     not_compared: Counter[str] = field(default_factory=Counter)
-    """How many settings of the base were not compared, by reason."""
+    """Number of settings of the base that were not compared, by reason."""
     notes: list[str] = field(default_factory=list)
 
 
 def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
     """Compare two frames of `gnomon.harness.load`, series by series, at the settings that both have.
 
-    A series that the run lacks is a regression unless `allow_missing`; so is one of which nothing can be compared.
-    Raises ValueError where that is so of all.
+    A series that the run lacks is a regression unless `allow_missing`. A series of which no setting can be compared is
+    a regression. Raises ValueError if no setting of any series can be compared.
     """
     verdict = Verdict()
     before, after = (dict(list(_used(frame).groupby(SERIES))) for frame in (base, run))
@@ -75,14 +76,14 @@ def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
 
 
 def _used(frame: Any) -> Any:
-    """What is compared of a frame: its first launch, numbers where they may be null."""
+    """The rows and columns of a frame that are compared: its first launch, with numbers in place of nulls."""
     frame = frame.loc[frame["launch"] == 1, [*SERIES, *COLUMNS]]
     filled = {"turned_starts": 0.0, "repeats": 1.0, "limit_seconds": math.nan}
     return frame.assign(**{name: frame[name].astype(float).fillna(value) for name, value in filled.items()})
 
 
 def reasons(counted: Counter[str]) -> str:
-    """Counts by reason in words."""
+    """Counts by reason as text, the most frequent first."""
     return ", ".join(f"{count} because {reason}" for reason, count in counted.most_common())
 
 
@@ -107,7 +108,7 @@ def _series(name: str, before: Any, after: Any, verdict: Verdict, incomparable: 
 
 
 def _why_not(row: Any, hangs: bool) -> str | None:
-    """Why a setting of the base cannot be compared with that of the run, None where it can."""
+    """Why a setting of the base cannot be compared with that of the run; None if it can."""
     status = row.status_after
     if not isinstance(status, str):
         return "the run has no such setting"
@@ -126,7 +127,7 @@ def _why_not(row: Any, hangs: bool) -> str | None:
 
 
 def _statuses(name: str, both: Any, verdict: Verdict) -> None:
-    """A line for each kind of change for the worse, with the first setting and reason."""
+    """A line for each kind of worse status, with the first setting and reason."""
     worse: dict[tuple[str, str], list[Any]] = {}
     for row in both.itertuples():
         if RANK.get(row.status_after, 3) > RANK.get(row.status, 3):
@@ -138,7 +139,7 @@ def _statuses(name: str, both: Any, verdict: Verdict) -> None:
 
 
 def _numbers(name: str, both: Any, verdict: Verdict) -> None:
-    """What settings that are ok in both say of errors, right-hand sides, order and time."""
+    """Compare errors, right-hand sides, order and time at the settings that are ok in both runs."""
     sound = both[(both["status"] == Status.OK) & (both["status_after"] == Status.OK)]
     attainable = np.maximum(10 * sound["conditioning"], 10 * sound["floor"])
     ratios = np.maximum(sound["error_max_after"], attainable) / np.maximum(sound["error_max"], attainable)
@@ -159,7 +160,7 @@ def _numbers(name: str, both: Any, verdict: Verdict) -> None:
 
 
 def _order(settings: Any, errors: Any, attainable: Any) -> float:
-    """The slope of error over step where the error is well above what is attainable; nan for fewer than 4 points."""
+    """The slope of log error over log step where errors are well above the attainable one; nan below 4 points."""
     use = (errors > 30 * attainable) & (errors < 1e-2)
     if use.sum() < 4:
         return math.nan

@@ -1,6 +1,7 @@
-"""What a worker tells its parent: JSON and arrays of float64, never pickles, each with the request that it answers.
+"""Messages from a worker to its parent: JSON and arrays of float64, each with the number of the request it answers.
 
-An integrator's code runs in the worker and can write to the pipe, so the parent takes nothing from it but data.
+An integrator's code runs in the worker and can write to the pipe. The parent therefore reads data only, no pickles,
+which could execute code.
 """
 
 from __future__ import annotations
@@ -18,18 +19,18 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 _HEADER = struct.Struct("<4sQQ")
-"""The mark, the bytes of JSON, the bytes of arrays."""
+"""The mark, the number of bytes of JSON, the number of bytes of arrays."""
 _MARK = b"gnom"
 MOST_BYTES = 2**28
-"""A message above this is none of ours: the states of the largest trial take a thousandth of it."""
+"""Maximum size of a message: the states of the largest trial take a thousandth of it."""
 
 
 class Garbled(Exception):  # noqa: N818 (it names what arrived)
-    """Something arrived that no worker of ours sends."""
+    """Bytes arrived that are not a valid message of a worker."""
 
 
 class Message(NamedTuple):
-    """An answer to request number `request`: how far the trial is, and what there is to say of it."""
+    """An answer to request number `request`: the stage that the trial has reached, and its data."""
 
     request: int
     stage: str
@@ -52,13 +53,13 @@ def send(descriptor: int, message: Message) -> None:
 
 
 class Inbox:
-    """Puts messages together from the pieces in which they arrive, so that half a message blocks nobody."""
+    """Assembles messages from the pieces in which they arrive; the parent never waits for the rest of a message."""
 
     def __init__(self) -> None:
         self._content = bytearray()
 
     def take(self, piece: bytes) -> Iterator[Message]:
-        """The messages that are whole now. Raises Garbled for what is no message."""
+        """The messages that `piece` completes. Raises Garbled for bytes that are not a message."""
         self._content += piece
         while len(self._content) >= _HEADER.size:
             mark, text, raw = _HEADER.unpack_from(self._content)
@@ -91,7 +92,7 @@ def _decoded(text: bytes, raw: bytes) -> Message:
 
 
 def number(content: Mapping[str, Any], name: str) -> float:
-    """A number of a message; raises Garbled for anything else."""
+    """The number called `name` in a message's content; raises Garbled for anything else."""
     value = content.get(name)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise Garbled(f"a message whose {name} is no number")

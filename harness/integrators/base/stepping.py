@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 from gnomon.harness.contract.integrator import Problem
-from gnomon.harness.kernels import equations as compiling
-from gnomon.harness.kernels.equations import OPTIONS, gather_into
+from gnomon.harness.kernels.equations import OPTIONS, gather_into, source_of
+from gnomon.harness.kernels.equations import compiled as compiled_function
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -190,8 +190,8 @@ def compiled(method: Step) -> Callable[..., int]:
     parts.append(f"aside = {name}")
     parts.append(plain.replace("@njit(", "@njit(forceinline=True, ", 1).replace(f"def {name}(", "def step(", 1))
     parts.append(f"NOT_FINITE, NOT_SOLVED = {NOT_FINITE}, {NOT_SOLVED}")
-    parts.append(f'@njit("{ADVANCE_SIGNATURE}", {OPTIONS})\n{compiling.source_of(advance)}')
-    run: Callable[..., int] = compiling.compiled("\n".join(parts), "advance")
+    parts.append(f'@njit("{ADVANCE_SIGNATURE}", {OPTIONS})\n{source_of(advance)}')
+    run: Callable[..., int] = compiled_function("\n".join(parts), "advance")
     return run
 
 
@@ -219,7 +219,7 @@ def compiled_whole(
         for part in parts
     ]
     parts[-1] = parts[-1].replace("@njit(", f'@njit("{signature}", ', 1)
-    run: Callable[..., int] = compiling.compiled("\n".join(parts), method.__name__)
+    run: Callable[..., int] = compiled_function("\n".join(parts), method.__name__)
     return run
 
 

@@ -102,12 +102,12 @@ def test_results_that_cannot_be_read_are_one_line(
 def test_an_interruption_is_quiet(
     step: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    from gnomon.harness.registry import lookup as registry
+    from gnomon.harness.registry import lookup
 
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(registry, step, interrupt)
+    monkeypatch.setattr(lookup, step, interrupt)
     assert gnomon("run", "--case", "pendulum_simple", "--integrator", "RK4") == 130
     assert capfd.readouterr() == ("", "")
 

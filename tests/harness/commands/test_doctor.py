@@ -18,10 +18,10 @@ from command_line import gnomon
 def test_what_is_missing_is_named_with_what_installs_it(
     library: str, python: tuple[int, ...], told: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from gnomon.harness.registry import lookup as registry
+    from gnomon.harness.registry import lookup
 
-    monkeypatch.setattr(registry.sys, "version_info", python)
-    assert registry.absent(library) == told
+    monkeypatch.setattr(lookup.sys, "version_info", python)
+    assert lookup.absent(library) == told
 
 
 def test_doctor_says_what_is_here(capfd: pytest.CaptureFixture[str]) -> None:

@@ -84,11 +84,11 @@ def test_a_cache_that_cannot_be_written_costs_one_warning(
 def test_a_missing_library_that_is_named_is_wrong_usage(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    from gnomon.harness.registry import lookup as registry
+    from gnomon.harness.registry import lookup
 
-    monkeypatch.setattr(registry, "_importable", lambda library: library != "pybullet")
+    monkeypatch.setattr(lookup, "_importable", lambda library: library != "pybullet")
     assert gnomon("run", "--case", "pendulum_simple", "--integrator", "pybullet") == 2
-    assert registry.absent("pybullet") in capfd.readouterr().err
+    assert lookup.absent("pybullet") in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,27 @@
+"""Measures one call of compiled equations from Python: part of the time of every solver that calls them from Python."""
+
+from __future__ import annotations
+
+import timeit
+
+from gnomon.cases import get
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.adapters.scipy_ivp import right_hand_side_of
+from gnomon.harness.contract.problem import initial_state, problem_of
+
+PYTHON_CALL = "one call of compiled equations from Python"
+"""The name of this time in the environment of a run."""
+CALLS, BLOCKS = 1000, 7
+
+
+def described() -> dict[str, str]:
+    """{name: time of one call, in microseconds}, for the environment of a run."""
+    return {PYTHON_CALL: f"{1e6 * python_call_seconds():.2f} µs"}
+
+
+def python_call_seconds() -> float:
+    """Seconds of one right-hand side of the simple pendulum as SciPy's solvers call it: the minimum over several
+    blocks of calls. In-house loops are compiled and call the same equations without Python."""
+    case = get("pendulum_simple").rounded()
+    function, start = right_hand_side_of(problem_of(case, (FirstOrder,))), initial_state(case)
+    return min(timeit.repeat(lambda: function(0.0, start), number=CALLS, repeat=BLOCKS)) / CALLS

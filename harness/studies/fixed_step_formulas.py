@@ -1,0 +1,164 @@
+"""Fixed-step twins of methods that choose their own steps: the same formula at equal steps, to measure its order."""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from typing import Any
+
+from gnomon.cases.core.case import Case
+from gnomon.cases.core.forms import FirstOrder, SecondOrder
+from gnomon.harness.contract.integrator import Integrator, Problem, Solve
+from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
+from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.events.hybrid import Dop853Events
+from gnomon.harness.integrators.gauss import radau
+from gnomon.harness.integrators.gauss.gauss import Gauss8
+from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
+from gnomon.harness.integrators.gauss.radau import Radau5
+from gnomon.harness.integrators.multistep_extrapolation.extrapolation import (
+    COLUMNS,
+    GraggBulirschStoer,
+    extrapolate,
+    midpoint,
+)
+from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
+from gnomon.harness.integrators.runge_kutta.embedded import Embedded
+from gnomon.harness.integrators.runge_kutta.explicit import RungeKutta
+from gnomon.harness.integrators.runge_kutta.nystrom import Nystrom, nystrom_increment
+from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
+from gnomon.harness.kernels.graph import UNARY
+
+
+@singledispatch
+def at_fixed_steps(method: Integrator) -> Integrator:
+    """The formula that propagates a method's solution, at fixed steps; a method of fixed steps is returned unchanged."""
+    return method
+
+
+def fixed(base: Any, **attributes: Any) -> FixedStep:
+    """An instance of a new subclass of `base` with these attributes."""
+    kind: type[FixedStep] = type("Fixed", (base,), attributes)
+    return kind()
+
+
+@at_fixed_steps.register
+def _(method: Embedded) -> FixedStep:
+    pair, stages = type(method), len(method.stages)
+
+    def coefficients(cls: type, mp: Any) -> Table:
+        table = pair.rows(mp)
+        return [*table[:stages], [mp.mpf(0), *table[stages][1:]]]
+
+    return fixed(
+        RungeKutta,
+        name=pair.name,
+        order=pair.order,
+        coefficients=classmethod(coefficients),
+        rows=lambda self, form: stages,
+    )
+
+
+def nystrom_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    for i in range(x.size):
+        x[i] = y[i]
+    call(f, t, x, p, slope)
+    for i in range(x.size):
+        store[0, i] = slope[i]
+    nystrom_increment(f, t, h, y, p, table, table.shape[0] - 2, x, slope, store, increment)
+    return True
+
+
+@at_fixed_steps.register
+def _(method: Nystrom) -> FixedStep:
+    pair = type(method)
+    return fixed(
+        FixedStep,
+        name=pair.name,
+        order=pair.order,
+        accepts=(SecondOrder,),
+        step=nystrom_step,
+        coefficients=classmethod(lambda cls, mp: pair.fixed_rows(mp)),
+        rows=lambda self, form: len(pair.stages) + 1,
+    )
+
+
+def columns_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """An extrapolated step with as many columns as `table` has rows."""
+    count = table.shape[0]
+    start, before, now = store[count : count + 1], store[count + 1], store[count + 2]
+    call(f, t, y, p, slope)
+    start[0] = slope
+    for j in range(count):
+        midpoint(f, t, h, y, p, 2 * (j + 1), x, slope, start, before, now)
+        extrapolate(j, table, now, store)
+    increment[:] = store[count - 1]
+    return True
+
+
+def with_columns(count: int) -> FixedStep:
+    """Extrapolation with `count` columns, of order 2 `count`."""
+
+    def coefficients(cls: type, mp: Any) -> Table:
+        return GraggBulirschStoer.rows(mp)[:count]
+
+    return fixed(
+        FixedStep,
+        name=f"{count} columns",
+        order=2 * count,
+        accepts=(FirstOrder,),
+        step=columns_step,
+        coefficients=classmethod(coefficients),
+        rows=lambda self, form: count + 3,
+    )
+
+
+@at_fixed_steps.register
+def _(method: GraggBulirschStoer) -> FixedStep:
+    return with_columns(COLUMNS)
+
+
+@at_fixed_steps.register
+def _(method: GaussFast) -> FixedStep:
+    """Its table is that of Gauss8, rounded, as the tests of GaussFast show."""
+    return Gauss8()
+
+
+class RadauSteps(Radau5):
+    """Radau IIA at fixed steps. The step divides the sample interval, since its dense output has order 3. Order 5."""
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        return radau.prepared(problem, 1e-14, setting)
+
+
+@at_fixed_steps.register
+def _(method: Radau5) -> Integrator:
+    return RadauSteps()
+
+
+@at_fixed_steps.register
+def _(method: Dop853Events) -> Integrator:
+    """Events shorten its steps; the few errors well above round-off would then not lie on a line."""
+    return at_fixed_steps(Dop853())
+
+
+def taylor_steps(mp: Any, case: Case, order: int, count: int) -> list[Any]:
+    """The state at the end of the span after `count` equal Taylor steps of an order, by the recurrences of the compiled
+    method in the digits of the context `mp`."""
+    form = accepted_form(case, (FirstOrder,))
+    assert isinstance(form, FirstOrder)
+    text, length = coefficients_text(form, len(case.state), len(case.parameter_list))
+    space: dict[str, Any] = {name: getattr(mp, name) for name in UNARY} | {"ONE": mp.mpf(1)}
+    exec(text, space)
+    parameters = [mp.mpf(x.numerator) / x.denominator for x in case.parameter_values()]
+    state = [mp.mpf(x.numerator) / x.denominator for x in case.initial_state]
+    h = mp.mpf(case.span.numerator) / case.span.denominator / count
+    for k in range(count):
+        w = [mp.mpf(0)] * length
+        space["kernel"](k * h, [*state, order], parameters, w)
+        state = [mp.fsum(w[STRIDE * i + j] * h**j for j in range(order + 1)) for i in range(len(state))]
+    return state

@@ -1,0 +1,22 @@
+"""The commands behind `make bench` write the rows of all subjects, and the machine."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from gnomon.harness.contract import environment
+from gnomon.harness.results import measured_rows
+
+
+def test_rows_are_in_the_sequence_of_the_subjects(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "rows.json"
+    monkeypatch.setattr(sys, "argv", ["counted", "--to", str(path)])
+    measured_rows.publish("Letters.", Counter, ["aab", "b"])
+    found = json.loads(path.read_text())
+    assert found["rows"] == [{"a": 2, "b": 1}, {"b": 1}]
+    assert found["environment"]["cpu"] == environment.describe()["cpu"]
+    assert list(tmp_path.iterdir()) == [path]
