@@ -15,10 +15,10 @@ from typing import Any
 
 import flint
 import numpy as np
-from gnomon.reference.numerics.balls import precision
+from gnomon.reference.numerics.balls import as_ball, precision
 from gnomon.reference.numerics.pointwise import Cycle, Floats, Pointwise
 from gnomon.reference.numerics.precision import exact, working
-from gnomon.reference.numerics.tablecells import BITS, Cells, TooExpensiveError, as_ball, build
+from gnomon.reference.numerics.tablecells import BITS, Cells, TooExpensiveError, build
 from gnomon.reference.numerics.tablekernel import evaluate
 from gnomon.reference.storage.diskcache import Entry, fingerprint, load, store_or_warn
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import flint
 import numpy as np
-from gnomon.reference.numerics.balls import ball, precision
+from gnomon.reference.numerics.balls import as_ball, ball, precision
 from gnomon.reference.numerics.pointwise import SAMPLE_DIGITS, Floats, Pointwise
 
 NODES = 32
@@ -206,12 +206,6 @@ def _first(good: Any) -> int:
 def _states(motion: Pointwise, moments: Sequence[Fraction]) -> Any:
     rows = [[as_ball(x) for x in motion.state(t, SAMPLE_DIGITS)] for t in moments]
     return flint.arb_mat(rows)
-
-
-def as_ball(value: Any) -> Any:
-    """An mpf, exactly."""
-    sign, mantissa, exponent, _ = value._mpf_
-    return flint.arb((-int(mantissa) if sign else int(mantissa), int(exponent)))
 
 
 def _sizes(matrix: Any) -> Floats:

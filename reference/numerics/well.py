@@ -16,9 +16,9 @@ from typing import Any
 
 import flint
 import numpy as np
-from gnomon.reference.numerics.balls import precision
+from gnomon.reference.numerics.balls import as_ball, precision
 from gnomon.reference.numerics.motion import Motion
-from gnomon.reference.numerics.phase import FIRST, MOST, Balls, CosineSeries, cosine_series, to_arb
+from gnomon.reference.numerics.phase import FIRST, MOST, Balls, CosineSeries, cosine_series
 from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import working
 
@@ -212,7 +212,7 @@ def _shape(motion: WellMotion, bits: int) -> _Shape:
         else:
             start = mp.pi if x0 < middle else mp.zero
 
-        centre, width, total = to_arb(middle), to_arb(reach), to_arb(energy)
+        centre, width, total = as_ball(middle), as_ball(reach), as_ball(energy)
 
         def pace(cosine: Any, sine: Any) -> Any:
             with precision(flint.ctx.prec + EXTRA_BITS):

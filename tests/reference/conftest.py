@@ -9,9 +9,10 @@ from typing import Any
 import flint
 import mpmath
 import pytest
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.motion import Motion
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 
 STEP = 30
 """Central differences over 10^-30 s err by 10^-60 of the third derivative; the states carry 100 digits."""

@@ -3,8 +3,9 @@ from fractions import Fraction
 import mpmath
 import pytest
 from gnomon.reference.contact.billiard_ball import BilliardBall
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 from mpmath import mpf
 
 THROWS = {

@@ -17,7 +17,8 @@ def vertical(k="0.01", v=40):
 
 @pytest.mark.parametrize(("k", "vx", "vy", "t"), [("0.01", 20, 15, 4), ("0.5", -3, 10, 2), ("1e-10", 20, 15, 3)])
 def test_the_plane_throw_against_a_taylor_integration(k, vx, vy, t, residual):
-    from gnomon.reference.numerics.taylor import ball, integrate
+    from gnomon.reference.numerics.balls import ball
+    from gnomon.reference.numerics.taylor import integrate
 
     motion = thrown(k, vx, vy)
     found = motion.state(t, 50)

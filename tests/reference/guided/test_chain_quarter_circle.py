@@ -3,8 +3,9 @@
 import mpmath
 import pytest
 from gnomon.reference.guided.chain_quarter_circle import ChainQuarter
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 from mpmath import mpf
 
 

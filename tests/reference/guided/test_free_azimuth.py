@@ -3,8 +3,9 @@
 import mpmath
 import pytest
 from gnomon.reference.guided.free_azimuth import Governor
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 from mpmath import mpf
 
 SPINDLE = tuple(map(exact, ("9.81", 1, 2, "0.25", "0.05")))

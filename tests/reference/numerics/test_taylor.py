@@ -7,7 +7,8 @@ from typing import Any
 
 import mpmath
 import pytest
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.taylor import integrate
 
 
 def number(x: Fraction) -> Any:

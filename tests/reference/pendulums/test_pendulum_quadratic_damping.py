@@ -5,8 +5,9 @@ from fractions import Fraction
 
 import mpmath
 import pytest
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 from gnomon.reference.pendulums.pendulum_quadratic_damping import DampedPendulum
 from mpmath import mpf
 
