@@ -1,4 +1,4 @@
-"""Two ways to check an exact motion that share no formula with it."""
+"""Two ways to verify an exact motion that share no formula with it."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ def test_a_vertical_throw_rises_to_its_apex_and_returns_slower(v):
     assert float(motion.return_speed()) == pytest.approx(float(v) / (1 + float(v) ** 2 * 0.01 / 9.81) ** 0.5, rel=1e-14)
 
 
-def test_the_fall_forgets_its_start_without_overflow():
+def test_a_long_fall_reaches_the_terminal_speed_without_overflow():
     height, speed = vertical().state(10**6, 40)
     with mpmath.workdps(60):
         assert speed == -vertical().terminal_speed(40)

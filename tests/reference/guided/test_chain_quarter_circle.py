@@ -14,7 +14,7 @@ def made(*numbers):
 
 
 def energy(motion, s, v):
-    """Per unit of mass and length: the drop of each element, integrated along the chain."""
+    """Energy per unit mass and length: the drop of each element, integrated along the chain."""
     g, length, radius = (mpf(x.numerator) / x.denominator for x in (motion.g, motion.length, motion.radius))
     quarter = mpmath.pi * radius / 2
 

@@ -1,4 +1,4 @@
-"""Chains over an edge: the equation, a Taylor integration up to the end, and the way on as free fall."""
+"""Chains over an edge: the equations of both phases, and a Taylor integration up to the end."""
 
 from __future__ import annotations
 

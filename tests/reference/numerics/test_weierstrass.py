@@ -77,7 +77,7 @@ def test_logistic_growth_backwards():
         assert abs(v + right * (1 - right)) < mp.mpf(10) ** -50
 
 
-def test_turning_point_moves_the_way_of_the_force():
+def test_a_start_at_rest_moves_along_the_force():
     """x'^2 = 1 - x^2 from x = 1 at rest: cos t, not the equilibrium that x' = 0 alone would allow."""
     f = (Fraction(1), Fraction(0), Fraction(-1), Fraction(0), Fraction(0))
     with working(50) as mp:

@@ -66,7 +66,7 @@ def test_the_plane_turns_clockwise_in_the_north():
     assert pendulum(lat="-0.8526").precession_rate() > 0
 
 
-def test_released_from_rest_it_never_meets_the_centre():
+def test_released_from_rest_it_never_reaches_the_centre():
     # The least radius is |W/s| times the amplitude: the difference of the two circles' radii.
     p, q, _faster, _slower = pendulum(L=1, Om=1).circles(30)
     W = math.sin(0.8526)

@@ -1,4 +1,4 @@
-"""The blow: the angle stays, the rate jumps, the work is that of the energies before and after."""
+"""The impulse: the angle is continuous, the rate jumps, and the work is the difference of the energies."""
 
 from fractions import Fraction
 

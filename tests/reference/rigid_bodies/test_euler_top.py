@@ -55,7 +55,7 @@ def test_fifty_digits_agree_with_a_hundred(body):
 
 
 @pytest.mark.parametrize("body", ALL)
-def test_the_start_is_given_back(body):
+def test_the_state_at_zero_is_the_start(body):
     with mpmath.workdps(60):
         expected = [mpf(v.numerator) / v.denominator for v in (*body.rates, *body.attitude)]
         found = body.state(0, 50)
@@ -128,7 +128,7 @@ def test_group_property_and_reversal(name):
 
 
 def test_relabelled_axes_give_the_relabelled_motion():
-    """Moving every name one on is a proper rotation of the body's axes."""
+    """A cyclic permutation of the axes is a proper rotation."""
     first = top((2, 3, 4), (1, "0.6", "0.3")).state(5, 40)
     moved = top((4, 2, 3), ("0.3", 1, "0.6")).state(5, 40)
     order = (2, 0, 1)
