@@ -15,7 +15,7 @@ from gnomon.reference.numerics.precision import exact
 from gnomon.reference.numerics.taylor import integrate
 
 STEP = 30
-"""Central differences over 10^-30 s err by 10^-60 of the third derivative; the states carry 100 digits."""
+"""Central differences over 10^-30 s have an error of 10^-60 times the third derivative; states have 100 digits."""
 
 
 @pytest.fixture

@@ -44,8 +44,8 @@ def test_in_the_cradle_as_many_balls_leave_as_arrive():
     assert len(two.legs) == 7
 
 
-def test_three_at_once_are_refused():
-    with pytest.raises(ValueError, match="meet at once"):
+def test_three_balls_that_meet_at_the_same_time_are_refused():
+    with pytest.raises(ValueError, match="meet at the same time"):
         _ = line((1, 1, 1), 1, (-1, 0, 1), (1, 0, -1)).legs
 
 

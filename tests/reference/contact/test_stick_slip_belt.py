@@ -21,7 +21,7 @@ def test_the_limit_cycle_of_the_book(V):
         assert mpmath.almosteq(motion.stick_time(50), 2 * (xs - xk) / mpf(V), mpf("1e-48"))
         released = motion.release_time(60)
         assert mpmath.almosteq(released, xs / mpf(V), mpf("1e-48"))
-        # Within a slip, by the book's formula; and where it ends.
+        # Within a slip and at its end, by the formula of the book.
         tau = slip / 3
         x, v = motion.state(released + tau, 50)
         assert abs(x - (xk + (xs - xk) * mpmath.cos(w * tau) + mpf(V) / w * mpmath.sin(w * tau))) < mpf("1e-46") * mpf(

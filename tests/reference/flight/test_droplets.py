@@ -46,7 +46,7 @@ def test_drag_can_stop_the_drop_short():
     assert float(motion.state(1)[0]) == pytest.approx(0.018, rel=1e-14)
 
 
-def test_the_charge_comes_back_from_the_two_speeds():
+def test_the_charge_follows_from_the_two_speeds():
     a, rho, air, eta, q, field = map(Fraction, ("1e-6", 886, "1.2", "1.8e-5", "8.01e-19", 100000))
     g = Fraction("9.81")
     nu, load = 9 * eta / (2 * a**2 * rho), -g * (1 - air / rho)

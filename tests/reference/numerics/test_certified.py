@@ -46,7 +46,7 @@ def test_growth_is_that_of_the_saddle():
 
 
 def test_a_motion_that_loses_all_digits_is_refused():
-    """Exactly on the separatrix the distance from the top is lost by e^160."""
+    """On the separatrix the distance from the top falls by e^160."""
     level = CertifiedMotion("level", (Fraction(0), Fraction(2)), Fraction(80), swing)
     with pytest.raises(ArithmeticError, match="shorten the span"):
         level.state(80)

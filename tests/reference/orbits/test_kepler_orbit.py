@@ -107,7 +107,7 @@ def test_radial_fall():
     assert orbit(1, 1, 0, 0, 1).collision_time() is None
 
 
-def test_nothing_is_after_the_collision():
+def test_times_after_the_collision_are_refused():
     with pytest.raises(ValueError, match="not before the collision"):
         orbit(1, 1, 0, 0, 0).state("1.12")
     with pytest.raises(ValueError, match="not before the collision"):

@@ -22,7 +22,7 @@ def folder(tmp_path):
     return found
 
 
-def test_what_was_stored_comes_back_until_it_is_replaced(folder):
+def test_stored_content_is_loaded_until_it_is_replaced(folder):
     assert cachefolder.load(folder, "name") == b"content"
     assert cachefolder.load(folder, "another") is None
     cachefolder.store(folder, "name", b"")

@@ -107,6 +107,6 @@ def _fingerprint():
 
 @pytest.fixture(autouse=True)
 def forgotten():
-    """What the cache of fingerprints holds of these tests is forgotten after each."""
+    """Cached fingerprints of the packages of these tests are removed after each test."""
     yield
     diskcache.fingerprint.cache_clear()
