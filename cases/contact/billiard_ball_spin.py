@@ -1,4 +1,7 @@
-"""More of the billiard ball: its attitude, and the friction against its drill."""
+"""The billiard ball with its attitude, and with drilling friction against the spin about the vertical.
+
+Cases: billiard_ball_attitude, billiard_ball_drill.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +27,8 @@ from gnomon.cases.core.forms import FirstOrder, Hybrid, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Rule, positive, show
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.rigid_bodies.euler_top import ORTHOGONAL, EulerTopCase
-from gnomon.reference.contact.billiard_attitude import MOST_TURN, BilliardAttitude
-from gnomon.reference.contact.drilling_ball import DrillingBall
+from gnomon.reference.contact.billiard_ball_attitude import MOST_TURN, BilliardAttitude
+from gnomon.reference.contact.billiard_ball_drill import DrillingBall
 from gnomon.reference.numerics.precision import Number
 
 IDENTITY = (1, 0, 0, 0, 1, 0, 0, 0, 1)

@@ -6,12 +6,9 @@ What takes many evaluations of the exact motion is kept on disk, under the exact
 from __future__ import annotations
 
 import hashlib
-import importlib
-import inspect
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from functools import cache
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -19,7 +16,8 @@ from gnomon.cases.core.interface import SolvedCase
 from gnomon.cases.core.metric import Metric
 from gnomon.reference.numerics.certified import CertifiedMotion
 from gnomon.reference.numerics.precision import nearest_double
-from gnomon.reference.storage.diskcache import Entry, cached, fingerprint
+from gnomon.reference.storage.diskcache import Entry, cached
+from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -176,20 +174,10 @@ def _event_conditioning(case: SolvedCase, neighbours: Sequence[SolvedCase], n: i
 
 def _kept(what: str, case: SolvedCase, times: Floats, build: Callable[[], Floats]) -> Floats:
     """The array of `build`, from disk where neither the numbers nor the sources have changed since."""
-    code = source_digest(type(case).__module__)
+    code = closure(type(case).__module__)
     if code is None:
         return build()
     numbers = [str(value) for value in (*case.initial_state, *case.parameters.values(), case.span)]
     digest = hashlib.sha256(times.tobytes()).hexdigest()
     key = " ".join([what, type(case).__qualname__, code, *numbers, *case.scored, digest])
     return np.asarray(cached(key, lambda: Entry({what: build()})).arrays[what])
-
-
-@cache
-def source_digest(module: str) -> str | None:
-    """A hash of the packages and of the case's own module; None where that has no source, as in a notebook."""
-    try:
-        own = inspect.getsource(importlib.import_module(module))
-    except (OSError, TypeError):
-        return None
-    return hashlib.sha256(f"{fingerprint('gnomon.reference', 'gnomon.cases')}\n{own}".encode()).hexdigest()

@@ -19,8 +19,8 @@ _MODULES = {
     "cycloidal_pendulum": "pendulums.cycloidal_pendulum:CycloidalPendulum",
     "kepler_orbit": "orbits.kepler_orbit:KeplerOrbit",
     "euler_top": "rigid_bodies.euler_top:EulerTopCase",
-    "foucault_pendulum_linear": "pendulums.foucault_linear:FoucaultLinear",
-    "foucault_precession": "pendulums.foucault_linear:FoucaultPrecession",
+    "foucault_pendulum_linear": "pendulums.foucault_pendulum_linear:FoucaultLinear",
+    "foucault_precession": "pendulums.foucault_pendulum_linear:FoucaultPrecession",
     "projectile_parabola": "flight.projectile_parabola:ProjectileParabola",
     "projectile_stokes_drag": "flight.projectile_stokes_drag:ProjectileStokesDrag",
     "projectile_quadratic_drag": "flight.quadratic_drag:ProjectileQuadraticDrag",
@@ -52,7 +52,7 @@ _MODULES = {
     "rotating_pendulum_free_hoop": "guided.pendulum_on_free_hoop:RotatingPendulumFreeHoop",
     "rotating_pendulum_swept": "guided.pendulum_on_free_hoop:RotatingPendulumSwept",
     "bearing_reaction_torque_stability": "guided.pendulum_on_hoop:BearingReactionTorqueStability",
-    "gyrocompass": "guided.pendulum_on_hoop:Gyrocompass",
+    "gyrocompass": "rigid_bodies.gyrocompass:Gyrocompass",
     "small_vibrations_3dof_chain": "oscillators.small_vibrations:SmallVibrationsChain",
     "small_vibrations_mdof": "oscillators.small_vibrations:SmallVibrations",
     "bead_rotating_wire_vertical_plane": "guided.bead_rotating_wire_vertical_plane:BeadOnRotatingWire",
@@ -142,31 +142,31 @@ _MODULES = {
 
 
 _CHECKS = {
-    "inertia_tensor_special_bodies": "checks.checks_inertia:InertiaTensorSpecialBodies",
-    "inertia_composite_parallel_axis": "checks.checks_inertia:InertiaCompositeParallelAxis",
-    "inertia_transformation_principal": "checks.checks_inertia:InertiaTransformationPrincipal",
-    "com_rigid_body": "checks.checks_centres:ComRigidBody",
-    "moment_equipollent": "checks.checks_centres:MomentEquipollent",
-    "gravity_field_particle_body": "checks.checks_gravity:GravityFieldParticleBody",
-    "weight_local_gravity": "checks.checks_gravity:WeightLocalGravity",
-    "falling_target": "checks.checks_aim:FallingTarget",
-    "apparent_gravity_earth": "checks.checks_frames:ApparentGravityEarth",
-    "frame_transformation": "checks.checks_frames:FrameTransformation",
-    "material_frame_indifference": "checks.checks_frames:MaterialFrameIndifference",
-    "work_constant_linear_coulomb": "checks.checks_work:WorkConstantLinearCoulomb",
-    "conservative_force_test": "checks.checks_work:ConservativeForceTest",
-    "hamilton_action": "checks.checks_action:HamiltonAction",
-    "amusement_rides": "checks.checks_rides:AmusementRides",
-    "capstan_belt": "checks.checks_belt:CapstanBelt",
-    "rotor_dynamic_balance": "checks.checks_bodies:RotorDynamicBalance",
-    "work_energy_rigid_body": "checks.checks_energy:WorkEnergyRigidBody",
-    "generalized_impulse": "checks.checks_bodies:GeneralizedImpulse",
-    "projectile_coriolis_first_order": "checks.checks_perturbation:ProjectileCoriolisFirstOrder",
-    "falkland_gunnery": "checks.checks_perturbation:FalklandGunnery",
-    "stability_pendulum_linearisation": "checks.checks_perturbation:StabilityPendulumLinearisation",
-    "rod_tension_circular": "checks.checks_particles:RodTensionCircular",
-    "moment_momentum_moving_point": "checks.checks_particles:MomentMomentumMovingPoint",
-    "internal_potential_energy": "checks.checks_particles:InternalPotentialEnergy",
+    "inertia_tensor_special_bodies": "checks.inertia:InertiaTensorSpecialBodies",
+    "inertia_composite_parallel_axis": "checks.inertia:InertiaCompositeParallelAxis",
+    "inertia_transformation_principal": "checks.inertia:InertiaTransformationPrincipal",
+    "com_rigid_body": "checks.centres_and_moments:ComRigidBody",
+    "moment_equipollent": "checks.centres_and_moments:MomentEquipollent",
+    "gravity_field_particle_body": "checks.gravity:GravityFieldParticleBody",
+    "weight_local_gravity": "checks.gravity:WeightLocalGravity",
+    "falling_target": "checks.falling_target:FallingTarget",
+    "apparent_gravity_earth": "checks.frames:ApparentGravityEarth",
+    "frame_transformation": "checks.frames:FrameTransformation",
+    "material_frame_indifference": "checks.frames:MaterialFrameIndifference",
+    "work_constant_linear_coulomb": "checks.work_of_forces:WorkConstantLinearCoulomb",
+    "conservative_force_test": "checks.work_of_forces:ConservativeForceTest",
+    "hamilton_action": "checks.hamilton_action:HamiltonAction",
+    "amusement_rides": "checks.amusement_rides:AmusementRides",
+    "capstan_belt": "checks.capstan_belt:CapstanBelt",
+    "rotor_dynamic_balance": "checks.rotors_and_impulses:RotorDynamicBalance",
+    "work_energy_rigid_body": "checks.work_energy_rigid_body:WorkEnergyRigidBody",
+    "generalized_impulse": "checks.rotors_and_impulses:GeneralizedImpulse",
+    "projectile_coriolis_first_order": "checks.perturbation:ProjectileCoriolisFirstOrder",
+    "falkland_gunnery": "checks.perturbation:FalklandGunnery",
+    "stability_pendulum_linearisation": "checks.perturbation:StabilityPendulumLinearisation",
+    "rod_tension_circular": "checks.particles:RodTensionCircular",
+    "moment_momentum_moving_point": "checks.particles:MomentMomentumMovingPoint",
+    "internal_potential_energy": "checks.particles:InternalPotentialEnergy",
 }
 """Rows without motion."""
 
@@ -231,7 +231,7 @@ def get(
     return case_class(name)(variant, initial_state, span, **parameters)
 
 
-def checks() -> tuple[str, ...]:
+def check_names() -> tuple[str, ...]:
     """The names of all checks: rows of the catalogue without motion."""
     return tuple(_CHECKS)
 
@@ -239,7 +239,7 @@ def checks() -> tuple[str, ...]:
 def check_class(name: str) -> type[Check]:
     """The class of a check by its name. Raises ValueError for an unknown name, with the nearest valid ones."""
     if name not in _CHECKS:
-        raise ValueError(f"no check is named {name!r}; {nearest(name, checks())}")
+        raise ValueError(f"no check is named {name!r}; {nearest(name, check_names())}")
     module, _, attribute = _CHECKS[name].partition(":")
     found: type[Check] = getattr(importlib.import_module(f"gnomon.cases.{module}"), attribute)
     return found

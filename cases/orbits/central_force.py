@@ -1,4 +1,7 @@
-"""Central motions in a plane: the isotropic oscillator, a mass hanging through a hole, k/r, a dumbbell on a spring."""
+"""Central motions in a plane: isotropic oscillator, string through a hole, attraction k/r, dumbbell with a spring.
+
+Cases: central_force_conservation, central_force_hanging_mass, central_force_logarithmic, dumbbell_spring.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from gnomon.cases.core.two_masses_scene import polar_pair, polar_point
 from gnomon.cases.oscillators.well import WellCase
 from gnomon.reference.numerics.precision import Number, quantity
 from gnomon.reference.numerics.well import WellMotion
-from gnomon.reference.numerics.wells import HangingMass, Logarithmic, SpringDumbbell
+from gnomon.reference.orbits.central_force import HangingMass, Logarithmic, SpringDumbbell
 from gnomon.reference.orbits.isotropic_oscillator import IsotropicOscillator
 
 TURNS = Rule("omega is not zero (else the mass passes through the centre)", lambda n: n["omega"] != 0)

@@ -1,4 +1,7 @@
-"""Radial oscillation of a rubber tube: a thin wall, and a wall of any thickness."""
+"""Radial oscillation of a rubber tube: a thin wall, and a wall of any thickness.
+
+Cases: rubber_tube_thin, rubber_tube_thick.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +17,8 @@ from gnomon.cases.core.forms import FirstOrder, Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.oscillators.well import WellCase
 from gnomon.reference.numerics.precision import Number
-from gnomon.reference.numerics.wells import ThickTube
-from gnomon.reference.oscillators.rubber_tube_thick import Pinney
+from gnomon.reference.oscillators.rubber_tube_thick import ThickTube
+from gnomon.reference.oscillators.rubber_tube_thin import Pinney
 
 STRETCH = (Coordinate("x", "1", "dimensionless"), Coordinate("v", "1/s", "rate"))
 

@@ -1,4 +1,7 @@
-"""Small vibrations of three masses in a row, without damping."""
+"""Small vibrations of three masses in a row, without damping.
+
+Cases: small_vibrations_3dof_chain, small_vibrations_mdof.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, posi
 from gnomon.cases.core.row_scene import masses_in_a_row
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
-from gnomon.reference.oscillators.vibrations import Matrix, Vibrations, chain
+from gnomon.reference.oscillators.small_vibrations import Matrix, Vibrations, chain
 
 STATE = tuple(
     [Coordinate(f"x{i}", "m", "length") for i in (1, 2, 3)]

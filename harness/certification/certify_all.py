@@ -22,9 +22,9 @@ def settings(named: Sequence[str], variants: bool) -> list[Setting]:
     Raises ValueError for an unknown name.
     """
     found: list[Setting] = []
-    for name in named or (*cases.names(), *cases.checks()):
+    for name in named or (*cases.names(), *cases.check_names()):
         base, slash, variant = name.partition("/")
-        kind = cases.check_class(base) if base in cases.checks() else cases.case_class(base)
+        kind = cases.check_class(base) if base in cases.check_names() else cases.case_class(base)
         if slash:
             found.append((base, None if variant == "default" else variant))
             kind._variant(found[-1][1])
@@ -51,7 +51,7 @@ def certificate(setting: Setting) -> Certificate:
     name, variant = setting
     begin = time.process_time()
     try:
-        if name in cases.checks():
+        if name in cases.check_names():
             made: Certificate = certify_check(cases.get_check(name, variant))
         else:
             made = certify(cases.get(name, variant))

@@ -11,7 +11,7 @@ import flint
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.theta import Jacobi, Values, accumulated, reals
 from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop, SphericalPendulum
-from gnomon.reference.rigid_bodies.top_attitude import TopAttitude
+from gnomon.reference.rigid_bodies.lagrange_top_attitude import TopAttitude
 
 Balls = list[Any]
 

@@ -19,7 +19,7 @@ from gnomon.reference.numerics.theta import Jacobi, Values, accumulated, reals, 
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop, SphericalPendulum
-from gnomon.reference.rigid_bodies.top_attitude import TopAttitude
+from gnomon.reference.rigid_bodies.lagrange_top_attitude import TopAttitude
 
 SPARE = 5
 """Digits of a quadrature beyond those asked of the state."""

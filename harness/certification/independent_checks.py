@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas
-from gnomon.cases import checks, get_check
+from gnomon.cases import check_names, get_check
 from gnomon.cases.core.check import Check
 from gnomon.harness.certification import (
     independent_bodies,
@@ -69,7 +69,7 @@ def run_checks(
 def everything() -> list[Check]:
     """All checks, each with all its variants."""
     found = []
-    for name in checks():
+    for name in check_names():
         default = get_check(name)
         found += [default, *(get_check(name, variant.name) for variant in default.variants)]
     return found

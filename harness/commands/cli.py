@@ -162,7 +162,7 @@ def show(
 
     if plot is not None and plot.suffix not in DRAWINGS:
         raise ValueError(f"--plot {plot}: a drawing is {', '.join(DRAWINGS)}")
-    if case.partition("/")[0] in cases.checks():
+    if case.partition("/")[0] in cases.check_names():
         if plot is not None:
             raise ValueError(f"{case} is a check, without motion: there is nothing to draw")
         describe_check(_chosen_check(case, parameters), out)
@@ -219,7 +219,7 @@ def run(
     chosen_suite = plan.suite(suite)
     if case:
         chosen_suite = replace(chosen_suite, rest=None)  # who names a case wants the whole of it
-    without = [name for name in case or () if name.partition("/")[0] in cases.checks()]
+    without = [name for name in case or () if name.partition("/")[0] in cases.check_names()]
     if without:
         raise ValueError(f"{without[0]} is a check, without motion: `gnomon certify {without[0]}` confirms it")
     if limit is not None:

@@ -23,7 +23,7 @@ def cases_table() -> Table:
 def checks_table() -> Table:
     from gnomon import cases
 
-    return _scenes_table("Checks, without motion", "check", [(n, cases.check_class(n)) for n in cases.checks()])
+    return _scenes_table("Checks, without motion", "check", [(n, cases.check_class(n)) for n in cases.check_names()])
 
 
 def _scenes_table(title: str, column: str, kinds: Iterable[tuple[str, type[Case] | type[Check]]]) -> Table:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
@@ -18,6 +19,7 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Toler
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.contract.validation import short
 from gnomon.harness.registry import lookup
+from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
 from gnomon import cases
@@ -35,7 +37,8 @@ FEWEST = 8
 SIBLING = ("skipped", "a suite takes this integrator on default settings only, once; name it to run it here")
 DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 """Steps on the variants `engines`, whose sample times are multiples of 0.01 s."""
-_SOURCES = ("gnomon.harness.integrators", "gnomon.harness.adapters", "gnomon.harness.kernels.equations")
+_THIS_PROCESS = secrets.token_hex(16)
+"""In the key of what has no file: its trials are run again in every process."""
 
 
 @dataclass(frozen=True)
@@ -173,9 +176,6 @@ class Series:
 
     def _key_parts(self, problem: Problem) -> list[str]:
         numbers = {name: str(value) for name, value in self.case.numbers.items()} | {"span": str(self.case.span)}
-        module = type(self.integrator).__module__
-        package = module.partition(".")[0]
-        within = _SOURCES if package == "gnomon" else (*_SOURCES, package)
         coding = (
             "" if self.formulation is None else sources.of_value((self.formulation.encode, self.formulation.decode))
         )
@@ -188,9 +188,9 @@ class Series:
             self.formulation_name,
             coding,
             sources.of_value(self.form),
-            sources.of_module(type(self.case.motion()).__module__, ("gnomon.reference",)),
+            closure(type(self.case).__module__) or _THIS_PROCESS,
             self.integrator.id,
-            sources.of_module(module, within),
+            closure(type(self.integrator).__module__) or _THIS_PROCESS,
             json.dumps(library_versions(self.integrator)),
             environment.machine(),
         ]

@@ -15,17 +15,16 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.turning import turned_cases
-from gnomon.harness.contract import sources
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.system.child_process import main_hidden, process_pool
 from gnomon.reference.storage import diskcache
+from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
 from gnomon import cases
 
 Floats = NDArray[np.float64]
-_SOURCES = ("gnomon.reference", "gnomon.cases")
-_OWN = ("gnomon.harness.scoring.reference_solution", "gnomon.harness.contract.problem")
+_OWN = (__name__, "gnomon.harness.contract.problem")
 
 
 @dataclass(frozen=True)
@@ -97,7 +96,8 @@ def reference(spec: CaseSpec) -> ReferenceSolution:
             {name: np.asarray(getattr(made, name)) for name in ReferenceSolution.__dataclass_fields__}
         )
 
-    return _read(diskcache.cached(_key(spec), build))
+    key = _key(spec)
+    return _read(build() if key is None else diskcache.cached(key, build))
 
 
 def reference_solutions(
@@ -109,7 +109,8 @@ def reference_solutions(
     """
     found: dict[CaseSpec, ReferenceSolution | str] = {}
     for spec in specs:
-        entry = diskcache.load(_key(spec))
+        key = _key(spec)
+        entry = None if key is None else diskcache.load(key)
         if entry is not None:
             found[spec] = _read(entry)
             progress()
@@ -127,9 +128,13 @@ def reference_solutions(
     return found
 
 
-def _key(spec: CaseSpec) -> str:
-    code = sources.of_module(spec.path.partition(":")[0], _SOURCES) + sources.of_module(__name__, _OWN)
-    return f"truth 1\n{code}\n{json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])}"
+def _key(spec: CaseSpec) -> str | None:
+    """None for a case that is written in no file."""
+    code = closure(spec.path.partition(":")[0])
+    if code is None:
+        return None
+    numbers = json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])
+    return f"truth 1\n{code}{closure(*_OWN, within=())}\n{numbers}"
 
 
 def _read(entry: diskcache.Entry) -> ReferenceSolution:

@@ -21,7 +21,8 @@ from gnomon.reference.numerics.balls import ball, precision
 from gnomon.reference.numerics.motion import MANY, Motion
 from gnomon.reference.numerics.pointwise import Floats
 from gnomon.reference.numerics.taylor import MAX_STEPS, Field, _Flow, _fraction, _step, _value
-from gnomon.reference.storage.diskcache import Entry, cached, fingerprint
+from gnomon.reference.storage.diskcache import Entry, cached
+from gnomon.reference.storage.import_closure import closure, modules_of
 
 COARSE = 24
 """Digits of the integration that measures growth."""
@@ -105,7 +106,10 @@ class CertifiedMotion(Motion):
         if len(times) >= MANY:
             return Motion.sample(self, times, span, breaks)
         digest = hashlib.sha256(np.ascontiguousarray(times).tobytes()).hexdigest()
-        key = f"certified {fingerprint('gnomon.reference')} {self!r} {digest}"
+        sources = closure(*modules_of(self))
+        if sources is None:
+            return self.sample_each(times)
+        key = f"certified {sources} {self!r} {digest}"
         return np.asarray(cached(key, lambda: Entry({"states": self.sample_each(times)})).arrays["states"])
 
 

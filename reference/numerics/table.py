@@ -20,7 +20,8 @@ from gnomon.reference.numerics.pointwise import Cycle, Floats, Pointwise
 from gnomon.reference.numerics.precision import exact, working
 from gnomon.reference.numerics.tablecells import BITS, Cells, TooExpensiveError, build
 from gnomon.reference.numerics.tablekernel import evaluate
-from gnomon.reference.storage.diskcache import Entry, fingerprint, load, store_or_warn
+from gnomon.reference.storage.diskcache import Entry, load, store_or_warn
+from gnomon.reference.storage.import_closure import closure, modules_of
 
 CYCLE_DIGITS = 70
 BUDGET = 8000
@@ -101,8 +102,9 @@ def _cells(motion: Pointwise, pieces: tuple[Piece, ...], budget: int) -> Cells |
     key = (motion, pieces)
     if key in _kept:
         return _kept[key]
-    name = f"table {motion!r} {[(str(a), str(b)) for a, b in pieces]} {fingerprint('gnomon.reference')}"
-    if key not in _too_expensive:
+    sources = closure(__name__, *modules_of(motion))
+    name = f"table {motion!r} {[(str(a), str(b)) for a, b in pieces]} {sources}"
+    if sources is not None and key not in _too_expensive:
         entry = load(name)
         if entry is not None and entry.arrays:
             return _kept.setdefault(key, Cells(**entry.arrays))
@@ -114,9 +116,11 @@ def _cells(motion: Pointwise, pieces: tuple[Piece, ...], budget: int) -> Cells |
         _kept[key] = build(motion, pieces, budget)
     except TooExpensiveError:
         _too_expensive[key] = budget
-        store_or_warn(name, Entry(notes=budget))
+        if sources is not None:
+            store_or_warn(name, Entry(notes=budget))
         return None
-    store_or_warn(name, Entry(_kept[key]._asdict()))
+    if sources is not None:
+        store_or_warn(name, Entry(_kept[key]._asdict()))
     return _kept[key]
 
 

@@ -1,4 +1,4 @@
-"""A pendulum on a much lighter cart, where the cosine series of reference/numerics/wells.py needs too many terms.
+"""A pendulum on a much lighter cart, where the cosine series of reference/numerics/well.py needs too many terms.
 
 With the amplitude a and theta = a - sigma^2 the time from a turning point is the integral of 2 sqrt(L mu/(2 g sin(a -
 sigma^2/2) sinc(sigma^2/2))), mu = (M + m sin^2 theta)/(M + m). Next to the bottom, where mu is nearly zero, the variable

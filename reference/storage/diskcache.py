@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib
 import io
 import json
 import os
@@ -12,7 +11,6 @@ import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -32,18 +30,6 @@ class Entry:
 
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     notes: Any = None
-
-
-@cache
-def fingerprint(*packages: str) -> str:
-    """A hash of every Python source of the packages, in subfolders too: part of the key of what they compute."""
-    found = hashlib.sha256()
-    for package in packages:
-        root = Path(next(iter(importlib.import_module(package).__path__)))
-        for path in sorted(root.rglob("*.py")):
-            found.update(f"{path.relative_to(root)} {path.stat().st_size} ".encode())
-            found.update(path.read_bytes())
-    return found.hexdigest()[:16]
 
 
 def folder() -> Path:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from gnomon.cases import checks, get, names
+from gnomon.cases import check_names, get, names
 from gnomon.cases.core.forms import SecondOrder, Values
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.harness.certification import certify_all, certify_long
@@ -163,7 +163,9 @@ def test_settings_are_those_of_cases_and_checks_and_two_processes_agree_with_one
     assert len(chosen) > 2
     one, two = ([replace(c, seconds=0.0) for c in certify_all.certificates(chosen, n)] for n in (1, 2))
     assert one == two
-    assert len(certify_all.settings([], True)) > len(certify_all.settings([], False)) == len(names()) + len(checks())
+    assert (
+        len(certify_all.settings([], True)) > len(certify_all.settings([], False)) == len(names()) + len(check_names())
+    )
     with pytest.raises(ValueError, match="no variant 'wrong'"):
         certify_all.settings(["pendulum_simple/wrong"], False)
 

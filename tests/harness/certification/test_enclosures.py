@@ -13,7 +13,7 @@ from gnomon.reference.orbits.kepler_orbit import Kepler
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop, SphericalPendulum
-from gnomon.reference.rigid_bodies.top_attitude import TopAttitude
+from gnomon.reference.rigid_bodies.lagrange_top_attitude import TopAttitude
 
 F = Fraction
 G = F("9.81")

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from gnomon.cases import checks, get_check
+from gnomon.cases import check_names, get_check
 from gnomon.harness.certification import independent_checks
 from gnomon.harness.certification.independent import IndependentComputation, Unsupported
 
@@ -18,7 +18,7 @@ def errors(check: str, variant: str | None, name: str) -> dict[str, float]:
 
 
 def test_every_check_has_an_opponent() -> None:
-    assert {one.check for one in independent_checks.OPPONENTS} == set(checks())
+    assert {one.check for one in independent_checks.OPPONENTS} == set(check_names())
 
 
 def test_quadrature_of_bodies_keeps_its_tolerance() -> None:

@@ -16,7 +16,7 @@ from gnomon.reference.contact.billiard_ball import BilliardBall
 from gnomon.reference.numerics.balls import ball, refined
 from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.precision import publish, working
-from gnomon.reference.rigid_bodies.top_attitude import Quaternion, matrix, product
+from gnomon.reference.rigid_bodies.lagrange_top_attitude import Quaternion, matrix, product
 
 NOTHING = (flint.arb(0),) * 3
 PIECE = 16

@@ -1,4 +1,7 @@
-"""Foucault's pendulum for small amplitudes, and the model that knows its precession only."""
+"""Foucault's pendulum for small amplitudes, and a model with precession as the only effect of rotation.
+
+Cases: foucault_pendulum_linear, foucault_precession.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +17,8 @@ from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, posi
 from gnomon.cases.core.point_scene import free_point
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.turning import Turning
-from gnomon.cases.pendulums.foucault_linear_scene import SCENE
-from gnomon.reference.pendulums.foucault_linear import Foucault
+from gnomon.cases.pendulums.foucault_pendulum_linear_scene import SCENE
+from gnomon.reference.pendulums.foucault_pendulum_linear import Foucault
 
 TURN = 2 * math.pi
 
