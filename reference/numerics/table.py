@@ -48,11 +48,11 @@ def sample(motion: Pointwise, times: Floats, span: float | None = None, breaks: 
         return motion.sample_each(times)
     dimension = cells.high.shape[2]
     values = np.zeros((len(times), dimension))
-    sure = np.empty(len(times), dtype=np.bool_)
+    proved = np.empty(len(times), dtype=np.bool_)
     period = np.zeros(3) if cycle is None else _parts(cycle.period, 3)
     shift = np.zeros((dimension, 2)) if cycle is None else np.array([_parts(x, 2) for x in cycle.shift])
-    evaluate(times, turns, *cells, period, shift, *_powers(cycle, turns), values, sure)
-    doubtful = np.flatnonzero(~sure)
+    evaluate(times, turns, *cells, period, shift, *_powers(cycle, turns), values, proved)
+    doubtful = np.flatnonzero(~proved)
     if len(doubtful):
         values[doubtful] = motion.sample_each(times[doubtful])
     return values
