@@ -15,7 +15,7 @@ import flint
 
 SMALL = 130
 """A component this many bits below the largest one needs no digits of its own: it may be an exact zero."""
-NOTHING = 2**12
+ZERO_BITS = 2**12
 """A ball around zero narrower than 2**-4096 counts as zero, whatever the unit."""
 MOST_BITS = 2**17
 """More than any motion needs within the domain of its case."""
@@ -106,5 +106,5 @@ def dyadic(x: Any) -> tuple[int, int]:
 
 def _sharp(values: Sequence[Any], wanted: int) -> bool:
     largest = max((abs(x.mid()) for x in values), default=flint.arb(0))
-    floor = (largest * flint.arb(2) ** -(wanted + SMALL)).max(flint.arb(2) ** -NOTHING)
+    floor = (largest * flint.arb(2) ** -(wanted + SMALL)).max(flint.arb(2) ** -ZERO_BITS)
     return all(x.rel_accuracy_bits() >= wanted or x.rad() <= floor for x in values)

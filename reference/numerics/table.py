@@ -27,7 +27,7 @@ CYCLE_DIGITS = 70
 BUDGET = 8000
 """States that a table may cost; as many as there are times, if these are more."""
 MAX_TURNS = 10**7
-OVER = Fraction(1, 2**40)
+OVERLAP = Fraction(1, 2**40)
 """The cells reach beyond a cycle by this fraction of it, because the cycle of a time is decided in doubles."""
 TIE = Fraction(1, 10**19)
 """A relative error that covers breaks known to 20 digits."""
@@ -71,7 +71,7 @@ def _pieces(cycle: Cycle | None, farthest: float, span: float | None, breaks: Se
     """The intervals of a table: those between the breaks, with doubles as ends."""
     if cycle is not None:
         period = Fraction(float(cycle.period))
-        first, last = -period * OVER, period * (1 + OVER)
+        first, last = -period * OVERLAP, period * (1 + OVERLAP)
     elif span is not None and farthest <= span:
         first, last = Fraction(0), Fraction(span)
     else:  # up to a power of two, so that tables are used again

@@ -26,7 +26,7 @@ ROUGH = 80
 """Bits of the first, rough series, which predicts the number of terms at higher precision."""
 MOST_ROUGH = 2**12
 """Most terms of the rough series; a motion that it accepts has enough terms for 600 bits."""
-WIDEST = 1000
+MOST_DOUBLINGS = 1000
 """Doublings of 1 m in the search for a turning point, which ends at about 1e300 m."""
 EXTRA = 60
 EXTRA_BITS = 200
@@ -129,7 +129,7 @@ class WellMotion(Motion):
         bottom = inside
         width = mp.one if mp.isinf(wall) else abs(wall - inside) / 2
         outside = inside + side * width
-        for _ in range(WIDEST):
+        for _ in range(MOST_DOUBLINGS):
             if self._potential(mp, outside) > energy:
                 break
             width = 2 * width if mp.isinf(wall) else (width + abs(wall - inside)) / 2
