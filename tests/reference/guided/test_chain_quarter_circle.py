@@ -58,7 +58,7 @@ def test_the_front_moves_as_integrated(numbers):
 
 
 def test_a_sharp_edge_is_the_chain_off_a_table():
-    """s'' = (g/L) s, s = s0 cosh(w t), but for terms of the order of the radius."""
+    """s'' = (g/L) s, s = s0 cosh(w t), but for terms of the size of the radius."""
     motion = made("9.81", 2, "1e-9", "1e-9", "0.5")
     hangs, enters, _ = motion.event_times(20)
     rate = mpmath.sqrt(mpf("9.81") / 2)

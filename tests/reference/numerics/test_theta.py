@@ -45,8 +45,8 @@ def test_the_addition_theorem_moves_the_argument(limit: bool) -> None:
             Jacobi(flint.arb(1), flint.arb(0), limit=True) if limit else Jacobi(flint.arb("0.7"), flint.arb("0.3"))
         )
         start = Values(*(x.real for x in functions.at(flint.arb("2.9"))))
-        moved, direct = functions.moved(start, flint.arb("1.7")), functions.at(flint.arb("4.6"))
-        assert all(a.overlaps(b) for a, b in zip(moved, direct, strict=True))
+        shifted, direct = functions.shifted(start, flint.arb("1.7")), functions.at(flint.arb("4.6"))
+        assert all(a.overlaps(b) for a, b in zip(shifted, direct, strict=True))
         if limit:
             assert functions.argument(start).contains(flint.arb("2.9").mid())
         else:

@@ -52,10 +52,10 @@ def test_agrees_with_arb():
 
 def test_invariants_of_a_quartic_do_not_depend_on_the_origin():
     f = tuple(map(Fraction, (3, -1, 4, 1, -5)))
-    moved = tuple(
+    shifted = tuple(
         sum((f[n] * mpmath.binomial(n, k) * 2 ** (n - k) for n in range(k, 5)), 0) for k in range(5)
     )  # f(x + 2)
-    assert invariants(f) == invariants(tuple(Fraction(int(c)) for c in moved))
+    assert invariants(f) == invariants(tuple(Fraction(int(c)) for c in shifted))
 
 
 def test_polynomial_of_degree_two_is_elementary():

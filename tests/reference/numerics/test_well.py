@@ -78,7 +78,7 @@ def test_a_circular_motion_keeps_its_radius_exactly():
 
 
 def test_thin_tube_is_isochronous():
-    """For gam -> 0 the period is pi/w but for terms of order gam."""
+    """For gam -> 0 the period is pi/w but for terms of size gam."""
     with mpmath.workdps(30):
         assert abs(MOTIONS["thin tube"].period(20) * 2 / mpmath.pi - 1) < 1e-5
 
