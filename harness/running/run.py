@@ -99,7 +99,7 @@ def compare(
 
 def _check_caches() -> None:
     """Warn where a cache cannot be written, which no worker does. Raises ValueError where another user could write one."""
-    cachefolder.check(cache_folder(), diskcache.folder())
+    cachefolder.prepare(cache_folder(), diskcache.folder())
 
 
 def _reference_solutions(

@@ -153,7 +153,7 @@ def test_a_full_disk_is_warned_of_once_and_leaves_no_partial_file(folder, monkey
     monkeypatch.setattr(os, "replace", full)
     for name in "abc":
         cachefolder.store_or_warn(folder, name, b"content")
-    cachefolder.check(folder)
+    cachefolder.prepare(folder)
     (warning,) = recwarn
     assert "results cannot be written (No space left on device)" in str(warning.message)
     assert sorted(path.name for path in folder.iterdir()) == ["key", "name"]
@@ -166,7 +166,7 @@ def test_child_processes_do_not_warn(tmp_path):
         "import multiprocessing, pathlib, sys\n"
         "from gnomon.reference.storage import cachefolder\n"
         "folder = pathlib.Path(sys.argv[1])\n"
-        "cachefolder.check(folder)\n"
+        "cachefolder.prepare(folder)\n"
         "for _ in range(3):\n"
         "    child = multiprocessing.get_context('fork').Process(\n"
         "        target=cachefolder.store_or_warn, args=(folder / 'below', 'name', b''))\n"
@@ -178,8 +178,8 @@ def test_child_processes_do_not_warn(tmp_path):
     assert run.stderr.count("cannot be written") == 1
 
 
-def test_verifying_a_folder_leaves_no_file(folder):
+def test_preparing_a_folder_leaves_no_file(folder):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        cachefolder.check(folder)
+        cachefolder.prepare(folder)
     assert sorted(path.name for path in folder.iterdir()) == ["key", "name"]
