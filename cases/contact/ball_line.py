@@ -166,7 +166,7 @@ class _BallLineCase(Case):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         with self._within_reach():
-            _ = self._exact.legs  # raises where three balls meet at once
+            _ = self._exact.legs  # raises if three balls meet at the same time
 
     @property
     def _masses(self) -> tuple[Fraction, ...]:

@@ -10,8 +10,9 @@ from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import Equations, FirstOrder
 from gnomon.cases.core.numbers import OutOfReachError
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.certified import CertifiedMotion
-from gnomon.reference.numerics.taylor import ball, flint_arithmetic
+from gnomon.reference.numerics.taylor import flint_arithmetic
 from gnomon.reference.storage.import_closure import closure
 
 

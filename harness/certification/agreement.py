@@ -14,8 +14,9 @@ import numpy as np
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import Equations, FirstOrder
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import exact, working
-from gnomon.reference.numerics.taylor import Field, ball, flint_arithmetic
+from gnomon.reference.numerics.taylor import Field, flint_arithmetic
 
 DIGITS = 50
 """Digits to which a motion is evaluated; the maximum of a count of agreeing digits."""

@@ -96,7 +96,7 @@ def _tilt(top: Any, time: Any, digits: int) -> tuple[tuple[Any, Any], Callable[[
 
         return accumulated(at, time, 2 * functions.quarter / p, digits)
 
-    sn, cn, dn = reals(functions.moved(begin, p * time))
+    sn, cn, dn = reals(functions.shifted(begin, p * time))
     above, below = 1 - u2 + (u2 - u1) * cn * cn, 1 + u1 + (u2 - u1) * sn * sn
     theta = 2 * flint.arb.atan2(above.sqrt(), below.sqrt())
     return (theta, -2 * p * (u2 - u1) * sn * cn * dn / (above * below).sqrt()), turned

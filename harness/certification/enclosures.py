@@ -62,11 +62,11 @@ def pendulum(motion: Pendulum, t: Fraction, digits: int) -> Balls:
     k, rest = square.sqrt(), c * c - rate * rate
     if motion.regime == motion.LIBRATION:
         functions = Jacobi(square, rest)
-        here = reals(functions.moved(Values(s / k, rate / k, c), w * time))
+        here = reals(functions.shifted(Values(s / k, rate / k, c), w * time))
         return [base + 2 * flint.arb.atan2(k * here.sn, here.dn), 2 * w * k * here.cn]
     side = 1 if motion.omega0 > 0 else -1
     functions = Jacobi(1 / square, -rest / square)
-    here = reals(functions.moved(Values(s, c, side * rate / k), side * k * w * time))
+    here = reals(functions.shifted(Values(s, c, side * rate / k), side * k * w * time))
     # theta differs from its mean growth by less than a turn, and half of theta is known up to whole turns.
     half = 2 * flint.arb.atan2(here.sn, here.cn)
     mean = theta0 - base + side * flint.arb.pi() * k * w * time / functions.quarter
@@ -127,7 +127,7 @@ def _asymmetric(motion: EulerTop, time: Any, digits: int) -> tuple[Balls, Any]:
 
     period = None if functions.limit else 2 * functions.quarter / abs(p)
     angle = accumulated(about, time, period, digits)
-    sn, cn, dn = reals(functions.moved(begin, p * time))
+    sn, cn, dn = reals(functions.shifted(begin, p * time))
     here = A * cn, B * sn, C * dn
     own = [here[order.index(k)] for k in range(3)]
     before, after = (

@@ -99,7 +99,7 @@ def compare(
 
 def _verify_caches() -> None:
     """Warn if a cache cannot be written: workers do not warn. Raises ValueError if another user could write to a cache."""
-    cachefolder.check(cache_folder(), diskcache.folder())
+    cachefolder.prepare(cache_folder(), diskcache.folder())
 
 
 def _reference_solutions(

@@ -1,1 +1,1 @@
-"""Exact motions. Friction, impact and loss of contact."""
+"""Exact motions with friction, impact and loss of contact."""

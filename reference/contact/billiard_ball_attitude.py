@@ -18,7 +18,7 @@ from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.precision import publish, working
 from gnomon.reference.rigid_bodies.lagrange_top_attitude import Quaternion, matrix, product
 
-NOTHING = (flint.arb(0),) * 3
+ZERO = (flint.arb(0),) * 3
 PIECE = 16
 """Largest bound of half the angle (rad) for one series, whose loss of digits is proportional to the bound."""
 MOST_PIECES = 256
@@ -43,7 +43,7 @@ class BilliardAttitude(BallMotion):
         here = list(self.centre._rolled(rest))
         start = [ball(w) for w in (self.centre.wx, self.centre.wy, self.centre.wz)]
         slid = turned(start, self.centre.spin_up(), until)
-        return [*here, *self._rows(product(turned(here[4:7], NOTHING, rest), slid))]
+        return [*here, *self._rows(product(turned(here[4:7], ZERO, rest), slid))]
 
     def _rows(self, turn: Quaternion) -> list[Any]:
         rotation, rows = matrix(turn), [[ball(x) for x in self.attitude[3 * i : 3 * i + 3]] for i in range(3)]
@@ -54,7 +54,7 @@ class BilliardAttitude(BallMotion):
             until = self.centre._rolling_time()
             return self._after(until, ball(t) - until)
         start = [ball(w) for w in (self.centre.wx, self.centre.wy, self.centre.wz)]
-        growth = self.centre.spin_up() if self.centre.slides else NOTHING
+        growth = self.centre.spin_up() if self.centre.slides else ZERO
         return [*self.centre._balls(t), *self._rows(turned(start, growth, ball(t)))]
 
 
@@ -62,7 +62,7 @@ def turned(rate: Sequence[Any], growth: Sequence[Any], time: Any) -> Quaternion:
     """The rotation after `time` at the rate `rate` + `growth` t (inertial frame); long times are halved."""
     zero = flint.arb(0)
     square = sum(w * w for w in rate)
-    if growth is NOTHING and square > 0:
+    if growth is ZERO and square > 0:
         half = square.sqrt() * time / 2
         sine = half.sinc() * time / 2
         return (half.cos(), *(w * sine for w in rate))  # type: ignore[return-value]

@@ -69,7 +69,7 @@ class BallLine(Motion):
         pair = min(i for i, w in waits.items() if w == wait)
         if waits.get(pair + 1) == wait:
             raise ValueError(
-                f"balls {pair + 1}, {pair + 2} and {pair + 3} meet at once, where the outcome is undefined"
+                f"balls {pair + 1}, {pair + 2} and {pair + 3} meet at the same time; the outcome is undefined"
             )
         places = tuple(a + b * wait for a, b in zip(x, v, strict=True))
         one, two = self.masses[pair : pair + 2]

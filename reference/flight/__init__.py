@@ -1,1 +1,1 @@
-"""Exact motions. Points in uniform fields: projectiles, drag, charges, pulses."""
+"""Exact motions of points in uniform fields: projectiles, drag, charges, pulses."""

@@ -18,6 +18,7 @@ from gnomon.reference.numerics.linear import LinearMotion, Row
 from gnomon.reference.numerics.motion import Motion
 from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import exact, publish, working
+from gnomon.reference.numerics.vectors import cross, dot
 
 Vector = tuple[Fraction, Fraction, Fraction]
 ZERO: Vector = (Fraction(0), Fraction(0), Fraction(0))
@@ -70,40 +71,40 @@ class Charge(Gyration):
 
     def _cycle(self, mp: Any) -> Cycle | None:
         """Without a force along the magnetic field each gyration is the previous one, shifted by the drift."""
-        square = _dot(self.magnetic, self.magnetic)
-        if not square * self.q_m or _dot(self.electric, self.magnetic):
+        square = dot(self.magnetic, self.magnetic)
+        if not square * self.q_m or dot(self.electric, self.magnetic):
             return None
         period = 2 * mp.pi / mp.sqrt(mp.mpf(self.q_m**2 * square))
-        share = _dot(self.velocity, self.magnetic) / square
+        share = dot(self.velocity, self.magnetic) / square
         pace = [drift + share * field for drift, field in zip(self.drift(), self.magnetic, strict=True)]
         return Cycle(period, (*(mp.mpf(x) * period for x in pace), *[mp.zero] * 3))
 
     def _rate(self) -> float:
         """With a force along the magnetic field no gyration repeats the previous one."""
-        if not _dot(self.electric, self.magnetic):
+        if not dot(self.electric, self.magnetic):
             return 0.0
         return abs(float(self.q_m)) * math.hypot(*map(float, self.magnetic))
 
     def gyration_rate(self, digits: int = 15) -> Any:
         """|q/m| |B| (rad/s)."""
-        return self._derived(digits, lambda: ball(self.q_m**2 * _dot(self.magnetic, self.magnetic)).sqrt())
+        return self._derived(digits, lambda: ball(self.q_m**2 * dot(self.magnetic, self.magnetic)).sqrt())
 
     def gyration_period(self, digits: int = 15) -> Any:
         """Period of the gyration (s); needs a magnetic field."""
-        square = self.q_m**2 * _dot(self.magnetic, self.magnetic)
+        square = self.q_m**2 * dot(self.magnetic, self.magnetic)
         return self._derived(digits, lambda: 2 * flint.arb.pi() / ball(square).sqrt())
 
     def drift(self) -> Vector:
         """The drift velocity E x B / B^2, exactly; needs a magnetic field."""
-        square = _dot(self.magnetic, self.magnetic)
+        square = dot(self.magnetic, self.magnetic)
         x, y, z = cross(self.electric, self.magnetic)
         return x / square, y / square, z / square
 
     def gyroradius(self, digits: int = 15) -> Any:
         """Gyroradius (m): speed normal to the field in the drifting frame, over the gyration rate."""
-        square = _dot(self.magnetic, self.magnetic)
+        square = dot(self.magnetic, self.magnetic)
         moving = tuple(v - d for v, d in zip(self.velocity, self.drift(), strict=True))
-        across = _dot(moving, moving) - _dot(moving, self.magnetic) ** 2 / square
+        across = dot(moving, moving) - dot(moving, self.magnetic) ** 2 / square
         return self._derived(digits, lambda: ball(across / (self.q_m**2 * square)).sqrt())
 
 
@@ -148,11 +149,3 @@ def strike(motion: Motion, rough: float, digits: int) -> tuple[Any, Any, Any]:
     with working(digits + 10) as mp:
         x, y, *_ = motion.state(time, digits)
         return publish([mp.mpf(time)], digits)[0], x, y
-
-
-def cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
-    return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))

@@ -20,9 +20,9 @@ from gnomon.reference.numerics.motion import BallMotion
 
 STEP = 0.05
 """Step of s in the rough inversion of t(s) from which Newton's method starts."""
-MILESTONE = 0.5
+CACHE_STEP = 0.5
 """Step of s: integrals up to its multiples are cached."""
-MOST_MILESTONES = 500
+MOST_CACHED = 500
 STEEPEST = -300.0
 """Beyond this s the fall is vertical to 1e-260 and t(s) is linear."""
 
@@ -94,10 +94,10 @@ class QuadraticDragPlane(BallMotion):
         """An exact number s close to that at t, and the time, the horizontal distance and the rise up to s."""
         with precision(64):
             rough = self._newton(ball(t), flint.arb(self._rough_slope(float(t))))
-        if not rough > float(self._start().mid()) - MILESTONE * MOST_MILESTONES:
+        if not rough > float(self._start().mid()) - CACHE_STEP * MOST_CACHED:
             raise ArithmeticError("the fall is vertical to the last digit computed; give a shorter span")
-        past = max(0, int(float(self._start().mid() - rough) / MILESTONE))
-        slope, *until = _milestone(self, past, flint.ctx.prec)
+        past = max(0, int(float(self._start().mid() - rough) / CACHE_STEP))
+        slope, *until = _cached_integrals(self, past, flint.ctx.prec)
         near = self._newton(ball(t) - until[0], rough, slope)
         return near, *(a + b for a, b in zip(until, self._integrals(near, slope), strict=True))
 
@@ -129,13 +129,13 @@ class QuadraticDragPlane(BallMotion):
 
 
 @lru_cache(maxsize=1024)
-def _milestone(motion: QuadraticDragPlane, number: int, bits: int) -> tuple[Any, Any, Any, Any]:
-    """s at `number` MILESTONEs below the start, and the time, horizontal distance and rise up to it, with `bits`."""
+def _cached_integrals(motion: QuadraticDragPlane, number: int, bits: int) -> tuple[Any, Any, Any, Any]:
+    """s at `number` CACHE_STEPs below the start, and the time, horizontal distance and rise up to it, with `bits`."""
     start = motion._start()
     if number == 0:
         return start, flint.arb(0), flint.arb(0), flint.arb(0)
-    slope, *until = _milestone(motion, number - 1, bits)
-    low = start - number * flint.arb(MILESTONE)
+    slope, *until = _cached_integrals(motion, number - 1, bits)
+    low = start - number * flint.arb(CACHE_STEP)
     return low, *(a + b for a, b in zip(until, motion._integrals(low, slope), strict=True))
 
 

@@ -13,17 +13,13 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.reference.flight.gyration import cross
 from gnomon.reference.numerics.balls import ball, precision
 from gnomon.reference.numerics.motion import BallMotion
+from gnomon.reference.numerics.vectors import cross, dot
 
 Vector = tuple[Fraction, Fraction, Fraction]
 ROUGH_BITS = 128
 LONGEST = 10**40
-
-
-def _dot(a: Vector, b: Vector) -> Fraction:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @dataclass(frozen=True)
@@ -59,24 +55,24 @@ class RelativisticCharge(BallMotion):
     def field_invariants(self) -> tuple[Fraction, Fraction]:
         """E^2 - c^2 B^2 and E.B, which are the same in every inertial frame."""
         return (
-            _dot(self.electric, self.electric) - self.c**2 * _dot(self.magnetic, self.magnetic),
-            _dot(self.electric, self.magnetic),
+            dot(self.electric, self.electric) - self.c**2 * dot(self.magnetic, self.magnetic),
+            dot(self.electric, self.magnetic),
         )
 
     def tangential_acceleration(self, digits: int = 15) -> Any:
         """Tangential acceleration F_t/(m gamma^3) at the start; the velocity must not be zero."""
 
         def formula() -> Any:
-            along = ball(self.q_m * _dot(self.electric, self.proper)) / ball(_dot(self.proper, self.proper)).sqrt()
+            along = ball(self.q_m * dot(self.electric, self.proper)) / ball(dot(self.proper, self.proper)).sqrt()
             return along / (self._time_part() / ball(self.c)) ** 3
 
         return self._derived(digits, formula)
 
     def curvature_radius(self, digits: int = 15) -> Any:
         """Radius of curvature gamma m v^2/F_n at the start, infinite for F_n = 0; the velocity must not be zero."""
-        square = _dot(self.proper, self.proper)
+        square = dot(self.proper, self.proper)
         # F_n in two parts: the part of E normal to u, and (u x B)/gamma
-        share = _dot(self.electric, self.proper) / square
+        share = dot(self.electric, self.proper) / square
         across = [e - share * u for e, u in zip(self.electric, self.proper, strict=True)]
         turned = cross(self.proper, self.magnetic)
         if self.q_m == 0 or (not any(across) and not any(turned)):

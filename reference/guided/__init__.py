@@ -1,1 +1,1 @@
-"""Exact motions. Points, chains and rings guided by wires, curves, surfaces and hoops."""
+"""Exact motions of points, chains and rings guided by wires, curves, surfaces and hoops."""

@@ -15,7 +15,7 @@ from functools import cached_property, lru_cache
 from typing import Any, ClassVar
 
 import flint
-from gnomon.reference.numerics.balls import ball, precision, refined, sign
+from gnomon.reference.numerics.balls import ball, nearest_integer, refined, sign
 from gnomon.reference.numerics.biermann import FromZero
 from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.pointwise import Cycle
@@ -85,9 +85,9 @@ class Hoop(BallMotion):
         offset = flint.arb(0) if self.pull >= 0 else flint.arb.pi()
         if -self.lift > abs(self.pull):  # maxima at +-acos(A/B): one interval about 0, one about pi
             top = ball(self.pull / self.lift).acos()
-            rest = theta - _nearest(theta / turn) * turn
+            rest = theta - nearest_integer(theta / turn) * turn
             offset = flint.arb(0) if abs(rest) < top else flint.arb.pi()
-        return offset + _nearest((theta - offset) / turn) * turn
+        return offset + nearest_integer((theta - offset) / turn) * turn
 
     def _energy(self) -> Any:
         sine, cosine = ball(self.theta0).sin_cos()
@@ -123,7 +123,7 @@ class Hoop(BallMotion):
         solution, period = _start(self, flint.ctx.prec)
         time, turns = ball(t), 0
         if period is not None:
-            turns = _nearest(time / period)
+            turns = nearest_integer(time / period)
             time = time - turns * period
         top, bottom, top_rate, bottom_rate = solution(time)
         angle = 2 * flint.arb.atan2(top, bottom)
@@ -136,7 +136,7 @@ class Hoop(BallMotion):
             forward = way if time > 0 else -way
             extra = forward if (angle > 0) != (forward > 0) else 0
             return [theta + angle + (extra + way * turns) * turn, omega]
-        return [theta + angle + _nearest((self._middle() - theta - angle) / turn) * turn, omega]
+        return [theta + angle + nearest_integer((self._middle() - theta - angle) / turn) * turn, omega]
 
     def _cycle(self, mp: Any) -> Cycle | None:
         if self.regime in (self.REST, self.SEPARATRIX):
@@ -144,13 +144,6 @@ class Hoop(BallMotion):
         (period,) = refined(mp, lambda: [_start(self, flint.ctx.prec)[1]])
         turn = mp.zero if self.regime == self.LIBRATION else 2 * mp.pi * (1 if self.omega0 > 0 else -1)
         return Cycle(period, (turn, mp.zero))
-
-
-def _nearest(x: Any) -> int:
-    """The integer nearest to the midpoint of a ball."""
-    with precision(max(64, flint.ctx.prec)):
-        found = (x.mid() + flint.arb(0.5)).floor().unique_fmpz() if x.is_finite() else 0
-    return int(found) if found is not None else 0
 
 
 @lru_cache(maxsize=32)

@@ -1,1 +1,1 @@
-"""Arithmetic and series that exact motions are computed with."""
+"""Numbers, series, special functions, quadratures and tables from which exact motions are computed."""

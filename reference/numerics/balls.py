@@ -15,7 +15,7 @@ import flint
 
 SMALL = 130
 """A component this many bits below the largest one needs no digits of its own: it may be an exact zero."""
-NOTHING = 2**12
+ZERO_BITS = 2**12
 """A ball around zero narrower than 2**-4096 counts as zero, whatever the unit."""
 MOST_BITS = 2**17
 """More than any motion needs within the domain of its case."""
@@ -49,7 +49,7 @@ def refined(mp: Any, compute: Callable[[], Sequence[Any]]) -> list[Any]:
         with precision(bits):
             values = list(compute())
             if all(x.is_finite() for x in values) and _sharp(values, wanted):
-                return [mp.mpf(_dyadic(x)) for x in values]
+                return [mp.mpf(dyadic(x)) for x in values]
         bits += bits // 2
     raise ArithmeticError(f"{MOST_BITS} bits do not determine the digits of {values}")
 
@@ -85,12 +85,26 @@ def floor_of(compute: Callable[[], Any]) -> int:
     raise ArithmeticError("a number cannot be distinguished from an integer")
 
 
-def _sharp(values: Sequence[Any], wanted: int) -> bool:
-    largest = max((abs(x.mid()) for x in values), default=flint.arb(0))
-    floor = (largest * flint.arb(2) ** -(wanted + SMALL)).max(flint.arb(2) ** -NOTHING)
-    return all(x.rel_accuracy_bits() >= wanted or x.rad() <= floor for x in values)
+def nearest_integer(x: Any) -> int:
+    """The integer nearest to the midpoint of a ball; 0 if it is not finite."""
+    with precision(max(64, flint.ctx.prec)):
+        found = (x.mid() + flint.arb(0.5)).floor().unique_fmpz() if x.is_finite() else 0
+    return int(found) if found is not None else 0
 
 
-def _dyadic(x: Any) -> tuple[int, int]:
+def as_ball(value: Any) -> Any:
+    """The exact value of an mpf as a ball without radius."""
+    sign, mantissa, exponent, _bits = value._mpf_
+    return flint.arb((-int(mantissa) if sign else int(mantissa), int(exponent)))
+
+
+def dyadic(x: Any) -> tuple[int, int]:
+    """Mantissa and exponent (of 2) of the midpoint of a ball, which an mpf takes exactly."""
     mantissa, exponent = x.mid().man_exp()
     return int(mantissa), int(exponent)
+
+
+def _sharp(values: Sequence[Any], wanted: int) -> bool:
+    largest = max((abs(x.mid()) for x in values), default=flint.arb(0))
+    floor = (largest * flint.arb(2) ** -(wanted + SMALL)).max(flint.arb(2) ** -ZERO_BITS)
+    return all(x.rel_accuracy_bits() >= wanted or x.rad() <= floor for x in values)

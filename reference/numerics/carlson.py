@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import flint
+from gnomon.reference.numerics.balls import as_ball, dyadic
 from mpmath.libmp import from_man_exp, round_nearest
 
 
@@ -41,16 +42,9 @@ def _rounded(mp: Any, function: Any, arguments: tuple[Any, ...]) -> Any:
     extra = 30
     while True:
         with flint.ctx.workprec(mp.prec + extra):
-            ball = function(*(flint.acb(_arb(mp, argument)) for argument in arguments)).real
+            ball = function(*(flint.acb(as_ball(mp.mpf(argument))) for argument in arguments)).real
             if ball.is_finite() and ball.rel_accuracy_bits() > mp.prec + 2:
-                mantissa, exponent = ball.mid().man_exp()
-                return mp.make_mpf(from_man_exp(int(mantissa), int(exponent), mp.prec, round_nearest))
+                return mp.make_mpf(from_man_exp(*dyadic(ball), mp.prec, round_nearest))
         extra *= 2
         if extra > 100_000:
             raise ArithmeticError(f"{function.__name__} does not settle at {', '.join(map(str, arguments))}")
-
-
-def _arb(mp: Any, value: Any) -> Any:
-    """The exact value as a ball without radius."""
-    sign, mantissa, exponent, _bits = mp.mpf(value)._mpf_
-    return flint.arb((-int(mantissa) if sign else int(mantissa), exponent))

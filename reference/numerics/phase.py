@@ -14,7 +14,7 @@ from typing import Any
 
 import flint
 import numpy as np
-from gnomon.reference.numerics.balls import ball, precision
+from gnomon.reference.numerics.balls import as_ball, ball, dyadic, precision
 from mpmath.libmp import from_man_exp
 from numpy.typing import NDArray
 
@@ -40,7 +40,7 @@ class CosineSeries:
     def at(self, mp: Any, phi: Any) -> tuple[Any, Any]:
         """(f, integral) as numbers of `mp`; any real phase."""
         with precision(self.bits):
-            angle = to_arb(phi)
+            angle = as_ball(phi)
             z = flint.acb(angle.cos(), angle.sin())
             value = self.mean + self.terms(z).real
             integral = self.mean * angle + self.integrated(z).imag
@@ -111,16 +111,9 @@ def _settled(a: list[Any], bits: int) -> bool:
     return all(abs(x) <= small for x in a[3 * len(a) // 4 :])
 
 
-def to_arb(x: Any) -> Any:
-    """The exact value of an mpf as a ball without radius."""
-    sign, mantissa, exponent, _bits = x._mpf_
-    return flint.arb((-int(mantissa) if sign else int(mantissa), int(exponent)))
-
-
 def to_mpf(mp: Any, x: Any) -> Any:
     """The midpoint of a ball as a number of `mp`."""
-    mantissa, exponent = x.mid().man_exp()
-    return mp.make_mpf(from_man_exp(int(mantissa), int(exponent), mp.prec, "n"))
+    return mp.make_mpf(from_man_exp(*dyadic(x), mp.prec, "n"))
 
 
 class Balls:

@@ -13,19 +13,14 @@ from itertools import pairwise
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import precision
+from gnomon.reference.numerics.balls import dyadic, precision
 
 
 @lru_cache(maxsize=64)
 def _nodes(count: int, bits: int) -> tuple[tuple[tuple[int, int], tuple[int, int]], ...]:
     with precision(bits + 20):
         pairs = [flint.arb.legendre_p_root(count, k, weight=True) for k in range(count)]
-        return tuple((_dyadic(x), _dyadic(w)) for x, w in pairs)
-
-
-def _dyadic(x: Any) -> tuple[int, int]:
-    mantissa, exponent = x.mid().man_exp()
-    return int(mantissa), int(exponent)
+        return tuple((dyadic(x), dyadic(w)) for x, w in pairs)
 
 
 def gauss_legendre(mp: Any, low: Any, high: Any, count: int) -> list[tuple[Any, Any]]:

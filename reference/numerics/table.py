@@ -15,10 +15,10 @@ from typing import Any
 
 import flint
 import numpy as np
-from gnomon.reference.numerics.balls import precision
+from gnomon.reference.numerics.balls import as_ball, precision
 from gnomon.reference.numerics.pointwise import Cycle, Floats, Pointwise
 from gnomon.reference.numerics.precision import exact, working
-from gnomon.reference.numerics.tablecells import BITS, Cells, TooExpensiveError, as_ball, build
+from gnomon.reference.numerics.tablecells import BITS, Cells, TooExpensiveError, build
 from gnomon.reference.numerics.tablekernel import evaluate
 from gnomon.reference.storage.diskcache import Entry, load, store_or_warn
 from gnomon.reference.storage.import_closure import closure, modules_of
@@ -27,7 +27,7 @@ CYCLE_DIGITS = 70
 BUDGET = 8000
 """States that a table may cost; as many as there are times, if these are more."""
 MAX_TURNS = 10**7
-OVER = Fraction(1, 2**40)
+OVERLAP = Fraction(1, 2**40)
 """The cells reach beyond a cycle by this fraction of it, because the cycle of a time is decided in doubles."""
 TIE = Fraction(1, 10**19)
 """A relative error that covers breaks known to 20 digits."""
@@ -48,11 +48,11 @@ def sample(motion: Pointwise, times: Floats, span: float | None = None, breaks: 
         return motion.sample_each(times)
     dimension = cells.high.shape[2]
     values = np.zeros((len(times), dimension))
-    sure = np.empty(len(times), dtype=np.bool_)
+    proved = np.empty(len(times), dtype=np.bool_)
     period = np.zeros(3) if cycle is None else _parts(cycle.period, 3)
     shift = np.zeros((dimension, 2)) if cycle is None else np.array([_parts(x, 2) for x in cycle.shift])
-    evaluate(times, turns, *cells, period, shift, *_powers(cycle, turns), values, sure)
-    doubtful = np.flatnonzero(~sure)
+    evaluate(times, turns, *cells, period, shift, *_powers(cycle, turns), values, proved)
+    doubtful = np.flatnonzero(~proved)
     if len(doubtful):
         values[doubtful] = motion.sample_each(times[doubtful])
     return values
@@ -71,7 +71,7 @@ def _pieces(cycle: Cycle | None, farthest: float, span: float | None, breaks: Se
     """The intervals of a table: those between the breaks, with doubles as ends."""
     if cycle is not None:
         period = Fraction(float(cycle.period))
-        first, last = -period * OVER, period * (1 + OVER)
+        first, last = -period * OVERLAP, period * (1 + OVERLAP)
     elif span is not None and farthest <= span:
         first, last = Fraction(0), Fraction(span)
     else:  # up to a power of two, so that tables are used again

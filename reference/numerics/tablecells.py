@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import flint
 import numpy as np
-from gnomon.reference.numerics.balls import ball, precision
+from gnomon.reference.numerics.balls import as_ball, ball, precision
 from gnomon.reference.numerics.pointwise import SAMPLE_DIGITS, Floats, Pointwise
 
 NODES = 32
@@ -31,7 +31,7 @@ NEGLIGIBLE = 1e-28
 PARTS = 8
 """An accepted cell is divided into this many: their polynomials are shorter, and need no further states."""
 LEAST_CELLS = 8
-ENOUGH = 3.2
+LEAST_DISTANCE = 3.2
 """A cell is accepted, with a margin, if the nearest singularity is this many half widths from its centre."""
 NARROWEST = Fraction(1, 2**24)
 """Fraction of the reach: where a cell this narrow is not accepted, a gap is left; its times are computed one by one."""
@@ -74,7 +74,7 @@ class Fit(NamedTuple):
 
 
 def build(motion: Pointwise, pieces: Sequence[Piece], budget: int) -> Cells:
-    """The cells of all pieces, from left to right; raises TooDearError beyond `budget` states."""
+    """The cells of all pieces, from left to right; raises TooExpensiveError beyond `budget` states."""
     reach = pieces[-1][1] - pieces[0][0]
     width = longest = reach / LEAST_CELLS
     found = []
@@ -94,10 +94,10 @@ def build(motion: Pointwise, pieces: Sequence[Piece], budget: int) -> Cells:
                 found += _cut(start, end, fit.powers, fit.errors)
                 start = end
                 # Not wider before the end of the last rejected cell.
-                grown = min(4.0 if start >= trouble else 1.0, fit.away / ENOUGH)
+                grown = min(4.0 if start >= trouble else 1.0, fit.away / LEAST_DISTANCE)
             else:
                 trouble = end
-                grown = 0.5 if fit is None else min(0.75, (fit.away + 1) / (ENOUGH + 1))
+                grown = 0.5 if fit is None else min(0.75, (fit.away + 1) / (LEAST_DISTANCE + 1))
                 if end - start <= reach * NARROWEST:
                     start, grown = end, 1.0
             width = min(longest, _short(tried * Fraction(grown)))
@@ -206,12 +206,6 @@ def _first(good: Any) -> int:
 def _states(motion: Pointwise, moments: Sequence[Fraction]) -> Any:
     rows = [[as_ball(x) for x in motion.state(t, SAMPLE_DIGITS)] for t in moments]
     return flint.arb_mat(rows)
-
-
-def as_ball(value: Any) -> Any:
-    """An mpf, exactly."""
-    sign, mantissa, exponent, _ = value._mpf_
-    return flint.arb((-int(mantissa) if sign else int(mantissa), int(exponent)))
 
 
 def _sizes(matrix: Any) -> Floats:

@@ -39,9 +39,9 @@ def evaluate(
     steps: NDArray[Any],
     groups: NDArray[Any],
     values: NDArray[Any],
-    sure: NDArray[Any],
+    proved: NDArray[Any],
 ) -> None:
-    """Fill `values` (len(times), dimension); `sure` is true where all values of a time are proved within 0.51 ulp.
+    """Fill `values` (len(times), dimension); `proved` is true where all values of a time are certainly within 0.51 ulp.
 
     `turns`: whole cycles before each time; the first block belongs to min(turns.min(), 0).
     `blocks` and `steps` (stages, count, size, size, 2): the power of stage k's matrix for n turns is
@@ -59,7 +59,7 @@ def evaluate(
     power = np.empty((size, size, 3))  # the last: the sum of magnitudes, because the product may cancel
     for i in range(len(times)):
         n = turns[i]
-        sure[i] = False
+        proved[i] = False
         # t - n*period; the neglected part is below 2**-103 n*period.
         p, e = two_product(n, period[0])
         phase, below = two_sum(times[i], -p)
@@ -131,4 +131,4 @@ def evaluate(
             # The nearest double is uncertain within `off` of a midpoint; the closer neighbour of a power of two is the
             # one below.
             certain = certain and abs(a) > TINY and abs(a_low) + off < (abs(a) - np.nextafter(abs(a), 0.0)) / 2
-        sure[i] = certain
+        proved[i] = certain

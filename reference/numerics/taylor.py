@@ -8,12 +8,12 @@ is no enclosure, and its digits are confirmed by a second run at another precisi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
 import flint
+from gnomon.reference.numerics.balls import ball, dyadic, precision
 from gnomon.reference.numerics.series import Series, Tape
 
 Field = Callable[[Any, tuple[Any, ...]], tuple[Any, ...]]
@@ -34,11 +34,6 @@ def flint_arithmetic() -> dict[str, Callable[..., Any]]:
     return functions
 
 
-def ball(value: Fraction) -> Any:
-    """An exact rational as a ball at the current precision."""
-    return flint.arb(flint.fmpq(value.numerator, value.denominator))
-
-
 def integrate(
     field: Field, state: Sequence[Fraction], times: Sequence[Fraction], digits: int
 ) -> list[tuple[Fraction, ...]]:
@@ -47,7 +42,7 @@ def integrate(
     Returned as exact dyadic fractions. Raises ArithmeticError where a series is not finite, or for too many steps.
     """
     order = math.ceil(digits * math.log(10) / 2) + 2
-    with _precision(math.ceil((digits + 10) * math.log2(10))):
+    with precision(math.ceil((digits + 10) * math.log2(10))):
         now = Fraction(0)
         here = [ball(x) for x in state]
         flow = _Flow(field, len(here))
@@ -90,16 +85,6 @@ class _Flow:
         return [y.c for y in self.state]
 
 
-@contextmanager
-def _precision(bits: int) -> Iterator[None]:
-    before = flint.ctx.prec
-    flint.ctx.prec = bits
-    try:
-        yield
-    finally:
-        flint.ctx.prec = before
-
-
 def _step(series: list[list[Any]], order: int) -> Fraction:
     """The radius of convergence, estimated from the last two coefficients, over e^2; a fraction of few digits."""
     levels = (max(_magnitude(coefficients[k]) for coefficients in series) for k in range(order))
@@ -135,5 +120,5 @@ def _value(coefficients: list[Any], step: Fraction) -> Any:
 
 
 def _fraction(x: Any) -> Fraction:
-    mantissa, exponent = x.mid().man_exp()
-    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+    mantissa, exponent = dyadic(x)
+    return mantissa * Fraction(2) ** exponent

@@ -57,7 +57,7 @@ class Jacobi:
         a, b, c = self.scales
         return Values(a * first / fourth, b * second / fourth, c * third / fourth)
 
-    def moved(self, start: Values, u: Any) -> Values:
+    def shifted(self, start: Values, u: Any) -> Values:
         """The functions of a + u, where `start` holds those of a."""
         s, c, d = start
         x, y, z = self.at(u)

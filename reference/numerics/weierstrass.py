@@ -91,11 +91,11 @@ def solve_quartic(mp: Any, f: Quartic, x0: Number, v0: Number, t: Any) -> tuple[
     return mp.mpf(start) + top / bottom, (top_rate * bottom - top * bottom_rate) / bottom**2
 
 
-def _derivative(f: Sequence[Fraction], order: int, x: Fraction) -> Fraction:
+def _derivative(f: Sequence[Fraction], n: int, x: Fraction) -> Fraction:
     total = Fraction(0)
-    for power in range(len(f) - 1, order - 1, -1):
+    for power in range(len(f) - 1, n - 1, -1):
         factor = 1
-        for i in range(order):
+        for i in range(n):
             factor *= power - i
         total = total * x + f[power] * factor
     return total

@@ -16,9 +16,9 @@ from typing import Any
 
 import flint
 import numpy as np
-from gnomon.reference.numerics.balls import precision
+from gnomon.reference.numerics.balls import as_ball, precision
 from gnomon.reference.numerics.motion import Motion
-from gnomon.reference.numerics.phase import FIRST, MOST, Balls, CosineSeries, cosine_series, to_arb
+from gnomon.reference.numerics.phase import FIRST, MOST, Balls, CosineSeries, cosine_series
 from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import working
 
@@ -26,7 +26,7 @@ ROUGH = 80
 """Bits of the first, rough series, which predicts the number of terms at higher precision."""
 MOST_ROUGH = 2**12
 """Most terms of the rough series; a motion that it accepts has enough terms for 600 bits."""
-WIDEST = 1000
+MOST_DOUBLINGS = 1000
 """Doublings of 1 m in the search for a turning point, which ends at about 1e300 m."""
 EXTRA = 60
 EXTRA_BITS = 200
@@ -129,7 +129,7 @@ class WellMotion(Motion):
         bottom = inside
         width = mp.one if mp.isinf(wall) else abs(wall - inside) / 2
         outside = inside + side * width
-        for _ in range(WIDEST):
+        for _ in range(MOST_DOUBLINGS):
             if self._potential(mp, outside) > energy:
                 break
             width = 2 * width if mp.isinf(wall) else (width + abs(wall - inside)) / 2
@@ -212,7 +212,7 @@ def _shape(motion: WellMotion, bits: int) -> _Shape:
         else:
             start = mp.pi if x0 < middle else mp.zero
 
-        centre, width, total = to_arb(middle), to_arb(reach), to_arb(energy)
+        centre, width, total = as_ball(middle), as_ball(reach), as_ball(energy)
 
         def pace(cosine: Any, sine: Any) -> Any:
             with precision(flint.ctx.prec + EXTRA_BITS):

@@ -1,1 +1,1 @@
-"""Exact motions. Central forces, two and three bodies."""
+"""Exact motions about a centre of force, and of two and three bodies."""

@@ -1,4 +1,4 @@
-"""Central motions in a plane: a mass hanging through a hole, the attraction k/r, a dumbbell on a spring."""
+"""Central motions in a plane: a mass on a string through a hole, the attraction k/r, two masses on a spring."""
 
 from __future__ import annotations
 

@@ -30,9 +30,9 @@ def sample(motion: Any, times: Floats) -> Floats:
     """The nearest doubles to the states of a bound Kepler motion, shape (len(times), 4)."""
     times = np.ascontiguousarray(times, dtype=np.float64)
     values = np.empty((len(times), 4))
-    sure = np.empty(len(times), dtype=np.bool_)
-    _evaluate(times, _constants(motion), _sines(), _factorials(), values, sure)
-    doubtful = np.flatnonzero(~sure)
+    proved = np.empty(len(times), dtype=np.bool_)
+    _evaluate(times, _constants(motion), _sines(), _factorials(), values, proved)
+    doubtful = np.flatnonzero(~proved)
     if len(doubtful):
         values[doubtful] = motion.sample_each(times[doubtful])
     return values
@@ -150,7 +150,7 @@ def _anomaly(M: float, small: float, e: float) -> float:
 
 
 @njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def _evaluate(times: Floats, constants: Floats, sines: Floats, inverse: Floats, values: Floats, sure: Any) -> None:
+def _evaluate(times: Floats, constants: Floats, sines: Floats, inverse: Floats, values: Floats, proved: Any) -> None:
     period, centre = constants[0], constants[1]
     n, n_low, small, small_low, e, e_low = (
         constants[2, 0], constants[2, 1], constants[3, 0], constants[3, 1], constants[4, 0], constants[4, 1],
@@ -213,4 +213,4 @@ def _evaluate(times: Floats, constants: Floats, sines: Floats, inverse: Floats, 
             w, w_low = multiply(w, w_low, rate, rate_low)
             good &= w + (w_low + off) == w + (w_low - off) or (w == 0.0 and off == 0.0)
             values[i, 2 + d] = w + w_low
-        sure[i] = good and math.isfinite(values[i, 0] + values[i, 2])
+        proved[i] = good and math.isfinite(values[i, 0] + values[i, 2])

@@ -16,6 +16,7 @@ from typing import Any
 
 from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import working
+from gnomon.reference.numerics.vectors import cross, dot, subtract
 from gnomon.reference.orbits.conic import Conic
 
 Vector = tuple[Fraction, Fraction, Fraction]
@@ -44,19 +45,19 @@ class Homographic(Conic):
     @cached_property
     def _side(self) -> tuple[Vector, Vector]:
         """Position and velocity of body 2 relative to body 1."""
-        return _minus(self.places[1], self.places[0]), _minus(self.velocities[1], self.velocities[0])
+        return subtract(self.places[1], self.places[0]), subtract(self.velocities[1], self.velocities[0])
 
     @cached_property
     def _rr(self) -> Fraction:
-        return _dot(self._side[0], self._side[0])
+        return Fraction(dot(self._side[0], self._side[0]))
 
     @cached_property
     def _vv(self) -> Fraction:
-        return _dot(self._side[1], self._side[1])
+        return Fraction(dot(self._side[1], self._side[1]))
 
     @cached_property
     def _rv(self) -> Fraction:
-        return _dot(*self._side)
+        return Fraction(dot(*self._side))
 
     @cached_property
     def _hh(self) -> Fraction:
@@ -115,30 +116,18 @@ class Homographic(Conic):
 
 def keeps_its_shape(places: Sequence[Sequence[Fraction]], velocities: Sequence[Sequence[Fraction]]) -> bool:
     """Whether three bodies form an equilateral triangle and move as one similarity that rotates, decided exactly."""
-    first, second = (_minus(places[i], places[0]) for i in (1, 2))
-    pace, other = (_minus(velocities[i], velocities[0]) for i in (1, 2))
-    square = _dot(first, first)
-    if not square or not square == _dot(second, second) == 2 * _dot(first, second):
+    first, second = (subtract(places[i], places[0]) for i in (1, 2))
+    pace, other = (subtract(velocities[i], velocities[0]) for i in (1, 2))
+    square = dot(first, first)
+    if not square or not square == dot(second, second) == 2 * dot(first, second):
         return False
-    normal = _cross(first, second)
-    growth = _dot(pace, first) / square
-    turn = _dot(pace, _cross(normal, first)) / (square * _dot(normal, normal))
+    normal = cross(first, second)
+    growth = dot(pace, first) / square
+    turn = dot(pace, cross(normal, first)) / (square * dot(normal, normal))
     if not turn:
         return False
     for side, rate in ((first, pace), (second, other)):
-        across = _cross(normal, side)
+        across = cross(normal, side)
         if any(v != growth * r + turn * n for v, r, n in zip(rate, side, across, strict=True)):
             return False
     return True
-
-
-def _minus(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _dot(a: Vector, b: Vector) -> Fraction:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

@@ -19,7 +19,7 @@ class SpringPair(Motion):
     """m1 x1'' = k (x2 - x1 - rest) + m1 a, m2 x2'' = -k (x2 - x1 - rest) + m2 a along each of several axes.
 
     `places` and `velocities` hold a pair (body 1, body 2) for each axis, `rests` and `pulls` the rest length and the
-    acceleration a. State: x of body 1, of body 2, then the velocities in the same order.
+    acceleration a. State: x of body 1, of body 2, then the velocities in the same sequence.
     """
 
     m1: Fraction

@@ -1,1 +1,1 @@
-"""Exact motions. Oscillators: free, damped, forced, nonlinear, coupled."""
+"""Exact motions of oscillators: free, damped, forced, nonlinear, coupled."""

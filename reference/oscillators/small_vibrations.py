@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import precision
+from gnomon.reference.numerics.balls import dyadic, precision
 from gnomon.reference.numerics.linear import LinearMotion, Row
 from gnomon.reference.numerics.precision import publish, working
 
@@ -83,12 +83,7 @@ class Vibrations(LinearMotion):
         with precision(mp.prec + 30):
             found = flint.fmpq_mat(size, size, entries).charpoly().complex_roots()
             return [
-                mp.mpc(mp.mpf(_dyadic(root.real)), mp.mpf(_dyadic(root.imag)))
+                mp.mpc(mp.mpf(dyadic(root.real)), mp.mpf(dyadic(root.imag)))
                 for root, times in found
                 for _ in range(times)
             ]
-
-
-def _dyadic(x: Any) -> tuple[int, int]:
-    mantissa, exponent = x.mid().man_exp()
-    return int(mantissa), int(exponent)

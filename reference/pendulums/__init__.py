@@ -1,1 +1,1 @@
-"""Exact motions. Pendulums: plane, spherical, on carts and springs, Foucault's."""
+"""Exact motions of pendulums: plane, spherical, on carts and springs, Foucault's."""

@@ -146,7 +146,7 @@ class DampedPendulum(BallMotion):
 
 
 class SwingSequence:
-    """The swings of one motion, at the current precision when they were asked for."""
+    """The swings of one motion, computed on demand, always at the same precision."""
 
     def __init__(self, motion: DampedPendulum) -> None:
         self.motion = motion

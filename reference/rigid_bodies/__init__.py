@@ -1,1 +1,1 @@
-"""Exact motions. Rigid bodies: free, tops, rolling, in a resisting medium, machines."""
+"""Exact motions of rigid bodies: free, tops, rolling, in a resisting medium, machines."""

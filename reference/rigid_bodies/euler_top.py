@@ -229,12 +229,12 @@ class Ordered:
     def of(cls, top: EulerTop) -> Ordered:
         low, middle, high = sorted(range(3), key=lambda k: top.moments[k])
         energy, momentum = top.twice_energy, top.momentum_squared
-        order = (low, middle, high) if momentum >= energy * top.moments[middle] else (high, middle, low)
-        even = order in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+        labels = (low, middle, high) if momentum >= energy * top.moments[middle] else (high, middle, low)
+        even = labels in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
         signs = (1, 1 if even else -1, 1)
-        axes = tuple(tuple(s if j == k else 0 for j in range(3)) for k, s in zip(order, signs, strict=True))
-        i1, i2, i3 = (top.moments[k] for k in order)
-        rates = tuple(s * top.rates[k] for k, s in zip(order, signs, strict=True))
+        axes = tuple(tuple(s if j == k else 0 for j in range(3)) for k, s in zip(labels, signs, strict=True))
+        i1, i2, i3 = (top.moments[k] for k in labels)
+        rates = tuple(s * top.rates[k] for k, s in zip(labels, signs, strict=True))
         below, above = energy * i3 - momentum, momentum - energy * i1
         scale = (i3 - i2) * above
         return cls(

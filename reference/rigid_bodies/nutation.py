@@ -15,6 +15,7 @@ from itertools import pairwise
 from typing import Any
 
 import flint
+from gnomon.reference.numerics.balls import nearest_integer
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ class Nutating:
     def at(self, t: Any) -> TiltState:
         start, (u1, u2, _) = self.start, self.roots
         tau = self.tau0 + self.p * t
-        turns = _nearest(tau / (2 * self.quarter))
+        turns = nearest_integer(tau / (2 * self.quarter))
         phase = amplitude(tau - 2 * turns * self.quarter, self.m, self.mc)
         sn, cn = phase.sin_cos()
         plus, minus = (
@@ -269,9 +270,3 @@ def _rf(x: Any, y: Any, z: Any) -> Any:
 
 def _rj(x: Any, y: Any, z: Any, p: Any) -> Any:
     return flint.acb.elliptic_rj(flint.acb(x), flint.acb(y), flint.acb(z), flint.acb(p)).real
-
-
-def _nearest(x: Any) -> int:
-    """The integer nearest to the midpoint of a ball."""
-    found = (x.mid() + flint.arb(0.5)).floor().unique_fmpz() if x.is_finite() else 0
-    return int(found) if found is not None else 0

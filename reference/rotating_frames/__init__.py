@@ -1,1 +1,1 @@
-"""Exact motions. Falls and tunnels in the frame of a turning planet."""
+"""Exact motions in rotating frames: falls and tunnels on a rotating planet."""

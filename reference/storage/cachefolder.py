@@ -61,11 +61,11 @@ def store_or_warn(folder: Path, name: str, content: bytes) -> None:
         _warn({folder: error})
 
 
-def check(*folders: Path) -> None:
+def prepare(*folders: Path) -> None:
     """Make the folders; warn of those that cannot be written. Raises ValueError where another user could write one."""
     failed = {}
     for folder in folders:
-        name = f".check.{os.getpid()}"
+        name = f".probe.{os.getpid()}"
         try:
             store(folder, name, bytes(_BLOCK))
             with _opened(folder) as descriptor:

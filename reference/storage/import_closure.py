@@ -1,4 +1,4 @@
-"""What a result depends on: the sources of a module and of all that it imports, as one hash in the result's key."""
+"""One hash of the sources of a module and of all that it imports: the part of a result's key that stands for code."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ OURS = "gnomon"
 
 
 class _Source(NamedTuple):
-    """A module's file, a hash of it, the names that it imports (functions or classes among them), whether it acts.
+    """A module's file, a hash of it, the names that it imports (functions and classes included), whether it acts.
 
-    A module acts where it does more, when it is imported, than import, define functions and state `__all__`.
+    A module acts if its import does more than import, define functions and set `__all__`.
     """
 
     file: Path
@@ -31,7 +31,7 @@ class _Source(NamedTuple):
 
 @cache
 def closure(*modules: str, within: tuple[str, ...] = (OURS,)) -> str | None:
-    """One hash of `sources`. None where one of `modules` has no file: nothing that depends on it may be kept."""
+    """One hash of `sources`; None if one of `modules` has no file, because results of it must not be kept."""
     found = sources(*modules, within=within)
     if not found.keys() >= {*modules}:
         return None
@@ -41,9 +41,9 @@ def closure(*modules: str, within: tuple[str, ...] = (OURS,)) -> str | None:
 def sources(*modules: str, within: tuple[str, ...] = (OURS,)) -> dict[str, str]:
     """The hash of each module's source, by name: `modules` and all that they import, at any depth, inside functions too.
 
-    Imports are followed under the packages `within` and, of a user's own module, in its top-level package, or in its
-    folder where it has no package. The packages of an imported module are executed with it: their `__init__` counts
-    where it does more than import, define functions and state `__all__`. What has no file, as a notebook, is left out.
+    Imports are followed under the packages `within` and, for a user's own module, in its top-level package, or in its
+    folder if it has no package. The packages of an imported module are executed with it: their `__init__` is included
+    if it does more than import, define functions and set `__all__`. Modules without a file (notebooks) are left out.
     """
     found: dict[str, str] = {}
     waiting, folders = list(modules), set[Path]()
@@ -62,7 +62,7 @@ def sources(*modules: str, within: tuple[str, ...] = (OURS,)) -> dict[str, str]:
 
 
 def forget() -> None:
-    """Read all sources again at the next call: for a process in which they are edited."""
+    """Read all sources again at the next call, for a process in which they are edited."""
     closure.cache_clear()
     _source.cache_clear()
 
@@ -94,7 +94,7 @@ def _is_under(name: str, packages: set[str]) -> bool:
 
 
 def _packages(name: str) -> Iterator[str]:
-    """The packages that a module lies in, innermost first."""
+    """The packages that contain a module, innermost first."""
     while name := name.rpartition(".")[0]:
         yield name
 
@@ -106,7 +106,7 @@ def _acts(package: str) -> bool:
 
 @cache
 def _source(module: str) -> _Source | None:
-    """None for what has no file, or is no module."""
+    """None if there is no such module, or if it has no file."""
     specification = _specification(module)
     origin = getattr(sys.modules.get(module), "__file__", None) if specification is None else specification.origin
     if origin is None or not Path(origin).is_file():
@@ -121,7 +121,7 @@ def _source(module: str) -> _Source | None:
 
 
 def _specification(module: str) -> ModuleSpec | None:
-    """Where a module is found; no module is executed for it, only the packages that it lies in."""
+    """The specification of a module, which is not executed; only the packages that contain it are."""
     package = module.rpartition(".")[0]
     if package:
         above = _specification(package)
@@ -129,7 +129,7 @@ def _specification(module: str) -> ModuleSpec | None:
             return None
     try:
         return importlib.util.find_spec(module)
-    except (ImportError, ValueError):  # ValueError: a script, or what stands in sys.modules without a specification
+    except (ImportError, ValueError):  # ValueError: a script, or an entry of sys.modules without a specification
         return None
 
 

@@ -8,8 +8,9 @@ import mpmath
 import numpy as np
 import pytest
 from gnomon.cases import get
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 
 
 def as_mpf(number):

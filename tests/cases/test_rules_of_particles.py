@@ -61,7 +61,7 @@ BROKEN = (
     ("restitution_impact_1d_2d", {"m1": 1, "m2": 20_000_000}, "m2 <= 1e7 m1"),
     ("oblique_impact", {"initial_state": ("0.1", 0, 0, 0, 1, 0, 0, 0)}, "the discs are apart"),
     ("three_ball_chain", {"initial_state": (0, 2, 1, 1, 0, 0)}, "in order and apart"),
-    ("three_ball_chain", {"initial_state": (0, 1, 2, 1, 0, -1)}, "meet at once"),
+    ("three_ball_chain", {"initial_state": (0, 1, 2, 1, 0, -1)}, "meet at the same time"),
     ("three_ball_chain", {"m2": "1e-6"}, "(1 + e)^2 m1 m3 <= 3.996 e (m1 + m2)(m2 + m3)"),
     ("curve_sliding_small", {"p": "1e-6"}, "the bead rises at most 2000 p"),
     ("newtons_cradle", {"e": "1.5"}, "e = 1.5 is outside"),

@@ -1,4 +1,4 @@
-"""Two ways to check an exact motion that share no formula with it."""
+"""Two ways to verify an exact motion that share no formula with it."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from typing import Any
 import flint
 import mpmath
 import pytest
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.motion import Motion
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 
 STEP = 30
-"""Central differences over 10^-30 s err by 10^-60 of the third derivative; the states carry 100 digits."""
+"""Central differences over 10^-30 s have an error of 10^-60 times the third derivative; states have 100 digits."""
 
 
 @pytest.fixture

@@ -27,8 +27,8 @@ def test_hanging_springs_swing_about_their_sag():
             assert abs(found[1] - right[1]) < 1e-47
 
 
-def test_ball_keeps_its_way_along_a_smooth_incline():
-    """At rational impacts: g = 2 across, dropped from 1 m, e = 1/2: impacts at 1, 2, 2.5, ... and the limit at 3."""
+def test_impacts_do_not_change_the_motion_along_a_smooth_incline():
+    """g = 2 normal to it, dropped from 1 m, e = 1/2: impacts at the rational times 1, 2, 2.5, ..., limit at 3."""
     ball = BouncingBall(Fraction(2), Fraction(1, 2), Fraction(1), Fraction(0))
     motion = BouncingIncline(ball, Fraction(3), Fraction(5), Fraction(-1))
     assert motion.state(1) == (Fraction(11, 2), 0, 2, 1)

@@ -1,4 +1,4 @@
-"""The ballistic pendulum: what the impact keeps, and that the swing after it is the pendulum's."""
+"""The ballistic pendulum: what the impact conserves, and the swing after it."""
 
 from fractions import Fraction
 
@@ -30,6 +30,6 @@ def test_the_bullets_speed_follows_from_the_rise():
         assert abs(200 * mpmath.sqrt(2 * mpf("9.81") * height) - 400) < mpf("1e-25")
 
 
-def test_before_the_impact_the_block_hangs_still():
+def test_before_the_impact_the_block_is_at_rest():
     assert made().state("0.0125") == (-5, 0, 400, 0)
     assert made().state("0.025") == (0, 0, 0, 1)

@@ -3,8 +3,9 @@ from fractions import Fraction
 import mpmath
 import pytest
 from gnomon.reference.contact.billiard_ball import BilliardBall
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 from mpmath import mpf
 
 THROWS = {
@@ -38,7 +39,7 @@ def test_sliding_as_integrated(name):
     (state,) = integrate(field, start, (end,), 60)
     with mpmath.workdps(60):
         pairs = zip(motion.state(end, 50), state, strict=True)
-        # A slip of 1e-12 has lost 12 of 60 digits of its direction.
+        # The direction of a slip of 1e-12 has lost 12 of 60 digits.
         assert max(abs(a - mpf(b.numerator) / b.denominator) for a, b in pairs) < mpf("1e-44")
 
 

@@ -1,4 +1,4 @@
-"""The billiard ball's attitude and its drill against cases that are known by hand."""
+"""The attitude of the billiard ball and the drilling friction against elementary cases."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_without_spin_the_ball_turns_about_one_axis():
 
 
 def test_a_point_of_contact_is_the_plain_ball():
-    """rho = 1e-20 m: the drill takes 1e-17 of the force until the slip is 1e-17 of the start's."""
+    """rho = 1e-20 m: drilling reduces the force by 1e-17 until the slip is 1e-17 of the initial one."""
     numbers = (exact("0.03"), exact("0.2"), exact("9.81"))
     start = (NONE, NONE, Fraction(2), exact("0.5"), Fraction(20), Fraction(-30), Fraction(80))
     drilling = DrillingBall(*numbers, Fraction(1, 10**20), *start)
@@ -44,8 +44,8 @@ def test_a_point_of_contact_is_the_plain_ball():
         assert abs(a - b) < mpmath.mpf(10) ** -14
 
 
-def test_the_drill_ends_at_its_time():
-    """Next to the end nothing is left of slip and drill, and the velocity is the final one."""
+def test_slip_and_drilling_end_at_the_end_time():
+    """Just before the end slip and drilling rate are nearly zero, and the velocity is the final one."""
     case = get("billiard_ball_drill")
     end = exact(case._exact.end_time(60))
     *_, vx, vy, wx, wy, wz = case._exact.state(end * (1 - Fraction(1, 10**12)), 30)

@@ -88,7 +88,7 @@ def test_coulombs_law_holds_while_moving(alpha, mu_k, more, v0, share):
 
 
 @pytest.mark.parametrize("alpha", [0.4, 0.1, 1.0, 1.5707963267948966, 1e-9, 0.7853981633974483])
-def test_the_friction_limit_is_decided_right_one_double_either_side(alpha):
+def test_the_friction_limit_is_decided_correctly_one_double_below_and_above(alpha):
     with mpmath.workdps(60):
         tangent = mpmath.tan(mpmath.mpf(alpha))
         below = above = float(tangent)
@@ -127,7 +127,7 @@ def test_quantities_follow_from_the_work_energy_principle():
 
 
 def test_a_slide_that_nearly_balances_keeps_its_digits():
-    """mu_k one double below tan(alpha): the acceleration is 1e-17 g, and still right to 50 digits."""
+    """mu_k one double below tan(alpha): the acceleration is 1e-17 g, and correct to 50 digits."""
     motion = block(alpha=0.4, mu_k=0.4227932187381618, mu_s=0.4227932187381618, v0=0)
     s, v = motion.state(2, 50)
     assert v < 0
@@ -137,7 +137,7 @@ def test_a_slide_that_nearly_balances_keeps_its_digits():
         assert mpmath.almosteq(s, -2 * excess, rel_eps=mpmath.mpf("1e-49"))
 
 
-def test_what_never_stops_says_so():
+def test_the_stop_time_of_a_block_that_never_stops_is_infinite():
     assert block(v0=-4).stop_time() == mpmath.inf
     assert block(alpha=0, mu_k=0, mu_s=0).stop_time() == mpmath.inf
     assert block(mu_s="0.5").return_time() == mpmath.inf

@@ -62,7 +62,7 @@ def test_agrees_with_following_the_flights(motion, t):
     st.fractions(0, 1, max_denominator=997),
 )
 def test_motion_between_and_at_impacts(g, e, y0, v0, share):
-    """In flight y'' = -g; at an impact the height is zero and the speed is multiplied by -e; nothing sinks below."""
+    """In flight y'' = -g; at an impact the height is zero and the velocity is multiplied by -e; y is never negative."""
     motion = BouncingBall(g, e, y0, v0)
     end = motion.limit_time(60) if e < 1 else motion.impact_time(12, 60)
     t = Fraction(share.numerator * int(end * 10**6), share.denominator * 10**6)
@@ -129,7 +129,7 @@ def test_listed_impacts_end_before_the_first_short_gap():
         assert mpmath.almosteq(speed, ball().speed_after(n - 1, 40) if n > 1 else ball().impact_speed(40), 1e-15)
 
 
-def test_path_length_is_the_sum_of_the_legs():
+def test_path_length_is_the_sum_over_the_flights():
     motion = ball(e="0.9", v0=2)
     g = 9.81
     legs = 2 * 2**2 / (2 * g) + 1 + sum(float(motion.speed_after(n)) ** 2 / g for n in range(1, 400))

@@ -1,4 +1,4 @@
-"""Impacts on the moving table against the table's own place, against the bouncing ball, and in number."""
+"""Impacts on the moving table: at the position of the table, against the bouncing ball, and their number."""
 
 from fractions import Fraction
 
@@ -12,7 +12,7 @@ from gnomon.reference.numerics.precision import exact
 VARIANTS = [None, *(v.name for v in case_class("bouncing_ball_table").variants)]
 
 
-def test_an_accelerated_table_is_a_greater_gravity():
+def test_a_constant_acceleration_of_the_table_adds_to_gravity():
     """A = 0: impacts in closed form."""
     moving = VibratingTable(*map(exact, ("11.81", "0.9", 0, 5, 1, "0.5")))
     still = BouncingBall(*map(exact, ("11.81", "0.9", 1, "0.5")))
@@ -25,8 +25,8 @@ def test_an_accelerated_table_is_a_greater_gravity():
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_ball_and_table_meet_as_seen_from_the_ground(variant):
-    """Parabolas from impact to impact in space, velocities by the law of restitution, and no meeting in between."""
+def test_ball_and_table_meet_in_the_inertial_frame(variant):
+    """Parabolas from impact to impact, velocities by the law of restitution, and no contact in between."""
     case = get("bouncing_ball_table", variant)
     events = case.events(60)
     with mpmath.workdps(60):
@@ -50,6 +50,6 @@ def test_ball_and_table_meet_as_seen_from_the_ground(variant):
             assert abs(v - speed - event.after[1]) < mpmath.mpf("1e-35")
 
 
-def test_crowding_impacts_are_refused():
+def test_accumulating_impacts_are_refused():
     with pytest.raises(ValueError, match="give a shorter span"):
         get("bouncing_ball_table", A=0, e="0.5", span=3)

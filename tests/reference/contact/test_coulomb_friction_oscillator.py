@@ -12,7 +12,7 @@ def oscillator(k=20, g="9.81", mu_k="0.05", mu_s="0.07", x="0.5", v=0):
 
 @pytest.mark.parametrize(("x", "v"), [("0.5", 0), ("-0.5", 0), ("0.1", 2), ("-0.3", "-1"), ("-0.01", "0.01")])
 def test_half_cycle_by_half_cycle(x, v, residual):
-    """Turns one after the other by reflection at the centre, the equation between them, rest after the last."""
+    """Each turning point by reflection at the centre, the equation between them, rest after the last."""
     motion = oscillator(x=x, v=v)
     with mpmath.workdps(60):
         rate, d, limit = mpmath.sqrt(20), mpf("9.81") / 400, mpf("9.81") * 7 / 2000
@@ -60,7 +60,7 @@ def test_without_friction_it_never_stops():
         assert abs(motion.state(100, 50)[0] - mpmath.cos(100 * mpmath.sqrt(20)) / 2) < mpf("1e-49")
 
 
-def test_friction_takes_its_force_times_the_way():
+def test_the_dissipated_energy_is_the_friction_force_times_the_distance():
     motion = oscillator()
     way = sum(
         abs(float(motion.turn_position(n)) - float(motion.turn_position(n - 1))) for n in range(1, motion.turns + 1)
@@ -69,8 +69,8 @@ def test_friction_takes_its_force_times_the_way():
     assert oscillator(x="0.03").turns == 0
 
 
-def test_the_energy_ladder():
-    """Each half cycle costs the friction force times its way."""
+def test_each_half_cycle_dissipates_the_friction_force_times_its_length():
+    """From the energies at successive turning points."""
     motion = oscillator()
     with mpmath.workdps(60):
         before = mpf(20) * mpf("0.25") / 2

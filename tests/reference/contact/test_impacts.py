@@ -1,4 +1,4 @@
-"""Impacts against the laws they must keep: momentum, the ratio of normal speeds, and what the textbook derives."""
+"""Impacts against their laws: momentum, the ratio of normal speeds, and results of the textbook."""
 
 from fractions import Fraction
 
@@ -28,7 +28,7 @@ def test_each_impact_keeps_momentum_and_multiplies_the_relative_speed_by_e():
         assert after.places[i] == after.places[i + 1]
 
 
-def test_three_balls_pass_on_most_where_the_middle_one_is_the_geometric_mean():
+def test_the_last_of_three_balls_is_fastest_if_the_middle_mass_is_the_geometric_mean():
     """v3 = (1 + e)^2 m1 m2 v1/((m1 + m2)(m2 + m3)): highest at m2 = sqrt(m1 m3) = 2."""
 
     def passed_on(middle):
@@ -38,14 +38,14 @@ def test_three_balls_pass_on_most_where_the_middle_one_is_the_geometric_mean():
     assert max(map(passed_on, ("1.9", "1.999", 2, "2.001", "2.1"))) == passed_on(2)
 
 
-def test_as_many_leave_the_cradle_as_come_in():
+def test_in_the_cradle_as_many_balls_leave_as_arrive():
     two = line((1,) * 5, 1, (0, "0.25", 1, "1.5", 2), (1, 1, 0, 0, 0))
     assert two.legs[-1].velocities == (0, 0, 0, 1, 1)
     assert len(two.legs) == 7
 
 
-def test_three_at_once_are_refused():
-    with pytest.raises(ValueError, match="meet at once"):
+def test_three_balls_that_meet_at_the_same_time_are_refused():
+    with pytest.raises(ValueError, match="meet at the same time"):
         _ = line((1, 1, 1), 1, (-1, 0, 1), (1, 0, -1)).legs
 
 
@@ -83,12 +83,12 @@ def test_equal_elastic_discs_leave_at_a_right_angle():
 
 
 def test_discs_that_miss_or_move_apart_do_not_touch():
-    assert not disc(start=(-2, "0.5", 0, 0), speed=(3, 0, 0, 0)).touches  # grazes at no normal speed
+    assert not disc(start=(-2, "0.5", 0, 0), speed=(3, 0, 0, 0)).touches  # grazes at zero normal speed
     assert not disc(speed=(-3, 0, 0, 0)).touches
     assert not disc(speed=(0, 0, 0, 0)).touches
 
 
-def test_the_impact_parts_the_times():
+def test_times_just_before_and_after_the_impact_are_distinguished():
     motion = disc()
     time = Fraction(*motion.impact_time(40).as_integer_ratio())
     assert not motion.is_past(time - Fraction(1, 10**30))

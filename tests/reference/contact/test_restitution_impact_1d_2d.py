@@ -45,7 +45,7 @@ STARTS = [
 
 
 @pytest.mark.parametrize("numbers", STARTS)
-def test_the_line_crosses_what_is_met_one_by_one(numbers):
+def test_the_unfolded_line_has_the_same_impacts(numbers):
     motion = TwoBlocks(*map(Fraction, numbers))
     expected = list(followed(motion))
     assert motion.impacts == len(expected)
@@ -54,7 +54,7 @@ def test_the_line_crosses_what_is_met_one_by_one(numbers):
         assert impact.name == name
         for found, true in zip((impact.time, *impact.places, *impact.after), (time, x1, x2, v1, v2), strict=True):
             assert abs(Fraction(*found.as_integer_ratio()) - true) < Fraction(1, 10**37)
-        # at the very time, a rational number, the state is that after the impact
+        # exactly at the time of the impact, a rational number, the state is that after it
         state = motion.state(time, 40)
         assert motion.passed(time) == n
         assert motion.passed(time - Fraction(1, 10**100)) == n - 1
@@ -66,7 +66,7 @@ def test_the_line_crosses_what_is_met_one_by_one(numbers):
     ("ratio", "count"),
     [(1, 3), (3, 5), (100, 31), (10**4, 314), (10**6, 3141), (10**8, 31415), (10**10, 314159)],
 )
-def test_count_is_galperins(ratio, count):
+def test_the_number_of_impacts_is_that_of_galperin(ratio, count):
     """ceil(pi/atan(sqrt(m1/m2))) - 1; for equal masses and 1 to 3 the last ray is parallel to the line."""
     assert made(ratio).impacts == count
     assert count == math.ceil(math.pi / math.atan(math.sqrt(1 / ratio)) - 1e-9) - 1

@@ -20,7 +20,7 @@ def body(name):
 
 
 @pytest.mark.parametrize("name", BODIES)
-def test_newton_and_euler_hold_on_either_side_of_the_grip(name):
+def test_newtons_and_eulers_equations_hold_while_slipping_and_rolling(name):
     """m v' + I w'/R = m g sin(alpha) with or without slip; friction obeys Coulomb's law."""
     motion = body(name)
     slip_ends = exact(motion.slip_time(60))
@@ -41,12 +41,12 @@ def test_newton_and_euler_hold_on_either_side_of_the_grip(name):
                 assert abs(friction - mpmath.sign(slip) * limit) < mpf("1e-60")
 
 
-def test_a_bowled_ball_keeps_five_sevenths():
+def test_a_bowled_ball_ends_with_five_sevenths_of_its_speed():
     with mpmath.workdps(50):
         assert abs(body("bowled").slip_state(40)[1] - mpf(40) / 7) < mpf("1e-38")
 
 
-def test_the_limit_is_decided_to_the_double():
+def test_the_limit_of_rolling_is_decided_between_neighbouring_doubles():
     for mu, rolls in ((0.42279321873816184, True), (0.4227932187381618, False)):
         numbers = map(exact, (9.81, 0.4, mu / 2, 1, "0.1", 0, 0, 0))
         assert RollingBody(*numbers).can_roll is rolls

@@ -10,7 +10,7 @@ def can(alpha="0.1", lift="0.17", mu_k="0.25"):
     return SlidingCan(*map(Fraction, ("0.02", "9.81", alpha, "0.3", mu_k, lift, 5, 1, 0)))
 
 
-def test_it_sets_off_where_friction_yields():
+def test_sliding_starts_where_gravity_exceeds_friction():
     motion = can()
     with mpmath.workdps(60):
         t, a = motion.onset(50), mpf("0.1")
@@ -30,7 +30,7 @@ def test_the_equation_holds(alpha, t, residual):
     assert residual(can(alpha), rates, t) < mpf("1e-55")
 
 
-def test_the_place_is_the_integral_of_the_velocity():
+def test_the_position_is_the_integral_of_the_velocity():
     motion = can()
     with mpmath.workdps(40):
         begin = motion.onset(40)
@@ -44,13 +44,13 @@ def test_it_holds_or_slides_at_once():
     assert can("0.4").onset() == 0
 
 
-def test_it_lifts_off_where_the_air_carries_it():
+def test_it_lifts_off_where_the_lift_equals_the_weight():
     motion = can(lift="0.25")
     with mpmath.workdps(60):
         t, weight = motion.lift_off(50), mpf("0.02") * mpf("9.81")
         air = mpf("0.25") * (1 - mpmath.exp(-t / 5))
         assert mpmath.almosteq(air, weight * mpmath.cos(mpf("0.1")), mpf("1e-48"))
-        # from there on nothing but the weight along the slope
+        # then only the weight along the slope acts
         s, v = motion.state_at_lift_off(50)
         pull = mpf("9.81") * mpmath.sin(mpf("0.1"))
         found = motion.state(t + 3, 50)
@@ -61,7 +61,7 @@ def test_it_lifts_off_where_the_air_carries_it():
 
 
 def test_the_largest_lift_that_holds():
-    """One double below it the can stays, one above it sets off some time."""
+    """One double below it the can stays, one above it slides at some time."""
     numbers = [Fraction(x) for x in (0.02, 9.81, 0.1, 0.3, 0.25)]
     below, above = (
         SlidingCan(*numbers, Fraction(lift), Fraction(5), Fraction(0), Fraction(0))
@@ -70,5 +70,5 @@ def test_the_largest_lift_that_holds():
     assert below.holds
     assert not above.holds
     assert below.lift < above.holding_lift(30) < above.lift
-    # e^(-t/T) is the share of an ulp that is left: 36.6 time constants
+    # the lift is within an ulp of its limit after 36.6 time constants
     assert 180 < above.onset() < 185

@@ -21,7 +21,7 @@ def test_the_limit_cycle_of_the_book(V):
         assert mpmath.almosteq(motion.stick_time(50), 2 * (xs - xk) / mpf(V), mpf("1e-48"))
         released = motion.release_time(60)
         assert mpmath.almosteq(released, xs / mpf(V), mpf("1e-48"))
-        # Within a slip, by the book's formula; and where it ends.
+        # Within a slip and at its end, by the formula of the book.
         tau = slip / 3
         x, v = motion.state(released + tau, 50)
         assert abs(x - (xk + (xs - xk) * mpmath.cos(w * tau) + mpf(V) / w * mpmath.sin(w * tau))) < mpf("1e-46") * mpf(
@@ -30,7 +30,7 @@ def test_the_limit_cycle_of_the_book(V):
         x, v = motion.state(released + slip, 50)
         assert abs(x - (2 * xk - xs)) < mpf("1e-47") * (1 + mpf(V))
         assert abs(v - mpf(V)) < mpf("1e-46") * (1 + mpf(V))
-        # A whole cycle later all is the same.
+        # A whole cycle later the state is the same.
         a, b = motion.state(released + tau, 50), motion.state(released + tau + 7 * motion.period(60), 50)
         assert abs(a[0] - b[0]) < mpf("1e-46") * (1 + mpf(V))
 
@@ -49,7 +49,7 @@ def test_a_start_at_rest_on_the_belt_slips_first(residual):
     assert motion.state(Fraction(float(time)) + Fraction("0.01"), 40)[1] == mpf("0.5")
 
 
-def test_with_one_coefficient_it_swings_on():
+def test_with_equal_coefficients_it_slips_for_ever():
     motion = block(mu_s="0.3")
     assert not motion.repeats
     with mpmath.workdps(60):
@@ -59,7 +59,7 @@ def test_with_one_coefficient_it_swings_on():
         assert abs(x - mpf("9.81") * mpf("0.3") / 20 - mpmath.sin(5 * w) / (2 * w)) < mpf("1e-48")
 
 
-def test_too_slow_a_swing_never_sticks():
+def test_a_slip_slower_than_the_belt_never_sticks():
     motion = block(x="0.14715", v="0.1")
     assert motion.slips_for_good
     assert motion.first_catch() is None

@@ -34,7 +34,7 @@ def test_the_equation_holds_before_the_end(residual):
     assert residual(motion, rates, Fraction("0.7")) < mpf("1e-55")
 
 
-def test_at_twice_the_centre_it_arrives_without_speed():
+def test_a_gap_at_twice_the_centre_is_reached_without_speed():
     motion = pin(8, 2, m=1, k=4, d0=2, mu="0.5")
     assert motion.fires
     assert motion.strike_speed() == 0

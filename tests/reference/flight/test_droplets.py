@@ -22,7 +22,7 @@ def test_without_drag_the_deflection_is_that_of_the_book():
 
 
 @pytest.mark.parametrize("nu", [400, "1e-9"])
-def test_with_drag_the_pieces_fit_and_obey_their_equations(nu, residual):
+def test_with_drag_the_phases_are_continuous_and_obey_their_equations(nu, residual):
     motion, k = jet(nu), mpf(nu)
     leaves = Fraction(float(motion.time_at(motion.plates)))
     for t, pull in ((leaves / 2, 2100), (leaves * 5 / 4, 0)):
@@ -46,7 +46,7 @@ def test_drag_can_stop_the_drop_short():
     assert float(motion.state(1)[0]) == pytest.approx(0.018, rel=1e-14)
 
 
-def test_the_charge_comes_back_from_the_two_speeds():
+def test_the_charge_follows_from_the_two_speeds():
     a, rho, air, eta, q, field = map(Fraction, ("1e-6", 886, "1.2", "1.8e-5", "8.01e-19", 100000))
     g = Fraction("9.81")
     nu, load = 9 * eta / (2 * a**2 * rho), -g * (1 - air / rho)
@@ -57,7 +57,7 @@ def test_the_charge_comes_back_from_the_two_speeds():
         tau = mass / (6 * mpmath.pi * mpf("1.8e-5") * mpf("1e-6"))
         speed = tau * (mpf("8.01e-14") / mass - mpf("9.81") * (1 - mpf("1.2") / 886))
         y, v = drop.state(1, 50)
-        # 1e5 relaxation times later only the limiting speed is left.
+        # After 1e5 relaxation times the speed is the terminal speed.
         assert mpmath.almosteq(v, speed, mpf("1e-49"))
         assert mpmath.almosteq(y, speed * (1 - tau), mpf("1e-48"))
         assert float(drop.falling_speed()) == pytest.approx(2 / 9 * 884.8 * 9.81 * 1e-12 / 1.8e-5, rel=1e-14)

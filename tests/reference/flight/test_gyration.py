@@ -19,7 +19,7 @@ def dot(a, b):
 
 
 def drift_formula(load, spin, r, v, t):
-    """The textbook's drift, gyration and motion along the axis, at a precision that its cancellation asks for."""
+    """The textbook's drift, gyration and motion along the axis, at the precision that its cancellation requires."""
     w = mpmath.sqrt(dot(spin, spin))
     n = spin / w
     drift = cross(load, n) / w
@@ -69,7 +69,7 @@ def test_drift_and_gyroradius():
 
 
 @pytest.mark.parametrize("rate", ["7.292115e-5", "1e-12", "10"])
-def test_the_fall_on_the_turning_earth(rate):
+def test_the_fall_on_the_rotating_earth(rate):
     motion = RotatingFall(vector(0, 0, "158.5"), vector(1, -2, 3), Fraction("9.81"), Fraction(rate), Fraction("0.89"))
     found = motion.state(5, 50)
     with mpmath.workdps(130):
@@ -80,8 +80,8 @@ def test_the_fall_on_the_turning_earth(rate):
 
 
 @pytest.mark.parametrize("rate", ["7.292115e-5", "1e-12", "10"])
-def test_with_the_centrifugal_force_it_is_free_motion_under_a_turning_gravity(rate):
-    """In the frame at rest, about the axis as real axis of a plane: r'' = e^(i Om t) g_t."""
+def test_with_the_centrifugal_force_it_is_free_motion_under_rotating_gravity(rate):
+    """In the inertial frame, with complex numbers in the plane across the axis: r'' = e^(i Om t) g_t."""
     motion = RotatingFall(
         vector(4, 5, "158.5"), vector(1, -2, 3), Fraction("9.81"), Fraction(rate), Fraction("0.89"), centrifugal=True
     )

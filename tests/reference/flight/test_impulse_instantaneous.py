@@ -1,4 +1,4 @@
-"""The pulse gives its impulse, and the lag behind an instantaneous one; quadrature of the force gives the motion."""
+"""The pulse: its impulse, its lag behind an instantaneous one, and its motion by quadrature of the force."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_the_motion_in_the_pulse_is_the_integral_of_the_force():
         assert abs(mpmath.quad(force, [0, mpmath.mpf("0.1")]) - 3) < mpmath.mpf("1e-35")
 
 
-def test_at_once_the_velocity_jumps():
+def test_the_velocity_jumps_at_an_instantaneous_impulse():
     motion = made(0)
     assert motion.before_the_impulse() == (pytest.approx(0.35, rel=1e-15), 0.5)
     assert motion.state(Fraction(7, 10)) == (pytest.approx(0.35, rel=1e-15), 2)

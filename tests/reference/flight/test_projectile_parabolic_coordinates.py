@@ -1,4 +1,4 @@
-"""The projectile in parabolic coordinates: back in x and y it is the parabola, and the roots go on continuously."""
+"""The projectile in parabolic coordinates: in x and y it is the parabola, and the roots are continuous."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STARTS = {
 
 
 @pytest.mark.parametrize("start", STARTS.values(), ids=STARTS)
-def test_squares_give_the_parabola_and_signs_change_by_way_of_zero(start: tuple[object, ...]) -> None:
+def test_squares_give_the_parabola_and_signs_change_only_at_zero(start: tuple[object, ...]) -> None:
     motion = ParabolicProjectile(*map(exact, start))
     flight = motion.projectile()
     times = [Fraction(k, 64) for k in range(-100, 200)]
@@ -31,7 +31,7 @@ def test_squares_give_the_parabola_and_signs_change_by_way_of_zero(start: tuple[
             found = (xi * eta, (eta**2 - xi**2) / 2, u * eta + xi * v, eta * v - xi * u)
             size = xi**2 + eta**2 + abs(u * eta) + abs(xi * u) + 1
             assert max(abs(a - b) for a, b in zip(found, (x, y, vx, vy), strict=True)) < size * mp.mpf(10) ** -43
-        # Of two neighbours and the two signs of the root the nearer one is the continuation: all gaps are small.
+        # Of the two signs of the root, the one closer to the previous value is the continuation: all steps are small.
         for (a, b, *_), (c, d, *_) in pairwise(states):
             assert (a - c) ** 2 + (b - d) ** 2 <= (a + c) ** 2 + (b + d) ** 2
 

@@ -17,7 +17,8 @@ def vertical(k="0.01", v=40):
 
 @pytest.mark.parametrize(("k", "vx", "vy", "t"), [("0.01", 20, 15, 4), ("0.5", -3, 10, 2), ("1e-10", 20, 15, 3)])
 def test_the_plane_throw_against_a_taylor_integration(k, vx, vy, t, residual):
-    from gnomon.reference.numerics.taylor import ball, integrate
+    from gnomon.reference.numerics.balls import ball
+    from gnomon.reference.numerics.taylor import integrate
 
     motion = thrown(k, vx, vy)
     found = motion.state(t, 50)
@@ -78,7 +79,7 @@ def test_a_vertical_throw_rises_to_its_apex_and_returns_slower(v):
     assert float(motion.return_speed()) == pytest.approx(float(v) / (1 + float(v) ** 2 * 0.01 / 9.81) ** 0.5, rel=1e-14)
 
 
-def test_the_fall_forgets_its_start_without_overflow():
+def test_a_long_fall_reaches_the_terminal_speed_without_overflow():
     height, speed = vertical().state(10**6, 40)
     with mpmath.workdps(60):
         assert speed == -vertical().terminal_speed(40)

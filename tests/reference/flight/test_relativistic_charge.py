@@ -84,8 +84,8 @@ def test_the_equations_of_motion_hold(electric, magnetic, proper):
             assert abs(slope - rate) < mpf("1e-50") * size
 
 
-def test_the_intrinsic_form_of_the_acceleration():
-    """Along the path and the curvature, from differences of the exact motion (6.3.2)."""
+def test_tangential_acceleration_and_curvature():
+    """From differences of the exact motion (6.3.2)."""
     motion = charge((10**6, -3 * 10**5, 2 * 10**5), ("0.002", "-0.01", "0.02"), (C, C // 3, -C // 2))
     with mpmath.workdps(60):
         h = mpf("1e-25")

@@ -18,7 +18,7 @@ def test_tensions_turn_the_pulley():
     assert machine.tensions(30)[0] == pytest.approx(float(first), rel=1e-15)
 
 
-def test_a_double_of_difference_moves_the_machine():
+def test_masses_that_differ_in_the_last_bit_move_the_machine():
     machine = Atwood((Fraction(0),), (Fraction(0),), *map(exact, (10, 1.5000000000000002, 1.5, 0, 1)))
     x, v = machine.state(1000, 30)
     with mpmath.workdps(30):

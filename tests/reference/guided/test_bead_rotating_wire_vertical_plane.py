@@ -1,4 +1,4 @@
-"""The bead on the turning wire against its hyperbolic closed form."""
+"""The bead on the rotating wire against its hyperbolic closed form."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gnomon.reference.guided.bead_rotating_wire_vertical_plane import BeadOnTurn
 
 @pytest.mark.parametrize("start", [("0.1", "0"), ("1", "0.5"), ("0", "2.5")])
 @pytest.mark.parametrize("t", ["1e-9", "0.7", "12.25"])
-def test_growing_dying_and_bounded_parts_add_up(start, t):
+def test_the_motion_is_the_sum_of_growing_decaying_and_bounded_part(start, t):
     rate, g, r0, v0 = Fraction(2), Fraction(10), Fraction(start[0]), Fraction(start[1])
     motion = BeadOnTurningWire(rate, g, r0, v0)
     with mpmath.workdps(70):

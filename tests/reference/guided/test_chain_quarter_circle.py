@@ -3,8 +3,9 @@
 import mpmath
 import pytest
 from gnomon.reference.guided.chain_quarter_circle import ChainQuarter
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 from mpmath import mpf
 
 
@@ -13,7 +14,7 @@ def made(*numbers):
 
 
 def energy(motion, s, v):
-    """Per unit of mass and length: the drop of each element, integrated along the chain."""
+    """Energy per unit mass and length: the drop of each element, integrated along the chain."""
     g, length, radius = (mpf(x.numerator) / x.denominator for x in (motion.g, motion.length, motion.radius))
     quarter = mpmath.pi * radius / 2
 
@@ -57,7 +58,7 @@ def test_the_front_moves_as_integrated(numbers):
 
 
 def test_a_sharp_edge_is_the_chain_off_a_table():
-    """s'' = (g/L) s, s = s0 cosh(w t), but for terms of the order of the radius."""
+    """s'' = (g/L) s, s = s0 cosh(w t), but for terms of the size of the radius."""
     motion = made("9.81", 2, "1e-9", "1e-9", "0.5")
     hangs, enters, _ = motion.event_times(20)
     rate = mpmath.sqrt(mpf("9.81") / 2)

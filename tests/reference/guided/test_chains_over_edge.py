@@ -1,4 +1,4 @@
-"""Chains over an edge: the equation, a Taylor integration up to the end, and the way on as free fall."""
+"""Chains over an edge: the equations of both phases, and a Taylor integration up to the end."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_taylor_integration_reaches_the_end_at_the_leaving_time(motion, taylor):
         assert abs(there[1] - motion.end_speed(50)) < mpmath.mpf(10) ** -44
 
 
-def test_exactly_at_the_limit_of_friction_nothing_moves():
+def test_exactly_at_the_limit_of_friction_the_chain_rests():
     motion = chain(Fraction(1), "0.5", 0)
     assert motion.rests
     assert motion.state(1000) == (mpmath.mpf("0.5"), 0)

@@ -24,7 +24,7 @@ CASES = [
 
 @pytest.mark.parametrize("motion", CASES)
 def test_contact_is_lost_where_the_normal_force_vanishes(motion):
-    """From the state that the pendulum has at the leaving time, to 40 digits of it."""
+    """From the state of the pendulum at the leaving time, which has 40 digits."""
     with mpmath.workdps(60):
         theta, h, omega, u = motion.state(exact(motion.leaving_time(60)) * (1 - exact("1e-50")), 50)
         side = 1 if motion.inside else -1
@@ -55,7 +55,7 @@ def test_flight_ends_on_the_loop():
         assert LOOP.state(exact(end) * exact("0.99"), 50)[1] > 0
 
 
-def test_which_loops_are_left():
+def test_contact_in_a_loop_is_lost_only_at_intermediate_speeds():
     assert not made(True, 5, 1, 0, 5).leaves  # exactly fast enough
     assert made(True, 5, 1, 0, "4.999999999999999").leaves
     assert not made(True, 5, 1, 0, 3).leaves

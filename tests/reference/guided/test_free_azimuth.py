@@ -1,10 +1,11 @@
-"""The governor against its own statics, its linear theory and the spindle's conservation law."""
+"""The governor against Lagrange's equations, statics and linear theory."""
 
 import mpmath
 import pytest
 from gnomon.reference.guided.free_azimuth import Governor
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 from mpmath import mpf
 
 SPINDLE = tuple(map(exact, ("9.81", 1, 2, "0.25", "0.05")))
@@ -39,7 +40,7 @@ def test_it_moves_as_lagranges_equations_integrate(start):
         assert max(abs(a - mpf(b.numerator) / b.denominator) for a, b in zip(state, found, strict=True)) < mpf("1e-46")
 
 
-def test_at_the_steady_angle_the_weight_hangs_at_watts_height():
+def test_the_steady_angle_is_at_watts_height():
     """The height of the cone L cos(theta) is (m + M) g/(m phi'^2)."""
     motion = governor("0.9", 0, 0, 16)
     angle = motion.steady_angle(40)
@@ -60,7 +61,7 @@ def test_small_swings_have_the_linear_frequency():
         assert abs(motion.period(25) * motion.small_frequency(25) / (2 * mpmath.pi) - 1) < mpf("1e-18")
 
 
-def test_what_lifts_the_arms():
+def test_the_arms_are_lifted_above_a_critical_spin():
     """phi'^2 > (m + M) g/(m L) at the spindle: 117.72 (rad/s)^2."""
     assert not governor(0, 0, 1, "10.84").lifted
     assert governor(0, 0, 1, "10.86").lifted

@@ -13,7 +13,7 @@ from gnomon.reference.pendulums.pendulum_simple import Pendulum
 
 
 def test_without_turn_the_tube_holds_a_pendulum():
-    """theta + pi/2 is the angle of a pendulum as long as the tube's radius."""
+    """theta + pi/2 is the angle of a pendulum whose length is the radius of the tube."""
     start = exact(-mpmath.mpf("0.1"))
     motion = OnTorus(exact("9.81"), start, Fraction(0), Fraction(0), Fraction(0), Fraction(2), exact("0.5"))
     with mpmath.workdps(60):

@@ -72,14 +72,14 @@ def test_the_state_repeats_after_a_period(motion, regime):
         turn = 0 if regime == Hoop.LIBRATION else mpmath.sign(motion.state(0)[1]) * 2 * mpmath.pi
         theta, omega = motion.state(1 + 3 * exact(period), 50)
         first = motion.state(1, 50)
-        # The period's error of 1e-60, thrice, shifts the state by rates of a few hundred at most.
+        # Three times the error of the period, 1e-60, times rates of a few hundred at most.
         assert abs(theta - first[0] - 3 * turn) < mpf("1e-46")
         assert abs(omega - first[1]) < mpf("1e-46")
 
 
 @pytest.mark.parametrize("start", [("2", 0), ("0.5", 7), ("3.14159265", 0)])
 def test_without_lift_it_is_the_pendulum_of_jacobi(start):
-    """Two formulas that share nothing."""
+    """Two independent formulas."""
     theta, omega = map(exact, start)
     hoop, pendulum = Hoop(Fraction(9), Fraction(0), theta, omega), Pendulum(Fraction(9), Fraction(1), theta, omega)
     for t in ("0.7", 100):

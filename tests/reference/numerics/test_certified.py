@@ -26,7 +26,7 @@ RIGHT = Pendulum(Fraction(1), Fraction(1), *START)
 
 @pytest.mark.parametrize("t", ["0", "1e-20", "-1e-20", "0.3", "9.7", "-4", "11"])
 @pytest.mark.parametrize("digits", [15, 40, 80])
-def test_pendulum_to_the_digits_asked_for(t, digits):
+def test_pendulum_to_the_requested_digits(t, digits):
     with mpmath.workdps(100):
         for a, b in zip(MOTION.state(t, digits), RIGHT.state(t, 95), strict=True):
             assert abs(a - b) < mpmath.mpf(10) ** -(digits - 1)
@@ -39,14 +39,14 @@ def test_samples_are_the_nearest_doubles():
 
 
 def test_growth_is_that_of_the_saddle():
-    """Released 1e-6 off the top, errors grow as e^t for 14 s until it falls: by six digits, less those to spare."""
+    """Released 1e-6 off the top, errors grow as e^t for the 14 s until it falls: by six digits, with a margin."""
     fall = CertifiedMotion("fall", (Fraction(3141592, 10**6), Fraction(0)), Fraction(14), swing)
     assert 2 < fall.growth(Fraction(14)) < 7
     assert MOTION.growth(Fraction(10)) < 1
 
 
-def test_a_motion_that_loses_all_digits_says_so():
-    """Exactly on the separatrix the distance from the top is lost by e^160."""
+def test_a_motion_that_loses_all_digits_is_refused():
+    """On the separatrix the distance from the top falls by e^160."""
     level = CertifiedMotion("level", (Fraction(0), Fraction(2)), Fraction(80), swing)
     with pytest.raises(ArithmeticError, match="shorten the span"):
         level.state(80)

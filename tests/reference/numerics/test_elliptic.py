@@ -23,7 +23,7 @@ def pair(mp, text):
 @pytest.mark.parametrize("text", PARAMETERS)
 @pytest.mark.parametrize("u", ARGUMENTS)
 def test_sn_cn_dn_agree_with_theta_functions(text, u):
-    """mpmath forms sn, cn, dn from theta functions; both lose what u and 1/mc cost."""
+    """mpmath forms sn, cn, dn from theta functions; both lose the digits of u and 1/mc."""
     with working(100) as mp:
         mc, m = pair(mp, text)
         if m == 0:
@@ -60,7 +60,7 @@ def test_complete_integral_agrees_with_arb(text):
 
 @pytest.mark.parametrize("text", ["1e-12", "0.3", "0.999"])
 @pytest.mark.parametrize("phi", ["0.4", "1.5", "-1.2"])
-def test_incomplete_integral_is_that_integral(text, phi):
+def test_incomplete_integral_agrees_with_quadrature(text, phi):
     with working(40) as mp:
         mc, m = pair(mp, text)
         end = mp.mpf(phi)

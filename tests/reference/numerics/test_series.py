@@ -43,5 +43,5 @@ def test_coefficients_agree_with_numerical_differentiation(name: str) -> None:
         expected = mpmath.taylor(lambda s: theirs(mpmath.mpf("0.375") + 2 * s - s * s), 0, ORDER - 1)
         for mine, theirs_k in zip(y.c, expected, strict=False):
             value = mpmath.mpf(mine.mid().str(60, radius=False))
-            # numerical differentiation at 80 digits leaves far more than 30 at order 12
+            # numerical differentiation at 80 digits leaves far more than 30 digits at the 12th derivative
             assert abs(value - theirs_k) < mpmath.mpf(10) ** -30 * (1 + abs(theirs_k))

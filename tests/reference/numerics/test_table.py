@@ -1,4 +1,4 @@
-"""Sampling by table gives the very doubles that high precision gives, near zeros, far out and in thin layers."""
+"""Sampling by table gives the same doubles as high precision, near zeros, at late times and in thin layers."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ MOTIONS = {
 
 @pytest.fixture(autouse=True)
 def fresh_cache(tmp_path, monkeypatch):
-    """Each test builds its tables: nothing comes from the user's cache."""
+    """Each test builds its tables; the cache of the user is not read."""
     monkeypatch.setattr(diskcache, "folder", lambda: tmp_path)
     monkeypatch.setattr(table, "_kept", {})
     monkeypatch.setattr(table, "_too_expensive", {})
@@ -55,7 +55,7 @@ def fresh_cache(tmp_path, monkeypatch):
 
 @pytest.fixture
 def counted(monkeypatch):
-    """The times that had to be computed one by one."""
+    """Collects the times that were computed one by one."""
     asked = []
     original = Motion.sample_each
 
@@ -84,7 +84,7 @@ def test_values_next_to_zeros_are_nearest_doubles_too(counted):
     zeros = (np.arange(40) + 0.5) * np.pi
     times = np.concatenate([zeros, *(zeros + d for d in (1e-9, -1e-6, 1e-3))])
     found = table.sample(motion, times)
-    # The table errs by up to 2^-78 of the amplitude: values above 2^-18 are never in doubt, those of 2^-53 always.
+    # The error of the table is at most 2^-78 of the amplitude: values above 2^-18 are always proved, 2^-53 never.
     assert 40 <= len(times) - len(counted) <= 120
     assert np.array_equal(found, motion.sample_each(times))
 
@@ -95,8 +95,8 @@ def test_a_million_periods_out():
     assert np.array_equal(table.sample(motion, times), motion.sample_each(times))
 
 
-def test_hardly_any_value_is_left_in_doubt(counted):
-    """Doubt has a probability near the error bound over an ulp, 2**-25."""
+def test_the_table_proves_nearly_all_values(counted):
+    """The probability of an unproved value is about the error bound in ulps, 2**-25."""
     motion = MOTIONS["swing"]
     table.sample(motion, np.random.default_rng(1).uniform(0.1, 1e4, 200_000))
     assert len(counted) < 5
@@ -129,7 +129,7 @@ TURNING = {
 
 
 @pytest.mark.parametrize("motion", [pytest.param(motion, id=name) for name, motion in TURNING.items()])
-def test_cycles_that_turn_and_drift_are_put_together_rightly(motion, counted):
+def test_cycles_that_turn_and_drift_are_composed_correctly(motion, counted):
     """Before the start and up to 1e5 cycles away, nearly all from the table of one cycle."""
     period = float(table.cycle_of(motion).period)
     source = np.random.default_rng(8)
@@ -143,8 +143,8 @@ def test_cycles_that_turn_and_drift_are_put_together_rightly(motion, counted):
                 assert abs(Fraction(value) - x) <= Fraction(51, 100) * Fraction(math.ulp(value))
 
 
-def test_a_small_part_of_a_cycle_is_tabulated_for_itself(counted):
-    """Where the field is weak the gyration takes far longer than the span, and is far larger."""
+def test_a_small_part_of_a_cycle_has_a_table_of_its_own(counted):
+    """In a weak field the gyration is much longer than the span, and much larger than the path."""
     zero = fractions(0, 0, 0)
     motion = Charge(zero, fractions(1, 2, 0), exact(1e-9), zero, fractions(0, 0, 1))
     times = np.linspace(0.01, 10, 40)
@@ -153,8 +153,8 @@ def test_a_small_part_of_a_cycle_is_tabulated_for_itself(counted):
     assert np.array_equal(found, motion.sample_each(times))
 
 
-def test_a_force_that_ends_is_sampled_on_either_side_of_its_end(counted):
-    """The force swings 2.4e5 times before its end at the double nearest to 1.5, which is the first of what follows."""
+def test_a_force_that_ends_is_sampled_before_and_after_its_end(counted):
+    """2.4e5 periods of the force before its end at the double nearest to 1.5, which belongs to the second part."""
     driven = ForcedLinear(*fractions(0, 0, 0, 0, 2, 1e6, 0, 0, 0))
     motion = SwitchedOff(driven, exact(1.5) - Fraction(1, 10**30))
     times = np.append(np.linspace(1.4, 1.6, 3 * MANY), 1.5)
@@ -188,7 +188,7 @@ def test_damaged_table_is_built_anew(tmp_path, monkeypatch):
 
 
 def test_second_process_reads_the_table(tmp_path, monkeypatch):
-    """With the table on disk no state is computed but those in doubt."""
+    """With the table on disk only unproved states are computed."""
     motion = MOTIONS["swing"]
     times = np.linspace(0.1, 10, 50)
     first = table.sample(motion, times)
@@ -199,7 +199,7 @@ def test_second_process_reads_the_table(tmp_path, monkeypatch):
 
 @dataclass(frozen=True)
 class Sawtooth(Motion):
-    """Not smooth: no polynomial fits, so that no table is worth its cost."""
+    """Not smooth: no polynomial is accurate, so that a table costs more than it saves."""
 
     slope: Fraction
 
@@ -212,12 +212,12 @@ def test_motion_without_a_table_is_evaluated_one_by_one(counted, monkeypatch):
     times = np.linspace(0.01, 1e4, MANY)
     found = motion.sample(times)
     assert len(counted) == MANY
-    monkeypatch.setattr(table, "build", None)  # not tried again at the same price
+    monkeypatch.setattr(table, "build", None)  # not tried again with the same budget
     assert np.array_equal(motion.sample(times), found)
     assert np.array_equal(found, motion.sample_each(times))
 
 
-def test_that_a_table_is_too_dear_is_kept_on_disk(monkeypatch):
+def test_that_a_table_is_too_expensive_is_kept_on_disk(monkeypatch):
     motion = Sawtooth(Fraction(2, 3))
     times = np.linspace(0.01, 1e4, 5)
     first = table.sample(motion, times)

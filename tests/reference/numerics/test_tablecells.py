@@ -1,4 +1,4 @@
-"""The cells of a table: the bounds that they carry hold, and what they leave out is little."""
+"""The cells of a table: their error bounds hold, and the gaps between them are narrow."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_a_polynomial_motion_keeps_no_more_powers_than_it_has():
 
 @dataclass(frozen=True)
 class Kink(Motion):
-    """Smooth on both sides of a time that nobody tells."""
+    """Smooth except at one time, which is not among the breaks."""
 
     at: Fraction
 
@@ -64,7 +64,7 @@ class Kink(Motion):
         return (mp.cos(mp.mpf(t)) if t < self.at else mp.sin(mp.mpf(t)),)
 
 
-def test_a_kink_that_nobody_told_leaves_a_narrow_gap():
+def test_a_kink_that_is_no_break_leaves_a_narrow_gap():
     kink, reach = Fraction(1, 3), Fraction(1)
     cells = build(Kink(kink), [(Fraction(0), reach)], BUDGET)
     halves = 1 / cells.inverses[:, 0]
@@ -73,7 +73,7 @@ def test_a_kink_that_nobody_told_leaves_a_narrow_gap():
     assert not np.any((cells.centres[:, 0] - halves < kink) & (kink < cells.centres[:, 0] + halves))
 
 
-def test_a_kink_that_is_told_costs_nothing():
+def test_a_kink_that_is_a_break_needs_few_cells():
     kink = Fraction(float(1 / 3))
     pieces = [(Fraction(0), kink - Fraction(1, 2**54)), (kink + Fraction(1, 2**54), Fraction(1))]
     assert len(build(Kink(Fraction(1, 3)), pieces, 2000).edges) <= 8 * 9

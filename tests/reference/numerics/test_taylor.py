@@ -1,4 +1,4 @@
-"""Taylor integration against motions that are known without it."""
+"""Taylor integration against closed forms."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Any
 
 import mpmath
 import pytest
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.taylor import integrate
 
 
 def number(x: Fraction) -> Any:
@@ -20,7 +21,7 @@ def oscillator(t: Any, state: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 @pytest.mark.parametrize("digits", [20, 50, 90])
-def test_oscillator_has_the_digits_asked_for(digits: int) -> None:
+def test_oscillator_has_the_requested_digits(digits: int) -> None:
     ((x, v),) = integrate(oscillator, (Fraction(1), Fraction(0)), [Fraction(20)], digits)
     with mpmath.workdps(digits + 20):
         # 20 radians of unit rate: the error of a step is not amplified, steps number about 20
@@ -29,7 +30,7 @@ def test_oscillator_has_the_digits_asked_for(digits: int) -> None:
         assert abs(number(v) + mpmath.sin(20)) < tolerance
 
 
-def test_time_dependence_and_a_clockwork_of_stops() -> None:
+def test_a_time_dependent_force_and_several_output_times() -> None:
     def forced(t: Any, state: tuple[Any, ...]) -> tuple[Any, ...]:
         return (3 * t * t,)
 

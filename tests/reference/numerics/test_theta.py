@@ -12,7 +12,7 @@ BITS = 200
 
 
 def close(found: flint.acb, expected: mpmath.mpf) -> bool:
-    """The ball holds the other number, to the 40 digits that it was computed with and is printed to."""
+    """Whether the ball holds the other number, to the 40 digits with which that was computed and printed."""
     printed = flint.arb(mpmath.nstr(expected, 40))
     return bool(abs(found.real - printed) < flint.arb("1e-38"))
 
@@ -27,7 +27,7 @@ def test_values_are_those_of_mpmath(m: str, u: str) -> None:
             assert close(value, mpmath.ellipfun(name, mpmath.mpf(u), m=mpmath.mpf(m)).real)
 
 
-def test_a_wide_ball_holds_the_values_of_its_points_and_the_mean_value_form_is_narrow() -> None:
+def test_on_a_wide_ball_the_mean_value_form_is_narrow_and_holds_the_values_of_all_points() -> None:
     with precision(BITS):
         functions = Jacobi(flint.arb("0.9"), flint.arb("0.1"))
         wide = functions.at(flint.arb("1.3", "0.01"))
@@ -45,8 +45,8 @@ def test_the_addition_theorem_moves_the_argument(limit: bool) -> None:
             Jacobi(flint.arb(1), flint.arb(0), limit=True) if limit else Jacobi(flint.arb("0.7"), flint.arb("0.3"))
         )
         start = Values(*(x.real for x in functions.at(flint.arb("2.9"))))
-        moved, direct = functions.moved(start, flint.arb("1.7")), functions.at(flint.arb("4.6"))
-        assert all(a.overlaps(b) for a, b in zip(moved, direct, strict=True))
+        shifted, direct = functions.shifted(start, flint.arb("1.7")), functions.at(flint.arb("4.6"))
+        assert all(a.overlaps(b) for a, b in zip(shifted, direct, strict=True))
         if limit:
             assert functions.argument(start).contains(flint.arb("2.9").mid())
         else:
@@ -55,7 +55,7 @@ def test_the_addition_theorem_moves_the_argument(limit: bool) -> None:
             assert abs(functions.argument(start) - flint.arb("2.9")) < flint.arb("1e-50")
 
 
-def test_integrals_are_proved_and_need_precision_enough() -> None:
+def test_integrals_are_proved_and_need_enough_precision() -> None:
     with precision(BITS):
         found = integral(lambda s: 1 / (1 + s * s), flint.arb(1), 50)
         assert abs(4 * found - flint.arb.pi()) < flint.arb("1e-49")

@@ -52,10 +52,10 @@ def test_agrees_with_arb():
 
 def test_invariants_of_a_quartic_do_not_depend_on_the_origin():
     f = tuple(map(Fraction, (3, -1, 4, 1, -5)))
-    moved = tuple(
+    shifted = tuple(
         sum((f[n] * mpmath.binomial(n, k) * 2 ** (n - k) for n in range(k, 5)), 0) for k in range(5)
     )  # f(x + 2)
-    assert invariants(f) == invariants(tuple(Fraction(int(c)) for c in moved))
+    assert invariants(f) == invariants(tuple(Fraction(int(c)) for c in shifted))
 
 
 def test_polynomial_of_degree_two_is_elementary():
@@ -77,7 +77,7 @@ def test_logistic_growth_backwards():
         assert abs(v + right * (1 - right)) < mp.mpf(10) ** -50
 
 
-def test_turning_point_moves_the_way_of_the_force():
+def test_a_start_at_rest_moves_along_the_force():
     """x'^2 = 1 - x^2 from x = 1 at rest: cos t, not the equilibrium that x' = 0 alone would allow."""
     f = (Fraction(1), Fraction(0), Fraction(-1), Fraction(0), Fraction(0))
     with working(50) as mp:

@@ -1,4 +1,4 @@
-"""Motions in a well: their equations, a period by an independent quadrature, and the ends of the swing."""
+"""Motions in a potential well: energy, rate, turning points, and the period by an independent quadrature."""
 
 from __future__ import annotations
 
@@ -58,8 +58,8 @@ def test_period_by_gauss_legendre_on_each_half(motion):
 
 
 @pytest.mark.parametrize("motion", CASES)
-def test_energy_is_kept_and_the_swing_ends_at_the_turning_points(motion):
-    """x' is the derivative of x: differences over 1e-25 s; and half a period after a turn comes the other one."""
+def test_the_energy_is_constant_and_the_rate_is_the_derivative(motion):
+    """The derivative by differences over 1e-25 s."""
     with mpmath.workdps(80):
         t, step = exact("1.7"), exact("1e-25")
         index = 1 if isinstance(motion, CartPendulum) else 0
@@ -71,19 +71,19 @@ def test_energy_is_kept_and_the_swing_ends_at_the_turning_points(motion):
         assert abs(energy - motion._energy(mpmath.mp)) < mpmath.mpf(10) ** -68 * size
 
 
-def test_circle_is_rest():
+def test_a_circular_motion_keeps_its_radius_exactly():
     assert made(HangingMass, 1, 0, 0, 2, 10, "2.5", 1).rests
     r, theta, _, omega = made(HangingMass, 1, 0, 0, 2, 10, "2.5", 1).state(1000)
     assert (r, theta, omega) == (1, 2000, 2)
 
 
 def test_thin_tube_is_isochronous():
-    """For gam -> 0 the period is pi/w but for terms of order gam."""
+    """For gam -> 0 the period is pi/w but for terms of size gam."""
     with mpmath.workdps(30):
         assert abs(MOTIONS["thin tube"].period(20) * 2 / mpmath.pi - 1) < 1e-5
 
 
-def test_a_tube_under_sudden_pressure_stretches_until_the_work_is_spent():
+def test_a_tube_under_sudden_pressure_stretches_until_the_energies_are_equal():
     """From rest at x = 1 to w^2 ln(x^2 (1 + gam)/(x^2 + gam)) = p, so x^2 = gam q/(1 + gam - q), q = e^(p/w^2)."""
     motion = made(ThickTube, 3, 2, 1, 0, 2)
     with mpmath.workdps(40):
@@ -97,7 +97,7 @@ def test_a_tube_under_sudden_pressure_stretches_until_the_work_is_spent():
 
 
 def test_a_light_cart_by_quadrature_from_the_turning_point():
-    """The same motion without a cosine series; far lighter carts than that reaches: the energy, and the centre of mass."""
+    """The same motion without a cosine series; for lighter carts, energy and centre of mass."""
     for start in ((0, 2, "0.3", 0), (0, "0.5", 0, "-1.5"), (0, "-0.5", 1, "1.5"), (0, "-0.5", 1, "-1.5"), (0, 0, 0, 1)):
         numbers = [exact(x) for x in (G, 1, "0.5", 1, *start)]
         one, other = LightCart(*numbers), CartPendulum(*numbers)

@@ -1,4 +1,4 @@
-"""The fast way on an ellipse against high precision, value by value."""
+"""Fast sampling of an ellipse against high precision, value by value."""
 
 import math
 from fractions import Fraction
@@ -42,7 +42,7 @@ def test_times_at_and_around_the_pericentre():
 
 
 def test_most_values_need_no_high_precision(monkeypatch):
-    """What stays in doubt is 2**-98 against 2**-53, grown by the slope of Kepler's equation: 1e-3 at most here."""
+    """The share of unproved values is 2**-98 over 2**-53, times the slope of Kepler's equation: at most 1e-3 here."""
     slow = []
     monkeypatch.setattr(Kepler, "sample_each", lambda _, times: slow.extend(times) or np.zeros((len(times), 4)))
     for name in ("e=0.6", "turned, clockwise", "e=0.999999", "thrown up"):

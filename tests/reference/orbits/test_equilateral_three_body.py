@@ -1,4 +1,4 @@
-"""Lagrange's triangle: its sides stay equal, each moves as Kepler says, and Newton's equations agree."""
+"""Lagrange's triangle: its sides stay equal and move on Kepler orbits, and Newton's equations hold."""
 
 from fractions import Fraction
 
@@ -18,7 +18,7 @@ def triangle(turn="0.40625", growth=0, masses=MASSES):
 
 
 def attraction(corners, body):
-    """Of the two other bodies."""
+    """Attraction of a body by the other two."""
     found = [mpf(0)] * 3
     for mass, corner in zip(MASSES, corners, strict=True):
         if corner is not corners[body]:
@@ -64,7 +64,7 @@ def test_sides_stay_equal_and_lie_between_the_apsides():
         assert abs(motion.eccentricity(40) - (longest - shortest) / (longest + shortest)) < mpf("1e-38")
 
 
-def test_a_start_that_is_no_turning_triangle_is_refused():
+def test_a_start_that_is_no_rotating_equilateral_triangle_is_refused():
     good = turning_triangle("0.40625")
     vectors = [good[i : i + 3] for i in range(0, 18, 3)]
     assert keeps_its_shape(vectors[:3], vectors[3:])

@@ -107,7 +107,7 @@ def test_radial_fall():
     assert orbit(1, 1, 0, 0, 1).collision_time() is None
 
 
-def test_nothing_is_after_the_collision():
+def test_times_after_the_collision_are_refused():
     with pytest.raises(ValueError, match="not before the collision"):
         orbit(1, 1, 0, 0, 0).state("1.12")
     with pytest.raises(ValueError, match="not before the collision"):
@@ -181,10 +181,10 @@ FAST = [
 
 
 @pytest.mark.parametrize(("mu", "speed", "across"), FAST)
-def test_a_fast_point_is_deflected_as_rutherford_says(mu, speed, across):
-    """From (1, 0) past the centre at the distance b: turned by 2 atan(mu/(v^2 b)), its path two straight lines.
+def test_a_fast_point_is_deflected_by_rutherfords_formula(mu, speed, across):
+    """From (1, 0) past the centre at the distance b: two straight lines at the angle 2 atan(mu/(v^2 b)).
 
-    That is so to the angle b/r at the start, 1e-12 here at most. In 20 digits e cosh F and e sinh F of the start are equal.
+    The error is the angle b/r at the start, at most 1e-12 here. To 20 digits e cosh F = e sinh F at the start.
     """
     mu, speed, across = map(exact, (mu, speed, across))
     found = Kepler(mu, Fraction(1), Fraction(0), -speed, across).state(22 / speed, 30)

@@ -11,7 +11,7 @@ def fall(mu=1, r=1, v=0):
     return RadialFall(*map(Fraction, (mu, r, v)))
 
 
-def test_a_fall_from_rest_collides_when_the_book_says():
+def test_the_collision_time_of_a_fall_from_rest_is_that_of_the_book():
     with mpmath.workdps(60):
         assert mpmath.almosteq(
             fall(3, 2).collision_time(50), mpmath.pi / (2 * mpmath.sqrt(2)) * mpmath.sqrt(mpf(8) / 3), mpf("1e-48")
@@ -47,6 +47,6 @@ def test_the_equation_holds(residual):
         assert residual(fall(2, 1, v), rates, Fraction("0.1")) < mpf("1e-50")
 
 
-def test_a_fast_plunge_starts_where_it_starts():
+def test_the_state_of_a_fast_plunge_at_zero_is_the_start():
     motion = RadialFall(Fraction(1.7310667649644105), Fraction(1.9646027458576878), Fraction(-1.49467970066063))
     assert [exact(x) for x in motion.state(0, 50)] == [motion.r0, motion.v0]

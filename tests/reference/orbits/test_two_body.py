@@ -1,4 +1,4 @@
-"""Two bodies: by the equations of both, and by a Taylor integration; the heavy one keeps its digits."""
+"""Two bodies: by the equations of both, by a Taylor integration, and by the digits of the heavy body."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_taylor_integration_arrives_at_the_same_state(motion, taylor):
 
 
 def test_heavy_body_keeps_its_digits():
-    """It moves by 1e-9 of the distance: 40 digits of that are the light body's, scaled."""
+    """It moves by 1e-9 of the distance: its motion is that of the light body, scaled, to 40 digits."""
     motion = MOTIONS["planet"]
     state = motion.state(5, 50)
     with mpmath.workdps(60):

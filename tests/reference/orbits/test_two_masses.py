@@ -51,7 +51,7 @@ def test_rod_pulls_along_itself(residual):
 
 
 def test_distance_of_the_second_mass_from_the_parabola_is_constant():
-    """The centre of mass falls as one point, and mass 1 stands at 2/3 l from it."""
+    """The centre of mass moves as one point, and mass 1 is at the distance 2/3 l from it."""
     with mpmath.workdps(60):
         for t in (F("0.3"), F(1000)):
             x, _y, theta, *_ = ROD.state(t, 50)

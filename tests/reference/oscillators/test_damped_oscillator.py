@@ -32,7 +32,7 @@ CASES = [pytest.param(motion, id=name) for name, motion in MOTIONS.items()]
 @pytest.mark.parametrize("motion", CASES)
 @pytest.mark.parametrize("t", ["0.001", "0.77", "6"])
 def test_equation_of_motion_is_satisfied(motion, t, residual):
-    """Differences over 1e-30 err by 1e-60 times the cube of the slow rate: the fast mode is dead by then."""
+    """The error of differences over 1e-30 is 1e-60 times the cube of the slow rate: the fast mode has decayed."""
     b, k = motion.damping / motion.mass, motion.stiffness / motion.mass
     assert residual(motion, lambda mp, y: (y[1], -mp.mpf(b) * y[1] - mp.mpf(k) * y[0]), t) < mpmath.mpf(10) ** -45
 
@@ -90,7 +90,7 @@ def test_logarithmic_decrement_is_the_ratio_of_states_a_period_apart():
 
 
 @pytest.mark.parametrize("motion", [*MOTIONS.values(), damped(1, 3, 1, 1, -5), damped(1, 2, 1, 1, -3)])
-def test_overshoot_is_the_first_zero(motion):
+def test_overshoot_time_is_the_first_zero(motion):
     time = motion.overshoot_time(60)
     if time is None:
         states = [motion.state(Fraction(k, 7) / motion.rates()[1], 20)[0] for k in range(1, 200)]

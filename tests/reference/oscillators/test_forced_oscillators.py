@@ -66,7 +66,7 @@ def test_steady_vibration():
     assert float(motion.steady_amplitude()) == 1
     assert float(motion.phase_lag()) == pytest.approx(mpmath.pi / 2, rel=1e-15)
     assert float(motion.transmissibility()) == pytest.approx(5**0.5, rel=1e-15)
-    # After 200 decay times nothing else is left.
+    # After 200 decay times only the steady vibration is left.
     with mpmath.workdps(60):
         assert mpmath.almosteq(motion.state(400, 50)[0], mpmath.sin(800), mpf("1e-48"))
 

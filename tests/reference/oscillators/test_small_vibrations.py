@@ -1,4 +1,4 @@
-"""The matrix exponential against sums of modes, which it does not use."""
+"""The matrix exponential against sums of modes, which are independent of it."""
 
 from __future__ import annotations
 

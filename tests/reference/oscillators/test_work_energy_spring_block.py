@@ -30,7 +30,7 @@ def test_each_phase_satisfies_its_equation(motion, residual):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_events_are_where_the_block_meets_the_end_of_the_spring(motion):
+def test_events_are_at_the_free_end_of_the_spring(motion):
     with mpmath.workdps(60):
         for time, sign in ((motion.touch_time(3, 60), -1), (motion.lift_time(3, 60), 1)):
             y, v = motion.state(exact(time), 50)

@@ -1,4 +1,4 @@
-"""Huygens' pendulum by its equation in the angle, by a Taylor integration through the cusp's turn, and its period."""
+"""Huygens' pendulum by its equation in the angle, by a Taylor integration past the cusp, and by its period."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_equation_of_the_angle_is_satisfied(motion, t, residual):
 
 @pytest.mark.parametrize("name", ["middling", "small", "launched", "wide", "1e-4 from the cusp"])
 def test_taylor_integration_of_the_angle_arrives_at_the_same_state(name, taylor):
-    """Half a period and more: through the bottom and the turn next to the cusp, which costs the square of 1e4."""
+    """More than half a period, past the bottom and the reversal next to the cusp, which loses 1e4 squared."""
     motion = MOTIONS[name]
     with mpmath.workdps(70):
         there = taylor(equations(motion), (motion.phi0, motion.rate0), Fraction(11, 10))
@@ -57,7 +57,7 @@ def test_fifty_digits_agree_with_a_hundred(motion):
         with mpmath.workdps(110):
             long = motion.state(t, 100)
             for found, right in zip(motion.state(t, 50), long, strict=True):
-                # Next to the cusp the rate turns within 1e-8 of a period, and t is not rounded.
+                # Next to the cusp the rate reverses within 1e-8 of a period, and t is not rounded.
                 assert abs(found - right) < mpmath.mpf(10) ** -48
 
 

@@ -20,7 +20,7 @@ CARRIED = {
 
 
 def tube_rates(motion):
-    # In mpmath for both ways: the pull is a number, not part of the state.
+    # In mpmath for both arithmetics: the pull is a number, not part of the state.
     with mpmath.workdps(120):
         angle = mpmath.mpf(motion.length.numerator) / motion.length.denominator / 2 / motion.radius.numerator
         pull = exact(2 * mpmath.mpf(981) / 100 / (2 * angle) * mpmath.sin(angle))

@@ -58,7 +58,7 @@ def test_without_rotation_it_is_the_harmonic_oscillator():
 def test_the_plane_turns_clockwise_in_the_north():
     motion = pendulum(larmor=True)
     assert float(motion.precession_rate()) == pytest.approx(-7.292115e-5 * math.sin(0.8526), rel=1e-14)
-    # After a whole number of swings the pendulum has only turned.
+    # After a whole number of swings only the plane has rotated.
     swings = 100 * motion.swing_period(60)
     time = Fraction(*mpmath.libmp.to_rational(swings._mpf_))
     x, y = motion.state(time, 30)[:2]
@@ -66,7 +66,7 @@ def test_the_plane_turns_clockwise_in_the_north():
     assert pendulum(lat="-0.8526").precession_rate() > 0
 
 
-def test_released_from_rest_it_never_meets_the_centre():
+def test_released_from_rest_it_never_reaches_the_centre():
     # The least radius is |W/s| times the amplitude: the difference of the two circles' radii.
     p, q, _faster, _slower = pendulum(L=1, Om=1).circles(30)
     W = math.sin(0.8526)

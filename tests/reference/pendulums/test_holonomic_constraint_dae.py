@@ -35,7 +35,7 @@ def test_multiplier_form_arrives_at_the_same_state(start, taylor):
         )
 
 
-def test_exactly_at_the_top_it_stays_and_exactly_on_the_separatrix_it_is_known():
+def test_rest_at_the_top_and_motion_on_the_separatrix_are_exact():
     top = CartesianPendulum(Fraction(1), Fraction(0), Fraction(1), Fraction(0), Fraction(0))
     assert top.rests
     assert top.state(1000) == (0, 1, 0, 0)

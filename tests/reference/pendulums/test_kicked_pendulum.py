@@ -1,4 +1,4 @@
-"""The blow: the angle stays, the rate jumps, the work is that of the energies before and after."""
+"""The impulse: the angle is continuous, the rate jumps, and the work is the difference of the energies."""
 
 from fractions import Fraction
 
@@ -26,7 +26,7 @@ def test_the_work_is_the_gain_of_energy(variant):
         assert abs(inertia * (after**2 - before**2) / 2 - work) < mpmath.mpf("1e-36") * (abs(H * after) + 1)
 
 
-def test_to_the_top_is_the_separatrix_and_at_rest_nothing_moves_before():
+def test_an_impulse_to_the_top_gives_the_separatrix_and_a_pendulum_at_rest_stays_until_it():
     motion = get("torque_impulse_on_arm", "to_the_top").motion()
     assert motion.after().regime == Pendulum.SEPARATRIX
     still = get("torque_impulse_on_arm", "at_rest").motion()

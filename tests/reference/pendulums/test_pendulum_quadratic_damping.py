@@ -5,8 +5,9 @@ from fractions import Fraction
 
 import mpmath
 import pytest
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 from gnomon.reference.pendulums.pendulum_quadratic_damping import DampedPendulum
 from mpmath import mpf
 
@@ -60,16 +61,16 @@ def test_the_first_integral_holds_on_the_way_back():
         assert max(kept) - min(kept) < mpf("1e-36")
 
 
-def test_small_swings_lose_four_thirds_of_c_a_squared():
-    """Of a half swing to first order in c and second in the amplitude; the next term is of order c^2 a^3."""
+def test_a_small_half_swing_loses_four_thirds_of_c_a_squared():
+    """To first order in c and second order in the amplitude a; the next term is of size c^2 a^3."""
     motion = DampedPendulum(W2, Fraction(1, 100), Fraction(1, 100), Fraction(0))
     _, first = motion.turning_point(1, 30)
     loss = mpf("0.01") + first
     assert abs(loss / (mpf(4) / 3 * mpf("0.01") ** 3) - 1) < mpf("3e-4")
 
 
-def test_rests_stay_sharp_over_many_swings():
-    """The balls of the ends would widen at each swing if each were computed from the ball before."""
+def test_turning_points_stay_narrow_balls_over_many_swings():
+    """They would widen at each swing if each were computed from the ball of the previous one."""
     motion = DampedPendulum(Fraction(1), Fraction(1, 5), Fraction(1), Fraction(0))
     times = [motion.turning_point(n, 20)[0] for n in range(1, 25)]
     gaps = [b - a for a, b in itertools.pairwise(times)]
@@ -78,12 +79,12 @@ def test_rests_stay_sharp_over_many_swings():
 
 
 def test_a_rest_next_to_the_top_swings_back():
-    """Thrown so that 1e-60 of the kinetic energy is wanting at the top: few bits cannot tell the rest from the top."""
+    """Thrown with 1e-60 less kinetic energy than the top needs: few bits cannot separate the rest from the top."""
     c = mpf(1) / 8
     with mpmath.workdps(80):
         speed = mpmath.sqrt(8 / (1 + 4 * c * c) * (1 + mpmath.exp(2 * c * mpmath.pi)) * (1 - mpf("1e-60")))
         motion = DampedPendulum(W2, Fraction(1, 8), Fraction(0), exact(speed))
         u = -motion.turning_point(2)[1]
-        # it falls from the top as from rest there: cos u - 2 c sin u + e^(-2 c (u + pi)) vanishes at the next rest
+        # as if released at the top: cos u - 2 c sin u + e^(-2 c (u + pi)) vanishes at the next rest
         assert abs(mpmath.cos(u) - 2 * c * mpmath.sin(u) + mpmath.exp(-2 * c * (u + mpmath.pi))) < mpf("1e-14")
         assert 0 < mpmath.pi - motion.turning_point(1, 40)[1] < mpf("1e-29")

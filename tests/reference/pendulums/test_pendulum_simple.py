@@ -137,7 +137,7 @@ def test_rod_pushes_at_the_highest_point_of_a_wide_swing():
         assert mpmath.almosteq(motion.tension_lowest(20), bottom, rel_eps=1e-18)
 
 
-def test_callers_precision_is_left_alone():
+def test_the_precision_of_the_caller_does_not_change():
     before = mpmath.mp.dps
     MOTIONS["swing"][0].state(3, 80)
     assert mpmath.mp.dps == before

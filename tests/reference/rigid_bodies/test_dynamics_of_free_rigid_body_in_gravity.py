@@ -1,7 +1,8 @@
 from fractions import Fraction
 
 import mpmath
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.taylor import integrate
 from gnomon.reference.rigid_bodies.dynamics_of_free_rigid_body_in_gravity import FreeBody
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 from mpmath import mpf

@@ -18,16 +18,16 @@ def top(moments, rates, attitude=None):
 BODIES = {
     "general": top((2, 3, 4), (1, "0.6", "0.3")),
     "circulates about the small axis": top((2, 3, 4), (1, "0.3", "0.1")),
-    "order 312": top((4, 2, 3), ("0.3", 1, "0.6")),
-    "order 213": top((3, 2, 4), ("-0.6", 1, "0.3")),
-    "order 321": top((4, 3, 2), ("0.3", "-0.6", -1)),
+    "axes 312": top((4, 2, 3), ("0.3", 1, "0.6")),
+    "axes 213": top((3, 2, 4), ("-0.6", 1, "0.3")),
+    "axes 321": top((4, 3, 2), ("0.3", "-0.6", -1)),
     "skewed attitude": top((2, 3, 4), (-1, "0.6", "-0.3"), SKEWED),
     "a rate of zero": top((1, 2, 3), (1, "0.6", 0)),
     "flat": top((1, 2, 3), (0.1, 3, 0.1)),
     "near the middle axis": top((1, 2, 3), (1e-12, 1, 1e-12)),
     "near the separatrix": top((1, 2, 2.25), (3 * (1 + 1e-12), 1, 4)),
     "separatrix": top((1, 2, 2.25), (3, 1, 4)),
-    "separatrix, other signs and order": top((2.25, 1, 2), (-4, -3, 1)),
+    "separatrix, other signs and axes": top((2.25, 1, 2), (-4, -3, 1)),
     "near-symmetric": top((1, "1.0000000001", 2), (1, "0.6", "0.8")),
     "near-symmetric above": top((1, 2, "2.0000000001"), (1, "0.6", "0.8")),
     "thin cone": top((1, 2, 3), ("1e-9", 0, 1)),
@@ -55,7 +55,7 @@ def test_fifty_digits_agree_with_a_hundred(body):
 
 
 @pytest.mark.parametrize("body", ALL)
-def test_the_start_is_given_back(body):
+def test_the_state_at_zero_is_the_start(body):
     with mpmath.workdps(60):
         expected = [mpf(v.numerator) / v.denominator for v in (*body.rates, *body.attitude)]
         found = body.state(0, 50)
@@ -128,16 +128,16 @@ def test_group_property_and_reversal(name):
 
 
 def test_relabelled_axes_give_the_relabelled_motion():
-    """Moving every name one on is a proper rotation of the body's axes."""
+    """A cyclic permutation of the axes is a proper rotation."""
     first = top((2, 3, 4), (1, "0.6", "0.3")).state(5, 40)
-    moved = top((4, 2, 3), ("0.3", 1, "0.6")).state(5, 40)
-    order = (2, 0, 1)
-    for a, k in zip(moved[:3], order, strict=True):
+    relabelled = top((4, 2, 3), ("0.3", 1, "0.6")).state(5, 40)
+    labels = (2, 0, 1)
+    for a, k in zip(relabelled[:3], labels, strict=True):
         assert mpmath.almosteq(a, first[k], rel_eps=1e-14)
     for i in range(3):
         for j in range(3):
-            assert float(moved[3 + 3 * i + j]) == pytest.approx(
-                float(first[3 + 3 * order[i] + order[j]]), rel=1e-15, abs=1e-15
+            assert float(relabelled[3 + 3 * i + j]) == pytest.approx(
+                float(first[3 + 3 * labels[i] + labels[j]]), rel=1e-15, abs=1e-15
             )
 
 

@@ -2,8 +2,9 @@ from fractions import Fraction
 
 import mpmath
 import pytest
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 from gnomon.reference.rigid_bodies.flywheels import BeltDrive, CoastDown, Flywheel
 from mpmath import mpf
 
@@ -14,8 +15,8 @@ def difference(found, state):
 
 
 @pytest.mark.parametrize("start", [(100, 0), (0, 50)])
-def test_the_belt_keeps_the_book_of_momentum_and_energy(start):
-    """I1 w1/r1 + I2 w2/r2 gains M t/r1, slipping or not; the energy lost is F times the way slipped."""
+def test_the_belt_drive_obeys_the_balances_of_momentum_and_energy(start):
+    """I1 w1/r1 + I2 w2/r2 grows by M t/r1, slipping or not; the energy lost is F times the distance slipped."""
     drive = BeltDrive(*map(exact, ("0.5", 2, "0.1", "0.25", 60, 4)), *map(exact, start))
     with mpmath.workdps(60):
 

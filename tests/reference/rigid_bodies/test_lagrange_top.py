@@ -2,8 +2,9 @@ from fractions import Fraction
 
 import mpmath
 import pytest
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop, SphericalPendulum
 from gnomon.reference.rigid_bodies.lagrange_top_attitude import TopAttitude
 from mpmath import mpf

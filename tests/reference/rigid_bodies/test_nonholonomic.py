@@ -2,8 +2,9 @@ from fractions import Fraction
 
 import mpmath
 import pytest
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 from gnomon.reference.rigid_bodies.nonholonomic import ChaplyginSleigh, KnifeEdge
 from mpmath import mpf
 
@@ -31,8 +32,8 @@ def test_the_sleigh_moves_as_integrated(start):
     ("a", "start"),
     [("0.3", ("-1.5", "0.4", 0)), ("0.3", (-1, "1e-12", 2)), ("0.01", (0, -20, 1)), ("0.3", (-1, 0, "0.7"))],
 )
-def test_the_edge_goes_where_its_speed_and_heading_take_it(a, start):
-    """A Taylor integration of all five equations; the path's quadrature runs in the turn, not in time."""
+def test_the_path_of_the_edge_is_the_integral_of_its_velocity(a, start):
+    """A Taylor integration of all five equations; the variable of the path's quadrature is the angle, not the time."""
     m, inertia, arm = Fraction(2), Fraction("0.5"), Fraction(a)
 
     def field(t, state):
@@ -51,7 +52,7 @@ def test_the_sleigh_ends_straight_ahead_after_half_a_turn_times_root_q_over_a():
     v, w, theta = sleigh.state(1000, 30)
     assert abs(v - 1) < mpf("1e-25")
     assert abs(w) < mpf("1e-40")
-    # The start has 2e-20 of the turn behind it.
+    # The angle at the start differs from the limit by 2e-20.
     assert abs(theta - sleigh.whole_turn(30)) < mpf("1e-18")
 
 

@@ -2,8 +2,9 @@ from fractions import Fraction
 
 import mpmath
 import pytest
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.taylor import ball, integrate
+from gnomon.reference.numerics.taylor import integrate
 from gnomon.reference.rigid_bodies.rigid_body_stokes_medium import StokesBody
 from mpmath import mpf
 
@@ -42,7 +43,7 @@ def test_the_body_moves_as_integrated(name):
         assert max(abs(a - mpf(b.numerator) / b.denominator) for a, b in pairs) < mpf("1e-50")
 
 
-def test_momentum_in_space_only_fades():
+def test_momentum_in_space_decays_and_keeps_its_direction():
     motion = BODIES["general"]
     with mpmath.workdps(70):
 
@@ -52,11 +53,11 @@ def test_momentum_in_space_only_fades():
 
         first, later = momentum(motion.state(0, 60)), momentum(motion.state(500, 60))
         fading = mpmath.exp(-50)
-        # 60 digits of the attitude, of order 1, meet rates of 1e-22.
+        # The attitude, of size 1, has 60 digits, and the rates are 1e-22.
         assert max(abs(a * fading - b) for a, b in zip(first, later, strict=True)) < mpf("1e-57")
 
 
-def test_the_turn_is_finite():
+def test_the_total_rotation_is_finite():
     motion = BODIES["strong, skewed"]
     with mpmath.workdps(50):
         end = motion.free.state(exact(motion.final_turn(60)), 40)

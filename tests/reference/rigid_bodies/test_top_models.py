@@ -23,8 +23,8 @@ def test_the_small_nutation_is_the_first_order_of_the_tops_equations():
             assert abs(found[2 * place + 1] - mpmath.diff(rate, mpmath.mpf("0.7"))) < 1e-12 * abs(found[2 * place + 1])
 
 
-def test_the_rungs_come_nearer_to_the_top():
-    """In regular precession nothing nutates: the linear model is right to the square of 1e-8."""
+def test_each_level_of_the_hierarchy_is_closer_to_the_top():
+    """Without nutation, in regular precession, the error of the linear model is 1e-8 squared."""
     top = get("lagrange_top", "regular").rounded()
     steady, small = top.hierarchy
     errors = [

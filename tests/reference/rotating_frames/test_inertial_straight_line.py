@@ -11,7 +11,7 @@ EARTH = (Fraction("9.81"), Fraction("7.292115e-5"), Fraction("0.8901179185171081
 
 
 @pytest.mark.parametrize(("rate", "t"), [("2", 30), ("2", "314172.1"), ("1e-9", 10), (0, 3)])
-def test_turned_back_the_path_is_straight(rate, t):
+def test_in_the_inertial_frame_the_path_is_straight(rate, t):
     motion = StraightLine(*map(Fraction, (rate, 1, 2, "0.5", -1)))
     x, y, vx, vy = motion.state(Fraction(t), 50)
     with mpmath.workdps(80):
@@ -25,7 +25,7 @@ def test_turned_back_the_path_is_straight(rate, t):
         assert abs(back - constant) < mpf("1e-48") * (1 + om) * size
 
 
-def test_the_equations_of_the_turning_frame_hold(residual):
+def test_the_equations_of_the_rotating_frame_hold(residual):
     motion = StraightLine(*map(Fraction, (2, 1, 2, "0.5", -1)))
 
     def rates(m, y):
@@ -47,7 +47,7 @@ def test_the_drop_of_reich_strikes_27_mm_to_the_east():
     assert abs(RotatingFall(*DROP, *EARTH).state(time, 40)[2]) < mpf("1e-36")
 
 
-def test_the_first_order_fall_misses_the_second_order_only(residual):
+def test_the_first_order_fall_lacks_only_the_second_order(residual):
     exact, first = RotatingFall(*DROP, *EARTH), FirstOrderFall(*EARTH, (Fraction(0),) * 3, *DROP)
     east, other = exact.state(5, 30)[0], first.state(5, 30)[0]
     assert abs(other / east - 1) < (7.3e-5 * 5) ** 2

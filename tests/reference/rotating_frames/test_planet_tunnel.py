@@ -33,7 +33,7 @@ def test_above_the_surface_it_falls_as_to_a_point():
 
 
 @pytest.mark.parametrize(("x", "v"), [(7, "0.3"), (-5, "-0.1"), (4, 0), (0, 4), (1, -3), (-2, "2.9")])
-def test_it_comes_back_after_a_period_and_obeys_its_equations(x, v, residual):
+def test_the_state_repeats_after_a_period_and_the_equations_hold(x, v, residual):
     motion = tunnel(x, v)
     with mpmath.workdps(70):
         period = motion.period(65)
@@ -49,7 +49,7 @@ def test_it_comes_back_after_a_period_and_obeys_its_equations(x, v, residual):
         assert residual(motion, rates, t) < mpf("1e-52")
 
 
-def test_crossings_are_at_the_surface_and_in_turn():
+def test_crossings_are_at_the_surface_and_alternate():
     motion = tunnel(0, 4)
     found = motion.crossings(Fraction(60), 40)
     assert [enters for _, enters, _ in found] == [bool(n % 2) for n in range(len(found))]

@@ -1,4 +1,4 @@
-"""Free fall inside a turning planet: the ellipse of the frame at rest, turned back."""
+"""Free fall inside a rotating planet: an ellipse in the inertial frame."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def fall(*start, g=2, R=3, Om="0.1"):
     return TurningPlanet(*map(Fraction, (g, R, Om, *start)))
 
 
-def test_seen_from_the_frame_at_rest_it_is_an_ellipse():
+def test_in_the_inertial_frame_it_is_an_ellipse():
     motion = fall(1, "0.5", "-0.25", "0.75")
     with mpmath.workdps(60):
         w, t = mpmath.sqrt(mpf(2) / 3), mpf(7)
@@ -44,7 +44,7 @@ def test_half_axes_are_the_extremes_of_the_distance():
 
 
 def test_released_at_the_surface_it_stays_inside():
-    """Exactly at the edge: from rest on the turning planet the start is the farthest point."""
+    """The limit: from rest on the rotating planet the start is the farthest point."""
     assert fall(3, 0, 0, 0).inside
     assert not fall(3, 0, "1e-30", 0).inside
     assert not fall(3, 0, 0, 0, Om=1).inside

@@ -1,4 +1,4 @@
-"""A cache folder gives back what this user stored in it, and refuses to be anybody else's."""
+"""A cache folder returns what this user stored in it, and is refused if another user could write it."""
 
 import errno
 import hashlib
@@ -22,7 +22,7 @@ def folder(tmp_path):
     return found
 
 
-def test_what_was_stored_comes_back_until_it_is_replaced(folder):
+def test_stored_content_is_loaded_until_it_is_replaced(folder):
     assert cachefolder.load(folder, "name") == b"content"
     assert cachefolder.load(folder, "another") is None
     cachefolder.store(folder, "name", b"")
@@ -30,7 +30,7 @@ def test_what_was_stored_comes_back_until_it_is_replaced(folder):
     assert sorted(path.name for path in folder.iterdir()) == ["key", "name"]
 
 
-def test_whatever_the_umask_nobody_else_can_read_or_write(tmp_path):
+def test_no_other_user_can_read_or_write_whatever_the_umask(tmp_path):
     before = os.umask(0)
     try:
         folder = tmp_path / "home" / "gnomon" / "results"
@@ -44,7 +44,7 @@ def test_whatever_the_umask_nobody_else_can_read_or_write(tmp_path):
 @pytest.mark.parametrize("mode", [0o770, 0o720, 0o702, 0o777, 0o1777])
 @pytest.mark.parametrize("level", ["results", "gnomon"])
 def test_a_folder_that_others_can_write_is_refused_in_one_line(folder, level, mode):
-    """Where gnomon's folder above is open to others, they can put another one in its place."""
+    """If other users can write the parent folder, they can exchange this one."""
     unsafe = folder if level == "results" else folder.parent
     unsafe.chmod(mode)
     for access in (lambda: cachefolder.load(folder, "name"), lambda: cachefolder.store(folder, "b", b"")):
@@ -55,8 +55,8 @@ def test_a_folder_that_others_can_write_is_refused_in_one_line(folder, level, mo
     assert not (folder / "b").exists()
 
 
-def test_a_folder_that_others_may_read_is_taken(folder):
-    """As former versions made it, under the usual umask."""
+def test_a_folder_that_others_may_read_is_accepted(folder):
+    """Earlier versions made it so, under the usual umask."""
     folder.chmod(0o755)
     assert cachefolder.load(folder, "name") == b"content"
 
@@ -72,8 +72,8 @@ def test_a_folder_of_another_user_is_refused(folder, monkeypatch, level):
         cachefolder.load(folder, "name")
 
 
-def test_a_folder_that_is_exchanged_after_it_was_looked_at_is_refused(folder, monkeypatch):
-    """The owner of the open folder counts, not that of what had its name before."""
+def test_a_folder_that_is_exchanged_after_the_first_test_is_refused(folder, monkeypatch):
+    """The owner of the open folder counts, not the owner of the folder that had its name before."""
     real = os.fstat
     others = os.stat_result((*real(0)[:4], os.geteuid() + 1, *real(0)[5:10]))
     monkeypatch.setattr(os, "fstat", lambda _descriptor: others)
@@ -91,8 +91,8 @@ def test_a_symbolic_link_is_refused(folder, tmp_path, level):
 
 
 @pytest.mark.parametrize("kind", ["link", "pipe", "folder"])
-def test_an_entry_that_is_no_ordinary_file_counts_as_absent(folder, tmp_path, kind):
-    """A pipe would be waited for."""
+def test_an_entry_that_is_no_regular_file_counts_as_absent(folder, tmp_path, kind):
+    """Reading a pipe would not return."""
     path = folder / "name"
     content = path.read_bytes()
     path.unlink()
@@ -106,7 +106,7 @@ def test_an_entry_that_is_no_ordinary_file_counts_as_absent(folder, tmp_path, ki
     assert cachefolder.load(folder, "name") is None
 
 
-def test_every_single_byte_counts(folder):
+def test_a_change_of_any_byte_makes_an_entry_absent(folder):
     cachefolder.store(folder, "name", bytes(range(256)) * 8)
     sound, rng = (folder / "name").read_bytes(), random.Random(17)
     for place in (*range(32), *(rng.randrange(len(sound)) for _ in range(300))):
@@ -119,7 +119,7 @@ def test_every_single_byte_counts(folder):
 
 
 def test_an_entry_without_the_key_of_its_folder_counts_as_absent(folder, tmp_path):
-    """Made with a digest that anyone can compute, with a key of one's own, for another name, in another folder."""
+    """Made with a digest without key, with another key, for another name, or in another folder."""
     another = tmp_path / "another"
     cachefolder.store(another, "name", b"forged")
     cachefolder.store(folder, "a", b"forged")
@@ -136,7 +136,7 @@ def test_an_entry_without_the_key_of_its_folder_counts_as_absent(folder, tmp_pat
 
 
 @pytest.mark.parametrize("key", [None, b"", bytes(31), bytes(32), bytes(33)])
-def test_a_lost_key_loses_what_was_kept_and_no_more(folder, key):
+def test_without_its_key_a_folder_loses_its_entries_and_can_be_used_again(folder, key):
     (folder / "key").unlink()
     if key is not None:
         (folder / "key").write_bytes(key)
@@ -149,24 +149,24 @@ def full(*_arguments, **_named):
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
-def test_a_full_disk_is_said_once_and_leaves_nothing_half_written(folder, monkeypatch, recwarn):
+def test_a_full_disk_is_warned_of_once_and_leaves_no_partial_file(folder, monkeypatch, recwarn):
     monkeypatch.setattr(os, "replace", full)
     for name in "abc":
         cachefolder.store_or_warn(folder, name, b"content")
-    cachefolder.check(folder)
+    cachefolder.prepare(folder)
     (warning,) = recwarn
     assert "results cannot be written (No space left on device)" in str(warning.message)
     assert sorted(path.name for path in folder.iterdir()) == ["key", "name"]
 
 
-def test_children_leave_the_warning_to_the_process_above(tmp_path):
-    """A run has thousands of them."""
+def test_child_processes_do_not_warn(tmp_path):
+    """A run has thousands of them; their parent warns once."""
     (tmp_path / "file").write_text("where the folder should be")
     program = (
         "import multiprocessing, pathlib, sys\n"
         "from gnomon.reference.storage import cachefolder\n"
         "folder = pathlib.Path(sys.argv[1])\n"
-        "cachefolder.check(folder)\n"
+        "cachefolder.prepare(folder)\n"
         "for _ in range(3):\n"
         "    child = multiprocessing.get_context('fork').Process(\n"
         "        target=cachefolder.store_or_warn, args=(folder / 'below', 'name', b''))\n"
@@ -178,8 +178,8 @@ def test_children_leave_the_warning_to_the_process_above(tmp_path):
     assert run.stderr.count("cannot be written") == 1
 
 
-def test_a_sound_folder_is_checked_without_a_trace(folder):
+def test_preparing_a_folder_leaves_no_file(folder):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        cachefolder.check(folder)
+        cachefolder.prepare(folder)
     assert sorted(path.name for path in folder.iterdir()) == ["key", "name"]

@@ -1,4 +1,4 @@
-"""The cache gives back what was kept, and never a damaged file."""
+"""The cache returns what was kept, and never a damaged file."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ def home(tmp_path, monkeypatch):
 
 
 class Builder:
-    """Counts how often it had to build."""
+    """Counts its calls."""
 
     def __init__(self):
         self.calls = 0
@@ -52,7 +52,7 @@ def test_damaged_file_is_built_anew(home, damage):
     assert build.calls == 2
 
 
-def test_file_of_another_key_is_not_taken(home):
+def test_file_of_another_key_is_not_read(home):
     """A file moved onto another key's name fails its code, which covers the name."""
     build = Builder()
     cached("a", build)
@@ -66,7 +66,7 @@ def test_file_of_another_key_is_not_taken(home):
     assert build.calls == 3
 
 
-def test_folder_that_cannot_be_written_costs_only_the_keeping(home):
+def test_in_a_folder_that_cannot_be_written_entries_are_built_and_not_kept(home):
     home.parent.mkdir(exist_ok=True)
     home.write_text("a file where the folder should be")
     build = Builder()
