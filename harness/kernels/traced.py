@@ -18,7 +18,7 @@ from gnomon.harness.kernels.equations import check_values
 RUN, STEP, ROUND = 0, 1, 2
 """What a value changes with: never, with t, with the state."""
 
-DEAR = {"/", "**", *FUNCTIONS}
+EXPENSIVE = {"/", "**", *FUNCTIONS}
 """Operations that take several times as long as a product."""
 
 Value = Any

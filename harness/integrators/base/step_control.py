@@ -4,12 +4,12 @@ A family (`embedded`, `nystrom`) writes the pieces of a step as plain functions,
 around them once, with the method's own counts of stages as constants:
 
     first_step(f, y, p, k, x, slope, tolerance, most, groups) -> h, nan where the equations are not finite; k[0] is set
-    attempt(f, t, h, y, low, p, table, inverse, x, slope, k, change, end) -> the estimated error, relative
+    attempt(f, t, h, y, compensation, p, table, inverse, x, slope, k, change, end) -> the estimated error, relative
     arrive(f, t, end, p, x, slope, k) -> whether the slope at the end of the step, k[STAGES], is finite
     open_step(f, t, h, y, p, table, x, slope, k)                                once in a step that holds samples
-    between(f, t, h, ahead, y, low, end, p, table, x, slope, k, spare, out)     once a sample: the state at t + ahead
+    between(f, t, h, ahead, y, compensation, end, p, table, x, slope, k, spare, out)     once a sample: the state at t + ahead
 
-`low` is what the sums so far have lost to round-off; `change` is by how much the state changes, `low` included.
+`compensation` is what the sums so far have lost to round-off; `change` is by how much the state changes, `compensation` included.
 `groups` and `inverse`: see `sizes`, which says what errors are compared with.
 """
 
@@ -165,14 +165,14 @@ def integrate(
     """
     dimension = initial.shape[1]
     width = dimension // WIDTHS
-    y, low, end = np.empty(dimension), np.empty(dimension), np.empty(dimension)
+    y, compensation, end = np.empty(dimension), np.empty(dimension), np.empty(dimension)
     change, spare = np.empty(dimension), np.empty(dimension)
     x, slope, k = np.empty(width), np.empty(width), np.empty((LAST, width))
     sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
     taken = 0
     for n in range(initial.shape[0]):
         y[:] = initial[n]
-        low[:] = 0.0
+        compensation[:] = 0.0
         t, sample, attempts = 0.0, 0, 0
         h = first_step(f, y, p, k, x, slope, tolerance, min(times[-1], time_scale), groups)
         before, last = 1e-4, 0.0
@@ -200,7 +200,7 @@ def integrate(
                 if t > 0.0:
                     invert(groups, sizes, inverse)
                 soften(step / tolerance, groups, rough, inverse)
-            error = attempt(f, t, step, y, low, p, table, inverse, x, slope, k, change, end) / tolerance
+            error = attempt(f, t, step, y, compensation, p, table, inverse, x, slope, k, change, end) / tolerance
             if not error < np.inf:
                 h = min(h, step) / 10
                 rejected = True
@@ -219,14 +219,29 @@ def integrate(
             if times[sample] <= t + step:
                 open_step(f, t, step, y, p, table, x, slope, k)
                 while sample < times.size and times[sample] <= t + step:
-                    between(f, t, step, times[sample] - t, y, low, end, p, table, x, slope, k, spare, out[n, sample])
+                    between(
+                        f,
+                        t,
+                        step,
+                        times[sample] - t,
+                        y,
+                        compensation,
+                        end,
+                        p,
+                        table,
+                        x,
+                        slope,
+                        k,
+                        spare,
+                        out[n, sample],
+                    )
                     sample += 1
             if enlarge(end, groups, sizes) or t == 0.0:
                 invert(groups, sizes, inverse)
             taken += 1
             t += step
             for i in range(dimension):
-                low[i] = change[i] - (end[i] - y[i])
+                compensation[i] = change[i] - (end[i] - y[i])
                 y[i] = end[i]
             for i in range(width):
                 k[0, i] = k[STAGES, i]
@@ -271,7 +286,7 @@ def first_step(f: Any, y: Any, p: Any, k: Any, x: Any, slope: Any, tolerance: fl
 
 
 def attempt(
-    f: Any, t: float, h: float, y: Any, low: Any, p: Any, table: Any, inverse: Any, x: Any, slope: Any, k: Any,
+    f: Any, t: float, h: float, y: Any, compensation: Any, p: Any, table: Any, inverse: Any, x: Any, slope: Any, k: Any,
     change: Any, end: Any,
 ) -> float:  # fmt: skip
     raise NotImplementedError
@@ -286,7 +301,7 @@ def open_step(f: Any, t: float, h: float, y: Any, p: Any, table: Any, x: Any, sl
 
 
 def between(
-    f: Any, t: float, h: float, ahead: float, y: Any, low: Any, end: Any, p: Any, table: Any, x: Any, slope: Any,
+    f: Any, t: float, h: float, ahead: float, y: Any, compensation: Any, end: Any, p: Any, table: Any, x: Any, slope: Any,
     k: Any, spare: Any, out: Any,
 ) -> None:  # fmt: skip
     raise NotImplementedError

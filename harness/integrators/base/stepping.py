@@ -111,13 +111,13 @@ def advance(
     is no longer finite, or whose step fails, ends there: `stop` gets the reason, the trajectory and the sample.
     """
     dimension = initial.shape[1]
-    y, low, increment = np.empty(dimension), np.empty(dimension), np.empty(dimension)
+    y, compensation, increment = np.empty(dimension), np.empty(dimension), np.empty(dimension)
     x, slope, store = np.empty(widths[0]), np.empty(widths[1]), np.empty((rows, dimension))
     x_aside, slope_aside, store_aside = np.empty(widths[0]), np.empty(widths[1]), np.empty((rows, dimension))
     taken = 0
     for n in range(initial.shape[0]):
         y[:] = initial[n]
-        low[:] = 0.0
+        compensation[:] = 0.0
         store[:] = 0.0
         grid = 0
         for k in range(times.size):
@@ -130,10 +130,10 @@ def advance(
                 grid += 1
                 if compensated:
                     for i in range(dimension):
-                        change = increment[i] + low[i]
-                        moved = y[i] + change
-                        low[i] = change - (moved - y[i])
-                        y[i] = moved
+                        change = increment[i] + compensation[i]
+                        updated = y[i] + change
+                        compensation[i] = change - (updated - y[i])
+                        y[i] = updated
                 else:
                     for i in range(dimension):
                         y[i] += increment[i]
@@ -145,7 +145,7 @@ def advance(
                     f, grid * h, times[k] - grid * h, y, p, table, x_aside, slope_aside, store_aside, increment
                 )
                 for i in range(dimension):
-                    out[n, k, i] += increment[i] + low[i]
+                    out[n, k, i] += increment[i] + compensation[i]
             if not (solved and np.all(np.isfinite(out[n, k]))):
                 out[n, k, :] = np.nan
                 if stop[0] == 0:

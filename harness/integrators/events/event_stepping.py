@@ -159,9 +159,9 @@ def run(
         where[STEPS] += 1
         where[FRESH] = 0
         if fired >= 0 or not reaches:
-            moved = clock[0] + first
-            clock[1] += first - (moved - clock[0]) if clock[0] > first else clock[0] - (moved - first)
-            clock[0] = moved
+            updated = clock[0] + first
+            clock[1] += first - (updated - clock[0]) if clock[0] > first else clock[0] - (updated - first)
+            clock[0] = updated
         else:
             clock[0] = goal
             clock[1] = 0.0

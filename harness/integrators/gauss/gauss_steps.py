@@ -39,11 +39,11 @@ def gauss_step(
                 x[i] = y[i] + h * weighted_sum(rest, table, j, store, 1, i, stages)
             call(f, t + table[j, 0] * h, x, p, slope)
             for i in range(y.size):
-                moved = abs(slope[i] - store[j + 1, i])
-                if not moved <= LARGEST:
+                difference = abs(slope[i] - store[j + 1, i])
+                if not difference <= LARGEST:
                     return False
-                if h * moved > SMALLEST:
-                    change = max(change, h * moved / (abs(y[i]) + h * abs(slope[i])))
+                if h * difference > SMALLEST:
+                    change = max(change, h * difference / (abs(y[i]) + h * abs(slope[i])))
                 store[j + 1, i] = slope[i] + beyond * (slope[i] - store[j + 1, i])
         beyond = 0.0
         stalled = stalled + 1 if change >= least else 0
@@ -82,11 +82,11 @@ def gauss_nystrom_step(
                 x[i] = y[i] + h * (table[j, 0] * velocity + (table[weights + 4, j] * velocity + h * total))
             call(f, t + table[j, 0] * h, x, p, slope)
             for i in range(half):
-                moved = abs(slope[i] - store[j + 1, i])
-                if not moved <= LARGEST:
+                difference = abs(slope[i] - store[j + 1, i])
+                if not difference <= LARGEST:
                     return False
-                if h * moved > SMALLEST:
-                    change = max(change, h * moved / (abs(y[half + i]) + h * abs(slope[i])))
+                if h * difference > SMALLEST:
+                    change = max(change, h * difference / (abs(y[half + i]) + h * abs(slope[i])))
                 store[j + 1, i] = slope[i] + beyond * (slope[i] - store[j + 1, i])
         beyond = 0.0
         stalled = stalled + 1 if change >= least else 0
@@ -213,12 +213,12 @@ def newton_step(
         for j in range(stages):
             for i in range(width):
                 k = j * width + i
-                moved = abs(right[k])
-                if not moved <= LARGEST:
+                difference = abs(right[k])
+                if not difference <= LARGEST:
                     return False
                 z[k] += right[k]
-                if moved > SMALLEST:
-                    change = max(change, moved / (abs(y[i]) + abs(z[k])))
+                if difference > SMALLEST:
+                    change = max(change, difference / (abs(y[i]) + abs(z[k])))
         stuck = iteration > 0 and renewed and before <= change < NOISE * table[stages, 0]
         stalled = stalled + 1 if change >= least else 0
         if settled(iteration, change, least, stalled, table[stages, 0]) or stuck:
@@ -255,7 +255,7 @@ def settled(iteration: int, change: Any, least: Any, stalled: int, roundoff: Any
     `change` is the last round's, relative to the state: the residual of the stages before it. `least` is the smallest of
     the changes before, and for `stalled` rounds none was smaller. Accepted is what does not change, or what the next round
     would change by far less than round-off; or it is below CLOSE units of round-off and shrinks no more; or
-    it is below NOISE units and has not shrunk for PATIENCE rounds: round-off of the equations themselves, where large
+    it is below NOISE units and has not shrunk for STALLED_ROUNDS rounds: round-off of the equations themselves, where large
     terms cancel. One round that shrinks little is not enough for that: changes of an oscillation rise and fall.
     """
     if change == 0.0:
@@ -263,7 +263,7 @@ def settled(iteration: int, change: Any, least: Any, stalled: int, roundoff: Any
     if iteration == 0 or not change < NOISE * roundoff:
         return False
     if stalled > 0:
-        return bool(change < CLOSE * roundoff or stalled >= PATIENCE)
+        return bool(change < CLOSE * roundoff or stalled >= STALLED_ROUNDS)
     return bool(change * change / least < FAR_BELOW * roundoff)
 
 
@@ -281,8 +281,8 @@ left would be of one sign more often. After so many rounds more it is not."""
 LARGEST = 1e300
 """A slope, or a change of a stage, beyond this or not a number ends the iteration."""
 
-CLOSE, NOISE, PATIENCE = 16.0, 1e6, 20
-"""See `settled`. An iteration that loses a fifth a round, the slowest that ends in time, may rest for half of PATIENCE."""
+CLOSE, NOISE, STALLED_ROUNDS = 16.0, 1e6, 20
+"""See `settled`. An iteration that loses a fifth a round, the slowest that ends in time, may rest for half of STALLED_ROUNDS."""
 
 SMALLEST = 2.0**-1022
 """The smallest normal number: changes of the state up to it are none, however small the state is, and what decays comes to

@@ -62,7 +62,7 @@ def integrate(
     of its own from the same start: the polynomial through the stages of a long step is no solution of stiff equations.
     """
     n = DIMENSION or initial.shape[1]
-    y, low, x, slope, start, error = (
+    y, compensation, x, slope, start, error = (
         np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
     )  # fmt: skip
     z, w, before_z, slopes = np.empty((3, n)), np.empty((3, n)), np.empty((3, n)), np.empty((3, n))
@@ -75,7 +75,7 @@ def integrate(
     for m in range(initial.shape[0]):
         for i in range(n):
             y[i] = initial[m, i]
-            low[i], rough[i] = 0.0, 0.0
+            compensation[i], rough[i] = 0.0, 0.0
         t, h, sample, attempts, reason = 0.0, 1e-6 * time_scale, 0, 0, 0
         last, reach, steps = 0.0, 1.0, 0
         rejected, aside, noisy = False, False, False
@@ -138,7 +138,7 @@ def integrate(
                 continue
             if aside:
                 for i in range(n):
-                    out[m, sample, i] = y[i] + (low[i] + z[2, i])
+                    out[m, sample, i] = y[i] + (compensation[i] + z[2, i])
                 sample += 1
                 aside = times[sample] < end
                 if aside:
@@ -162,7 +162,7 @@ def integrate(
                     rejected = True
                     continue
                 for i in range(n):
-                    x[i] = y[i] + (z[2, i] + low[i])
+                    x[i] = y[i] + (z[2, i] + compensation[i])
                 end = times[-1] if t + h >= times[-1] else t + step
                 call(f, end, x, p, slope)
                 if not finite(slope) or not finite(x):
@@ -175,11 +175,11 @@ def integrate(
             while sample < times.size and times[sample] <= end:
                 part = (times[sample] - t) / step
                 for i in range(n):
-                    out[m, sample, i] = y[i] + (low[i] + between(part, table, z, i))
+                    out[m, sample, i] = y[i] + (compensation[i] + between(part, table, z, i))
                 sample += 1
             for i in range(n):
-                change = z[2, i] + low[i]
-                low[i] = change - (x[i] - y[i])
+                change = z[2, i] + compensation[i]
+                compensation[i] = change - (x[i] - y[i])
                 y[i] = x[i]
                 start[i] = slope[i]
                 for j in range(3):

@@ -43,9 +43,9 @@ def munthe_kaas_step(
         increment[1] = (turned_momentum[1] + g2) / table[inertia, 1]
         increment[2] = (turned_momentum[2] + g3) / table[inertia, 2]
         for row in range(3, 12, 3):
-            moved = transposed_times(less, y[row], y[row + 1], y[row + 2])
+            rotated = transposed_times(less, y[row], y[row + 1], y[row + 2])
             for i in range(3):
-                increment[row + i] = moved[i]
+                increment[row + i] = rotated[i]
         for i in range(12):
             x[i] = y[i] + increment[i]
         if j == stages:

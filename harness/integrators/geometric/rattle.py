@@ -70,16 +70,16 @@ def onto_constraint(
         for i in range(n):
             product += slope[n + 1 + i] * store[1, i]
         share = (slope[n] - store[0, 1]) / product
-        moved, size = 0.0, SMALLEST
+        largest, size = 0.0, SMALLEST
         for i in range(n):
             correction = share * store[1, i]
             if not abs(correction) < 1e300:
                 return False
             increment[i] -= correction
             increment[n + i] -= correction / length
-            moved = max(moved, abs(correction))
+            largest = max(largest, abs(correction))
             size = max(size, abs(x[i]))
-        change = moved / size
+        change = largest / size
         stalled = stalled + 1 if change >= least else 0
         if settled(iteration, change, least, stalled, roundoff):
             return True

@@ -70,7 +70,7 @@ def integrate(
 ) -> int:
     """As `adaptive.integrate`; a step that would pass a sample ends there, at the first column that is good enough."""
     dimension = initial.shape[1]
-    y, low, x, slope = np.empty(dimension), np.empty(dimension), np.empty(dimension), np.empty(dimension)
+    y, compensation, x, slope = np.empty(dimension), np.empty(dimension), np.empty(dimension), np.empty(dimension)
     before, now = np.empty(dimension), np.empty(dimension)
     first, columns = np.empty((1, dimension)), np.empty((COLUMNS, dimension))
     lengths, work = np.zeros(COLUMNS), np.zeros(COLUMNS)
@@ -78,7 +78,7 @@ def integrate(
     taken = 0
     for n in range(initial.shape[0]):
         y[:] = initial[n]
-        low[:] = 0.0
+        compensation[:] = 0.0
         t, sample, attempts = 0.0, 0, 0
         h = first_step(f, y, p, first, x, slope, tolerance, min(times[-1], time_scale), groups)
         # Zero-based: the column at which the table should be good enough.
@@ -147,9 +147,9 @@ def integrate(
                 rejected = True
                 continue
             for i in range(dimension):
-                change = columns[good, i] + low[i]
+                change = columns[good, i] + compensation[i]
                 end = y[i] + change
-                low[i] = change - (end - y[i])
+                compensation[i] = change - (end - y[i])
                 y[i] = end
             if enlarge(y, groups, sizes) or t == 0.0:
                 invert(groups, sizes, inverse)

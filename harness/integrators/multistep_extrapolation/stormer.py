@@ -53,10 +53,10 @@ def stormer_step(
     else:
         for i in range(half):
             change = h * h * store[2, i] + store[1, half + i]
-            moved = store[1, i] + change
-            store[1, half + i] = change - (moved - store[1, i])
-            store[1, i] = moved
-            increment[i] = moved
+            updated = store[1, i] + change
+            store[1, half + i] = change - (updated - store[1, i])
+            store[1, i] = updated
+            increment[i] = updated
     for i in range(half):
         x[i] = y[i] + increment[i]
     call(f, t + h, x, p, slope)

@@ -97,7 +97,7 @@ def step_for(h: float, time: float, tolerance: float) -> float:
 
 
 def attempt(
-    f: Any, t: float, h: float, y: Floats, low: Floats, p: Floats, table: Floats, inverse: Floats, x: Floats,
+    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, inverse: Floats, x: Floats,
     slope: Floats, k: Floats, change: Floats, end: Floats,
 ) -> float:  # fmt: skip
     """The stages of a step, the state at its end, and the estimated error, relative."""
@@ -107,7 +107,7 @@ def attempt(
         total = 0.0
         for m in range(STAGES):
             total += table[STAGES, m + 1] * k[m, i]
-        change[i] = h * total + low[i]
+        change[i] = h * total + compensation[i]
         end[i] = y[i] + change[i]
     if ENDS == 1:
         end_slope(f, t + h, end, p, slope, k)
@@ -170,7 +170,7 @@ def open_step(
 
 
 def between(
-    f: Any, t: float, h: float, ahead: float, y: Floats, low: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
+    f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
     slope: Floats, k: Floats, spare: Floats, out: Floats,
 ) -> None:  # fmt: skip
     """The state within a step: the interpolant, or where there is none a step of its own."""
@@ -186,7 +186,7 @@ def between(
             total = 0.0
             for m in range(STAGES):
                 total += table[STAGES, m + 1] * k[m, i]
-            out[i] = y[i] + (ahead * total + low[i])
+            out[i] = y[i] + (ahead * total + compensation[i])
 
 
 def interpolate(x: float, h: float, y: Floats, end: Floats, table: Floats, k: Floats, out: Floats) -> None:

@@ -91,11 +91,11 @@ def first_step(
 
 
 def attempt(
-    f: Any, t: float, h: float, y: Floats, low: Floats, p: Floats, table: Floats, inverse: Floats, x: Floats,
+    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, inverse: Floats, x: Floats,
     slope: Floats, k: Floats, change: Floats, end: Floats,
 ) -> float:  # fmt: skip
     """The stages of a step, the state at its end, and the estimated error, relative."""
-    step_into(f, t, h, y, low, p, table, x, slope, k, change, end)
+    step_into(f, t, h, y, compensation, p, table, x, slope, k, change, end)
     half = x.size
     total = 0.0
     for i in range(half):
@@ -109,7 +109,7 @@ def attempt(
 
 
 def step_into(
-    f: Any, t: float, h: float, y: Floats, low: Floats, p: Floats, table: Floats, x: Floats, slope: Floats, k: Floats,
+    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, x: Floats, slope: Floats, k: Floats,
     change: Floats, end: Floats,
 ) -> None:  # fmt: skip
     """One step from the acceleration k[0] at its start: the change of the state, and the state at its end."""
@@ -128,7 +128,7 @@ def step_into(
         total = 0.0
         for m in range(STAGES):
             total += table[STAGES, m + 1] * k[m, i]
-        change[i] = h * y[half + i] + h * h * total + low[i] + h * low[half + i]
+        change[i] = h * y[half + i] + h * h * total + compensation[i] + h * compensation[half + i]
         end[i] = y[i] + change[i]
     if ENDS == 1:
         end_slope(f, t + h, end, p, x, slope, k)
@@ -136,7 +136,7 @@ def step_into(
         total = 0.0
         for m in range(STAGES + ENDS):
             total += table[STAGES + 1, m + 1] * k[m, i]
-        change[half + i] = h * total + low[half + i]
+        change[half + i] = h * total + compensation[half + i]
         end[half + i] = y[half + i] + change[half + i]
 
 
@@ -166,7 +166,7 @@ def open_step(
 
 
 def between(
-    f: Any, t: float, h: float, ahead: float, y: Floats, low: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
+    f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
     slope: Floats, k: Floats, spare: Floats, out: Floats,
 ) -> None:  # fmt: skip
     """The state within a step: a step of its own, after which the acceleration at the end of the whole one is kept."""
@@ -176,7 +176,7 @@ def between(
         return
     for i in range(x.size):
         k[STAGES + 1, i] = k[STAGES, i]
-    step_into(f, t, ahead, y, low, p, table, x, slope, k, spare, out)
+    step_into(f, t, ahead, y, compensation, p, table, x, slope, k, spare, out)
     for i in range(x.size):
         k[STAGES, i] = k[STAGES + 1, i]
 

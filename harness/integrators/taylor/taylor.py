@@ -102,14 +102,14 @@ def integrate(
     `stop` gets the reason and the sample where a trajectory ended early.
     """
     dimension = initial.shape[1]
-    y, low, sizes = np.empty(dimension), np.empty(dimension), np.empty(dimension)
+    y, compensation, sizes = np.empty(dimension), np.empty(dimension), np.empty(dimension)
     x, w = np.empty(dimension + 1), np.zeros(length)
     safety = exp(-2.0 - 0.7 / (order - 1))
     taken = 0
     for n in range(initial.shape[0]):
         for i in range(dimension):
             y[i] = initial[n, i]
-            low[i] = 0.0
+            compensation[i] = 0.0
         t, sample, steps, reason = 0.0, 0, 0, 0
         while sample < times.size:
             for i in range(dimension):
@@ -138,13 +138,13 @@ def integrate(
             end = times[-1] if t + h >= times[-1] else t + step
             while sample < times.size and times[sample] <= end:
                 for i in range(dimension):
-                    out[n, sample, i] = y[i] + (low[i] + polynomial(w, STRIDE * i, order, times[sample] - t))
+                    out[n, sample, i] = y[i] + (compensation[i] + polynomial(w, STRIDE * i, order, times[sample] - t))
                 sample += 1
             for i in range(dimension):
-                change = low[i] + polynomial(w, STRIDE * i, order, step)
-                moved = y[i] + change
-                low[i] = change - (moved - y[i])
-                y[i] = moved
+                change = compensation[i] + polynomial(w, STRIDE * i, order, step)
+                updated = y[i] + change
+                compensation[i] = change - (updated - y[i])
+                y[i] = updated
             steps += 1
             t = end
         taken += steps

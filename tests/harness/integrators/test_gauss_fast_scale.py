@@ -123,9 +123,9 @@ def test_a_sample_whose_stages_are_not_found_is_taken_within_a_shorter_step(
 ) -> None:
     """Here samples are given up within steps that are longer than .3, and must come out right all the same."""
     advance = gauss_fast_text.ADVANCE
-    assert "missed = again <= 0" in advance
+    assert "unsolved = again <= 0" in advance
     monkeypatch.setattr(
-        gauss_fast_text, "ADVANCE", advance.replace("missed = again <= 0", "missed = again <= 0 or step > 0.3")
+        gauss_fast_text, "ADVANCE", advance.replace("unsolved = again <= 0", "unsolved = again <= 0 or step > 0.3")
     )
     patched_text("TRIES", "TRIES")
     found = motion("oscillator", 1.0, 1e-9, 1)

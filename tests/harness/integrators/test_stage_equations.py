@@ -31,7 +31,7 @@ from gnomon.harness.integrators.gauss.gauss import (
     newton_rows,
     nodes,
 )
-from gnomon.harness.integrators.gauss.gauss_steps import CLOSE, NOISE, PATIENCE, settled
+from gnomon.harness.integrators.gauss.gauss_steps import CLOSE, NOISE, STALLED_ROUNDS, settled
 from gnomon.harness.integrators.gauss.radau import Radau5
 from gnomon.harness.integrators.geometric import rattle
 from gnomon.reference.numerics.precision import working
@@ -279,11 +279,11 @@ def test_a_cycle_of_rounds_is_no_solution() -> None:
 def test_a_change_that_is_large_settles_nothing_whatever_came_before() -> None:
     for least in (1.0, 1e300, math.inf):
         assert not settled(3, 1e-3, least, 0, ULP)
-        assert not settled(3, 2 * NOISE * ULP, least, PATIENCE, ULP)
+        assert not settled(3, 2 * NOISE * ULP, least, STALLED_ROUNDS, ULP)
     assert settled(3, 1e-13, 1e-4, 0, ULP), "the next one is 1e-22"
     assert not settled(3, 1e-16, 2e-15, 0, ULP), "the next one is 5e-18, in every step of the same sign"
     assert not settled(3, 1e-12, 1e-12, 1, ULP), "changes of an oscillation rise and fall"
-    assert settled(3, 1e-12, 1e-12, PATIENCE, ULP)
+    assert settled(3, 1e-12, 1e-12, STALLED_ROUNDS, ULP)
 
 
 def pull_back(t: Any, place: Values, parameters: Values) -> Values:

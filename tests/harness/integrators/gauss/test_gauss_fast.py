@@ -550,7 +550,7 @@ StepSums = Callable[[str], tuple[Callable[..., Any], Floats, int, bool]]
 
 @pytest.fixture
 def step_sums(monkeypatch: pytest.MonkeyPatch) -> StepSums:
-    """Of a case: `moved_exactly` of its module, for slopes (count, 8), the table that it reads, count, whether q'' = a."""
+    """Of a case: `next_state_exactly` of its module, for slopes (count, 8), the table that it reads, count, whether q'' = a."""
 
     def of(name: str) -> tuple[Callable[..., Any], Floats, int, bool]:
         case = get(name).rounded()
@@ -561,12 +561,14 @@ def step_sums(monkeypatch: pytest.MonkeyPatch) -> StepSums:
             given = (problem.form, len(problem.parameters), problem.dimension, problem.counted)
             module = str(gauss_fast_kernel.compiled.__wrapped__(*given))
         count = len(found.values)
-        vectors, coarse = ("".join(part.format(i) for i in range(count)) for part in ("row(f, {}), ", "coarse[{}], "))
-        probe = (
-            "\n@njit\ndef probe(h, y, low, f, coarse, table):\n"
-            f"    return moved_exactly(h, y, low, ({vectors}), ({coarse}), table)\n"
+        vectors, splitter = (
+            "".join(part.format(i) for i in range(count)) for part in ("row(f, {}), ", "splitter[{}], ")
         )
-        functions = module[: module.index("@njit", module.index("def moved_exactly"))]
+        probe = (
+            "\n@njit\ndef probe(h, y, compensation, f, splitter, table):\n"
+            f"    return next_state_exactly(h, y, compensation, ({vectors}), ({splitter}), table)\n"
+        )
+        functions = module[: module.index("@njit", module.index("def next_state_exactly"))]
         return compiling.load_module(functions + probe).probe, table(found.second_order), count, found.second_order
 
     return of
@@ -581,11 +583,11 @@ def test_a_step_at_a_fine_tolerance_loses_no_rounding(name: str, step_sums: Step
         c = nodes(mpmath.mp, 8)
         b = integrals(mpmath.mp, c, mpmath.mpf(1))
         for _ in range(20):
-            y, low = draw.uniform(-2, 2, 2 * count), draw.uniform(-1e-16, 1e-16, 2 * count)
+            y, compensation = draw.uniform(-2, 2, 2 * count), draw.uniform(-1e-16, 1e-16, 2 * count)
             h = float(np.float32(draw.uniform(0.1, 1)))
             slopes = draw.uniform(-1, 1, (count, 1)) + draw.uniform(-0.1, 0.1, (count, 8))
-            found, lost = probe(h, tuple(y), tuple(low), slopes, 256 * np.abs(slopes[:, 0]), coefficients)
-            exactly = [mpmath.mpf(x) + mpmath.mpf(z) for x, z in zip(y, low, strict=True)]
+            found, residual = probe(h, tuple(y), tuple(compensation), slopes, 256 * np.abs(slopes[:, 0]), coefficients)
+            exactly = [mpmath.mpf(x) + mpmath.mpf(z) for x, z in zip(y, compensation, strict=True)]
             for i, f in enumerate(slopes.tolist()):
                 gained = h * mpmath.fdot(b, f)
                 if second:
@@ -595,7 +597,7 @@ def test_a_step_at_a_fine_tolerance_loses_no_rounding(name: str, step_sums: Step
                     exactly[count + i] += gained
                 else:
                     exactly[i] += gained
-            for x, z, true in zip(found, lost, exactly, strict=False):
+            for x, z, true in zip(found, residual, exactly, strict=False):
                 assert abs(z) < 2e-15
                 assert abs(mpmath.mpf(x) + mpmath.mpf(z) - true) < 2**-95
 
