@@ -106,7 +106,7 @@ class Taylor(Integrator):
             stopped = [reason for _, reasons in shares for reason in reasons]
             return Solution(states, sum(steps for steps, _ in shares), stopped[0] if stopped else None)
 
-        solve.settings = options  # type: ignore[attr-defined]
+        solve.options = options  # type: ignore[attr-defined]
         return solve
 
     def versions(self) -> Mapping[str, Any]:

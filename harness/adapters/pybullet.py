@@ -121,7 +121,7 @@ class Run:
             World(pybullet, self.form, dt, policy.configured, maximal) for _ in range(2 if self.staggered else 1)
         ]
         self.world = self.worlds[0]
-        self.settings: Mapping[str, Any] = self.world.settings
+        self.options: Mapping[str, Any] = self.world.options
         self.reset()
 
     def reset(self) -> None:

@@ -44,14 +44,14 @@ class World:
     holds it half a step before the position; `place` and `read` turn it there and back. Order 2.
 
     `configured`: what the engine adds to the scene is switched off; otherwise it keeps its defaults. `maximal`: six
-    coordinates a body and constraints, instead of joint coordinates. `settings`: all that was set to other than the
+    coordinates a body and constraints, instead of joint coordinates. `options`: all that was set to other than the
     engine's default, apart from the step and what the scene declares.
     """
 
     def __init__(self, pybullet: Any, form: SceneForm, dt: float, configured: bool, maximal: bool) -> None:
         self.api, self.needs, self.dt = pybullet, form.needs, dt
         self.configured, self.maximal = configured, maximal
-        self.settings: dict[str, Any] = {"useMaximalCoordinates": 1} if maximal else {}
+        self.options: dict[str, Any] = {"useMaximalCoordinates": 1} if maximal else {}
         self.steps = 0
         self.client = int(pybullet.connect(pybullet.DIRECT))
         self._step, self._pose, self._twist, self._joint_state = map(
@@ -73,7 +73,7 @@ class World:
         self.jointed: dict[str, int] = {}
         self.fields = {force.body: force.fields for force in scene.forces if force.fields and self.configured}
         if self.fields:
-            self.settings["charges"] = "pushed by Boris' method, velocities half a step before positions"
+            self.options["charges"] = "pushed by Boris' method, velocities half a step before positions"
         self._call("resetSimulation")
         self._call(
             "setPhysicsEngineParameter",
@@ -141,7 +141,7 @@ class World:
         self._inertia(number, 0, body.mass, body.inertia)
         if self.configured:  # the default motor locks a joint
             self._call("setJointMotorControl2", number, 0, self.api.VELOCITY_CONTROL, force=0.0)
-            self.settings["velocityMotorForce"] = 0.0
+            self.options["velocityMotorForce"] = 0.0
         self.jointed[joint.name] = number
 
     def _constrained(self, body: Body, hinge: Hinge) -> None:
@@ -311,7 +311,7 @@ class World:
         """Set what no scene declares, and record it; nothing as shipped."""
         if self.configured:
             self._call(name, *arguments, **values)
-            self.settings |= values
+            self.options |= values
 
 
 def _dot(a: Vector, b: Vector) -> float:

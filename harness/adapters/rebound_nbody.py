@@ -99,7 +99,7 @@ class Native(Integrator):
             states = np.stack(np.broadcast_arrays(*form.state(found)), axis=-1)
             return Solution(states, simulation.steps_done - before, stopped)
 
-        solve.settings = {"dt": first_step, **options} | (  # type: ignore[attr-defined]
+        solve.options = {"dt": first_step, **options} | (  # type: ignore[attr-defined]
             {"N_active": active} if active < len(masses) else {}
         )
         return solve

@@ -95,7 +95,7 @@ class OdeMode(Integrator):
                     stopped = solve_one(start, samples) or stopped
             return Solution(states, simulation.steps_done - before, stopped)
 
-        solve.settings = {"dt": first_step, **options}  # type: ignore[attr-defined]
+        solve.options = {"dt": first_step, **options}  # type: ignore[attr-defined]
         solve.keep = (function, buffer)  # type: ignore[attr-defined]  # C holds their addresses
         return solve
 

@@ -51,7 +51,7 @@ class SolveIvpEvents(Integrator):
             return Solution(states, stopped=next((why for why, _ in runs if why), None), events=tuple(runs[0][1]))
 
         given = {f"jac in {name}": recorded(side.options)["jac"] for name, side in sides.items() if side.options}
-        solve.settings = recorded(options) | given  # type: ignore[attr-defined]
+        solve.options = recorded(options) | given  # type: ignore[attr-defined]
         return solve
 
     def versions(self) -> Mapping[str, Any]:

@@ -99,7 +99,7 @@ class SolveIvp(Integrator):
                 stopped = stopped or why
             return Solution(states, stopped=stopped)
 
-        solve.settings = recorded(options)  # type: ignore[attr-defined]
+        solve.options = recorded(options)  # type: ignore[attr-defined]
         return solve
 
     def versions(self) -> Mapping[str, Any]:

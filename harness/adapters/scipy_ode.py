@@ -75,7 +75,7 @@ class Ode(Integrator):
                     steps, stopped = steps + taken, stopped or why
             return Solution(states, steps, stopped)
 
-        solve.settings = options  # type: ignore[attr-defined]
+        solve.options = options  # type: ignore[attr-defined]
         return solve
 
     def versions(self) -> Mapping[str, Any]:

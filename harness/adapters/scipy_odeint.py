@@ -74,7 +74,7 @@ class Odeint(Integrator):
                     steps, stopped = steps + taken, stopped or why
             return Solution(states, steps, stopped)
 
-        solve.settings = recorded(options)  # type: ignore[attr-defined]
+        solve.options = recorded(options)  # type: ignore[attr-defined]
         return solve
 
     def versions(self) -> Mapping[str, Any]:

@@ -280,7 +280,7 @@ class _Series:
             if _unmoved(scored, self.task.start, rhs_calls):
                 raise Refused(scored.solution.stopped or "returned the initial state without a step taken")
             turned = self._turned(solve) if order.turned else None
-            settings = _settings(solve)
+            options = _options(solve)
         finally:
             close = getattr(solve, "close", None)
             if close is not None:
@@ -299,7 +299,7 @@ class _Series:
             tuple(call.seconds for call in calls),
             prepare_seconds,
             float(np.median(resets)) if resets else None,
-            settings,
+            options,
             _read_output(self.task.output),
             self.null,
             turned,
@@ -437,11 +437,11 @@ def _unmoved(call: _Call, start: Floats, rhs_calls: int | None) -> bool:
     return not rhs_calls and not call.solution.steps and bool(np.all(call.states == start))
 
 
-def _settings(solve: Solve) -> dict[str, str]:
-    """The engine settings that a solve says it changed."""
-    given = getattr(solve, "settings", {})
+def _options(solve: Solve) -> dict[str, str]:
+    """The engine's options that differ from its defaults, as `solve` declares them."""
+    given = getattr(solve, "options", {})
     if not isinstance(given, Mapping):
-        raise Unusable(f"has settings = {answers.short(given)}: they are a mapping of names to values")
+        raise Unusable(f"has options = {answers.short(given)}: they are a mapping of names to values")
     return {str(name): str(value) for name, value in given.items()}
 
 

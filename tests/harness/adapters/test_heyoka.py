@@ -69,7 +69,7 @@ def test_a_state_may_be_one_number(policy: type[Taylor]) -> None:
 
 
 @every
-def test_the_settings_recorded_are_the_settings_used(policy: type[Taylor], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_options_recorded_are_the_options_used(policy: type[Taylor], monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the integrator of one trajectory and of those of an ensemble, as heyoka reports them."""
     made: list[Any] = []
     for name in ("taylor_adaptive", "taylor_adaptive_batch"):
@@ -77,7 +77,7 @@ def test_the_settings_recorded_are_the_settings_used(policy: type[Taylor], monke
         monkeypatch.setattr(heyoka, name, lambda *a, _make=original, **k: made.append(_make(*a, **k)) or made[-1])
     solve = policy().prepare(toy(forced), 1e-7)
     solve(np.tile([0.0, 3.0], (16, 1)))
-    recorded: Any = solve.settings  # type: ignore[attr-defined]
+    recorded: Any = solve.options  # type: ignore[attr-defined]
     assert recorded["tol"] == 1e-7
     assert [one.tol for one in made] == [1e-7] * 2
     assert [one.llvm_state.fast_math for one in made] == [recorded.get("fast_math", False)] * 2

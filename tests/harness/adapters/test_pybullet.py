@@ -281,14 +281,14 @@ def test_only_contacts_bring_shapes() -> None:
                 assert [len(shape) for shape in shapes] == [int(contact)] * bodies, case.id
 
 
-def test_settings_are_recorded_and_differ_from_the_defaults() -> None:
+def test_options_are_recorded_and_differ_from_the_defaults() -> None:
     recorded: dict[str, Any] = {}
     for name, label in ENGINES:
         with running(PyBullet, variant(name, label), 1e-2) as run:
-            assert {"linearDamping", "angularDamping"} <= set(run.settings)
-            recorded |= run.settings
+            assert {"linearDamping", "angularDamping"} <= set(run.options)
+            recorded |= run.options
         with running(PyBulletAsShipped, variant(name, label), 1e-2) as run:
-            assert not run.settings
+            assert not run.options
     assert set(recorded) == {
         "linearDamping",
         "angularDamping",
@@ -311,7 +311,7 @@ def test_settings_are_recorded_and_differ_from_the_defaults() -> None:
 
 
 @pytest.mark.parametrize(("name", "label"), [*ENGINES, ("damped_oscillator", None)])
-def test_the_settings_recorded_are_the_settings_used(
+def test_the_options_recorded_are_the_options_used(
     name: str, label: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What the engine was told, by every call that sets anything; and what it says of itself after a run."""
@@ -334,7 +334,7 @@ def test_the_settings_recorded_are_the_settings_used(
     with running(PyBullet, case, step) as run:
         run(initial_state(case)[None])
         says = pybullet.getPhysicsEngineParameters(physicsClientId=run.world.client)
-        recorded = dict(run.settings)
+        recorded = dict(run.options)
     assert says["fixedTimeStep"] == step
     assert all(says[setting] == value for setting, value in recorded.items() if setting in says)
     declared = {"fixedTimeStep", "numSubSteps", "contactBreakingThreshold", "mass", "localInertiaDiagonal"}

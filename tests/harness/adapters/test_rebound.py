@@ -278,14 +278,14 @@ def test_interrupts_still_reach_python(integrator: type[Integrator]) -> None:
 
 
 @every
-def test_settings_name_what_differs_from_the_defaults(integrator: type[Integrator]) -> None:
+def test_options_name_what_differs_from_the_defaults(integrator: type[Integrator]) -> None:
     import rebound
 
     setting = setting_for(integrator) if issubclass(integrator, FixedSteps) else 1e-7
     solve = integrator().prepare(problem_for(integrator), setting)
     default = rebound.Simulation()
     default.integrator = getattr(integrator, "engine", "bs")
-    for name, value in solve.settings.items():  # type: ignore[attr-defined]
+    for name, value in solve.options.items():  # type: ignore[attr-defined]
         holder = default if hasattr(default, name) else default.integrator
         assert getattr(holder, name) != value
 
@@ -296,17 +296,17 @@ def test_settings_name_what_differs_from_the_defaults(integrator: type[Integrato
      (OdeMode, 1e-5, ["eps_rel", "eps_abs"])],
     ids=lambda x: getattr(x, "name", ""),
 )  # fmt: skip
-def test_the_settings_of_each_method(integrator: type[Integrator], setting: float, names: list[str]) -> None:
+def test_the_options_of_each_method(integrator: type[Integrator], setting: float, names: list[str]) -> None:
     solve = integrator().prepare(problem_for(integrator), setting or setting_for(integrator))
-    settings = dict(solve.settings)  # type: ignore[attr-defined]
-    settings.pop("N_active", None)
+    options = dict(solve.options)  # type: ignore[attr-defined]
+    options.pop("N_active", None)
     first = setting_for(integrator) if issubclass(integrator, FixedSteps) else 0.01 * PROBLEM.time_scale
-    assert settings.pop("dt") == first
-    assert settings == dict.fromkeys(names, setting)
+    assert options.pop("dt") == first
+    assert options == dict.fromkeys(names, setting)
 
 
 @every
-def test_the_settings_recorded_are_the_settings_used(
+def test_the_options_recorded_are_the_options_used(
     integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As the simulation that made the trial says after it; `dt` of adaptive methods is by then that of a later step."""
@@ -319,7 +319,7 @@ def test_the_settings_recorded_are_the_settings_used(
     solve = integrator().prepare(problem, setting)
     solve(START)
     (simulation,) = made
-    recorded = dict(solve.settings)  # type: ignore[attr-defined]
+    recorded = dict(solve.options)  # type: ignore[attr-defined]
     first = recorded.pop("dt")
     if issubclass(integrator, FixedSteps):
         assert simulation.dt == first == setting

@@ -122,14 +122,14 @@ def test_implicit_methods_get_the_compiled_jacobian(integrator: type[Integrator]
         solve = integrator().prepare(problem, 1e-6)
         states = solve(np.array([[0.0, 0.0]])).states[0]
         assert states[:, 0] == pytest.approx(np.sin(problem.times), abs=2e-3)
-        settings = solve.settings  # type: ignore[attr-defined]
-        assert settings["Dfun" if integrator is scipy_odeint.Odeint else "jac"] == said
+        options = solve.options  # type: ignore[attr-defined]
+        assert options["Dfun" if integrator is scipy_odeint.Odeint else "jac"] == said
     assert with_jacobian.buffer[-1] < without.buffer[-1]
 
 
 def test_methods_without_equations_to_solve_get_no_jacobian() -> None:
     for integrator in (scipy_ivp.RK45, scipy_ivp.DOP853, scipy_ode.Dop853, scipy_ode.Adams):
-        assert "jac" not in integrator().prepare(toy(stiff), 1e-6).settings  # type: ignore[attr-defined]
+        assert "jac" not in integrator().prepare(toy(stiff), 1e-6).options  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit", "euler_top"])
@@ -149,7 +149,7 @@ def test_the_jacobian_is_that_of_the_equations(name: str) -> None:
 def test_implicit_methods_get_the_jacobian_of_each_mode(integrator: type[Integrator]) -> None:
     case = get("bouncing_ball").rounded()
     solve = integrator().prepare(problem_of(case, integrator.accepts), 1e-6)
-    found = {key: value for key, value in solve.settings.items() if key.startswith("jac")}  # type: ignore[attr-defined]
+    found = {key: value for key, value in solve.options.items() if key.startswith("jac")}  # type: ignore[attr-defined]
     assert found
     assert set(found.values()) == {"compiled"}
 
@@ -268,7 +268,7 @@ def test_odeint_keeps_what_it_reached_and_says_where_it_gave_up(monkeypatch: pyt
     assert "Excess work done on this call" in solution.stopped
 
 
-def settings_used(integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, Any], Any]:
+def options_used(integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, Any], Any]:
     """What a trial at 1e-5 recorded, and what the library's own solver had, as it says."""
     used: list[Any] = []
     if issubclass(integrator, scipy_ivp.SolveIvp):
@@ -296,14 +296,14 @@ def settings_used(integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch)
         monkeypatch.setattr(_odepack_py, "_odepack", SimpleNamespace(odeint=noted))
     solve = integrator().prepare(PROBLEM, 1e-5)
     solve(START)
-    return dict(solve.settings), used[-1]  # type: ignore[attr-defined]
+    return dict(solve.options), used[-1]  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("integrator", scipy_events.INTEGRATORS, ids=lambda kind: kind.name)
-def test_the_settings_recorded_with_events_are_those_of_each_segment(
+def test_the_options_recorded_with_events_are_those_of_each_segment(
     integrator: type[scipy_events.SolveIvpEvents], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A solver is made anew after each event: all that were made have the settings that the trial recorded."""
+    """A solver is made anew after each event: all that were made have the options that the trial recorded."""
     made: list[Any] = []
     kind = METHODS[integrator.method]
 
@@ -317,7 +317,7 @@ def test_the_settings_recorded_with_events_are_those_of_each_segment(
     case = get("bouncing_ball", span=2).rounded()
     solve = integrator().prepare(problem_of(case, integrator.accepts), 1e-5)
     solution = solve(initial_state(case)[None])
-    recorded = dict(solve.settings)  # type: ignore[attr-defined]
+    recorded = dict(solve.options)  # type: ignore[attr-defined]
     jacobians = {value == "compiled" for name, value in recorded.items() if name.startswith("jac in ")} or {False}
     assert recorded["rtol"] == 1e-5
     assert set(made) == {(1e-5, recorded["atol"], jacobian) for jacobian in jacobians}
@@ -325,10 +325,10 @@ def test_the_settings_recorded_with_events_are_those_of_each_segment(
 
 
 @every
-def test_the_settings_recorded_are_the_settings_used(
+def test_the_options_recorded_are_the_options_used(
     integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    recorded, used = settings_used(integrator, monkeypatch)
+    recorded, used = options_used(integrator, monkeypatch)
     assert recorded["rtol"] == used.rtol == 1e-5
     assert recorded["atol"] == used.atol < 1e-5
     for name in recorded.keys() & {"nsteps", "mxstep"}:
