@@ -59,7 +59,7 @@ def test_a_second_run_says_that_the_file_is_in_use_until_the_first_is_killed(tmp
         with pytest.raises(ValueError, match=rf"in use by another run \(process {process.pid}\); wait") as caught:
             store.Store(path)
         assert "\n" not in str(caught.value)
-        locks._sweep()
+        locks._remove_abandoned()
         assert (folder / "output").exists(), "a folder in use is no remainder"
         assert [one.name for one in temporary.iterdir()] == [folder.name], "multiprocessing's own is in it"
     finally:
@@ -111,9 +111,9 @@ def test_the_sweep_leaves_what_belongs_to_others(temporary: Path, monkeypatch: p
     link.symlink_to(target)
     with monkeypatch.context() as patch:
         patch.setattr(locks.os, "getuid", lambda: 12345)
-        locks._sweep()
+        locks._remove_abandoned()
     assert mine.exists(), "the folder of another user"
-    locks._sweep()
+    locks._remove_abandoned()
     assert {path.name for path in temporary.iterdir()} == {"gnomon-x", "gnomon-run-b", "target"}
     assert (target / "content").read_text() == "kept"
 
