@@ -66,8 +66,8 @@ def gauss_step(
 def gauss_nystrom_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """The same step for q'' = f(t, q), with half the unknowns: the rows of a hold the square of that matrix. After b
-    come the weights b_j (1 - c_j), each with what rounding has taken from it, and what it has taken from c."""
+    """The same step for q'' = f(t, q), with half the unknowns: the rows of a hold the square of that matrix. After b come
+    the weights b_j (1 - c_j), each row followed by its rounding residuals, then the residuals of c."""
     half = x.size
     stages = (table.shape[0] - 5) // 2
     weights = 2 * stages

@@ -33,7 +33,7 @@ def runge_kutta_step(
 
 
 class RungeKutta(FixedStep):
-    """An explicit Runge-Kutta method: `stages` holds the rows a_j1 ... a_j,j-1 and `weights` the b_j, as fractions."""
+    """An explicit Runge-Kutta method: `stages` has the rows a_j1 ... a_j,j-1 and `weights` the b_j, as fractions."""
 
     accepts = (FirstOrder,)
     step = runge_kutta_step
@@ -56,7 +56,7 @@ def fraction(mp: Any, text: str) -> Any:
 
 
 class ExplicitEuler(RungeKutta):
-    """Euler's method (1768), the yardstick of what one right-hand side a step buys. Order 1."""
+    """Euler's method (1768). Order 1."""
 
     name, order = "Explicit Euler", 1
     stages = ((),)

@@ -20,15 +20,15 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 ENDS = 0
-"""Of each method, when it is compiled: 1 where the slope at the end of the step has a weight in it."""
+"""Set when a method is compiled: 1 where the step uses the acceleration at its end."""
 
 
 class Nystrom(Adaptive):
-    """An explicit Nyström pair by its tableau, each row sparse by column, numbers as fractions.
+    """An explicit Nyström pair given by its tableau, each row as {column: fraction}.
 
     `nodes`: c_j of the s stages; `stages`: a_j1, ...; `positions` and `velocities`: weights b and b' of the formula that
-    is carried on, `others`: those of the embedded one, of order `lower`. Column s stands for the acceleration at the
-    end of the step. A sample is a step of its own, of the same order, within the step.
+    is continued, `others`: those of the embedded one, of order `lower`. Column s is for the acceleration at the end of the
+    step. A sample is a separate step of the same order within the step.
     """
 
     accepts = (SecondOrder,)
@@ -94,7 +94,7 @@ def attempt(
     f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, inverse: Floats, x: Floats,
     slope: Floats, k: Floats, change: Floats, end: Floats,
 ) -> float:  # fmt: skip
-    """The stages of a step, the state at its end, and the estimated error, relative."""
+    """Compute the stages of a step and the state at its end; returns the norm of the estimated error."""
     step_into(f, t, h, y, compensation, p, table, x, slope, k, change, end)
     half = x.size
     total = 0.0
@@ -112,7 +112,7 @@ def step_into(
     f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, x: Floats, slope: Floats, k: Floats,
     change: Floats, end: Floats,
 ) -> None:  # fmt: skip
-    """One step from the acceleration k[0] at its start: the change of the state, and the state at its end."""
+    """One step from the acceleration k[0] at its start: computes the change of the state and the state at its end."""
     half = x.size
     for j in range(1, STAGES):
         ahead = table[j, 0] * h
@@ -149,7 +149,7 @@ def end_slope(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats
 
 
 def arrive(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k: Floats) -> bool:
-    """The acceleration at the end of an accepted step, where the step has not asked for it already."""
+    """Compute the acceleration at the end of an accepted step, unless the step did; returns whether it is finite."""
     if ENDS == 0:
         end_slope(f, t, end, p, x, slope, k)
     finite = True
@@ -162,14 +162,14 @@ def arrive(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k
 def open_step(
     f: Any, t: float, h: float, y: Floats, p: Floats, table: Floats, x: Floats, slope: Floats, k: Floats
 ) -> None:
-    """Nothing: there is no interpolant to prepare."""
+    """Does nothing: there is no interpolant to prepare."""
 
 
 def between(
     f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
     slope: Floats, k: Floats, spare: Floats, out: Floats,
 ) -> None:  # fmt: skip
-    """The state within a step: a step of its own, after which the acceleration at the end of the whole one is kept."""
+    """The state within a step, into `out`, by a separate step; the acceleration at the end of the whole step is kept."""
     if ahead == h:
         for i in range(y.size):
             out[i] = end[i]
@@ -189,7 +189,7 @@ def nystrom_increment(
 ) -> None:
     """One step at a fixed step size, in any arithmetic, from the acceleration store[0] at its start.
 
-    The first `stages` rows of `table` are those of the stages, the next two the weights of position and velocity.
+    The first `stages` rows of `table` are the stages, the next two the weights of position and velocity.
     """
     half = x.size
     for j in range(1, stages):
