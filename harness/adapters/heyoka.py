@@ -97,7 +97,7 @@ class Taylor(Integrator):
                     _, found = batch.propagate_grid(many)
                     states[first : first + BATCH] = np.moveaxis(found[1:], 2, 0)[: len(here)]
                     outcomes = batch.propagate_res[: len(here)]
-                    steps += sum(taken for _, _, _, taken in outcomes)
+                    steps += sum(accepted for _, _, _, accepted in outcomes)
                     stopped += [str(outcome) for outcome, *_ in outcomes if outcome != finished]
                 return steps, stopped
 

@@ -154,9 +154,9 @@ def trajectory(
 
 
 def set_latch(guard: Guard, side: Side, t: float, y: Floats, fired: bool, after_event: bool, probe: float) -> None:
-    """Latch a guard that stands on zero at the start of a segment.
+    """Replace the value of a guard that is zero at the start of a segment.
 
-    After an event it counts again; at the very start only where it first moves away from zero.
+    After an event the guard counts as not yet crossed; at the start of the motion only if it first increases from zero.
     """
     guard.unlatch()
     value = guard.value(t, y) * -guard.direction

@@ -124,7 +124,7 @@ class GaussFast(Integrator):
 
             with ThreadPoolExecutor(workers) as threads:
                 parts = list(threads.map(part, range(0, len(initial), CHUNK)))
-            steps = sum(taken for taken, _ in parts)
+            steps = sum(accepted for accepted, _ in parts)
             for first in (first for _, firsts in parts for first in firsts):
                 here = slice(first, first + 8)
                 steps += one_by_one(initial[here], out[here], stop, first)

@@ -101,8 +101,8 @@ class Stormer(FixedStep):
             for weights in (stormer_weights(cls.order), adams_weights(cls.order + 1))
         ]
         formulas = [
-            [tail[0], *[Fraction(0)] * free, *(-x for x in tail[free + 1 :])]
-            for free, tail in zip((2, 1), tails, strict=True)
+            [tail[0], *[Fraction(0)] * zeros, *(-x for x in tail[zeros + 1 :])]
+            for zeros, tail in zip((2, 1), tails, strict=True)
         ]
         rows = [[mp.mpf(x.numerator) / x.denominator for x in formula] for formula in formulas]
         return [*rows, *STARTER.fixed_rows(mp)]
