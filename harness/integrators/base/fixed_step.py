@@ -71,7 +71,7 @@ class FixedStep(Integrator):
         return compiling.right_hand_side(problem)
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
-        """The coefficients, with what else the step needs: numbers of the problem, the unit round-off."""
+        """The coefficients, with what else the step needs: parameters of the case, the unit round-off."""
         return self.coefficients(mp)
 
     def table_for(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any, h: Any) -> Table:
@@ -152,6 +152,12 @@ def given(mp: Any, function: Callable[[Any], Any], parameters: Sequence[Any], co
     """The `count` numbers that a form's function of the parameters returns. Raises ValueError for another number of them."""
     compiling.check_values({"function": function}, "function(p)", 0, len(parameters), count)
     return [mp.mpf(x) for x in function(tuple(parameters))]
+
+
+def fraction(mp: Any, text: str) -> Any:
+    """'1/3' or '0.25' as a number of the context."""
+    numerator, _, denominator = text.partition("/")
+    return mp.mpf(numerator) / mp.mpf(denominator or 1)
 
 
 def rounded(table: Table, double: Callable[[Any], float] = nearest_double) -> Floats:

@@ -177,7 +177,7 @@ def rows(mp: Any, second_order: bool, width: float) -> Table:
     c = nodes(mp, 8)
     s = range(8)
     once, b = [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
-    a, ahead = once, foreseen(mp, c, width)
+    a, ahead = once, extrapolation_weights(mp, c, width)
     if second_order:
         a = [[mp.fsum(a[j][m] * a[m][k] for m in s) for k in s] for j in s]
     a, once = ([summing(mp, row) for row in matrix] for matrix in (a, once))
@@ -214,7 +214,7 @@ def bandwidth(tolerance: float) -> float:
     return round(min(MOST_WIDTH, width), 1)
 
 
-def foreseen(mp: Any, c: list[Any], width: float) -> list[list[Any]]:
+def extrapolation_weights(mp: Any, c: list[Any], width: float) -> list[list[Any]]:
     """Weights of a function's values at the nodes `c` in its values at 1 + c: a matrix (8, 8).
 
     The best linear estimate for random functions whose frequencies have a normal distribution of this width (Rasmussen,

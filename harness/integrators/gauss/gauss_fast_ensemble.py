@@ -84,7 +84,7 @@ WITH_VELOCITY = SECOND_ORDER | {
     + summed("w@", "table", "ONCE", "w@ = fma(hh, w@, row(work, APART + N * (8 + j) + @))"),
 }
 
-PLAIN = """off = lanes(0.0)
+PLAIN_ROUND = """off = lanes(0.0)
         for j in range(8):
             {point}
             w = forcing(lanes(t + h * table[NODES, j]), k)
@@ -92,7 +92,7 @@ PLAIN = """off = lanes(0.0)
             off = fma(size(lanes(g[@]) - row(work, new + N * j + @)), change_weight[@], off)
             put(work, new + N * j + @, lanes(g[@]))
 """
-FORESEEING = """for j in range(8):
+ROUND_WITH_DERIVATIVES = """for j in range(8):
             {point}
             w = forcing(lanes(t + h * table[NODES, j]), k)
             g = slopes(({placed}), w, k)
@@ -333,7 +333,7 @@ def text(words: Mapping[str, str], entries: list[tuple[int, int]], count: int, p
     for n, (i, j) in enumerate(entries):
         shift = f"{'s' if j < count else 'w'}{j % count}"
         lines.append(f"c{i} = fma(row(work, FIRST_DERIVATIVE + DERIVATIVES * j + {n}), {shift}, c{i})")
-    body = TEXT.replace("{round}", FORESEEING if entries else PLAIN)
+    body = TEXT.replace("{round}", ROUND_WITH_DERIVATIVES if entries else PLAIN_ROUND)
     body = body.replace("{keep}", "{keep}" + BEGIN + "{apart}" if entries else "{keep}")
     body = body.replace("CORRECTIONS", BEGIN.join(lines))
     body = body.replace("{convergence_test}", (NEARLY_SETTLED if entries else "") + settled(12))

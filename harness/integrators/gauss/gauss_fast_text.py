@@ -8,8 +8,8 @@ whatever the dimension.
 What a step does:
 
 1. First guesses of the slopes. After a step of the same length: the best linear estimate for functions as smooth as the
-   tolerance implies (`foreseen`). Otherwise: the last stage polynomial continued (its monomials, times the powers of the
-   ratio of the steps).
+   tolerance implies (`gauss_fast.extrapolation_weights`). Otherwise: the last stage polynomial continued (its monomials,
+   times the powers of the ratio of the steps).
 2. Fixed-point iteration f = f(y + h A f), or a = a(q + h c v + h^2 A^2 a), until the change expected in the next round is
    a fraction of the tolerance. Changes are computed only in the last rounds: from three rounds before the number that
    the last step took. Where they do not shrink, the step is repeated with a smaller size. With many first-order equations

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.integrators.base.fixed_step import Table
+from gnomon.harness.integrators.base.fixed_step import Table, fraction
 from gnomon.harness.integrators.base.sizes import one_over, trial_step, turning_time
 from gnomon.harness.integrators.base.step_control import STAGES, Adaptive
 from gnomon.harness.integrators.base.stepping import call
@@ -66,13 +66,7 @@ class Embedded(Adaptive):
 
 def full(mp: Any, row: Row, length: int) -> list[Any]:
     """A sparse row as numbers of the context."""
-    return [number(mp, row[j]) if j in row else mp.zero for j in range(length)]
-
-
-def number(mp: Any, text: str) -> Any:
-    """'1/3' or '0.25' as a number of the context."""
-    numerator, _, denominator = text.partition("/")
-    return mp.mpf(numerator) / mp.mpf(denominator or 1)
+    return [fraction(mp, row[j]) if j in row else mp.zero for j in range(length)]
 
 
 def first_step(

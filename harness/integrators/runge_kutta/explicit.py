@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.forms import FirstOrder, Form
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
+from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, fraction
 from gnomon.harness.integrators.base.stepping import call
 
 
@@ -47,12 +47,6 @@ class RungeKutta(FixedStep):
 
     def rows(self, form: Form) -> int:
         return len(self.weights)
-
-
-def fraction(mp: Any, text: str) -> Any:
-    """'1/3' or '0.25' as a number of the context."""
-    numerator, _, denominator = text.partition("/")
-    return mp.mpf(numerator) / mp.mpf(denominator or 1)
 
 
 class ExplicitEuler(RungeKutta):

@@ -8,12 +8,12 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Tolerance
-from gnomon.harness.integrators.base.fixed_step import Table
+from gnomon.harness.integrators.base.fixed_step import Table, fraction
 from gnomon.harness.integrators.base.sizes import one_over, trial_step, turning_time
 from gnomon.harness.integrators.base.step_control import STAGES, Adaptive
 from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.runge_kutta import nystrom_table as published
-from gnomon.harness.integrators.runge_kutta.embedded import Row, full, number, step_for
+from gnomon.harness.integrators.runge_kutta.embedded import Row, full, step_for
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -46,7 +46,7 @@ class Nystrom(Adaptive):
         weights = [full(mp, row, width) for row in (cls.positions, cls.velocities)]
         others = [full(mp, row, width) for row in cls.others]
         errors = [[x - y for x, y in zip(*rows, strict=True)] for rows in zip(weights, others, strict=True)]
-        stages = [[number(mp, c), *full(mp, row, width)] for c, row in zip(cls.nodes, cls.stages, strict=True)]
+        stages = [[fraction(mp, c), *full(mp, row, width)] for c, row in zip(cls.nodes, cls.stages, strict=True)]
         return [*stages, *([mp.mpf(0), *row] for row in (*weights, *errors))]
 
     @classmethod

@@ -22,7 +22,7 @@ from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.gauss import gauss_fast, gauss_fast_kernel
 from gnomon.harness.integrators.gauss import gauss_fast_text as text
 from gnomon.harness.integrators.gauss.gauss import Gauss, integrals, nodes
-from gnomon.harness.integrators.gauss.gauss_fast import GaussFast, foreseen, table
+from gnomon.harness.integrators.gauss.gauss_fast import GaussFast, extrapolation_weights, table
 from gnomon.harness.integrators.gauss.gauss_fast_kernel import layout
 from gnomon.harness.kernels import equations as compiling
 from gnomon.harness.results.convergence_order import measure_order_exactly
@@ -206,7 +206,7 @@ def test_first_guesses_are_the_best_of_their_bandwidth(width: float) -> None:
     closed form is that of the covariances, has its minimum there; it grows with any weight's change by that square."""
     with mpmath.workdps(40):
         c = nodes(mpmath.mp, 8)
-        weights = mpmath.matrix(foreseen(mpmath.mp, c, width))
+        weights = mpmath.matrix(extrapolation_weights(mpmath.mp, c, width))
 
         @cache  # the integrals take most of the time, and three stages need the same ones
         def covariance(apart: Any) -> Any:
@@ -227,7 +227,9 @@ def test_first_guesses_are_the_best_of_their_bandwidth(width: float) -> None:
 def test_first_guesses_of_no_bandwidth_are_the_polynomials() -> None:
     with mpmath.workdps(60):
         c = nodes(mpmath.mp, 8)
-        found, limit = (mpmath.matrix(foreseen(mpmath.mp, c, width)) for width in (mpmath.mpf("1e-3"), 0.0))
+        found, limit = (
+            mpmath.matrix(extrapolation_weights(mpmath.mp, c, width)) for width in (mpmath.mpf("1e-3"), 0.0)
+        )
         assert mpmath.norm(found - limit) < 1e-4 * mpmath.norm(limit)
 
 
