@@ -1,4 +1,4 @@
-"""Ctrl-C: acknowledged at once and obeyed within seconds, whatever this process is busy with."""
+"""Ctrl-C: acknowledged at once, and the process ends within seconds, even during a long call into compiled code."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 ENDING_SECONDS = 3.0
-"""What work has to end after Ctrl-C, before the process ends without it. Results files are whole at any moment."""
+"""Seconds that work has to stop after Ctrl-C, before the process ends anyway. Results files are valid at any moment."""
 INTERRUPTED = 130
-"""The exit code: 128 and the number of the signal, as shells have it."""
+"""The exit code: 128 plus the number of the signal, as in shells."""
 
 
 @contextmanager
 def acknowledged(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
-    """Within, the first Ctrl-C prints "stopping ..." and raises KeyboardInterrupt in the main thread; `seconds` after it,
-    or at a second one, the process ends. The event says whether there was one.
+    """In this context the first Ctrl-C prints "stopping ..." and raises KeyboardInterrupt in the main thread; `seconds`
+    later, or at a second Ctrl-C, the process ends. Yields the event that is set by the first.
 
-    A thread of its own sees to it, woken by the system: a compiler or a renderer may keep the main thread from it.
+    A separate thread, woken through a pipe, does this: a compiler or a renderer may block the main thread.
     """
     asked, told = threading.Event(), threading.Lock()
-    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # as shells start what runs in the background
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # shells start background jobs so
     if ignored or threading.current_thread() is not threading.main_thread():
         yield asked
         return
 
     def acknowledge() -> None:
-        """Called by both threads: whichever comes first, for the other one may not come at all."""
+        """Called by both threads; the first call prints, because the other thread may never be reached."""
         asked.set()
         if told.acquire(blocking=False):
             os.write(2, b"\nstopping ...\n" if os.isatty(2) else b"stopping ...\n")  # a terminal shows ^C before it
@@ -47,7 +47,7 @@ def acknowledged(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
     try:
         yield asked
     finally:
-        if not asked.is_set():  # else the watch goes on: the end of the interpreter may take long too
+        if not asked.is_set():  # else the thread goes on: the exit of the interpreter may take long too
             signal.signal(signal.SIGINT, before)
             signal.set_wakeup_fd(woken)
             os.close(writing)
@@ -63,7 +63,7 @@ def _watch(reading: int, acknowledge: Callable[[], None], seconds: float) -> Non
 
 
 def _interrupted(reading: int, deadline: float | None) -> bool:
-    """Wait until the pipe tells of a SIGINT; False at the deadline, or where the pipe is closed."""
+    """Wait for a SIGINT from the pipe; False at the deadline, or when the pipe is closed."""
     while True:
         left = None if deadline is None else max(0.0, deadline - time.monotonic())
         if not select.select([reading], [], [], left)[0]:

@@ -14,13 +14,13 @@ from rich.table import Table
 
 
 def describe_check(check: Check, out: Console) -> None:
-    """Print title, conventions, closed forms, numbers, results and variants."""
+    """Print title, conventions, closed forms, parameters, results and variants."""
     out.print(f"[bold]{escape(check.title)}[/]  {escape(check.id)}   (Beatty, Dynamics, {escape(check.section)})")
     out.print(escape(check.conventions))
     out.print("\n[bold]Closed forms[/]")
     text = textwrap.dedent(inspect.getsource(type(check).formulas).rstrip())
     out.print(Syntax(text, "python", background_color="default", word_wrap=True))
-    table = Table("name", "value", "unit", "meaning", "domain", title="Numbers", title_justify="left")
+    table = Table("name", "value", "unit", "meaning", "domain", title="Parameters", title_justify="left")
     for parameter in check.parameter_list:
         domain = str(check.domain.ranges.get(parameter.name, ""))
         value = number(check.parameters[parameter.name])

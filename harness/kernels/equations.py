@@ -8,22 +8,15 @@ from __future__ import annotations
 
 import ast
 import dis
-import hashlib
 import inspect
 import linecache
 import math
-import os
-import sys
 import textwrap
 import types
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import cache
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import platformdirs
 from gnomon.cases.core import forms
 from gnomon.cases.core.arithmetic import FUNCTIONS, _names
 from gnomon.harness.contract.integrator import Problem
@@ -32,8 +25,6 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 OPTIONS = 'error_model="numpy", fastmath={"contract"}'
-WATCHERS: list[Callable[[bool], None]] = []
-"""Each is called with True before a compilation in this process and with False after it."""
 SIGNATURE = "void(float64, float64[::1], float64[::1], float64[::1])"
 ARRAY_SIGNATURE = "float64[::1](float64, float64[::1], float64[::1])"
 IMPORTS = ["import numpy as np", "from numba import carray, njit"]
@@ -74,24 +65,6 @@ def address(source: str, name: str, signature: str = C_SIGNATURE) -> int:
     from gnomon.harness.kernels import machine_code
 
     return machine_code.address(source, name, signature)
-
-
-@contextmanager
-def announced() -> Iterator[None]:
-    """Around a compilation: calls the watchers before and after it, also where it fails."""
-    for watcher in WATCHERS:
-        watcher(True)
-    try:
-        yield
-    finally:
-        for watcher in WATCHERS:
-            watcher(False)
-
-
-def cache_folder() -> Path:
-    """The folder of kept machine code: under NUMBA_CACHE_DIR where that is set, else in the user's cache folder."""
-    root = os.environ.get("NUMBA_CACHE_DIR")
-    return Path(root or platformdirs.user_cache_dir("gnomon")) / "kernels"
 
 
 def right_hand_side(problem: Problem) -> Kernel:
@@ -286,19 +259,3 @@ def source_of(function: Callable[..., Any]) -> str:
     while last < len(lines) and lines[last].startswith((f"{margin} ", f"{margin})")):
         last += 1
     return "".join(lines[first:last])
-
-
-def module_name(source: str) -> str:
-    return "gnomon_" + hashlib.sha256(source.encode()).hexdigest()[:24]
-
-
-@cache
-def load_module(source: str) -> types.ModuleType:
-    """A module of this text, named by its hash. It is not written to a file, which someone could edit."""
-    name = module_name(source)
-    path, content = f"<{name}>", f"from __future__ import annotations\n{source}"
-    linecache.cache[path] = (len(content), None, content.splitlines(keepends=True), path)
-    module = types.ModuleType(name)
-    sys.modules[name] = module
-    exec(compile(content, path, "exec"), module.__dict__)
-    return module

@@ -184,7 +184,7 @@ def paths() -> Iterator[Line]:
     for path in ("notes.txt", "/dev/null", "notes.txt/page"):
         yield ["report", "results.sqlite", "--to", path], 2, (f"--to {path}",)
     for path in ("motion.docx", "motion", ".svg/"):
-        yield ["show", "pendulum_simple", "--plot", path], 2, ("a drawing is .svg, .png, .html",)
+        yield ["show", "pendulum_simple", "--plot", path], 2, ("the name must end in one of .svg, .png",)
     yield ["show", "pendulum_simple", "--plot", "drawing.svg"], 2, ("--plot drawing.svg is a folder",)
     yield ["show", "pendulum_simple", "--plot", "notes.txt/a.svg"], 2, ("--plot notes.txt/a.svg",)
     if Path("/proc").is_dir():  # nobody can write there, and permissions say that root could

@@ -10,6 +10,7 @@ from mutate import Mutation
 METHODS, CASES = "harness/integrators", "cases"
 ON_METHODS, ON_CASES, ON_TRUTH = "tests/harness/integrators", "tests/cases", "tests/reference"
 STAGES = f"{ON_METHODS}/test_stage_equations.py"
+CLOSURE = f"{ON_TRUTH}/storage/test_import_closure.py"
 
 STEPPING = (
     Mutation(
@@ -308,40 +309,35 @@ RUNNING = (
         "if ratio > np.inf:",
         ("tests/harness/results/test_regression.py",),
     ),
-    Mutation(
-        "cache: the fingerprint of sources is a constant",
-        "reference/storage/diskcache.py",
-        "fingerprint",
-        "return found.hexdigest()[:16]",
-        'return "0" * 16',
-        (f"{ON_TRUTH}/test_diskcache.py",),
-    ),
-    Mutation(
-        "cache: the fingerprint does not see subfolders",
-        "reference/storage/diskcache.py",
-        "fingerprint",
-        'root.rglob("*.py")',
-        'root.glob("*.py")',
-        (f"{ON_TRUTH}/test_diskcache.py",),
+    *(
+        Mutation(f"cache: {name}", "reference/storage/import_closure.py", function, before, after, (CLOSURE,))
+        for name, function, before, after in (
+            ("the key of sources is a constant", "closure", "hashlib.sha256(", 'hashlib.sha256(b"" and '),
+            ("the sources of imported modules are left out", "sources", "if _is_followed(", "if not _is_followed("),
+            ("relative imports are not followed", "_imports", "ast.ImportFrom)", "ast.ImportFrom) and not node.level"),
+            ("imports inside functions are not followed", "_imports", "ast.walk(tree)", "tree.body"),
+            ("packages that act are left out", "_acts", "source.acts", "not source.acts"),
+            ("the functions of a motion are left out", "modules_of", "found.add(value.__module__)", "pass"),
+        )
     ),
 )
 
 TRUTH = (
     Mutation(
         "metric: angles more than half a turn off are not wrapped",
-        f"{CASES}/metric.py",
+        f"{CASES}/core/metric.py",
         "Group.difference",
         "np.remainder(raw + math.pi, 2 * math.pi) - math.pi",
         "raw",
-        (f"{ON_CASES}/test_metric.py",),
+        (f"{ON_CASES}/core/test_metric.py",),
     ),
     Mutation(
         "metric: lengths are wrapped like angles",
-        f"{CASES}/metric.py",
+        f"{CASES}/core/metric.py",
         "Metric.scaled",
         'wrapped = case.state[members[0]].kind == "angle"',
         "wrapped = True",
-        (f"{ON_CASES}/test_metric.py",),
+        (f"{ON_CASES}/core/test_metric.py",),
     ),
     *(
         Mutation(
@@ -353,11 +349,15 @@ TRUTH = (
             (f"{ON_CASES}/test_scales.py::test_sizes_are_those_of_the_motion",),
         )
         for file, function, text in (
-            ("coulomb", "CoulombFrictionOscillator.scales", "max(abs(float(self.initial_state[0])), first)"),
-            ("coulomb", "CoulombFrictionOscillator.scales", "float(motion.fastest())"),
-            ("foucault", "FoucaultLinear.scales", "p + q"),
-            ("foucault", "FoucaultLinear.scales", "p * faster + q * slower"),
-            ("cart_pendulum", "PendulumOnCart.scales", "abs(vx + arm * omega * cos(theta)) + arm * rate"),
+            (
+                "contact/coulomb_friction_oscillator",
+                "CoulombFrictionOscillator.scales",
+                "max(abs(float(self.initial_state[0])), first)",
+            ),
+            ("contact/coulomb_friction_oscillator", "CoulombFrictionOscillator.scales", "float(motion.fastest())"),
+            ("pendulums/foucault_pendulum_linear", "FoucaultLinear.scales", "p + q"),
+            ("pendulums/foucault_pendulum_linear", "FoucaultLinear.scales", "p * faster + q * slower"),
+            ("pendulums/pendulum_on_cart", "PendulumOnCart.scales", "abs(vx + arm * omega * cos(theta)) + arm * rate"),
         )
     ),
     *(
@@ -370,14 +370,22 @@ TRUTH = (
             (f"{ON_CASES}/test_scales.py::test_time_scales_are_those_of_the_equations",),
         )
         for file, kind, text in (
-            ("coulomb", "CoulombFrictionOscillator", 'math.sqrt(float(self.parameters["m"] / self.parameters["k"]))'),
-            ("foucault", "FoucaultLinear", "1 / max(abs(float(rate)) for rate in self.motion().circles()[2:])"),
-            ("foucault_nonlinear", "FoucaultNonlinear", "min(math.sqrt(length / g)"),
+            (
+                "contact/coulomb_friction_oscillator",
+                "CoulombFrictionOscillator",
+                'math.sqrt(float(self.parameters["m"] / self.parameters["k"]))',
+            ),
+            (
+                "pendulums/foucault_pendulum_linear",
+                "FoucaultLinear",
+                "1 / max(abs(float(rate)) for rate in self.motion().circles()[2:])",
+            ),
+            ("pendulums/foucault_pendulum_nonlinear", "FoucaultNonlinear", "min(math.sqrt(length / g)"),
         )
     ),
     Mutation(
         "variants: near_parabolic_bound is a thousand times easier",
-        f"{CASES}/kepler.py",
+        f"{CASES}/orbits/kepler_orbit.py",
         "KeplerOrbit",
         "2 * (1 - 1e-12)",
         "2 * (1 - 1e-9)",
@@ -385,7 +393,7 @@ TRUTH = (
     ),
     Mutation(
         "variants: flips_1e12 is flips_1e6",
-        f"{CASES}/euler_top.py",
+        f"{CASES}/rigid_bodies/euler_top.py",
         "EulerTopCase",
         'spinning("1e-12", 1, "1e-12")',
         'spinning("1e-6", 1, "1e-6")',
@@ -398,13 +406,13 @@ TRUTH = (
             "",
             "DOUBT = 2.0**-7",
             f"DOUBT = {ulp}",
-            (f"{ON_TRUTH}/test_tablekernel.py",),
+            (f"{ON_TRUTH}/numerics/test_tablekernel.py",),
         )
         for ulp in ("2.0**-5", "2.0**-1")
     ),
     Mutation(
         "equations: the gyrocompass is damped twice as much",
-        f"{CASES}/gyrocompass_free.py",
+        f"{CASES}/rigid_bodies/gyrocompass_nonlinear.py",
         "damped_at_any_angle",
         "c * omega / across",
         "2 * c * omega / across",
@@ -412,7 +420,7 @@ TRUTH = (
     ),
     Mutation(
         "equations: the Earth turns about the other horizontal axis in Foucault's pendulum",
-        f"{CASES}/foucault_nonlinear.py",
+        f"{CASES}/pendulums/foucault_pendulum_nonlinear.py",
         "foucault_sphere",
         "oy, oz = rate * cos(lat)",
         "oy, oz = -rate * cos(lat)",
@@ -420,7 +428,7 @@ TRUTH = (
     ),
     Mutation(
         "scenes: the top's weight has no arm",
-        f"{CASES}/top_scene.py",
+        f"{CASES}/rigid_bodies/top_scene.py",
         "standing",
         "place = (arm * r[2], arm * r[5], arm * r[8])",
         "place = (0.0, 0.0, 0.0)",
@@ -428,7 +436,7 @@ TRUTH = (
     ),
     Mutation(
         "scenes: the top's weight has half its arm",
-        f"{CASES}/top_scene.py",
+        f"{CASES}/rigid_bodies/top_scene.py",
         "standing",
         "Scene((0.0, 0.0, -weight / arm)",
         "Scene((0.0, 0.0, -weight / (2 * arm))",
@@ -436,7 +444,7 @@ TRUTH = (
     ),
     Mutation(
         "scenes: the Earth turns about the other horizontal axis in Foucault's pendulum",
-        f"{CASES}/foucault_nonlinear.py",
+        f"{CASES}/pendulums/foucault_pendulum_nonlinear.py",
         "bob_scene",
         "oy, oz = rate * cos(lat)",
         "oy, oz = -rate * cos(lat)",
@@ -444,7 +452,7 @@ TRUTH = (
     ),
     Mutation(
         "ladders: small swings of Foucault's pendulum are lifted to above the support",
-        f"{CASES}/foucault_nonlinear.py",
+        f"{CASES}/pendulums/foucault_pendulum_nonlinear.py",
         "FoucaultNonlinear.ladder",
         "height = -np.sqrt",
         "height = np.sqrt",
@@ -452,7 +460,7 @@ TRUTH = (
     ),
     Mutation(
         "ladders: small swings of Foucault's pendulum fall where they should rise",
-        f"{CASES}/foucault_nonlinear.py",
+        f"{CASES}/pendulums/foucault_pendulum_nonlinear.py",
         "FoucaultNonlinear.ladder",
         "-(x * u + y * w) / height",
         "(x * u + y * w) / height",

@@ -1,0 +1,52 @@
+"""Modules of generated source text: their names, loading, the folder of their machine code, watchers of compilations."""
+
+from __future__ import annotations
+
+import hashlib
+import linecache
+import os
+import sys
+import types
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+
+import platformdirs
+
+WATCHERS: list[Callable[[bool], None]] = []
+"""Each is called with True before a compilation in this process and with False after it."""
+
+
+@contextmanager
+def announced() -> Iterator[None]:
+    """Around a compilation: calls the watchers before and after it, also where it fails."""
+    for watcher in WATCHERS:
+        watcher(True)
+    try:
+        yield
+    finally:
+        for watcher in WATCHERS:
+            watcher(False)
+
+
+def cache_folder() -> Path:
+    """The folder of kept machine code: under NUMBA_CACHE_DIR where that is set, else in the user's cache folder."""
+    root = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(root or platformdirs.user_cache_dir("gnomon")) / "kernels"
+
+
+def module_name(source: str) -> str:
+    return "gnomon_" + hashlib.sha256(source.encode()).hexdigest()[:24]
+
+
+@cache
+def load_module(source: str) -> types.ModuleType:
+    """A module of this text, named by its hash. It is not written to a file, which someone could edit."""
+    name = module_name(source)
+    path, content = f"<{name}>", f"from __future__ import annotations\n{source}"
+    linecache.cache[path] = (len(content), None, content.splitlines(keepends=True), path)
+    module = types.ModuleType(name)
+    sys.modules[name] = module
+    exec(compile(content, path, "exec"), module.__dict__)
+    return module
