@@ -63,9 +63,7 @@ def run(
 
     options.check_workers(workers)
     chosen_suite = _suite(suite, case, limit)
-    integrators = lookup.find_all(integrator)
-    if integrator:
-        chosen_suite = replace(chosen_suite, near_duplicates=True)
+    integrators = lookup.find_all(integrator or chosen_suite.integrators)
     for one in integrators if integrator else ():
         reason = lookup.missing(one)
         if reason is not None:

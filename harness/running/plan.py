@@ -70,8 +70,8 @@ class Suite:
     """A trial that takes longer is timed in one call; the counting run before it serves as its warm-up."""
     turned: bool = True
     """Whether a default variant with a rotational symmetry is solved from turned starts too, in its first launch."""
-    near_duplicates: bool = True
-    """Whether it includes near-duplicate methods, those with `Integrator.primary` False."""
+    integrators: tuple[str, ...] = ()
+    """The integrators that run if none is named; empty for all."""
     rest: Suite | None = None
     """How it runs the cases outside `FOUNDATION`; None if like the others."""
 
@@ -118,11 +118,38 @@ FOUNDATION = (
 )
 """Cases that together have every form."""
 
+QUICK_CASES = (
+    "pendulum_simple",
+    "kepler_orbit",
+    "euler_top",
+    "damped_oscillator",
+    "projectile_parabola",
+    "bouncing_ball",
+)
+QUICK_INTEGRATORS = (
+    "gnomon:RK4",
+    "gnomon:Störmer-Verlet",
+    "gnomon:Dormand-Prince 5(4)",
+    "gnomon:Gauss 8-stage SIMD",
+    "gnomon:RKMK 4",
+    "gnomon:DOP853 [events]",
+    "scipy:DOP853",
+    "scipy:LSODA",
+    "scipy:DOP853 [events]",
+    "rebound:WHFast",
+    "rebound:IAS15",
+    "heyoka:Taylor [fast math]",
+    "pybullet:stepSimulation [configured]",
+)
+"""A few methods of every library, with one at least for each case of the suite `quick`."""
+
 _REST = Suite("rest", (), 1, False, 0.08, 0.08, block_seconds=0.002, slow_seconds=0.004)
 SUITES = {
     "standard": Suite("standard", (), 5, True, 1.0, 0.08, rest=_REST),
     "foundation": Suite("foundation", FOUNDATION, 5, True, 1.0, 0.08),
-    "quick": Suite("quick", FOUNDATION, 1, False, 0.12, 0.12, block_seconds=0.002, turned=False, near_duplicates=False),
+    "quick": Suite(
+        "quick", QUICK_CASES, 1, False, 0.12, 0.12, block_seconds=0.002, turned=False, integrators=QUICK_INTEGRATORS
+    ),
     "catalogue": Suite("catalogue", (), 5, True, 1.0, 0.08, rest=replace(_REST, variants=True)),
 }
 

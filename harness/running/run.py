@@ -43,8 +43,7 @@ def run(
 ) -> Path:
     """Run every chosen case (see `plan.choose`) through every integrator; returns the path of the results file.
 
-    If `near_duplicates` is False, near-duplicate methods (those with `primary = False`) do not run on hard variants. On
-    cases for which the suite excludes near-duplicate methods they never run.
+    If `near_duplicates` is False, near-duplicate methods (those with `primary = False`) do not run on hard variants.
 
     Trials that the file contains already are not repeated. After an interruption at any moment the same call continues
     from the file. Raises ValueError before anything runs if an integrator's declaration is wrong, and after all other
@@ -56,7 +55,6 @@ def run(
     _verify_caches()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
     series = plan.pairs(chosen, integrators, near_duplicates=near_duplicates)
-    series = [one for one in series if one.integrator.primary or suite.of(one.case).near_duplicates]
     with progress, Store(path) as results:
         known, broken = _reference_solutions(series, progress)
         calls = python_calls() if any(one.library == "scipy" for one in integrators) else {}

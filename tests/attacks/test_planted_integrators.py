@@ -29,7 +29,7 @@ from dataclasses import replace
 from gnomon.harness.running import plan
 from gnomon.harness.running.run import run
 if __name__ == "__main__":
-    suite = replace(plan.suite("quick"), block_seconds=0.0, repeats=2, siblings=True).within(2.0)
+    suite = replace(plan.suite("quick"), block_seconds=0.0, repeats=2).within(2.0)
     attacks = [one for one in planted_attacks.ATTACKS if one.name in {names!r}]
     chosen = plan.choose(["planted:Short"], False)
     run("alone.sqlite", suite, chosen, [planted.Sound(), planted.Sibling()])

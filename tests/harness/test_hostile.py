@@ -20,7 +20,7 @@ from gnomon.harness.results import store
 from gnomon.harness.running import plan
 from gnomon.harness.running.run import run
 
-SUITE = replace(plan.suite("quick"), limit_seconds=2.0, block_seconds=0.002, repeats=5, near_duplicates=True)
+SUITE = replace(plan.suite("quick"), limit_seconds=2.0, block_seconds=0.002, repeats=5)
 FAULTS = {
     hostile.ManySteps: ("crashed", "steps = 1000.*a whole number from 0 to 2\\^53"),
     hostile.FewSteps: ("crashed", "steps = -5: a count"),

@@ -280,6 +280,15 @@ def test_the_sweep_of_an_integrator_with_steps_starts_below_its_coarsest() -> No
     assert plan._steps(Steps(coarsest=0.1, halvings=3), 0.01, 1.0)[0] == 0.01
 
 
+def test_the_quick_suite_has_a_method_of_every_library_and_several_for_each_of_its_cases() -> None:
+    integrators = lookup.find_all(plan.QUICK_INTEGRATORS)
+    assert {one.id for one in integrators} == set(plan.QUICK_INTEGRATORS)
+    assert {one.library for one in integrators} == {one.library for one in lookup.everything().values()}
+    for name in plan.QUICK_CASES:
+        able = [one for one in plan.pairs([(cases.get(name), "")], integrators, False) if one.form is not None]
+        assert len({one.integrator.library for one in able}) >= 2, name
+
+
 def test_the_standard_suite_has_every_case_and_takes_the_foundation_further() -> None:
     suite = plan.suite("standard")
     chosen = plan.choose(suite.cases, suite.variants)
@@ -288,8 +297,6 @@ def test_the_standard_suite_has_every_case_and_takes_the_foundation_further() ->
     assert suite.of(inside) is suite
     assert suite.of(inside).limit(inside) > suite.of(outside).limit(outside)
     assert suite.of(outside).launches == 1
-    assert suite.of(outside).near_duplicates
-    assert not plan.suite("quick").of(inside).near_duplicates
     hard_inside, hard_outside = cases.get("pendulum_simple", "long_1e4"), cases.get("bead_leaving_sphere", "near_top")
     assert suite.takes(outside)
     assert suite.takes(hard_inside)
