@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.quadrature import integral, unit_steps
 from gnomon.reference.oscillators import action
@@ -37,15 +37,15 @@ class HamiltonAction(Check):
         (Rule("mode is a whole number", lambda p: p["mode"].denominator == 1),),
     )
     variants = (
-        Setting(
+        CheckVariant(
             "conjugate_point",
             "T is the double nearest to pi/w: the path runs 1e16 away, the variation all but vanishes",
             {"w": 1, "T": Fraction(math.pi)},
         ),
-        Setting("beyond_conjugate", "w T = 4: a variation lowers the action", {"w": 1, "T": 4}),
-        Setting("small_variation", "eps = 1e-12: the change is 1e-24 of the action", {"eps": "1e-12"}),
-        Setting("short", "w T = 1e-8: the free particle", {"T": "5e-9", "eps": "1e-9"}),
-        Setting("rippled", "a variation of 40 half waves", {"mode": 40}),
+        CheckVariant("beyond_conjugate", "w T = 4: a variation lowers the action", {"w": 1, "T": 4}),
+        CheckVariant("small_variation", "eps = 1e-12: the change is 1e-24 of the action", {"eps": "1e-12"}),
+        CheckVariant("short", "w T = 1e-8: the free particle", {"T": "5e-9", "eps": "1e-9"}),
+        CheckVariant("rippled", "a variation of 40 half waves", {"mode": 40}),
     )
     guard = 100
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Rule, positive
 from gnomon.reference.numerics.balls import ball
 
@@ -33,10 +33,10 @@ class FallingTarget(Check):
         (Rule("X is not zero (the shot is not straight up)", lambda p: p["X"] != 0),),
     )
     variants = (
-        Setting("fast", "v = 1e9: the target has fallen 6e-15 m", {"v": 10**9}),
-        Setting("slow", "v = 1e-3: both far below the ground", {"v": "1e-3"}),
-        Setting("far", "the target 1e8 away and 1 up", {"X": 10**8, "Y": 1}),
-        Setting(
+        CheckVariant("fast", "v = 1e9: the target has fallen 6e-15 m", {"v": 10**9}),
+        CheckVariant("slow", "v = 1e-3: both far below the ground", {"v": "1e-3"}),
+        CheckVariant("far", "the target 1e8 away and 1 up", {"X": 10**8, "Y": 1}),
+        CheckVariant(
             "just_slowest", "hits 3e-13 above the muzzle's height", {"g": 2, "v": "2.5000000000001", "X": 3, "Y": 4}
         ),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, positive
 
 
@@ -33,8 +33,8 @@ class CapstanBelt(Check):
         }
     )
     variants = (
-        Setting("slippery", "mu = 1e-12: the difference of the tensions cancels", {"mu": "1e-12"}),
-        Setting("bollard", "ten turns of a rope: a ratio of 1.5e8", {"beta": "62.831853"}),
+        CheckVariant("slippery", "mu = 1e-12: the difference of the tensions cancels", {"mu": "1e-12"}),
+        CheckVariant("bollard", "ten turns of a rope: a ratio of 1.5e8", {"beta": "62.831853"}),
     )
     guard = 40
 

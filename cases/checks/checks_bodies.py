@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from gnomon.cases.checks.checks_frames import second_derivative
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.vectors import named
 from gnomon.reference.rigid_bodies import bodies
@@ -36,14 +36,14 @@ class RotorDynamicBalance(Check):
         | {"beta": Range(-1.5, 1.5, typical=(-1.5, 1.5)), "e": Range(typical=(-1.0, 1.0))}
     )
     variants = (
-        Setting("statically_balanced", "e = 0: a pure couple", {"e": 0}),
-        Setting("slight_tilt", "a tilt of 1e-10", {"beta": "1e-10"}),
-        Setting(
+        CheckVariant("statically_balanced", "e = 0: a pure couple", {"e": 0}),
+        CheckVariant("slight_tilt", "a tilt of 1e-10", {"beta": "1e-10"}),
+        CheckVariant(
             "nearly_isotropic",
             "h = sqrt(3) r but for 1e-15: I3 - I1 all but vanishes",
             {"r": 1, "h": "1.732050807568877"},
         ),
-        Setting(
+        CheckVariant(
             "one_bearing_free", "the couple takes all from bearing A but 1e-6", {"e": "5.163534e-4", "beta": "0.01"}
         ),
     )
@@ -125,11 +125,11 @@ class GeneralizedImpulse(Check):
         (Rule("d <= L2 (the impulse strikes the rod)", lambda p: p["d"] <= p["L2"]),),
     )
     variants = (
-        Setting("hanging", "both straight down", {"th1": 0, "th2": 0}),
-        Setting("percussion", "straight down, struck at 2/3 of the second rod: the first does not move", {"th1": 0, "th2": 0, "L2": "1.2", "d": "0.8"}),
-        Setting("heavy_above", "m1 = 1e8 m2", {"m1": 10**8, "m2": 1}),
-        Setting("heavy_below", "m2 = 1e8 m1: M all but singular in line", {"m1": 1, "m2": 10**8, "th1": "0.4", "th2": "0.4"}),
-        Setting("short_second", "L2 = 1e-8 L1", {"L1": 1, "L2": "1e-8", "d": "5e-9"}),
+        CheckVariant("hanging", "both straight down", {"th1": 0, "th2": 0}),
+        CheckVariant("percussion", "straight down, struck at 2/3 of the second rod: the first does not move", {"th1": 0, "th2": 0, "L2": "1.2", "d": "0.8"}),
+        CheckVariant("heavy_above", "m1 = 1e8 m2", {"m1": 10**8, "m2": 1}),
+        CheckVariant("heavy_below", "m2 = 1e8 m1: M all but singular in line", {"m1": 1, "m2": 10**8, "th1": "0.4", "th2": "0.4"}),
+        CheckVariant("short_second", "L2 = 1e-8 L1", {"L1": 1, "L2": "1e-8", "d": "5e-9"}),
     )  # fmt: skip
     guard = 60
 

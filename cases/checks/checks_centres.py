@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.quadrature import integral
@@ -45,18 +45,18 @@ class ComRigidBody(Check):
         ),
     )
     variants = (
-        Setting(
+        CheckVariant(
             "ring_left",
             "the hole leaves 1e-12 of the plate, its centre 1e-13 off",
             {"r": 1, "s": "0.999999999999", "d": "1e-13"},
         ),
-        Setting(
+        CheckVariant(
             "cancelling_masses",
             "masses whose sum is 1e-15 of each: the centre is 1e15 away",
             {"m1": 1, "m2": "-1.000000000000001", "m3": "2e-15", "x1": 1, "x2": 2, "x3": 3},
         ),
-        Setting("pin_hole", "a hole of 1e-8 radii", {"s": "6e-9"}),
-        Setting("flat_cone", "a cone 1e-8 of its radius high", {"h": "6e-9"}),
+        CheckVariant("pin_hole", "a hole of 1e-8 radii", {"s": "6e-9"}),
+        CheckVariant("flat_cone", "a cone 1e-8 of its radius high", {"h": "6e-9"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
@@ -115,14 +115,14 @@ class MomentEquipollent(Check):
     )
     domain = Domain({}, (Rule("F is not zero (a couple has no axis)", lambda p: any(p["F" + k] for k in "xyz")),))
     variants = (
-        Setting(
+        CheckVariant(
             "faint_force",
             "|F| = 1e-20 of |M|: pitch and axis 1e20 away",
             {"Fx": "3e-20", "Fy": "-2e-20", "Fz": "5e-20"},
         ),
-        Setting("lever_1e8", "a lever arm of 1e8", {"Qx": "123456789.125", "Qy": "-98765432.5", "Qz": "1e8"}),
-        Setting("pure_force", "M perpendicular to F: pitch zero", {"Mx": 2, "My": 3, "Mz": 0}),
-        Setting("pure_wrench", "M along F: the axis goes through O", {"Mx": "0.3", "My": "-0.2", "Mz": "0.5"}),
+        CheckVariant("lever_1e8", "a lever arm of 1e8", {"Qx": "123456789.125", "Qy": "-98765432.5", "Qz": "1e8"}),
+        CheckVariant("pure_force", "M perpendicular to F: pitch zero", {"Mx": 2, "My": 3, "Mz": 0}),
+        CheckVariant("pure_wrench", "M along F: the axis goes through O", {"Mx": "0.3", "My": "-0.2", "Mz": "0.5"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, ClassVar
 
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.quadrature import integral
@@ -63,18 +63,20 @@ class WorkEnergyRigidBody(Check):
         ),
     )  # fmt: skip
     variants = (
-        Setting("middle_axis", "turning about the middle axis, 1e-6 off", {"w1": "1e-6", "w2": 3, "w3": 0, "t": 6}),
-        Setting("flat_body", "I3 = I1 + I2: all mass in a plane", {"I1": 1, "I2": 2, "I3": 3}),
-        Setting(
+        CheckVariant(
+            "middle_axis", "turning about the middle axis, 1e-6 off", {"w1": "1e-6", "w2": 3, "w3": 0, "t": 6}
+        ),
+        CheckVariant("flat_body", "I3 = I1 + I2: all mass in a plane", {"I1": 1, "I2": 2, "I3": 3}),
+        CheckVariant(
             "slow_turn", "rotation holds 2e-22 of the energy", {"w1": "1e-10", "w2": "2e-10", "w3": "-1e-10", "t": 2}
         ),
-        Setting("apex", "thrown so that the power vanishes at t", {"g": 10, "vz": 20, "t": 2}),
-        Setting(
+        CheckVariant("apex", "thrown so that the power vanishes at t", {"g": 10, "vz": 20, "t": 2}),
+        CheckVariant(
             "fast_top",
             "the work of the weight is 4e-12 of the top's energy",
             {"p_psi": 10**4, "p_phi": 9000, "t": "0.002"},
         ),
-        Setting(
+        CheckVariant(
             "top_without_spin",
             "a spherical pendulum: the work of the weight is most of its energy",
             {"p_psi": 0, "p_phi": "0.01"},

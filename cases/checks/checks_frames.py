@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.vectors import (
     add,
@@ -56,10 +56,10 @@ class ApparentGravityEarth(Check):
         (Rule("G > Om^2 R (else things fly off)", lambda p: p["G"] > p["Om"] ** 2 * p["R"]),),
     )
     variants = (
-        Setting("equator", "no deviation, the least weight", {"lat": 0}),
-        Setting("south", "the deviation changes its sign", {"lat": "-0.785"}),
-        Setting("slow", "a deviation of 1e-20", {"Om": "1e-13"}),
-        Setting(
+        CheckVariant("equator", "no deviation, the least weight", {"lat": 0}),
+        CheckVariant("south", "the deviation changes its sign", {"lat": "-0.785"}),
+        CheckVariant("slow", "a deviation of 1e-20", {"Om": "1e-13"}),
+        CheckVariant(
             "almost_flying_off",
             "Om^2 R = (1 - 1e-12) G at the equator",
             {"G": 1, "R": "0.999999999999", "Om": 1, "lat": "1e-9"},
@@ -114,11 +114,11 @@ class FrameTransformation(Check):
     )  # fmt: skip
     domain = Domain({})
     variants = (
-        Setting(
+        CheckVariant(
             "fast", "a rate of 1e6: centrifugal acceleration drowns what is seen in the frame", {"a1": 10**6, "b1": 3}
         ),
-        Setting("slow", "a rate of 1e-12", {"a1": "1e-12", "a2": 0, "b1": 0, "b2": 0}),
-        Setting("late", "after 1e10 turns", {"t": 700000}),
+        CheckVariant("slow", "a rate of 1e-12", {"a1": "1e-12", "a2": 0, "b1": 0, "b2": 0}),
+        CheckVariant("late", "after 1e10 turns", {"t": 700000}),
     )
     guard = 60
 
@@ -208,13 +208,13 @@ class MaterialFrameIndifference(Check):
         ),
     )
     variants = (
-        Setting(
+        CheckVariant(
             "close",
             "1e-10 apart, seen from 1e8 away",
             {"qx": "0.5000000001", "qy": -1, "qz": "0.3", "sx": 10**8, "sy": -(10**8)},
         ),
-        Setting("spring", "a linear spring", {"n": -1}),
-        Setting("fifth_power", "the force under which circles through the centre are run", {"n": 5}),
+        CheckVariant("spring", "a linear spring", {"n": -1}),
+        CheckVariant("fifth_power", "the force under which circles through the centre are run", {"n": 5}),
     )
     guard = 80
 

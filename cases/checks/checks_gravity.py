@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.quadrature import integral, integral_near, unit_steps
 from gnomon.reference.numerics.vectors import named
@@ -37,32 +37,32 @@ class GravityFieldParticleBody(Check):
         (Rule("r is not a (the shell's field jumps there)", lambda p: p["r"] != p["a"]),),
     )
     variants = (
-        Setting(
+        CheckVariant(
             "at_ring",
             "1e-10 of a radius from the ring: 1 - m = 2.5e-21",
             {"mu": 1, "a": 1, "rho": 1, "z": "1e-10", "r": "1.5", "L": 1},
         ),
-        Setting(
+        CheckVariant(
             "inside_ring",
             "in the ring's plane but for 1e-10, beside it by 1e-10",
             {"mu": 1, "a": 1, "rho": "0.9999999999", "z": "1e-10", "r": "0.5", "L": 1},
         ),
-        Setting(
+        CheckVariant(
             "above_shell",
             "1e-10 outside the shell",
             {"mu": 1, "a": 1, "rho": "0.5", "z": 1, "r": "1.0000000001", "L": "1e-8"},
         ),
-        Setting(
+        CheckVariant(
             "below_shell",
             "1e-10 inside the shell: the field is zero, nearby it is not",
             {"mu": 1, "a": 1, "rho": "0.5", "z": 1, "r": "0.9999999999", "L": "1e8"},
         ),
-        Setting(
+        CheckVariant(
             "far",
             "1e8 radii away: what tells ring and disc from a particle is 1e-16 of it",
             {"mu": 1, "a": 1, "rho": 6 * 10**7, "z": 8 * 10**7, "r": 10**8, "L": 1},
         ),
-        Setting("on_axis", "m = 0", {"mu": 1, "a": 1, "rho": 0, "z": "0.3", "r": "0.2", "L": 1}),
+        CheckVariant("on_axis", "m = 0", {"mu": 1, "a": 1, "rho": 0, "z": "0.3", "r": "0.2", "L": 1}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
@@ -182,10 +182,10 @@ class WeightLocalGravity(Check):
         {"g0": positive(), "R": positive(1.0, 10.0), "h": Range(low=0.0, typical=(0.0, 10.0)), "L": positive()}
     )
     variants = (
-        Setting("short_rod", "L = 1e-12 R: the two centres are 1e-25 R apart", {"R": 10**7, "L": "1e-5", "h": 0}),
-        Setting("low", "h = 1e-12 R: the first order leaves out 3e-24", {"R": 10**7, "h": "1e-5"}),
-        Setting("high", "1e8 radii away", {"h": "6.371e14"}),
-        Setting("space_elevator", "a rod of five radii", {"L": "3.2e7", "h": 0}),
+        CheckVariant("short_rod", "L = 1e-12 R: the two centres are 1e-25 R apart", {"R": 10**7, "L": "1e-5", "h": 0}),
+        CheckVariant("low", "h = 1e-12 R: the first order leaves out 3e-24", {"R": 10**7, "h": "1e-5"}),
+        CheckVariant("high", "1e8 radii away", {"h": "6.371e14"}),
+        CheckVariant("space_elevator", "a rod of five radii", {"L": "3.2e7", "h": 0}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, Numbers, Setting
+from gnomon.cases.core.check import Check, CheckVariant, Numbers
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import Number
@@ -55,11 +55,11 @@ class InertiaTensorSpecialBodies(Check):
         ),
     )
     variants = (
-        Setting("thin_disc", "h = 1e-8 r: cylinder, cone and box become laminae", {"h": "4e-9", "c": "4e-9"}),
-        Setting("thin_rod", "r = 1e-8 h: cylinder and cone become rods", {"r": "1e-8", "inner": 0, "h": 1}),
-        Setting("thin_wall", "a tube whose wall is 1e-12 of its radius", {"inner": "0.3999999999996"}),
-        Setting("aspect_1e8", "edges 1e-8, 1 and 1e8", {"a": "1e-8", "b": 1, "c": "1e8"}),
-        Setting("horn_torus", "r = R: the torus closes its hole", {"R": "0.4"}),
+        CheckVariant("thin_disc", "h = 1e-8 r: cylinder, cone and box become laminae", {"h": "4e-9", "c": "4e-9"}),
+        CheckVariant("thin_rod", "r = 1e-8 h: cylinder and cone become rods", {"r": "1e-8", "inner": 0, "h": 1}),
+        CheckVariant("thin_wall", "a tube whose wall is 1e-12 of its radius", {"inner": "0.3999999999996"}),
+        CheckVariant("aspect_1e8", "edges 1e-8, 1 and 1e8", {"a": "1e-8", "b": 1, "c": "1e8"}),
+        CheckVariant("horn_torus", "r = R: the torus closes its hole", {"R": "0.4"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
@@ -121,12 +121,12 @@ class InertiaCompositeParallelAxis(Check):
         ),
     )
     variants = (
-        Setting(
+        CheckVariant(
             "far_1e8", "the origin 1e8 sizes away: a transfer back cancels 16 digits", {"X": 3 * 10**7, "Y": 10**7}
         ),
-        Setting("no_hole", "a plain box: products of inertia from the transfer alone", {"r": 0}),
-        Setting("largest_hole", "the hole touches two faces", {"r": "0.15", "p": 0, "q": 0}),
-        Setting("pin_hole", "a hole of 1e-8 sizes", {"r": "3e-9"}),
+        CheckVariant("no_hole", "a plain box: products of inertia from the transfer alone", {"r": 0}),
+        CheckVariant("largest_hole", "the hole touches two faces", {"r": "0.15", "p": 0, "q": 0}),
+        CheckVariant("pin_hole", "a hole of 1e-8 sizes", {"r": "3e-9"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
@@ -217,25 +217,25 @@ class InertiaTransformationPrincipal(Check):
         ),
     )
     variants = (
-        Setting(
+        CheckVariant(
             "near_double",
             "two moments apart by 1.8e-15 of them: acos loses half the digits",
             _turned(1, 1 + Fraction(1, 2**49), Fraction(3, 2)),
         ),
-        Setting(
+        CheckVariant(
             "near_double_1e_15",
             "two moments apart by 1e-15 of them, in exact numbers",
             _turned(1, 1 + Fraction(1, 10**15), Fraction(3, 2)),
         ),
-        Setting(
+        CheckVariant(
             "near_triple", "all three within 4e-15 of them", _turned(1, 1 + Fraction(1, 2**49), 1 + Fraction(2, 2**49))
         ),
-        Setting("exact_double", "two equal moments, axes turned", _turned(2, 2, 3)),
-        Setting("exact_double_least", "the two larger ones equal", _turned(2, 3, 3)),
-        Setting("exact_triple", "the sphere: every axis is principal", _turned(2, 2, 2)),
-        Setting("flat", "I3 = I1 + I2 exactly: a lamina", _turned(1, 2, 3)),
-        Setting("rod", "one moment exactly zero", _turned(0, 2, 2)),
-        Setting("aspect_1e8", "a needle: one moment 9e-16 of the others", _turned(Fraction(1, 2**50), 1, 1)),
+        CheckVariant("exact_double", "two equal moments, axes turned", _turned(2, 2, 3)),
+        CheckVariant("exact_double_least", "the two larger ones equal", _turned(2, 3, 3)),
+        CheckVariant("exact_triple", "the sphere: every axis is principal", _turned(2, 2, 2)),
+        CheckVariant("flat", "I3 = I1 + I2 exactly: a lamina", _turned(1, 2, 3)),
+        CheckVariant("rod", "one moment exactly zero", _turned(0, 2, 2)),
+        CheckVariant("aspect_1e8", "a needle: one moment 9e-16 of the others", _turned(Fraction(1, 2**50), 1, 1)),
     )
 
     @property

@@ -8,7 +8,7 @@ from itertools import combinations
 from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.guided.pendulum_on_hoop import Hoop
 from gnomon.reference.numerics.balls import ball
@@ -42,17 +42,17 @@ class RodTensionCircular(Check):
         }
     )
     variants = (
-        Setting(
+        CheckVariant(
             "loop",
             "v0^2 = 5 g L: the tension at the top is exactly zero",
             {"g": 5, "L": 1, "theta": 0, "omega": 5, "t": "0.9"},
         ),
-        Setting(
+        CheckVariant(
             "separatrix",
             "creeping up to the top: the rod carries the weight",
             {"g": 1, "L": 1, "theta": 0, "omega": 2, "t": 20},
         ),
-        Setting("whirl", "1e6 rad/s: weight is 1e-12 of the tension", {"omega": 10**6, "t": "0.001"}),
+        CheckVariant("whirl", "1e6 rad/s: weight is 1e-12 of the tension", {"omega": 10**6, "t": "0.001"}),
     )
     guard = 40
 
@@ -120,10 +120,10 @@ class MomentMomentumMovingPoint(Check):
     )
     domain = Domain({name: positive() for name in ("m1", "m2", "k", "g")} | {"t": Range(low=0.0, typical=(0.0, 3.0))})
     variants = (
-        Setting("light_partner", "m2 = 1e-9 m1", {"m2": "2e-9"}),
-        Setting("stiff", "k = 1e10: the internal forces dwarf the weights and cancel", {"k": 10**10}),
-        Setting("far_point", "Q is 1e8 away", {"qx": 10**8, "qy": -(10**8)}),
-        Setting("fixed_point", "Q at rest: both forms are one", {f"{s}{k}": 0 for s in "uc" for k in "xyz"}),
+        CheckVariant("light_partner", "m2 = 1e-9 m1", {"m2": "2e-9"}),
+        CheckVariant("stiff", "k = 1e10: the internal forces dwarf the weights and cancel", {"k": 10**10}),
+        CheckVariant("far_point", "Q is 1e8 away", {"qx": 10**8, "qy": -(10**8)}),
+        CheckVariant("fixed_point", "Q at rest: both forms are one", {f"{s}{k}": 0 for s in "uc" for k in "xyz"}),
     )
     guard = 60
 
@@ -211,13 +211,13 @@ class InternalPotentialEnergy(Check):
         ),
     )
     variants = (
-        Setting("close_pair", "two particles 1e-10 apart: their forces dwarf the third's", {"bx": "0.3000000001", "by": -1, "bz": 2}),
-        Setting(
+        CheckVariant("close_pair", "two particles 1e-10 apart: their forces dwarf the third's", {"bx": "0.3000000001", "by": -1, "bz": 2}),
+        CheckVariant(
             "equilateral", "Lagrange's triangle: every force points at the centre of mass",
             {"k": 0, "ax": 1, "ay": 0, "az": 0, "bx": 0, "by": 1, "bz": 0, "cx": 0, "cy": 0, "cz": 1},
         ),
-        Setting("far", "one particle 1e8 away", {"k": 0, "cx": 10**8}),
-        Setting("light", "a mass of 1e-12", {"m3": "1e-12", "k": 0}),
+        CheckVariant("far", "one particle 1e8 away", {"k": 0, "cx": 10**8}),
+        CheckVariant("light", "a mass of 1e-12", {"m3": "1e-12", "k": 0}),
     )  # fmt: skip
     guard = 60
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any, ClassVar
 
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.guided.pendulum_on_hoop import Hoop
 from gnomon.reference.numerics.balls import ball
@@ -40,12 +40,14 @@ class ProjectileCoriolisFirstOrder(Check):
         },
         (Rule("the throw has a horizontal velocity", lambda p: bool(p["vx"] or p["vy"])),),
     )
-    variants: ClassVar[tuple[Setting, ...]] = (
-        Setting("equator", "no lateral deflection from level flight: east and up alone", {"lat": 0}),
-        Setting("drop", "all but dropped from 158.5 m: east by 27 mm", {"vx": 0, "vy": "1e-6", "vz": 0, "t": "5.6846"}),
-        Setting("slow", "Om t = 1e-12: what is left out is 1e-24", {"Om": "1e-13", "t": 10}),
-        Setting("turntable", "Om t = 3: the first order is no approximation", {"Om": "0.3", "t": 10}),
-        Setting("a_day", "24 h", {"t": 86400}),
+    variants: ClassVar[tuple[CheckVariant, ...]] = (
+        CheckVariant("equator", "no lateral deflection from level flight: east and up alone", {"lat": 0}),
+        CheckVariant(
+            "drop", "all but dropped from 158.5 m: east by 27 mm", {"vx": 0, "vy": "1e-6", "vz": 0, "t": "5.6846"}
+        ),
+        CheckVariant("slow", "Om t = 1e-12: what is left out is 1e-24", {"Om": "1e-13", "t": 10}),
+        CheckVariant("turntable", "Om t = 3: the first order is no approximation", {"Om": "0.3", "t": 10}),
+        CheckVariant("a_day", "24 h", {"t": 86400}),
     )
     guard = 70
 
@@ -120,8 +122,8 @@ class FalklandGunnery(ProjectileCoriolisFirstOrder):
         Parameter("t", "s", 60, "time of flight"),
     )
     variants = (
-        Setting("west", "fired west", {"vx": -600, "vy": 0}),
-        Setting("equator", "at the equator, due south: rise and fall alone deflect", {"lat": 0}),
+        CheckVariant("west", "fired west", {"vx": -600, "vy": 0}),
+        CheckVariant("equator", "at the equator, due south: rise and fall alone deflect", {"lat": 0}),
     )
 
 
@@ -148,13 +150,15 @@ class StabilityPendulumLinearisation(Check):
         }
     )
     variants = (
-        Setting("upright_1e_12", "1e-12 off the upright: 28 e-foldings on the way down", {"delta": "1e-12", "t": 27}),
-        Setting(
+        CheckVariant(
+            "upright_1e_12", "1e-12 off the upright: 28 e-foldings on the way down", {"delta": "1e-12", "t": 27}
+        ),
+        CheckVariant(
             "still_linear",
             "1e-12 off after one e-folding: the linear solution to 24 digits",
             {"delta": "1e-12", "t": 1},
         ),
-        Setting("past_the_bottom", "0.1 off, past the bottom and back", {"delta": "0.1", "t": 14}),
+        CheckVariant("past_the_bottom", "0.1 off, past the bottom and back", {"delta": "0.1", "t": 14}),
     )
     guard = 50
 

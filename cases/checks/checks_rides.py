@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, Numbers, Setting
+from gnomon.cases.core.check import Check, CheckVariant, Numbers
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 
 
@@ -64,13 +64,13 @@ class AmusementRides(Check):
         ),
     )
     variants = (
-        Setting(
+        CheckVariant(
             "bifurcation",
             "w^2 = (1 + 1e-12) g/L: the angle is sqrt(2e-12), a cosine next to 1",
             {"g": 10, "L": "2.5", "w": Fraction(2) * (1 + Fraction(1, 2 * 10**12))},
         ),
-        Setting("smooth_bank", "no friction: one speed, where both limits meet", {"mu": 0}),
-        Setting("no_limit", "1e-9 below the bank at which no speed is too high", {"beta": 1, "mu": "0.642092615"}),
+        CheckVariant("smooth_bank", "no friction: one speed, where both limits meet", {"mu": 0}),
+        CheckVariant("no_limit", "1e-9 below the bank at which no speed is too high", {"beta": 1, "mu": "0.642092615"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:

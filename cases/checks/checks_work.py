@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any, ClassVar
 
 import flint
-from gnomon.cases.core.check import Check, Numbers, Setting
+from gnomon.cases.core.check import Check, CheckVariant, Numbers
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.quadrature import integral, integral_near, unit_steps
 from gnomon.reference.numerics.vectors import components, dot, square
@@ -44,10 +44,10 @@ class WorkConstantLinearCoulomb(Check):
         (Rule("b <= a", lambda p: p["b"] <= p["a"]),),
     )
     variants = (
-        Setting("flat_ellipse", "b = 1e-8 a: the curvature sits in 1e-8 of the way", {"a": 1, "b": "1e-8"}),
-        Setting("straight_parabola", "c X = 1e-10: x/2 + asinh/(4c) cancels", {"c": "1e-10", "X": 1}),
-        Setting("long_helix", "1e4 rad: the end points alone count", {"phi": 10000}),
-        Setting(
+        CheckVariant("flat_ellipse", "b = 1e-8 a: the curvature sits in 1e-8 of the way", {"a": 1, "b": "1e-8"}),
+        CheckVariant("straight_parabola", "c X = 1e-10: x/2 + asinh/(4c) cancels", {"c": "1e-10", "X": 1}),
+        CheckVariant("long_helix", "1e4 rad: the end points alone count", {"phi": 10000}),
+        CheckVariant(
             "closed",
             "nearly a whole turn without pitch: the work of the springs returns",
             {"p": 0, "phi": Fraction(6283185307179586, 10**15)},
@@ -153,16 +153,16 @@ class ConservativeForceTest(Check):
         ),
     )
     variants = (
-        Setting(
+        CheckVariant(
             "needle_inside", "the origin 1e-10 inside the circle, the line 1e-10 beside it",
             {"X": 1, "Y": 0, "R": "1.0000000001", "Ax": 1, "Ay": "1e-10", "Bx": -1, "By": "1e-10"},
         ),
-        Setting(
+        CheckVariant(
             "needle_outside", "the origin 1e-10 outside the circle, the line 1e-10 beside it on the other side",
             {"X": 1, "Y": 0, "R": "0.9999999999", "Ax": 1, "Ay": "-1e-10", "Bx": -1, "By": "-1e-10"},
         ),
-        Setting("far_outside", "no turn about the origin: no work", {"X": 50}),
-        Setting("long_helix", "1000 rad", {"phi": 1000}),
+        CheckVariant("far_outside", "no turn about the origin: no work", {"X": 50}),
+        CheckVariant("long_helix", "1000 rad", {"phi": 1000}),
     )  # fmt: skip
     natural_sizes: ClassVar[Mapping[str, float]] = {"circle": 2 * 3.141592653589793}
     guard = 40

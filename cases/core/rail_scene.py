@@ -1,6 +1,6 @@
-"""One coordinate and the force along it, as a physics engine is given them: a point of mass 1 on a rail.
+"""Scene of a system with one coordinate and constant inertia: a point of mass 1 on a rail, with a force along it.
 
-So moves whatever has one coordinate and constant inertia: a block over a spring, a chain that is guided all along.
+Examples: a block over a spring, a chain in a tube.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ Values = tuple[float, ...]
 
 
 def railed(force: Callable[[float, float, Values], float], token: str = "position_force") -> SceneForm:
-    """State (x, v); `force(t, x, parameters)` over the inertia."""
+    """State (x, v); `force(t, x, parameters)` is the force over the inertia."""
 
     def build(state: Values, parameters: Values) -> Scene:
         def push(t: float, position: Vector, velocity: Vector) -> Vector:
