@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.cases.core.box_scene import flat_box
-from gnomon.cases.core.case import Case, Event, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Friction, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm, Vector
@@ -84,10 +84,6 @@ ONE_FRICTION, TWO_FRICTIONS = (
 
 SHOWN = 5
 """Half cycles whose energies are listed."""
-
-
-def as_it_slides(states: Floats) -> Floats:
-    return states
 
 
 class CoulombFrictionOscillator(Case):
@@ -172,7 +168,7 @@ class CoulombFrictionOscillator(Case):
         free = HarmonicOscillator(
             initial_state=self.initial_state, span=self.span, m=self.parameters["m"], k=self.parameters["k"]
         )
-        return (Level(free, as_it_slides, "no friction: harmonic"),)
+        return (Level(free, same, "no friction: harmonic"),)
 
     @property
     def time_scale(self) -> float:

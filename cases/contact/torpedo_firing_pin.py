@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.cases.contact.torpedo_firing_pin_scene import CAUGHT, STRIKING
-from gnomon.cases.core.case import Case, Event, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm
@@ -62,10 +62,6 @@ def pin_start(t: Any, state: Values, parameters: Values) -> str:
     if x >= gap:
         return "struck"
     return "moving" if v > 0 or k * (d0 - x) > mu * m * a else "stopped"
-
-
-def no_change(states: Floats) -> Floats:
-    return states
 
 
 class TorpedoFiringPin(Case):
@@ -186,8 +182,8 @@ class TorpedoFiringPin(Case):
     def hierarchy(self) -> tuple[Level, ...]:
         """Of an oblique impact, a cos(60 degrees), the head-on one too."""
         smooth = self.with_numbers(self.initial_state, self.parameters | {"mu": self.parameters["mu"] * 0})
-        levels = (Level(smooth, no_change, "a smooth guide"),)
+        levels = (Level(smooth, same, "a smooth guide"),)
         if self.variant != "oblique":
             return levels
         head_on = self.with_numbers(self.initial_state, self.parameters | {"a": 2 * self.parameters["a"]})
-        return (*levels, Level(head_on, no_change, "the friction of a head-on impact"))
+        return (*levels, Level(head_on, same, "the friction of a head-on impact"))

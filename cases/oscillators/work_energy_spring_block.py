@@ -39,7 +39,7 @@ def unchanged(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def spring_block_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """From the free end of the spring, which pushes only: (y - sqrt(y^2))/2 is its compression."""
+    """Energy, zero at the free end of the spring; the spring only pushes, its compression is -(y - sqrt(y^2))/2."""
     y, v = state
     g, m, k = parameters
     squeezed = (y - sqrt(y * y)) / 2
@@ -52,7 +52,7 @@ def which_side(t: Any, state: Values, parameters: Values) -> str:
 
 
 class WorkEnergySpringBlock(Case):
-    """A block that drops on an upright spring, is thrown up and drops again."""
+    """A block that drops on a vertical spring, is thrown up and drops again."""
 
     name = "work_energy_spring_block"
     title = "Block dropped on a spring"
@@ -77,10 +77,10 @@ class WorkEnergySpringBlock(Case):
     variants = (
         Variant("stiff", "k = 1e9 N/m: a contact of 1e-4 s between flights of 0.6 s", {"k": 10**9}),
         Variant(
-            "soft", "released at the end of the spring: comes back to it at rest and never leaves", initial_state=(0, 0)
+            "soft", "released at the end of the spring: returns to it at rest and never leaves", initial_state=(0, 0)
         ),
-        Variant("on_spring", "starts compressed and is thrown off", initial_state=("-0.2", 0)),
-        Variant("long_1e3", "2,000 events: every error of an event's time stays"),
+        Variant("on_spring", "starts on the compressed spring, which throws it up", initial_state=("-0.2", 0)),
+        Variant("long_1e3", "2,000 events: errors of event times add up"),
     )
     invariants: ClassVar = {"energy": Invariant(spring_block_energy)}
     _PERIODS: ClassVar = {"long_1e3": 1000.37}
@@ -122,7 +122,7 @@ class WorkEnergySpringBlock(Case):
         return self._PERIODS.get(self.variant or "", 5.37) * float(self._exact.period())
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
-        """`touch` and `lift` in turn."""
+        """`touch` and `lift` alternate."""
         motion, found, n = self._exact, list[Event](), 1
         if not motion.leaves:
             return ()

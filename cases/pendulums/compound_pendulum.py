@@ -8,7 +8,7 @@ from functools import cached_property
 from math import cos, sin, sqrt, tau
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import IDENTITY, Body, Guide, Hinge, Readings, Scene, SceneForm, Vector
@@ -84,10 +84,6 @@ def bowl_reading(readings: Readings, parameters: Values) -> Values:
 
 COMPOUND_SCENE = SceneForm(compound_scene, pendulum_reading, frozenset({"hinge"}))
 BOWL_SCENE = SceneForm(bowl_scene, bowl_reading, frozenset({"curved_guide", "rolling_without_slip"}))
-
-
-def _unchanged(states: Floats) -> Floats:
-    return states
 
 
 class _Swinging(Case):
@@ -192,7 +188,7 @@ class CompoundPendulum(_Swinging):
         """The simple pendulum of length l: all mass at the centre of mass."""
         _inertia, _m, g, arm = self.parameter_values()
         point = PendulumSimple(initial_state=self.initial_state, span=self.span, g=g, L=arm)
-        return (Level(point, _unchanged, "all mass at the centre of mass"),)
+        return (Level(point, same, "all mass at the centre of mass"),)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`center_of_percussion`: its distance from the axis, I/(m l) (m). Reactions of the axis at the start (N)."""

@@ -11,7 +11,7 @@ from fractions import Fraction
 from math import sin
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Form, SemiLinear, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import free_point
@@ -77,10 +77,6 @@ def foucault_momentum(t: Any, state: Values, parameters: Values) -> Values:
     x, y, vx, vy = state
     _g, _length, rate, lat = parameters
     return (x * vy - y * vx + rate * sin(lat) * (x * x + y * y),)
-
-
-def unchanged(states: Floats) -> Floats:
-    return states
 
 
 PRECESSION_SCENE = free_point(precession_equations, (0, 1))
@@ -182,8 +178,8 @@ class FoucaultLinear(Case):
             )
 
         return (
-            Level(level(Om=0), unchanged, "swings in a fixed plane"),
-            Level(level(), unchanged, "the plane turns at -Om sin(lat)"),
+            Level(level(Om=0), same, "swings in a fixed plane"),
+            Level(level(), same, "the plane turns at -Om sin(lat)"),
         )
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:

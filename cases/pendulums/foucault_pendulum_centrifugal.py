@@ -8,12 +8,12 @@ from functools import cached_property
 from math import sin, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import free_point
 from gnomon.cases.core.scene import SceneForm
-from gnomon.cases.pendulums.foucault_linear import FoucaultLinear, FoucaultPrecession, no_load, unchanged
+from gnomon.cases.pendulums.foucault_linear import FoucaultLinear, FoucaultPrecession, no_load
 from gnomon.reference.numerics.precision import publish, working
 from gnomon.reference.pendulums.foucault_pendulum_centrifugal import FoucaultCentrifugal
 
@@ -112,13 +112,13 @@ class FoucaultInPlaneCentrifugal(Case):
         rest: dict[str, Any] = numbers | {"Om": 0}
         start, span = self.initial_state, self.span
         return (
-            Level(FoucaultPrecession(initial_state=start, span=span, **rest), unchanged, "a fixed plane"),
+            Level(FoucaultPrecession(initial_state=start, span=span, **rest), same, "a fixed plane"),
             Level(
                 FoucaultPrecession(initial_state=start, span=span, **numbers),
-                unchanged,
+                same,
                 "the plane turns at -Om sin(lat)",
             ),
-            Level(FoucaultLinear(initial_state=start, span=span, **numbers), unchanged, "Coriolis force in full"),
+            Level(FoucaultLinear(initial_state=start, span=span, **numbers), same, "Coriolis force in full"),
         )
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:

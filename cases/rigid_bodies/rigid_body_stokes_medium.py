@@ -7,7 +7,7 @@ from functools import cached_property
 from math import exp, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Equations, RigidBody, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import Readings, Scene, SceneForm
@@ -155,4 +155,4 @@ class RigidBodyStokesMedium(Case):
     def hierarchy(self) -> tuple[Level, ...]:
         moments: dict[str, Any] = {name: self.parameters[name] for name in ("I1", "I2", "I3")}
         free = EulerTopCase(initial_state=self.initial_state, span=self.span, **moments)
-        return (Level(free, lambda states: states, "no medium: the torque-free body"),)
+        return (Level(free, same, "no medium: the torque-free body"),)

@@ -176,7 +176,7 @@ class RigidBodyStokesMediumFalling(Case):
     def hierarchy(self) -> tuple[Level, ...]:
         numbers: dict[str, Any] = {name: self.parameters[name] for name in ("g", "I1", "I2", "I3")}
         free = DynamicsOfFreeRigidBodyInGravity(initial_state=self.initial_state, span=self.span, **numbers)
-        return (Level(free, lambda states: states, "no medium"),)
+        return (Level(free, same, "no medium"),)
 
 
 class RigidBodyStokesMediumTorque(IntegratedCase):

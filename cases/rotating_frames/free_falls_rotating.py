@@ -12,7 +12,7 @@ from functools import cached_property
 from math import cos, sin
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Charged, Form, SecondOrder, SemiLinear, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range
 from gnomon.cases.core.point_scene import SPACE, free_point
@@ -77,10 +77,6 @@ def axial_momentum(t: Any, state: Values, parameters: Values) -> Values:
     _x, _y, _z, _vx, vy, vz = state
     g, _rate, lat = parameters
     return (cos(lat) * vy + sin(lat) * vz + g * sin(lat) * t,)
-
-
-def same_state(states: Floats) -> Floats:
-    return states
 
 
 def earth_fields(t: Any, place: Values, parameters: Values) -> Values:
@@ -222,8 +218,8 @@ class FreeFallRotatingEarth(Case):
         numbers: dict[str, Any] = self.parameters | dict(zip(("ux", "uy", "uz"), thrown, strict=True))
         first = FreeFallFirstOrder(initial_state=(x, y, z, *thrown), span=self.span, **numbers)
         return (
-            Level(still, same_state, "gravity on an Earth at rest"),
-            Level(first, same_state, "the Coriolis force of the unperturbed velocity"),
+            Level(still, same, "gravity on an Earth at rest"),
+            Level(first, same, "the Coriolis force of the unperturbed velocity"),
         )
 
 
@@ -253,7 +249,7 @@ class FreeFallCentrifugal(FreeFallRotatingEarth):
     def hierarchy(self) -> tuple[Level, ...]:
         numbers: dict[str, Any] = dict(self.parameters)
         earth = FreeFallRotatingEarth(initial_state=self.initial_state, span=self.span, **numbers)
-        return (*earth.hierarchy, Level(earth, same_state, "the Coriolis force, exactly"))
+        return (*earth.hierarchy, Level(earth, same, "the Coriolis force, exactly"))
 
 
 def first_order_fall(t: Any, q: Values, parameters: Values) -> Values:

@@ -9,7 +9,7 @@ from functools import cached_property
 from math import sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Form, Hybrid, Mode, Separable, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import railed_pull
@@ -78,10 +78,6 @@ def pull_anywhere(t: float, q: Values, parameters: Values) -> Values:
 
 
 SCENE = railed_pull(pull_anywhere)
-
-
-def same_tunnel(states: Floats) -> Floats:
-    return states
 
 
 def where_it_starts(t: Any, state: Values, parameters: Values) -> str:
@@ -174,7 +170,7 @@ class PlanetTunnelCase(Case):
         uniform = Level(flat, lambda states: side * states[:, [1, 3]], "uniform gravity")
         if self._exact.inside:
             return (uniform,)
-        return (uniform, Level(linear, same_tunnel, "the force inside the planet, used above the surface too"))
+        return (uniform, Level(linear, same, "the force inside the planet, used above the surface too"))
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         x, v = state

@@ -9,7 +9,7 @@ from functools import cached_property
 from math import cos, sin, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Charged, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import SPACE, free_point
@@ -20,7 +20,6 @@ from gnomon.cases.rotating_frames.free_falls_rotating import (
     FreeFallCentrifugal,
     FreeFallFirstOrder,
     FreeFallRotatingEarth,
-    same_state,
 )
 from gnomon.reference.flight.gyration import strike
 from gnomon.reference.numerics.precision import Number
@@ -189,13 +188,13 @@ class TowerFall(Case):
             return states - [0.0, 0.0, size, 0.0, 0.0, 0.0]
 
         return (
-            Level(FreeFallRotatingEarth(Om=0, **turning), same_state, "gravity on a planet at rest"),
+            Level(FreeFallRotatingEarth(Om=0, **turning), same, "gravity on a planet at rest"),
             Level(
                 FreeFallFirstOrder(Om=rate, **turning, **drift),
-                same_state,
+                same,
                 "the Coriolis force of the unperturbed velocity",
             ),
-            Level(FreeFallRotatingEarth(Om=rate, **turning), same_state, "the Coriolis force, exactly"),
+            Level(FreeFallRotatingEarth(Om=rate, **turning), same, "the Coriolis force, exactly"),
             Level(
                 FreeFallCentrifugal(g=g, Om=rate, lat=lat, **lifted),
                 lowered,
