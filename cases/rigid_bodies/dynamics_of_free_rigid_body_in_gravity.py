@@ -34,13 +34,13 @@ def thrown_body(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def thrown_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Of the centre, per unit mass."""
+    """Energy of the centre of mass, per unit mass."""
     g = parameters[0]
     return ((state[3] * state[3] + state[4] * state[4] + state[5] * state[5]) / 2 + g * state[2],)
 
 
 def thrown_spin_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Twice the energy of the rotation."""
+    """Twice the energy of rotation."""
     return twice_energy(t, state[6:], parameters[1:])
 
 
@@ -108,7 +108,7 @@ class DynamicsOfFreeRigidBodyInGravity(Case):
     variants = (
         Variant(
             "racket",
-            "a racket flung about its middle axis: it flips on the way",
+            "a racket thrown with rotation about its middle axis: it flips in flight",
             {"I1": 1, "I2": 2, "I3": "2.8"},
             (0, 0, 1, 1, 0, 8, *spinning("0.001", 15, "0.001")),
         ),
@@ -143,7 +143,7 @@ class DynamicsOfFreeRigidBodyInGravity(Case):
 
     @property
     def time_scale(self) -> float:
-        """One radian at the rate of the start."""
+        """One radian at the initial rate."""
         rate = math.hypot(*map(float, self.initial_state[6:9]))
         return min(1 / rate, 1.0) if rate else 1.0
 
