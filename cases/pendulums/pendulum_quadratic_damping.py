@@ -75,7 +75,7 @@ def _moves(n: Mapping[str, Fraction]) -> bool:
     return n["w2"] * n["theta"] ** 2 + n["v"] ** 2 >= n["w2"] * LEAST**2
 
 
-def _no_crawl(n: Mapping[str, Fraction]) -> bool:
+def _not_too_slow(n: Mapping[str, Fraction]) -> bool:
     return n["v"] == 0 or n["v"] ** 2 >= n["w2"] * SLOWEST**2
 
 
@@ -114,7 +114,9 @@ class PendulumQuadraticDamping(Case):
         },
         (
             Rule("w2 theta^2 + v^2 >= 1e-30 w2 (the pendulum swings by 1e-15 rad or more)", _moves),
-            Rule("v = 0 or v^2 >= 1e-100 w2 (it starts at rest, or at 1e-50 of its natural rate or more)", _no_crawl),
+            Rule(
+                "v = 0 or v^2 >= 1e-100 w2 (it starts at rest, or at 1e-50 of its natural rate or more)", _not_too_slow
+            ),
         ),
     )
     variants = (
