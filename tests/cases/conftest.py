@@ -1,4 +1,4 @@
-"""Makes `outside`, the helper in this folder, importable by tests."""
+"""Makes the helper modules of this folder (independent_*) importable by tests."""
 
 from __future__ import annotations
 

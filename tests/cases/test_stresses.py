@@ -198,14 +198,14 @@ NAMED: dict[str, tuple[Callable[[Any], float], float]] = {
 
 CLAIMS: dict[str, tuple[Callable[[Any], float], float]] = {
     "central_force_hanging_mass/near_hole: passes 0.1 m": (quantity("least"), 0.1),
-    "central_force_hanging_mass/light: out to 47 m": (quantity("largest"), 46.85),
+    "central_force_hanging_mass/light: to 47 m": (quantity("largest"), 46.85),
     "central_force_shortened_string/slow: 1,568 turns": (lambda case: last(case, "theta") / math.tau, 1568),
-    "particle_on_torus/thin: swings 420 times": (lambda case: math.pi / quantity("apsidal_angle")(case), 420),
+    "particle_on_torus/thin: 420 swings": (lambda case: math.pi / quantity("apsidal_angle")(case), 420),
     "chain_quarter_circle/just_longer: L = 1.00004": (
         lambda case: float(case.parameters["L"] / case.parameters["R"]) * 2 / math.pi - 1,
         4e-5,
     ),
-    "engineering_design_analysis/light_spindle: twofold": (ratio_of_spins, 2),
+    "engineering_design_analysis/light_spindle: the rate doubles": (ratio_of_spins, 2),
     "dynamics_of_free_rigid_body_in_gravity/high: 43 turns": (
         lambda case: quantity("precession_rate")(case) * float(case.span) / math.tau,
         43,
@@ -222,8 +222,8 @@ CLAIMS: dict[str, tuple[Callable[[Any], float], float]] = {
         lambda case: last(case, "theta"),
         9.4e-3,
     ),
-    "rolling_disc/straight_slow: over to 65 degrees": (farthest_lean, 65),
-    "bouncing_ball_table/chaotic: 3e12 times": (growth_of_a_shift, 3.35e12),
+    "rolling_disc/straight_slow: to 65 degrees": (farthest_lean, 65),
+    "bouncing_ball_table/chaotic: 3e12-fold": (growth_of_a_shift, 3.35e12),
 }
 
 

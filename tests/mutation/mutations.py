@@ -444,7 +444,7 @@ TRUTH = (
         "FoucaultNonlinear.ladder",
         "height = -np.sqrt",
         "height = np.sqrt",
-        (f"{ON_CASES}/test_ladders.py",),
+        (f"{ON_CASES}/test_hierarchies.py",),
     ),
     Mutation(
         "ladders: small swings of Foucault's pendulum fall where they should rise",
@@ -452,7 +452,7 @@ TRUTH = (
         "FoucaultNonlinear.ladder",
         "-(x * u + y * w) / height",
         "(x * u + y * w) / height",
-        (f"{ON_CASES}/test_ladders.py",),
+        (f"{ON_CASES}/test_hierarchies.py",),
     ),
 )
 
