@@ -1,4 +1,4 @@
-"""Times, counts, places and speeds of events."""
+"""Times, counts, positions and speeds of events, computed independently: from the events and the states at them."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def two_half_cycles(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("planet_tunnel.period", "work_energy_spring_block.period", of=HYBRID)
 def comes_back(observed: ObservedMotion, value: Any) -> bool:
-    """The start returns, and no part of the period brings it back."""
+    """The initial state returns after the period, and not after half of it."""
     a, b, c = (observed.state(value * k) for k in (0, 1, mpmath.mpf(1) / 2))
     size = max(map(abs, a))
     off = [max(abs(x - y) for x, y in zip(a, s, strict=True)) / size for s in (b, c)]
@@ -86,7 +86,7 @@ def back_at_the_start(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("flight_time", of=HYBRID)
 def back_on_the_circle(observed: ObservedMotion, value: Any) -> Any:
-    """From where it leaves, thrown along the circle, to where the parabola meets the circle again."""
+    """The time from leaving the circle, along its tangent, until the parabola meets the circle again."""
     event, p = last(observed, "leaves"), observed.p
     angle, rate = event.before.theta, event.before.omega
     x, y = p.R * sin(angle), -p.R * cos(angle)
@@ -155,7 +155,7 @@ def of_the_rate(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("amplitude_before", "amplitude_after", "swing_angle", of=HYBRID)
 def where_it_turns(observed: ObservedMotion, value: Any) -> Any:
-    """The height that the swing's own energy reaches: theta'^2/2 = w^2 (cos(theta) - cos(largest))."""
+    """The angle that follows from the energy of the swing: theta'^2/2 = w^2 (cos(theta) - cos(largest))."""
     event = observed.events()[0]
     state = event.before if value is observed.found.get("amplitude_before") else event.after
     w2 = observed.p.g / observed.p.L if hasattr(observed.p, "L") else 3 * observed.p.g / (2 * observed.p.l)
@@ -208,7 +208,7 @@ def against_a_pulse_at_once(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("path_length", of=HYBRID)
 def up_and_down(observed: ObservedMotion, value: Any) -> bool:
-    """The first fall, then v^2/g a bounce; what is missing of the sum is below the gap `settle`."""
+    """The first fall, then v^2/g for each bounce; the rest of the sum is below the gap `settle`."""
     bounces = observed.events("bounce")
     pull = getattr(observed.p, "g", None) or observed.p.g_across
     total = bounces[0].before.v ** 2 / (2 * pull) + sum(e.after.v**2 for e in bounces) / pull

@@ -1,4 +1,4 @@
-"""Charges, drag, forcing and the turning Earth."""
+"""Quantities of charges, drag, forcing and the rotating Earth, computed independently: from motion and equations."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mpmath import cos, hypot, pi, sin, sqrt
 
 @oracle("gyration_rate", "gyration_period", "gyroradius")
 def gyration(observed: ObservedMotion, value: Any) -> Any:
-    """The acceleration turns at the rate; the radius is |a|/rate^2, both across the magnetic field."""
+    """The acceleration rotates at the rate; the radius is |a|/rate^2; both normal to the magnetic field."""
     h = mpmath.mpf("1e-9")
     field = mpmath.matrix([observed.p.Bx, observed.p.By, observed.p.Bz])
     a, b = (mpmath.matrix([observed.rate(n, t) for n in ("vx", "vy", "vz")]) for t in (h, 2 * h))
@@ -36,7 +36,7 @@ def mean_motion_across_the_field(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("gamma")
 def lorentz_factor(observed: ObservedMotion, value: Any) -> Any:
-    """u is gamma v: the velocity is the slope of the place."""
+    """gamma from the velocity, the derivative of the position."""
     speed = mpmath.norm(mpmath.matrix([observed.rate(n) for n in "xyz"]))
     return 1 / sqrt(1 - (speed / observed.p.c) ** 2)
 
@@ -47,7 +47,7 @@ def clock_on_the_charge(observed: ObservedMotion, value: Any) -> bool:
         s = observed.at(t)
         return 1 / sqrt(1 + (s.ux**2 + s.uy**2 + s.uz**2) / observed.p.c**2)
 
-    # Simpson's rule on 64 intervals of some twentieth of a turn
+    # Simpson's rule on 64 intervals of about a twentieth of a turn
     h = observed.span / 64
     total = sum((1 if k in (0, 64) else 4 if k % 2 else 2) * slow(k * h) for k in range(65)) * h / 3
     return close(value, total, 5)
@@ -69,7 +69,7 @@ def of_the_path(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("field_square", "field_product")
 def of_the_fields(observed: ObservedMotion, value: Any) -> Any:
-    """As a boost along x at 3/5 of c sees them (Jackson, Classical Electrodynamics, 11.10)."""
+    """From the fields after a boost along x at 3/5 of c (Jackson, Classical Electrodynamics, 11.10)."""
     p, gamma, beta = observed.p, mpmath.mpf(5) / 4, mpmath.mpf(3) / 5
     e = [p.Ex, gamma * (p.Ey - beta * p.c * p.Bz), gamma * (p.Ez + beta * p.c * p.By)]
     b = [p.Bx, gamma * (p.By + beta * p.Ez / p.c), gamma * (p.Bz - beta * p.Ey / p.c)]
@@ -80,7 +80,7 @@ def of_the_fields(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("crossing")
 def above_or_below_the_focus(observed: ObservedMotion, value: Any) -> bool:
-    """There one of xi, eta is zero, and y = (eta^2 - xi^2)/2."""
+    """At the crossing one of xi, eta is zero, and y = (eta^2 - xi^2)/2."""
     x, y = observed.names[:2]
     t = mpmath.findroot(
         lambda t: getattr(observed.at(t), x) * getattr(observed.at(t), y), (0, observed.span), solver="anderson"
@@ -91,7 +91,7 @@ def above_or_below_the_focus(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("terminal_speed")
 def at_last(observed: ObservedMotion, value: Any) -> Any:
-    """Where the rates of the velocity vanish: falling straight down."""
+    """At this speed straight down the acceleration vanishes."""
     down = next(n for n in ("vz", "vy", "v") if n in observed.names)
     rest = {n: mpmath.mpf(0) for n in observed.names if n.startswith("v")} | {down: -value}
     return bool(abs(observed.equations(rest)[observed.names.index(down)]) < 1e-18)
@@ -104,7 +104,7 @@ def of_the_velocity(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("falling_speed", "rising_speed")
 def balanced(observed: ObservedMotion, value: Any) -> bool:
-    """Of the drop without the field, downward, and in it, upward: no acceleration is left."""
+    """At the falling speed without the field, and at the rising speed with it, the acceleration vanishes."""
     falls = value is observed.found["falling_speed"]
     pull = observed.equations([mpmath.mpf(0), -value if falls else value], **({"E": mpmath.mpf(0)} if falls else {}))[1]
     return bool(abs(pull) < 1e-18 * observed.p.g)
@@ -136,7 +136,7 @@ def comes_down(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("highest_apex", "farthest_range")
 def best_of_all_throws(observed: ObservedMotion, value: Any) -> bool:
-    """Straight up it is reached, and of 89 throws at whole degrees none goes beyond."""
+    """The best of 90 throws at whole degrees: the vertical one, or that at 45 degrees."""
     speed, best = hypot(observed.at(0).vx, observed.at(0).vy), []
     high = value is observed.found["highest_apex"]
     for degrees in range(1, 91):
@@ -149,7 +149,7 @@ def best_of_all_throws(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("steady_amplitude", "phase_lag", "magnification", "unbalance_ratio", "transmissibility")
 def long_after_the_start(observed: ObservedMotion, value: Any) -> Any:
-    """x = X cos(w t - lag) once all else has died away; the others are ratios of its terms in the equations."""
+    """x = X cos(w t - lag) after the transient has decayed; the others are ratios of terms in the equations."""
     p, whole = observed.p, 2 * pi / observed.p.w
     late = whole * mpmath.ceil(200 * p.m / p.c / whole)
     here, quarter = (observed.at(late + k * whole / 4) for k in (0, 1))
@@ -180,7 +180,7 @@ def of_the_cosine(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("fall_time", "east_deflection", "north_deflection")
 def strikes(observed: ObservedMotion, value: Any) -> Any:
-    """At z = 0, to the right of the start as seen along the axes x (east) and y (north)."""
+    """Time and position at z = 0."""
     time = observed.found["fall_time"]
     assert abs(observed.at(time).z) < 1e-17
     return next(
@@ -204,7 +204,7 @@ def of_the_motion_to_first_order(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("free_time_limit")
 def turns_no_further_than_the_free_body(observed: ObservedMotion, value: Any) -> bool:
-    """At last it stands as the free body stands at that time."""
+    """The final attitude is that of the torque-free body at that time."""
     still, numbers = observed.at(200 / observed.p.nu), dict(observed.case.parameters)
     attitude = [n for n in observed.names if n[0] in "wR"]
     start = [x for n, x in zip(observed.names, observed.case.initial_state, strict=True) if n in attitude]
@@ -216,7 +216,7 @@ def turns_no_further_than_the_free_body(observed: ObservedMotion, value: Any) ->
 
 @oracle("final_momentum")
 def along_the_vertical(observed: ObservedMotion, value: Any) -> Any:
-    """To which it decays: of three equally spaced values Aitken's rule gives the limit of an exponential."""
+    """The limit of an exponential from three equally spaced values, by Aitken's rule."""
     a, b, c = (
         sum(getattr(observed.p, f"I{i}") * getattr(s, f"w{i}") * getattr(s, f"R3{i}") for i in (1, 2, 3))
         for s in (observed.at(t * observed.span / 8) for t in range(3))
@@ -273,7 +273,7 @@ def mean_velocity_across(observed: ObservedMotion, value: Any) -> Any:
 @oracle("fluctuation")
 def half_of_the_swing_of_the_rate(observed: ObservedMotion, value: Any) -> Any:
     late, turn = 200 * observed.p.I / observed.p.c, 2 * pi / observed.p.W
-    found = observed.extremes(lambda s: s.w, turn)  # its times are moved to late ones
+    found = observed.extremes(lambda s: s.w, turn)  # early, before the transient has decayed
     shifted = LaterMotion(observed, late).extremes(lambda s: s.w, turn)
     assert found
     return (max(x for _, x in shifted) - min(x for _, x in shifted)) / 2

@@ -1,4 +1,4 @@
-"""Forces, from the accelerations of the motion."""
+"""Forces, computed independently: from second differences of positions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mpmath import cos, hypot, pi, sin
 
 @oracle("tension_lowest_point", "tension_highest_point")
 def pull_of_the_rod(observed: ObservedMotion, value: Any) -> Any:
-    """L omega^2 + g cos(theta), the largest and the least over a period; turning, of a whole turn."""
+    """L omega^2 + g cos(theta), its largest and least value over a period or a whole turn."""
 
     def pull(s: Any) -> Any:
         return observed.p.L * s.omega**2 + observed.p.g * cos(s.theta)
@@ -28,7 +28,7 @@ def pull_over_the_length(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("normal_force_bottom", "normal_force_start")
 def normal_force(observed: ObservedMotion, value: Any) -> Any:
-    """g cos(slope) + v^2 curvature: at the bottom the curvature is that which sets the small swings."""
+    """g cos(slope) + v^2 curvature."""
     if observed.case.name != "cycloidal_pendulum":
         _, t = min((abs(getattr(observed.at(t), observed.names[0])), t) for t in zero_crossings(observed))
         curvature = -observed.jacobian([mpmath.mpf(0)] * 2)[1, 0] / observed.p.g
@@ -43,7 +43,7 @@ def normal_force(observed: ObservedMotion, value: Any) -> Any:
     h = mpmath.mpf("1e-9")
     force = (place(t + h) - 2 * place(t) + place(t - h)) / h**2 + 1j * observed.p.g
     found = (force * mpmath.conj(along * 1j / abs(along))).real
-    # along a path of which only the direction counts; second differences over 1e-9 are right to some 16 digits
+    # the speed along the path is irrelevant; second differences over 1e-9 are accurate to about 16 digits
     return bool(abs(abs(found) - value) < 1e-7)
 
 
@@ -62,7 +62,7 @@ def length_of_the_equivalent_pendulum(observed: ObservedMotion, value: Any) -> A
 
 @oracle("reaction_along", "reaction_across")
 def of_the_axis(observed: ObservedMotion, value: Any) -> Any:
-    """What the mass centre's acceleration leaves over from the weight."""
+    """The acceleration of the centre of mass less gravity."""
     s, p = observed.at(0), observed.p
     if value is observed.found["reaction_along"]:
         return p.m * (p.g * cos(s.theta) + p.l * s.omega**2)
@@ -82,7 +82,7 @@ def growth_of_the_momentum_about_the_shaft(observed: ObservedMotion, value: Any)
 
 @oracle("bearing_torque")
 def growth_of_the_momentum_across_the_shaft(observed: ObservedMotion, value: Any) -> Any:
-    """In turning axes: d/dt of the part across, and the shaft carries I_a theta' round."""
+    """In rotating axes: the rate of the transverse momentum, plus the rotation of I_a theta' with the shaft."""
 
     def across(t: Any) -> Any:
         theta = observed.at(t).theta
@@ -93,7 +93,7 @@ def growth_of_the_momentum_across_the_shaft(observed: ObservedMotion, value: Any
 
 @oracle("wall_force")
 def across_the_slot(observed: ObservedMotion, value: Any) -> Any:
-    """The mass times the transverse acceleration of r in a slot that turns."""
+    """The mass times the transverse acceleration in the rotating slot."""
     return (
         observed.p.m
         * mpmath.im(
@@ -141,7 +141,7 @@ def acceleration(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("tension_1", "tension_2")
 def of_the_string(observed: ObservedMotion, value: Any) -> Any:
-    """What is left of each weight: the heavier sinks."""
+    """Each weight less its mass times acceleration."""
     a = observed.rate("v")
     return (
         observed.p.m1 * (observed.p.g - a)

@@ -1,4 +1,4 @@
-"""Energy lost at events, and the limits of what holds."""
+"""Energy lost at events, and limits of sticking, computed independently: from states before and after events."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mpmath import cos, pi, sin, sqrt, tan
 
 
 def kinetic(observed: ObservedMotion, state: Any) -> Any:
-    """Of masses m1, m2, ... with velocities v1, ... or (vx1, vy1), ...; of wheels with rates w1, ..."""
+    """Kinetic energy of masses m1, m2, ... with velocities v1, ... or (vx1, vy1), ..., or of wheels with rates w1, ..."""
     total = mpmath.mpf(0)
     for name in observed.names:
         if name[0] == "v" or (name[0] == "w" and hasattr(observed.p, "I1")):
@@ -32,7 +32,7 @@ def energy_gone(observed: ObservedMotion, value: Any) -> Any:
         return (observed.p.m * before.u**2 - (observed.p.m + observed.p.M) * (observed.p.L * after.omega) ** 2) / 2
     energies = [observed.invariant("energy", 0, tuple(vars(s).values())) for s in (observed.at(0), events[-1].after)]
     if label == "friction_work":
-        # without the slope's own work
+        # without the work of gravity along the slope
         height = (events[0].after.s - observed.at(0).s) * sin(observed.p.alpha) * observed.p.g
         return -(observed.at(0).v ** 2) / 2 + height
     return energies[0] - energies[1]
@@ -46,9 +46,9 @@ def held_by_the_spring(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("belt_energy_loss", of=HYBRID)
 def slip_of_the_belt(observed: ObservedMotion, value: Any) -> Any:
-    """The work of the motor's moment M until the grip, less what the wheels have gained."""
+    """The work of the motor's torque M until the belt grips, less the energy that the wheels have gained."""
     end = last(observed, "grips")
-    # w1 changes evenly: its mean times the time is the angle by which the motor turns
+    # w1 is linear in time: its mean times the time is the angle by which the motor turns
     work = observed.p.M * (observed.at(0).w1 + end.after.w1) / 2 * end.time
     return work + kinetic(observed, observed.at(0)) - kinetic(observed, end.after)
 
@@ -77,7 +77,7 @@ def repose(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("edge_tension", "largest_edge_tension", of=HYBRID)
 def holds_the_hanging_part(observed: ObservedMotion, value: Any) -> Any:
-    """s (g - s''), the largest on the way."""
+    """The largest value of s (g - s'')."""
 
     def tension(t: Any) -> Any:
         s = observed.at(t)
@@ -101,7 +101,7 @@ def pull_of_the_string(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("holding_deceleration", "holding_lift", of=HYBRID)
 def threshold(observed: ObservedMotion, value: Any) -> bool:
-    """Just below it holds, just above it does not."""
+    """Just below the limit the body sticks, just above it does not."""
     label = "a" if value is observed.found.get("holding_deceleration") else "P"
     moved = []
     for share in (1 - mpmath.mpf("1e-6"), 1 + mpmath.mpf("1e-6")):
@@ -117,7 +117,7 @@ def once_it_rolls(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("friction_to_roll", of=HYBRID)
 def of_the_rolling_body(observed: ObservedMotion, value: Any) -> Any:
-    """Friction is what is missing of the weight's pull, over the normal force."""
+    """Friction over the normal force: gravity along the slope less the acceleration."""
     p = observed.p
     return (p.g * sin(p.alpha) - observed.found["rolling_acceleration"]) / (p.g * cos(p.alpha))
 
@@ -134,7 +134,7 @@ def drag_holds_the_weight(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("best_m2", of=HYBRID)
 def makes_the_last_ball_fastest(observed: ObservedMotion, value: Any) -> bool:
-    # heavier or lighter by 1 % it is slower
+    # with a middle mass 1 % larger or smaller the last ball is slower
     speeds = [
         ObservedMotion(get(observed.case.name, **{**observed.case.parameters, "m2": float(value * share)})).found[
             "last_speed"

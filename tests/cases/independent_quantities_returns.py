@@ -1,4 +1,7 @@
-"""Periods, turning of planes and carried angles: what comes back, and after how long."""
+"""Periods, precession and advances of angles, computed independently: from states a period apart.
+
+Rates of planes and ellipses follow from Jacobians of the equations.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from mpmath import cos, hypot, pi, sqrt
 
 @oracle("period", "polar_period", "nutation_period", "body_period")
 def returns(observed: ObservedMotion, period: Any) -> bool:
-    """Rates of change come back after a period, and neither after half nor after a third of it; of a top's, the tilt."""
+    """Rates of change (of a top the tilt) return after a period, but not after half or a third of it."""
     kept = [i for i, n in enumerate(observed.names) if n[0] != "R"]
     top = observed.case.name == "lagrange_top_attitude"
 
@@ -23,7 +26,7 @@ def returns(observed: ObservedMotion, period: Any) -> bool:
     start = rates(0)
     size = mpmath.norm(start)
     assert all(mpmath.norm(rates(period / part) - start) > size / 1000 for part in (2, 3))
-    # a top's matrix of the start is one of decimals, orthogonal to some 15 digits
+    # a top's initial matrix is made of doubles, orthogonal to about 15 digits
     return bool(mpmath.norm(rates(period) - start) < size * mpmath.mpf("1e-13" if top else "1e-18"))
 
 
@@ -45,14 +48,14 @@ def apart_returns(observed: ObservedMotion, period: Any) -> bool:
 
 @oracle("planet_tunnel_rotating.period")
 def distance_returns(observed: ObservedMotion, period: Any) -> bool:
-    """In turning axes the ellipse turns; the distance returns twice a period, and it is not constant."""
+    """In rotating axes the ellipse turns; the distance returns twice in a period, and it is not constant."""
     r = [hypot(s.x, s.y) for s in map(observed.at, (0, period / 2, period, period / 4))]
     return close(r[0], r[1]) and close(r[0], r[2]) and not close(r[0], r[3], 1)
 
 
 @oracle("damped_oscillator.period", "gyrocompass_damped.period")
 def zeros_return(observed: ObservedMotion, period: Any) -> bool:
-    """x(t + T)/x(t) is the same at all t, though not with half of T; the logarithm of it is the decrement."""
+    """x(t + T)/x(t) is the same at all t; with T/2 it is negative. Its logarithm is the decrement."""
     x = observed.names[0]
     ratios = [getattr(observed.at(t + period), x) / getattr(observed.at(t), x) for t in (period / 9, period / 5)]
     halves = [getattr(observed.at(t + period / 2), x) / getattr(observed.at(t), x) for t in (period / 9, period / 5)]
@@ -70,7 +73,7 @@ def with_the_period(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("foucault_pendulum_linear.swing_period", "foucault_precession.swing_period")
 def ellipse_returns(observed: ObservedMotion, period: Any) -> bool:
-    """In axes that turn with the plane of swing the ellipse is closed."""
+    """In axes that rotate with the plane of swing the ellipse is closed."""
     turn = observed.found["precession_rate"]
     z = [mpmath.mpc(s.x, s.y) * mpmath.expj(-turn * t) for t in (0, period / 2, period) for s in [observed.at(t)]]
     return bool(abs(z[1] + z[0]) < 1e-17 and abs(z[2] - z[0]) < 1e-17)
@@ -87,14 +90,14 @@ def half_of_the_coriolis_coefficient(observed: ObservedMotion, value: Any) -> An
 
 
 def jacobian_of_plane_pendulum(observed: ObservedMotion) -> list[list[Any]]:
-    """Of (east, north, their rates), hanging at rest."""
+    """The Jacobian for (east, north, their rates), hanging at rest."""
     rest = {name: mpmath.mpf(0) for name in observed.names} | {"ez": mpmath.mpf(-1)}
     full, plane = observed.jacobian(rest), [i for i, name in enumerate(observed.names) if name not in ("ez", "vz")]
     return [[full[i, j] for j in plane] for i in plane]
 
 
 @oracle("foucault_pendulum_centrifugal.swing_period", "foucault_pendulum_nonlinear.small_swing_period")
-def of_a_plane_that_stands_still(observed: ObservedMotion, value: Any) -> Any:
+def swing_period_without_rotation(observed: ObservedMotion, value: Any) -> Any:
     rest = ObservedMotion(
         get(observed.case.name, lat=0, Om=0, L=observed.case.parameters["L"], g=observed.case.parameters["g"])
     )
@@ -109,7 +112,7 @@ def north_is_stiffer(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("apsidal_rate")
 def an_ellipse_turns(observed: ObservedMotion, value: Any) -> bool:
-    """3/8 ab sqrt(g/L) in units of L, to the order of a^2, as the spherical pendulum has it; a straight swing stays."""
+    """3/8 ab sqrt(g/L) in units of L, up to terms of order a^2, by the spherical pendulum; zero for a plane swing."""
     s = observed.at(0)
     if s.ex * s.vy == s.ey * s.vx:
         return bool(value == 0)
@@ -121,7 +124,7 @@ def an_ellipse_turns(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("azimuth_advance", "azimuth", "precession_per_nutation")
 def carried_on(observed: ObservedMotion, value: Any) -> Any:
-    """Of the cyclic angle over a period; of an attitude, the turn of the axis about the vertical."""
+    """The advance of the cyclic angle in a period; for an attitude that of the axis about the vertical."""
     period = next(observed.found[n] for n in ("period", "polar_period", "nutation_period") if n in observed.found)
     if hasattr(observed.at(0), "phi"):
         return observed.at(period).phi - observed.at(0).phi
@@ -141,7 +144,7 @@ def from_the_least_to_the_largest(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("precession_per_period")
 def turn_of_the_attitude(observed: ObservedMotion, value: Any) -> bool:
-    """After a period of the body's rates the attitude has turned about the momentum: its trace is 1 + 2 cos."""
+    """After a period of the body rates the attitude has rotated about the momentum: its trace is 1 + 2 cos."""
     start, end = (
         mpmath.matrix(3, 3) + mpmath.matrix([[getattr(s, f"R{i}{j}") for j in (1, 2, 3)] for i in (1, 2, 3)])
         for s in (observed.at(0), observed.at(observed.found["body_period"]))
@@ -155,7 +158,7 @@ def turn_of_the_attitude(observed: ObservedMotion, value: Any) -> bool:
 @oracle(*(f"{n}.precession_rate" for n in ("euler_top", "symmetric_top_torque_free")))
 @oracle("dynamics_of_free_rigid_body_in_gravity.precession_rate")
 def mean_turn_about_the_momentum(observed: ObservedMotion, value: Any) -> bool:
-    """The third axis of a symmetric body, or any body after a period of its rates, is carried round the momentum."""
+    """After a period of its rates a body has rotated about the momentum by the rate times the period."""
     moments = (
         [getattr(observed.p, n) for n in ("I1", "I2", "I3")]
         if hasattr(observed.p, "I1")

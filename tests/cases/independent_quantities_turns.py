@@ -1,4 +1,4 @@
-"""Turning points, apsides and what stays on the way."""
+"""Turning points, apsides and constants of the motion, computed independently: from extremes of the motion."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mpmath import cos, hypot, pi, sqrt
 
 
 def first(observed: ObservedMotion) -> str:
-    """The coordinate that turns: of a cart, the angle."""
+    """The coordinate with turning points: for a pendulum on a cart the angle."""
     return observed.names[1] if observed.case.name == "pendulum_on_cart" else observed.names[0]
 
 
@@ -49,7 +49,7 @@ def along_the_arc(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("closest", "closest_distance", "semi_minor_axis")
 def nearest_to_the_origin(observed: ObservedMotion, value: Any) -> Any:
-    if observed.case.name == "inertial_straight_line":  # of the whole line, the part before the start included
+    if observed.case.name == "inertial_straight_line":  # of the whole line, including times before the start
         return LaterMotion(observed, -observed.span / 16).least(lambda s: hypot(s.x, s.y), observed.span / 8)
     until = observed.found.get("swing_period") or observed.found.get("period") or observed.span
     return observed.least(lambda s: hypot(s.x, s.y), until)
@@ -67,7 +67,7 @@ def where_the_energy_is_spent(observed: ObservedMotion, value: Any) -> Any:
 
 
 def apsides(observed: ObservedMotion) -> tuple[Any, Any]:
-    """Least and largest distance from the centre of attraction, or of the first from the second."""
+    """Least and largest distance from the centre of attraction, or between the two bodies."""
     if observed.case.name == "equilateral_three_body":
         return observed.found["shortest_side"], observed.found["longest_side"]
     if observed.case.name == "two_body":
@@ -79,7 +79,7 @@ def apsides(observed: ObservedMotion) -> tuple[Any, Any]:
 
 
 def conic(observed: ObservedMotion) -> bool:
-    """Only of an ellipse the apsides are both reached; its siblings are tested where the conic is."""
+    """Both apsides are reached only on an ellipse; for other conics see the tests of the exact motion."""
     return "period" in observed.found
 
 
@@ -145,7 +145,7 @@ def heights(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("collision_time")
 def the_centre_is_reached(observed: ObservedMotion, value: Any) -> bool:
-    """1e-9 of the time before, the distance is at most some cube root of that; after it there is no motion."""
+    """At 1e-9 of the time before it the distance is close to zero, like a cube root; after it there is no motion."""
     place = [i for i, name in enumerate(observed.names) if name in ("r", "x", "y")]
     before = mpmath.norm([observed.state(value * (1 - mpmath.mpf(10) ** -9), 20)[i] for i in place])
     with pytest.raises((ValueError, ArithmeticError), match=r"collision|centre|step"):
@@ -155,7 +155,7 @@ def the_centre_is_reached(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("diameter")
 def of_the_circle_through_the_centre(observed: ObservedMotion, value: Any) -> bool:
-    """r^2 = d x in the axis of the start, at all times."""
+    """r^2 = d x at all times, x along the initial position."""
     s, start = observed.at(observed.found["collision_time"] / 2), observed.at(0)
     return close((s.x**2 + s.y**2) * hypot(start.x, start.y), value * (s.x * start.x + s.y * start.y))
 
@@ -169,7 +169,7 @@ def pull_is_centripetal(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("energy")
 def differs_as_the_invariant(observed: ObservedMotion, value: Any) -> bool:
-    """Zero of the potential is a matter of words: held is the difference from a motion that starts elsewhere."""
+    """The zero of the potential is arbitrary, so the difference from another start is compared."""
     label = next(n for n in ("energy", "jacobi") if n in observed.case.invariants)
     start = [x * (Fraction(9, 10) if i == 0 else Fraction(11, 10)) for i, x in enumerate(observed.case.initial_state)]
     other = ObservedMotion(observed.case.with_numbers(start, observed.case.parameters))

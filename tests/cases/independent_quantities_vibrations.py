@@ -1,4 +1,4 @@
-"""Frequencies, decays, places of rest and limits of stability: eigenvalues of the equations."""
+"""Frequencies, decay rates, equilibria and limits of stability, computed independently: from Jacobians of the equations."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def about_where_it_rests(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("small_angle_period")
 def without_the_square_of_the_earths_rate(observed: ObservedMotion, value: Any) -> bool:
-    """The exact one differs by (Om/W)-like terms only: they vanish with the square of a slower and slower Earth."""
+    """The exact period differs by terms in the square of the Earth's rate, which vanish for a slower Earth."""
     gaps = []
     for slower in (1, 10):
         there = ObservedMotion(get(observed.case.name, Om=observed.case.parameters["Om"] / slower))
@@ -48,7 +48,7 @@ def without_the_square_of_the_earths_rate(observed: ObservedMotion, value: Any) 
 
 
 def carried(observed: ObservedMotion, rest: Any, steady: Any) -> Any:
-    """Frequency in the first coordinate while the momentum of the second, ignorable one, stays as at the rest."""
+    """Frequency in the first coordinate at constant momentum of the second, ignorable one."""
     spin = observed.names[3]
     momentum = "momentum" if "momentum" in observed.case.invariants else "angular_momentum"
 
@@ -88,7 +88,7 @@ def about_the_steady_angle(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("circle_rate")
 def on_a_parallel_circle(observed: ObservedMotion, value: Any) -> bool:
-    """The equations leave the height where it is."""
+    """By the equations the height stays constant."""
     return bool(abs(observed.equations({observed.names[2]: mpmath.mpf(0), observed.names[3]: value})[2]) < 1e-20)
 
 
@@ -108,7 +108,7 @@ def eigenvalues(observed: ObservedMotion, rest: Any) -> list[Any]:
     *("larger_rate", "smaller_rate", "slow_rate", "fast_rate"),
 )
 def eigenvalue(observed: ObservedMotion, value: Any) -> bool:
-    """All of them, each once and in order, are the real or imaginary parts of those of the equations."""
+    """The values, sorted, are the real or imaginary parts of the eigenvalues of the equations, each once."""
     ours = {n: v for n, v in observed.found.items() if SMOOTH.get(n) is eigenvalue}
     rest = {n: mpmath.mpf(0) for n in observed.names} | {"y": -observed.found.get("hanging_length", mpmath.mpf(0))}
     found = eigenvalues(observed, rest)
@@ -155,9 +155,9 @@ def of_a_pendulum_with_the_same_small_swings(observed: ObservedMotion, value: An
 
 @oracle("modulus_squared")
 def of_the_period(observed: ObservedMotion, value: Any) -> bool:
-    """K(m) gives the period: of a pendulum 4 K/w, turning 2 sqrt(m) K/w; of Duffing's spring 4 K/sqrt(a + b A^2)."""
+    """K(m) gives the period: 4 K/w of a pendulum, 2 sqrt(m) K/w of one that turns over, 4 K/sqrt(a + b A^2) of Duffing's."""
     if observed.case.name == "duffing_unforced":
-        # a soft spring's modulus is that of sn, from which the amplitude is seen halfway
+        # the modulus for a softening spring is that of sn
         soft = 2 if observed.p.beta < 0 else 1
         stiff = sqrt(observed.p.alpha + observed.p.beta * observed.found["largest_x"] ** 2 / soft)
         return close(observed.found["period"], 4 * mpmath.ellipk(value) / stiff)
@@ -178,7 +178,7 @@ def complement(observed: ObservedMotion, value: Any) -> Any:
 @oracle("hanging_length", "static_deflection")
 def where_it_hangs(observed: ObservedMotion, value: Any) -> bool:
     rest = {n: mpmath.mpf(0) for n in observed.names}
-    if "y" not in rest:  # x is measured from where the springs are slack, downward
+    if "y" not in rest:  # x is measured downward from the unstretched springs
         return bool(abs(observed.equations([value, mpmath.mpf(0)])[1]) < 1e-20)
     return bool(abs(observed.equations(rest | {"y": -value})[3]) < 1e-20)
 
@@ -195,7 +195,7 @@ def of_stretched_together(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("critical_rate", "bifurcation_time")
 def hanging_lets_go(observed: ObservedMotion, value: Any) -> bool:
-    """The pull back to the lowest point vanishes at that time, at which the hoop turns at the critical rate."""
+    """The restoring force at the lowest point vanishes at that time, when the hoop has the critical rate."""
     time = observed.found["bifurcation_time"]
     assert close(observed.found["critical_rate"], observed.p.Om + observed.p.sweep * time)
     return bool(abs(observed.jacobian(angle_at_rest(observed, 0), time)[1, 0]) < 1e-18)
@@ -203,7 +203,7 @@ def hanging_lets_go(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("sleeping_spin")
 def upright_lets_go(observed: ObservedMotion, value: Any) -> bool:
-    """With b = a a small tilt grows below it and not above."""
+    """With b = a a small tilt grows below the limit and not above it."""
     slopes = []
     for share in ("0.999", "1.001"):
         spin = value * mpmath.mpf(share)
@@ -214,7 +214,7 @@ def upright_lets_go(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("slow_precession", "fast_precession")
 def regular_precession(observed: ObservedMotion, value: Any) -> bool:
-    """At the tilt of the start, with b such that phi' is this rate, theta'' vanishes."""
+    """At the initial tilt, with b such that phi' is this rate, theta'' vanishes."""
     theta = observed.at(0).theta
     b = observed.p.I1 * value * sin(theta) ** 2 + observed.p.a * cos(theta)
     assert abs(observed.found["slow_precession"]) < abs(observed.found["fast_precession"])
@@ -232,7 +232,7 @@ def of_the_small_nutation(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("gyrocompass_tilting.nutation_rate")
 def of_the_free_axis(observed: ObservedMotion, value: Any) -> Any:
-    """With a slow Earth and a light weight the fast one of the two frequencies."""
+    """With a slow Earth and a light weight the higher of the two frequencies."""
     found = observed.jacobian([mpmath.mpf(0)] * 4)
     coupling = -found[2, 3] * found[3, 2]
     return bool(abs(sqrt(coupling) / value - 1) < 2 * observed.p.Om / observed.p.s)
@@ -246,7 +246,7 @@ def points_north_at_rest(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("rolling_limit", "spinning_limit")
 def an_upright_disc_lets_go(observed: ObservedMotion, value: Any) -> bool:
-    """Eigenvalues of tilt and rates grow below the limit and do not above."""
+    """Tilt and rates grow exponentially below the limit and not above it."""
     spin = {"w3": value} if value is observed.found["rolling_limit"] else {"w2": value}
     growth = []
     for share in ("0.999", "1.001"):
@@ -260,7 +260,7 @@ def an_upright_disc_lets_go(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("circle_spin")
 def leaning_stays(observed: ObservedMotion, value: Any) -> bool:
-    """With this w3 the rates of tilt vanish: theta' = w1 = 0 and w1' = 0."""
+    """With this w3 the rates of the tilt vanish: theta' = w1 = 0 and w1' = 0."""
     rates = dict(zip(observed.names, observed.equations({"w1": mpmath.mpf(0), "w3": value}), strict=True))
     return bool(abs(rates["w1"]) < 1e-18 and abs(rates["w2"]) < 1e-18)
 

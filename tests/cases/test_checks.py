@@ -1,4 +1,4 @@
-"""Every check: its closed form against its independent way, over its domain; bad numbers are refused."""
+"""Every check: its closed form agrees with its independent computation over its domain; bad numbers are refused."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ALL = [(name, variant) for name in checks() for variant in (None, *(v.name for v
 
 
 @pytest.mark.parametrize(("name", "variant"), ALL)
-def test_closed_form_agrees_with_its_independent_way(name: str, variant: str | None) -> None:
+def test_closed_form_agrees_with_its_independent_computation(name: str, variant: str | None) -> None:
     certificate = certify_check(get_check(name, variant))
     assert certificate.passed, certificate
     assert certificate.digits >= REQUIRED
@@ -32,7 +32,7 @@ def test_closed_form_holds_over_the_domain(name: str) -> None:
         numbers = {}
         for parameter in kind.parameter_list:
             low, high = kind.domain.ranges.get(parameter.name, Range()).typical
-            # Multiples of 1e-3 of the range: sizes of zero are natural sizes, not 1e-300.
+            # Multiples of 1e-3 of the range, so that numbers are zero or far from it, but not 1e-300.
             numbers[parameter.name] = low + (high - low) * data.draw(st.integers(1, 999)) / 1000
         assume(kind.domain.admits({name: Fraction(value) for name, value in numbers.items()}))
         certificate = certify_check(kind(**numbers))
@@ -66,7 +66,7 @@ def test_bad_numbers_are_named(name: str, numbers: dict[str, object], message: s
         get_check(name, **numbers)
 
 
-def test_unknown_names_are_met_with_the_nearest() -> None:
+def test_an_unknown_name_is_answered_with_the_nearest() -> None:
     with pytest.raises(ValueError, match="did you mean com_rigid_body"):
         get_check("com_rigid_bodies")
     with pytest.raises(ValueError, match="has no variant 'exact_doubel'; did you mean exact_double"):
@@ -105,7 +105,7 @@ def ratio(check: str, variant: str, part: str, whole: str) -> float:
 
 
 def test_variants_do_what_they_say() -> None:
-    """Numbers in the lines of `stresses`; they have one digit or two."""
+    """The numbers in `stresses`, which have one or two digits."""
     assert ratio("rotor_dynamic_balance", "one_bearing_free", "bearing.A", "bearing.B") == pytest.approx(1e-6, rel=0.2)
     assert ratio("work_energy_rigid_body", "slow_turn", "rotational", "kinetic") == pytest.approx(2e-22, rel=0.2)
     assert ratio("work_energy_rigid_body", "fast_top", "top_work", "top_kinetic") == pytest.approx(4e-12, rel=0.2)
@@ -123,7 +123,7 @@ def test_variants_do_what_they_say() -> None:
 
 
 class Wrong(Check):
-    """A check whose two ways differ in the thirtieth digit."""
+    """A check whose two computations differ in the thirtieth digit."""
 
     name = "wrong"
     title = section = ""

@@ -1,4 +1,4 @@
-"""Invariants of hybrid motions hold through every event: constant ones to the digits asked for, decaying ones in one direction."""
+"""Invariants of hybrid motions at events: constant ones stay so to the digits asked for, decaying ones do not grow."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_invariants_hold_through_events(name: str, variant: str | None) -> None:
             values = [
                 function(mpmath.mpf(t.numerator) / t.denominator, case.exact(t, ASKED), parameters)[0] for t in times
             ]
-            # an error of each coordinate in its last digit changes terms that are quadratic in the sizes, which cancel
+            # errors in the last digits of coordinates change terms that are quadratic in the sizes and cancel
             large = max(abs(v) for v in values) + sum(x * x for x in sizes(case)) * max(map(abs, parameters))
             allowed = large * mpmath.mpf(10) ** (5 - ASKED)
             if invariant.law == "constant":

@@ -1,4 +1,4 @@
-"""Impossible numbers of the cases of chapters 7 and 8: each rule of a domain is broken once and names itself."""
+"""Impossible numbers of the cases of chapters 7 and 8: each rule of a domain is broken once, and the error states it."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ BROKEN = (
 
 
 @pytest.mark.parametrize(("name", "numbers", "says"), BROKEN)
-def test_a_broken_rule_names_itself(name: str, numbers: dict[str, object], says: str) -> None:
+def test_an_error_states_the_broken_rule(name: str, numbers: dict[str, object], says: str) -> None:
     with pytest.raises(ValueError, match=re.escape(says)):
         get(name, **numbers)  # type: ignore[arg-type]
 

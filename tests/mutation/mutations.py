@@ -346,7 +346,7 @@ TRUTH = (
             function,
             text,
             f"2 * ({text})",
-            (f"{ON_CASES}/test_scales.py::test_sizes_are_those_of_the_motion",),
+            (f"{ON_CASES}/test_scales.py::test_scales_are_those_of_the_motion",),
         )
         for file, function, text in (
             ("coulomb", "CoulombFrictionOscillator.scales", "max(abs(float(self.initial_state[0])), first)"),
