@@ -153,7 +153,7 @@ def cradle_momentum(t: Any, state: Values, parameters: Values) -> Values:
     return (v1 + v2 + v3 + v4 + v5,)
 
 
-def never_touching(t: Any, state: Values, parameters: Values) -> str:
+def balls_mode(t: Any, state: Values, parameters: Values) -> str:
     return "free"
 
 
@@ -186,7 +186,7 @@ class _BallLineCase(Case):
         return (
             Hybrid(
                 modes=(Mode("free", self._FREE),),
-                start=never_touching,
+                start=balls_mode,
                 transitions=tuple(
                     Transition(f"impact_{i}{i + 1}", "free", guard, -1, reset, "free", onto)
                     for i, (guard, reset, onto) in enumerate(self._PAIRS, start=1)

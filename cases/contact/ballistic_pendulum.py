@@ -25,7 +25,7 @@ def bullet_flies(t: Any, state: Values, parameters: Values) -> Values:
     return u, omega, 0, -g / length * sin(state[1])
 
 
-def bullet_way(t: Any, state: Values, parameters: Values) -> Values:
+def bullet_distance(t: Any, state: Values, parameters: Values) -> Values:
     return (state[0],)
 
 
@@ -49,7 +49,7 @@ def bullet_energy(t: Any, state: Values, parameters: Values) -> Values:
     return ((m * u * u + (m + M) * speed * speed) / 2 + 2 * (m + M) * g * length * half * half,)
 
 
-def in_flight(t: Any, state: Values, parameters: Values) -> str:
+def bullet_mode(t: Any, state: Values, parameters: Values) -> str:
     return "flight" if state[0] < 0 else "swing"
 
 
@@ -119,8 +119,8 @@ class BallisticPendulumCase(Case):
         return (
             Hybrid(
                 modes=(Mode("flight", bullet_flies), Mode("swing", bullet_flies)),
-                start=in_flight,
-                transitions=(Transition("impact", "flight", bullet_way, 1, bullet_sticks, "swing", at_the_block),),
+                start=bullet_mode,
+                transitions=(Transition("impact", "flight", bullet_distance, 1, bullet_sticks, "swing", at_the_block),),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"swing"}),
             ),

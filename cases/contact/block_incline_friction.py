@@ -52,7 +52,7 @@ def energy(t: Any, state: Values, parameters: Values) -> Values:
     return (g * s * sin(alpha) + v * v / 2,)
 
 
-def after_stop(t: Any, state: Values, parameters: Values) -> str:
+def mode_after_stop(t: Any, state: Values, parameters: Values) -> str:
     """The block sticks if tan(alpha) <= mu_s.
 
     Decided exactly for the given numbers: doubles next to tan(alpha) on either side give different motions, and
@@ -66,7 +66,7 @@ def first_mode(t: Any, state: Values, parameters: Values) -> str:
     _, v = state
     if v > 0:
         return "up"
-    return "down" if v < 0 else after_stop(t, state, parameters)
+    return "down" if v < 0 else mode_after_stop(t, state, parameters)
 
 
 class BlockInclineFriction(Case):
@@ -174,7 +174,7 @@ class BlockInclineFriction(Case):
                 modes=(Mode("up", sliding, (1.0,)), Mode("down", sliding, (-1.0,)), Mode("stick", sticking)),
                 start=first_mode,
                 transitions=(
-                    Transition("stop_up", "up", speed, -1, standstill, after_stop),
+                    Transition("stop_up", "up", speed, -1, standstill, mode_after_stop),
                     Transition("stop_down", "down", speed, 1, standstill, "stick"),
                 ),
                 settle=1e-9 * self.time_scale,

@@ -42,7 +42,7 @@ def onto_the_table(t: Any, state: Values, parameters: Values) -> Values:
     return 0, -sqrt(u * u + 2 * (g + b) * z)
 
 
-def always_over(t: Any, state: Values, parameters: Values) -> str:
+def ball_mode(t: Any, state: Values, parameters: Values) -> str:
     return "flight"
 
 
@@ -125,7 +125,7 @@ class BouncingBallTable(Case):
         return (
             Hybrid(
                 modes=(Mode("flight", over_the_table),),
-                start=always_over,
+                start=ball_mode,
                 transitions=(bounce,),
                 settle=1e-9 * self.time_scale,
             ),

@@ -50,7 +50,7 @@ def friction_energy(t: Any, state: Values, parameters: Values) -> Values:
     return ((m * v * v + k * x * x) / 2,)
 
 
-def after_a_turn(t: Any, state: Values, parameters: Values) -> str:
+def mode_after_turn(t: Any, state: Values, parameters: Values) -> str:
     """The mass stays if |k x| <= mu_s m g, decided exactly for the given numbers; else the spring pulls it back."""
     x = exact(state[0])
     m, k, g, _mu_k, mu_s = map(exact, parameters[:5])
@@ -59,10 +59,10 @@ def after_a_turn(t: Any, state: Values, parameters: Values) -> str:
     return "left" if x > 0 else "right"
 
 
-def way_on_the_spring(t: Any, state: Values, parameters: Values) -> str:
+def oscillator_mode(t: Any, state: Values, parameters: Values) -> str:
     _x, v = state
     if v == 0:
-        return after_a_turn(t, state, parameters)
+        return mode_after_turn(t, state, parameters)
     return "right" if v > 0 else "left"
 
 
@@ -143,10 +143,10 @@ class CoulombFrictionOscillator(Case):
                     Mode("left", sliding_on_a_spring, (-1.0,)),
                     Mode("stick", held_on_a_spring),
                 ),
-                start=way_on_the_spring,
+                start=oscillator_mode,
                 transitions=(
-                    Transition("turn_right", "right", spring_speed, -1, standing, after_a_turn),
-                    Transition("turn_left", "left", spring_speed, 1, standing, after_a_turn),
+                    Transition("turn_right", "right", spring_speed, -1, standing, mode_after_turn),
+                    Transition("turn_left", "left", spring_speed, 1, standing, mode_after_turn),
                 ),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"stick"}),

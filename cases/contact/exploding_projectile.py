@@ -56,7 +56,7 @@ def fragments_centre_y(t: Any, state: Values, parameters: Values) -> Values:
     return ((m1 * (state[1] - state[5] * t) + m2 * (state[3] - state[7] * t)) / (m1 + m2) - g * t * t / 2,)
 
 
-def whole_or_burst(t: Any, state: Values, parameters: Values) -> str:
+def fragments_mode(t: Any, state: Values, parameters: Values) -> str:
     return "whole" if t < parameters[3] else "burst"
 
 
@@ -122,7 +122,7 @@ class ExplodingProjectile(Case):
         return (
             Hybrid(
                 modes=(Mode("whole", fragments_fall), Mode("burst", fragments_fall)),
-                start=whole_or_burst,
+                start=fragments_mode,
                 transitions=(Transition("burst", "whole", until_the_burst, 1, bursts, "burst"),),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"burst"}),

@@ -70,7 +70,7 @@ def discs_angular_momentum(t: Any, state: Values, parameters: Values) -> Values:
     return (m1 * (x1 * vy1 - y1 * vx1) + m2 * (x2 * vy2 - y2 * vx2),)
 
 
-def discs_apart(t: Any, state: Values, parameters: Values) -> str:
+def discs_mode(t: Any, state: Values, parameters: Values) -> str:
     return "before"
 
 
@@ -155,7 +155,7 @@ class ObliqueImpact(Case):
         return (
             Hybrid(
                 modes=(Mode("before", discs_coast), Mode("after", discs_coast)),
-                start=discs_apart,
+                start=discs_mode,
                 transitions=(Transition("impact", "before", disc_gap, -1, discs_strike, "after", discs_touching),),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"after"}),

@@ -59,7 +59,7 @@ def blocks_kinetic(t: Any, state: Values, parameters: Values) -> Values:
     return ((m1 * v1 * v1 + m2 * v2 * v2) / 2,)
 
 
-def always_free(t: Any, state: Values, parameters: Values) -> str:
+def blocks_mode(t: Any, state: Values, parameters: Values) -> str:
     return "free"
 
 
@@ -124,7 +124,7 @@ class RestitutionImpact(Case):
         return (
             Hybrid(
                 modes=(Mode("free", uniform_motion),),
-                start=always_free,
+                start=blocks_mode,
                 transitions=(
                     Transition("blocks", "free", gap, -1, blocks_collide, "free", onto_each_other),
                     Transition("wall", "free", distance_to_wall, -1, wall_returns, "free", onto_wall),

@@ -41,7 +41,7 @@ def no_slip(t: Any, state: Values, parameters: Values) -> Values:
     return state[0], state[1], state[1] / parameters[4]
 
 
-def without_slip(t: Any, state: Values, parameters: Values) -> str:
+def mode_without_slip(t: Any, state: Values, parameters: Values) -> str:
     """The body rolls if tan(alpha) <= mu (1 + 1/k), decided exactly for the given numbers."""
     _g, alpha, mu, k, *_ = parameters
     return "roll" if holds(exact(alpha), exact(mu) * (1 + 1 / exact(k))) else "ahead"
@@ -49,7 +49,7 @@ def without_slip(t: Any, state: Values, parameters: Values) -> str:
 
 def rolling_mode(t: Any, state: Values, parameters: Values) -> str:
     (slip,) = body_slip(t, state, parameters)
-    return "ahead" if slip > 0 else "behind" if slip < 0 else without_slip(t, state, parameters)
+    return "ahead" if slip > 0 else "behind" if slip < 0 else mode_without_slip(t, state, parameters)
 
 
 def body_energy(t: Any, state: Values, parameters: Values) -> Values:
@@ -203,7 +203,7 @@ class RollingBodies(Case):
                 start=rolling_mode,
                 transitions=(
                     Transition("grips_ahead", "ahead", body_slip, -1, no_slip, "roll"),
-                    Transition("grips_behind", "behind", body_slip, 1, no_slip, without_slip),
+                    Transition("grips_behind", "behind", body_slip, 1, no_slip, mode_without_slip),
                 ),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"roll"}),

@@ -48,7 +48,7 @@ def at_belt_speed(t: Any, state: Values, parameters: Values) -> Values:
     return x, belt
 
 
-def block_or_belt(t: Any, state: Values, parameters: Values) -> str:
+def stick_slip_mode(t: Any, state: Values, parameters: Values) -> str:
     """The block sticks at the belt's speed if static friction can hold the spring force, decided exactly."""
     x, v = map(exact, state)
     m, k, g, mu_s, _mu_k, belt = map(exact, parameters[:6])
@@ -145,7 +145,7 @@ class StickSlipBelt(Case):
         return (
             Hybrid(
                 modes=(Mode("stick", riding), Mode("slip", slipping)),
-                start=block_or_belt,
+                start=stick_slip_mode,
                 transitions=(
                     Transition("release", "stick", pull, 1, at_belt_speed, "slip"),
                     Transition("stick", "slip", lag, 1, at_belt_speed, "stick"),

@@ -55,7 +55,7 @@ def pin_energy(t: Any, state: Values, parameters: Values) -> Values:
     return ((m * v * v + k * (d0 - x) * (d0 - x)) / 2,)
 
 
-def pin_start(t: Any, state: Values, parameters: Values) -> str:
+def pin_mode(t: Any, state: Values, parameters: Values) -> str:
     """The pin is held if friction exceeds the spring's force, decided exactly."""
     x, v = map(exact, state)
     m, k, d0, mu, a, gap = map(exact, parameters[:6])
@@ -123,7 +123,7 @@ class TorpedoFiringPin(Case):
         return (
             Hybrid(
                 modes=(Mode("moving", pin_motion), Mode("struck", pin_at_rest), Mode("stopped", pin_at_rest)),
-                start=pin_start,
+                start=pin_mode,
                 transitions=(
                     Transition("strike", "moving", way_to_the_primer, 1, in_the_primer, "struck"),
                     Transition("stop", "moving", pin_speed, -1, short_of_it, "stopped"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from gnomon.cases.core.forms import Equations, Values
@@ -67,6 +68,18 @@ def railed_pull(acceleration: Equations) -> SceneForm:
 def railed_point(equations: Equations, *more: str, token: str = "velocity_force") -> SceneForm:
     """A point of mass 1 on a rail with state (x, v); the force is the derivative of v in `equations`. Tokens as above."""
     return _railed(equations, token, frozenset({"slider", token, *more}), conservative=False)
+
+
+def railed(force: Callable[[float, float, Values], float], token: str = "position_force") -> SceneForm:
+    """A system with one coordinate and constant inertia, such as a chain in a tube: a point of mass 1 on a rail.
+
+    State (x, v); `force(t, x, parameters)` is the force over the inertia.
+    """
+
+    def equations(t: Any, state: Values, parameters: Values) -> Values:
+        return state[1], force(t, state[0], parameters)
+
+    return _railed(equations, token, frozenset({"slider", token}), conservative=token == "position_force")
 
 
 def _railed(equations: Equations, token: str, needs: frozenset[str], conservative: bool) -> SceneForm:

@@ -57,7 +57,7 @@ def dried(t: Any, state: Values, parameters: Values) -> Values:
     return plates + gap, state[1], 0, 0
 
 
-def place_of_the_drop(t: Any, state: Values, parameters: Values) -> str:
+def jet_mode(t: Any, state: Values, parameters: Values) -> str:
     x = exact(state[0])
     _q_m, _field, plates, gap, _nu = map(exact, parameters[:5])
     if x < plates:
@@ -65,14 +65,14 @@ def place_of_the_drop(t: Any, state: Values, parameters: Values) -> str:
     return "flight" if x < plates + gap else "paper"
 
 
-def jet_anywhere(t: float, state: Values, parameters: Values) -> Values:
+def jet_rates(t: float, state: Values, parameters: Values) -> Values:
     """The acceleration between and behind the plates, for the force of a scene."""
     return (between_plates if state[0] < parameters[2] else behind_plates)(t, state, parameters)
 
 
 def jet_scene() -> tuple[SceneForm, SceneForm]:
     """Scenes of the flight alone, and of the flight to the paper (at x = 0 in the scene), to which the drop sticks."""
-    plain = free_point(jet_anywhere, (0, 1))
+    plain = free_point(jet_rates, (0, 1))
 
     def build(state: Values, parameters: Values) -> Scene:
         made = plain.build(state, parameters)
@@ -152,7 +152,7 @@ class InkJetPrinter(Case):
         return (
             Hybrid(
                 modes=(Mode("plates", between_plates), Mode("flight", behind_plates), Mode("paper", on_paper)),
-                start=place_of_the_drop,
+                start=jet_mode,
                 transitions=(
                     Transition("leaves", "plates", end_of_plates, 1, at_plates_end, "flight"),
                     Transition("lands", "flight", paper, 1, dried, "paper"),

@@ -9,7 +9,7 @@ from typing import Any
 from gnomon.cases.core.case import Case, Event, Level, Variant, same
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.rail_scene import railed
+from gnomon.cases.core.point_scene import railed
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.flight.impulse_instantaneous import Pulse
 from gnomon.reference.numerics.precision import Number
@@ -45,7 +45,7 @@ def struck(t: Any, state: Values, parameters: Values) -> Values:
     return x, v + impulse / m
 
 
-def phase_of_pulse(t: Any, state: Values, parameters: Values) -> str:
+def pulse_mode(t: Any, state: Values, parameters: Values) -> str:
     _, _, begin, length = parameters[:4]
     if t < begin:
         return "before"
@@ -105,7 +105,7 @@ class ImpulseInstantaneous(Case):
             return (
                 Hybrid(
                     modes=(Mode("before", coasting), Mode("after", coasting)),
-                    start=phase_of_pulse,
+                    start=pulse_mode,
                     transitions=(Transition("impulse", "before", pulse_begin, 1, struck, "after"),),
                     settle=1e-9 * self.time_scale,
                     terminal=frozenset({"after"}),
@@ -114,7 +114,7 @@ class ImpulseInstantaneous(Case):
         return (
             Hybrid(
                 modes=(Mode("before", coasting), Mode("pulse", pushed), Mode("after", coasting)),
-                start=phase_of_pulse,
+                start=pulse_mode,
                 transitions=(
                     Transition("begins", "before", pulse_begin, 1, on_it_goes, "pulse"),
                     Transition("ends", "pulse", pulse_end, 1, on_it_goes, "after"),

@@ -154,7 +154,7 @@ def throw_energy(t: Any, state: Values, parameters: Values) -> Values:
     return (v * v / 2 + g * y,)
 
 
-def way_of_the_throw(t: Any, state: Values, parameters: Values) -> str:
+def throw_mode(t: Any, state: Values, parameters: Values) -> str:
     _y, v = state
     return "rising" if v > 0 else "falling"
 
@@ -218,7 +218,7 @@ class VerticalQuadraticDrag(Case):
         return (
             Hybrid(
                 modes=(Mode("rising", rising_or_falling, (1.0,)), Mode("falling", rising_or_falling, (-1.0,))),
-                start=way_of_the_throw,
+                start=throw_mode,
                 transitions=(apex,),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"falling"}),

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.rail_scene import railed
+from gnomon.cases.core.point_scene import railed
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.guided.chain_quarter_circle import ChainQuarter
 from gnomon.reference.numerics.precision import Number
@@ -52,7 +52,7 @@ def above_zero(x: Any) -> Any:
     return (x + sqrt(x * x)) / 2
 
 
-def depth_summed(s: Any, radius: Any) -> Any:
+def depth_integral(s: Any, radius: Any) -> Any:
     """The integral of the depth below the table along the chain from the edge to s, on the circle and below it."""
     quarter = 2 * atan(1) * radius
     below = above_zero(s - quarter)
@@ -64,7 +64,7 @@ def quarter_energy(t: Any, state: Values, parameters: Values) -> Values:
     """Energy over the mass, zero if the whole chain is on the table."""
     s, v = state
     g, length, radius = parameters
-    return (v * v / 2 - g / length * (depth_summed(s, radius) - depth_summed(s - length, radius)),)
+    return (v * v / 2 - g / length * (depth_integral(s, radius) - depth_integral(s - length, radius)),)
 
 
 def front_left(t: Any, state: Values, parameters: Values) -> Values:
@@ -83,7 +83,7 @@ def slides_on(t: Any, state: Values, parameters: Values) -> Values:
     return state[0], state[1]
 
 
-def front_first(t: Any, state: Values, parameters: Values) -> str:
+def quarter_mode(t: Any, state: Values, parameters: Values) -> str:
     return "front_on_circle"
 
 
@@ -156,7 +156,7 @@ class ChainQuarterCircle(Case):
                     Mode("tail_on_circle", tail_on_circle),
                     Mode("falling", chain_falling),
                 ),
-                start=front_first,
+                start=quarter_mode,
                 transitions=(
                     Transition("hangs", "front_on_circle", front_left, 1, slides_on, "hanging"),
                     Transition("enters", "hanging", table_left, 1, slides_on, "tail_on_circle"),

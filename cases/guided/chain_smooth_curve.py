@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.rail_scene import railed
+from gnomon.cases.core.point_scene import railed
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.harmonic_oscillator import HarmonicMotion

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.rail_scene import railed
+from gnomon.cases.core.point_scene import railed
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.guided.chains_over_edge import Runaway
 from gnomon.reference.numerics.precision import Number, quantity
@@ -70,11 +70,11 @@ def pulley_energy(t: Any, state: Values, parameters: Values) -> Values:
     return (v * v / 2 - g * (over * over / length + s - over),)
 
 
-def on_the_table(t: Any, state: Values, parameters: Values) -> str:
+def table_mode(t: Any, state: Values, parameters: Values) -> str:
     return "sliding" if state[0] < parameters[1] else "falling"
 
 
-def on_the_pulley(t: Any, state: Values, parameters: Values) -> str:
+def pulley_mode(t: Any, state: Values, parameters: Values) -> str:
     return "sliding" if state[0] < parameters[1] / 2 else "falling"
 
 
@@ -202,7 +202,7 @@ class ChainOffTable(_ChainOverEdge):
     invariants: ClassVar = {"energy": Invariant(table_energy, "decays")}
     _SLIDING = Mode("sliding", sliding_off)
     _END = staticmethod(to_table_end)
-    _START = staticmethod(on_the_table)
+    _START = staticmethod(table_mode)
     _SCENE = railed(table_force)
 
     @cached_property
@@ -258,7 +258,7 @@ class ChainOverPulley(_ChainOverEdge):
     invariants: ClassVar = {"energy": Invariant(pulley_energy)}
     _SLIDING = Mode("sliding", over_pulley)
     _END = staticmethod(to_pulley_end)
-    _START = staticmethod(on_the_pulley)
+    _START = staticmethod(pulley_mode)
     _SCENE = railed(pulley_force)
 
     @cached_property

@@ -85,7 +85,7 @@ def as_it_is(t: Any, state: Values, parameters: Values) -> Values:
     return theta, h, omega, u
 
 
-def sphere_start(t: Any, state: Values, parameters: Values) -> str:
+def sphere_mode(t: Any, state: Values, parameters: Values) -> str:
     return "contact" if state[1] == 0 and state[3] == 0 else "flight"
 
 
@@ -132,7 +132,7 @@ class _ContactLossCase(Case):
         return (
             Hybrid(
                 modes=(kind._SLIDES, kind._FLIES),
-                start=sphere_start,
+                start=sphere_mode,
                 transitions=(Transition("leaves", "contact", kind._FORCE, -1, as_it_is, "flight"),),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"flight"}),

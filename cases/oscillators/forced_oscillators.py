@@ -285,7 +285,7 @@ def as_before(t: Any, state: Values, parameters: Values) -> Values:
     return state
 
 
-def before_the_switch(t: Any, state: Values, parameters: Values) -> str:
+def switch_mode(t: Any, state: Values, parameters: Values) -> str:
     off = parameters[5]
     return "driven" if t < off else "coasting"
 
@@ -358,7 +358,7 @@ class TimeVaryingForce(Case):
         return (
             Hybrid(
                 modes=(Mode("driven", driven_mass), Mode("coasting", coasting_mass)),
-                start=before_the_switch,
+                start=switch_mode,
                 transitions=(Transition("off", "driven", switch_time, 1, as_before, "coasting"),),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"coasting"}),

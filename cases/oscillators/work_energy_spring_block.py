@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.rail_scene import railed
+from gnomon.cases.core.point_scene import railed
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.work_energy_spring_block import SpringBlock
@@ -46,7 +46,7 @@ def spring_block_energy(t: Any, state: Values, parameters: Values) -> Values:
     return ((m * v * v + k * squeezed * squeezed) / 2 + m * g * y,)
 
 
-def which_side(t: Any, state: Values, parameters: Values) -> str:
+def spring_block_mode(t: Any, state: Values, parameters: Values) -> str:
     y, v = state
     return "spring" if y < 0 or (y == 0 and v <= 0) else "flight"
 
@@ -99,7 +99,7 @@ class WorkEnergySpringBlock(Case):
         return (
             Hybrid(
                 modes=(Mode("flight", free_block), Mode("spring", block_on_spring)),
-                start=which_side,
+                start=spring_block_mode,
                 transitions=(
                     Transition("touch", "flight", spring_end, -1, unchanged, "spring"),
                     Transition("lift", "spring", spring_end, 1, unchanged, "flight"),

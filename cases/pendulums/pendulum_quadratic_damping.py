@@ -43,7 +43,7 @@ def dragged_energy(t: Any, state: Values, parameters: Values) -> Values:
     return (v * v / 2 + 2 * w2 * sin(theta / 2) * sin(theta / 2),)
 
 
-def way_of_the_swing(t: Any, state: Values, parameters: Values) -> str:
+def swing_mode(t: Any, state: Values, parameters: Values) -> str:
     theta, v = map(exact, state)
     forward = v > 0 if v else math.sin(theta) < 0
     return "forward" if forward else "backward"
@@ -153,7 +153,7 @@ class PendulumQuadraticDamping(Case):
         return (
             Hybrid(
                 modes=(Mode("forward", dragged_swing, (1.0,)), Mode("backward", dragged_swing, (-1.0,))),
-                start=way_of_the_swing,
+                start=swing_mode,
                 transitions=(
                     Transition("rest", "forward", swing_rate, -1, at_rest, "backward"),
                     Transition("rest", "backward", swing_rate, 1, at_rest, "forward"),

@@ -10,16 +10,16 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import Equations, FirstOrder, Values, euler_equations
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 from gnomon.cases.rigid_bodies.euler_top import (
     ORTHOGONAL,
+    TRIANGLE,
     EulerTopCase,
     momentum_x,
     momentum_y,
     momentum_z,
     spinning,
-    triangle,
     twice_energy,
 )
 from gnomon.cases.rigid_bodies.euler_top_scene import euler_top_scene, in_body, matrix
@@ -102,7 +102,7 @@ class DynamicsOfFreeRigidBodyInGravity(Case):
         | {name: positive(0.8, 1.5) for name in ("I1", "I2", "I3")}
         | {name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")}
         | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)},
-        (Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >= I2", triangle),),
+        (TRIANGLE,),
     )
     default_span = "1.7"
     variants = (

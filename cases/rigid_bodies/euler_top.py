@@ -59,8 +59,12 @@ def momentum_z(t: Any, state: Values, parameters: Values) -> Values:
     return (state[9] * i1 * state[0] + state[10] * i2 * state[1] + state[11] * i3 * state[2],)
 
 
-def triangle(n: Mapping[str, Fraction]) -> bool:
+def _triangle(n: Mapping[str, Fraction]) -> bool:
     return 2 * max(n["I1"], n["I2"], n["I3"]) <= n["I1"] + n["I2"] + n["I3"]
+
+
+TRIANGLE = Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >= I2", _triangle)
+"""Principal moments of a body satisfy it."""
 
 
 def spinning(w1: Number, w2: Number, w3: Number) -> tuple[Number, ...]:
@@ -94,7 +98,7 @@ class EulerTopCase(Case):
         {name: positive(0.8, 1.5) for name in ("I1", "I2", "I3")}
         | {name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")}
         | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)},
-        (Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >= I2", triangle),),
+        (TRIANGLE,),
     )
     variants = (
         Variant(

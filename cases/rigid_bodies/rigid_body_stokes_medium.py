@@ -13,12 +13,12 @@ from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import Readings, Scene, SceneForm
 from gnomon.cases.rigid_bodies.euler_top import (
     ORTHOGONAL,
+    TRIANGLE,
     EulerTopCase,
     momentum_x,
     momentum_y,
     momentum_z,
     spinning,
-    triangle,
 )
 from gnomon.cases.rigid_bodies.euler_top_scene import euler_top_reading, euler_top_scene
 from gnomon.reference.numerics.precision import Number
@@ -69,6 +69,7 @@ def stokes_reading(readings: Readings, parameters: Values) -> Values:
 
 
 SCENE = SceneForm(stokes_scene, stokes_reading, frozenset({"gyroscopic", "drag_torque"}), conservative=False)
+ROTATES = Rule("the body rotates (w is not zero)", lambda n: any(n[w] != 0 for w in ("w1", "w2", "w3")))
 
 
 class RigidBodyStokesMedium(Case):
@@ -88,8 +89,8 @@ class RigidBodyStokesMedium(Case):
         | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)}
         | {"nu": Range(low=0.0, typical=(0.0, 1.0))},
         (
-            Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >= I2", triangle),
-            Rule("the body rotates (w is not zero)", lambda n: any(n[w] != 0 for w in ("w1", "w2", "w3"))),
+            TRIANGLE,
+            ROTATES,
         ),
     )
     variants = (

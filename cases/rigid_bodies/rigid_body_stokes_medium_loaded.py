@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import FirstOrder, RigidBody, Values, euler_equations
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.numbers import Domain, Parameter, Range, positive
 from gnomon.cases.core.scene import Force, Scene, SceneForm, Vector
 from gnomon.cases.rigid_bodies.dynamics_of_free_rigid_body_in_gravity import (
     DynamicsOfFreeRigidBodyInGravity,
@@ -23,14 +23,15 @@ from gnomon.cases.rigid_bodies.dynamics_of_free_rigid_body_in_gravity import (
 )
 from gnomon.cases.rigid_bodies.euler_top import (
     ORTHOGONAL,
+    TRIANGLE,
     EulerTopCase,
     momentum_x,
     momentum_y,
     momentum_z,
     spinning,
-    triangle,
 )
 from gnomon.cases.rigid_bodies.rigid_body_stokes_medium import (
+    ROTATES,
     RigidBodyStokesMedium,
     fading,
     stokes_moments,
@@ -41,9 +42,6 @@ from gnomon.reference.flight.projectile_stokes_drag import StokesDrag
 from gnomon.reference.numerics.precision import Number, publish, working
 from gnomon.reference.rigid_bodies.falling_stokes_body import FallingStokesBody
 from gnomon.reference.rigid_bodies.rigid_body_stokes_medium import StokesBody
-
-TURNS = Rule("the body rotates (w is not zero)", lambda n: any(n[w] != 0 for w in ("w1", "w2", "w3")))
-TRIANGLE = Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >= I2", triangle)
 
 
 def falling_in_medium(t: Any, state: Values, parameters: Values) -> Values:
@@ -82,7 +80,7 @@ def turned_torque(t: Any, state: Values, parameters: Values) -> Values:
     )
 
 
-def left_momentum(t: Any, state: Values, parameters: Values) -> Values:
+def scaled_momentum_excess(t: Any, state: Values, parameters: Values) -> Values:
     """nu (H_z - M/nu) e^(nu t), constant."""
     nu, M = parameters[3:]
     return ((nu * momentum_z(t, state, parameters[:3])[0] - M) * exp(nu * t),)
@@ -125,7 +123,7 @@ class RigidBodyStokesMediumFalling(Case):
     default_state = (0, 0, 1, 3, 0, 8, *spinning(4, "0.5", 1))
     domain = Domain(
         dict(DynamicsOfFreeRigidBodyInGravity.domain.ranges) | {"nu": Range(low=0.0, typical=(0.0, 1.0))},
-        (TRIANGLE, TURNS),
+        (TRIANGLE, ROTATES),
     )
     variants = (
         Variant("terminal", "falls for 30/nu: reaches the terminal speed, the rotation stops", span=75),
@@ -215,7 +213,7 @@ class RigidBodyStokesMediumTorque(IntegratedCase):
     invariants: ClassVar = {
         "momentum_x": Invariant(fading(momentum_x)),
         "momentum_y": Invariant(fading(momentum_y)),
-        "momentum_left": Invariant(left_momentum),
+        "momentum_left": Invariant(scaled_momentum_excess),
     }
 
     @property

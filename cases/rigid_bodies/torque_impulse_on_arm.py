@@ -34,7 +34,7 @@ def arm_is_struck(t: Any, state: Values, parameters: Values) -> Values:
     return theta, omega + 3 * H / (m * length * length)
 
 
-def before_or_after_the_blow(t: Any, state: Values, parameters: Values) -> str:
+def arm_mode(t: Any, state: Values, parameters: Values) -> str:
     return "before" if t < parameters[4] else "after"
 
 
@@ -98,7 +98,7 @@ class TorqueImpulseOnArm(Case):
         return (
             Hybrid(
                 modes=(Mode("before", arm_swings), Mode("after", arm_swings)),
-                start=before_or_after_the_blow,
+                start=arm_mode,
                 transitions=(Transition("blow", "before", until_the_blow, 1, arm_is_struck, "after"),),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"after"}),

@@ -71,21 +71,21 @@ def tunnel_energy(t: Any, state: Values, parameters: Values) -> Values:
     return (v * v / 2 + g * near * near / (2 * radius) - g * radius * radius / far,)
 
 
-def pull_anywhere(t: float, q: Values, parameters: Values) -> Values:
+def tunnel_and_outer_pull(t: float, q: Values, parameters: Values) -> Values:
     """The acceleration in all modes, for the force of a scene."""
     (x,), (g, radius) = q, parameters
     return (-g / radius * x,) if abs(x) <= radius else (-math.copysign(g * radius * radius / (x * x), x),)
 
 
-SCENE = railed_pull(pull_anywhere)
+SCENE = railed_pull(tunnel_and_outer_pull)
 
 
-def where_it_starts(t: Any, state: Values, parameters: Values) -> str:
+def tunnel_mode(t: Any, state: Values, parameters: Values) -> str:
     x, radius = state[0], parameters[1]
     return "above" if x > radius else "below" if x < -radius else "inside"
 
 
-def comes_back(n: Any) -> bool:
+def below_escape_speed(n: Any) -> bool:
     """Below the escape speed."""
     x = abs(n["x"])
     if x <= n["R"]:
@@ -110,7 +110,7 @@ class PlanetTunnelCase(Case):
     domain = Domain(
         {"g": positive(), "R": positive(1.0, 5.0), "x": Range(typical=(-8.0, 8.0)), "v": Range(typical=(-3.0, 3.0))},
         (
-            Rule("the speed is below the escape speed", comes_back),
+            Rule("the speed is below the escape speed", below_escape_speed),
             Rule(
                 "a motion that starts at the surface stays inside (|x| = R only with v = 0)",
                 lambda n: abs(n["x"]) != n["R"] or n["v"] == 0,
@@ -145,7 +145,7 @@ class PlanetTunnelCase(Case):
                     Mode("above", above_the_planet, (1.0,)),
                     Mode("below", above_the_planet, (-1.0,)),
                 ),
-                start=where_it_starts,
+                start=tunnel_mode,
                 transitions=(
                     Transition("leaves_up", "inside", upper_end, 1, at_upper_end, "above"),
                     Transition("enters_down", "above", upper_end, -1, at_upper_end, "inside"),
