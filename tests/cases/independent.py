@@ -21,7 +21,7 @@ from gnomon.cases.core.arithmetic import rebind
 from gnomon.reference.numerics.taylor import flint_arithmetic
 from independent_mechanics import DIGITS
 
-SCENES = (
+DERIVATIONS = (
     *(independent_bodies, independent_chains, independent_contact, independent_earth, independent_impacts),
     *(independent_oscillators, independent_particles, independent_pendulums, independent_rolling),
 )

@@ -21,7 +21,7 @@ DIGITS = 220
 """Limits use numbers of up to 1e70 and divide by `SMALL`; about 80 digits remain."""
 SMALL = flint.fmpq(1, 10**35)
 """The small parameter of a limit; the error is of its first power, so limits are accurate to about 35 digits."""
-Scene = Callable[..., None]
+Derivation = Callable[..., None]
 
 
 def _function(name: str) -> Callable[[Any], Any]:
@@ -165,7 +165,7 @@ class World:
 class System:
     """A second derivation at a time and a state."""
 
-    scene: Scene
+    derivation: Derivation
     p: SimpleNamespace
     t: Any
     s: SimpleNamespace
@@ -173,7 +173,7 @@ class System:
 
     def along(self, q: Sequence[Any], v: Sequence[Any], a: Sequence[Any]) -> World:
         world = World(flint.arb_series([self.t, 1, 0], 3), self.s, self.mode)
-        self.scene(world, self.p, *(flint.arb_series([x, y, z / 2], 3) for x, y, z in zip(q, v, a, strict=True)))
+        self.derivation(world, self.p, *(flint.arb_series([x, y, z / 2], 3) for x, y, z in zip(q, v, a, strict=True)))
         return world
 
     def paths(self, q: Sequence[Any], v: Sequence[Any]) -> tuple[World, list[World]]:

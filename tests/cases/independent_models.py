@@ -10,7 +10,7 @@ from typing import Any
 
 import flint
 from gnomon.cases import case_class
-from independent_mechanics import SMALL, Scene, System, coefficient, rate
+from independent_mechanics import SMALL, Derivation, System, coefficient, rate
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Model:
     mechanical system.
     """
 
-    scene: Scene
+    derivation: Derivation
     there: Callable[..., Any] | None = None
     back: Callable[..., Any] | None = None
     momenta: Callable[..., dict[int, Any]] | None = None
@@ -36,7 +36,7 @@ class Model:
     own: Callable[..., list[Any]] | None = None
 
     def system(self, p: Any, t: Any, s: Any, mode: str) -> tuple[System, list[Any], list[Any]]:
-        found = System(self.scene, p, t, s, mode)
+        found = System(self.derivation, p, t, s, mode)
         values = list(vars(s).values())
         half = len(values) // 2
         q, v = self.there(p, s) if self.there else (values[:half], values[half:])
@@ -83,14 +83,14 @@ class Model:
 MODELS: dict[str, Model] = {}
 
 
-def model(*names: str, **how: Any) -> Callable[[Scene], Scene]:
+def model(*names: str, **how: Any) -> Callable[[Derivation], Derivation]:
     """Registers the second derivation of the cases with these names."""
 
-    def keep(scene: Scene) -> Scene:
+    def keep(derivation: Derivation) -> Derivation:
         for name in names:
             assert name not in MODELS, name
-            MODELS[name] = Model(scene, **how)
-        return scene
+            MODELS[name] = Model(derivation, **how)
+        return derivation
 
     return keep
 

@@ -7,7 +7,7 @@ from typing import Any
 import mpmath
 from gnomon.cases import get
 from independent_quantities import HYBRID, ObservedMotion, close, label_of, oracle
-from look_events import last
+from independent_quantities_events import last
 from mpmath import cos, pi, sin, sqrt, tan
 
 

@@ -69,39 +69,39 @@ def agreed(first: Any, second: Any, case: Case) -> float:
 def test_exact_motion_satisfies_the_equations(name: str) -> None:
     @examples(name)
     @given(cases(name), fractions)
-    def check(case: Case, share: Fraction) -> None:
+    def holds(case: Case, share: Fraction) -> None:
         assert agreement.residual(case, agreement.first_order_equations(case), case.span * share) >= enough(case)
         assert certify.start(case) >= enough(case)
 
-    check()
+    holds()
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_digits_asked_for_are_right(name: str) -> None:
     @examples(name)
     @given(cases(name), fractions)
-    def check(case: Case, share: Fraction) -> None:
+    def holds(case: Case, share: Fraction) -> None:
         assert certify.rounding(case, [case.span * share]) >= enough(case)
 
-    check()
+    holds()
 
 
 @pytest.mark.parametrize("name", SMOOTH)
 def test_constant_invariants_stay_constant(name: str) -> None:
     @examples(name)
     @given(cases(name), fractions)
-    def check(case: Case, share: Fraction) -> None:
+    def holds(case: Case, share: Fraction) -> None:
         if any(invariant.law == "constant" for invariant in case.invariants.values()):
             assert certify.invariants(case, [case.span * share]) >= enough(case)
 
-    check()
+    holds()
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_decaying_invariants_do_not_grow(name: str) -> None:
     @examples(name)
     @given(cases(name), fractions, fractions)
-    def check(case: Case, one: Fraction, other: Fraction) -> None:
+    def holds(case: Case, one: Fraction, other: Fraction) -> None:
         parameters = tuple(float(v) for v in case.parameter_values())
         for label, invariant in case.invariants.items():
             if invariant.law != "decays":
@@ -113,7 +113,7 @@ def test_decaying_invariants_do_not_grow(name: str) -> None:
             # evaluated in binary64: a few roundings of its terms
             assert values[1] <= values[0] + 1e-13 * (abs(values[0]) + sum(x * x for x in agreement.sizes(case))), label
 
-    check()
+    holds()
 
 
 @pytest.mark.parametrize("name", AUTONOMOUS)
@@ -122,7 +122,7 @@ def test_motions_compose(name: str) -> None:
 
     @examples(name)
     @given(cases(name), fractions)
-    def check(case: Case, share: Fraction) -> None:
+    def holds(case: Case, share: Fraction) -> None:
         t = case.span * share
         halfway = [exact(x) for x in case.exact(t, 120 if case.certified_digits > SHORT else 44)]
         try:
@@ -133,14 +133,14 @@ def test_motions_compose(name: str) -> None:
             rest.exact(case.span - t, agreement.asked(case)), case.exact(case.span, agreement.asked(case)), case
         ) >= enough(case)
 
-    check()
+    holds()
 
 
 @pytest.mark.parametrize("name", REVERSIBLE)
 def test_the_reversed_motion_retraces_it(name: str) -> None:
     @examples(name)
     @given(cases(name), fractions)
-    def check(case: Case, share: Fraction) -> None:
+    def holds(case: Case, share: Fraction) -> None:
         t = case.span * share
         there = case.reversed([exact(x) for x in case.exact(t, 120 if case.certified_digits > SHORT else 44)])
         assert there is not None
@@ -149,7 +149,7 @@ def test_the_reversed_motion_retraces_it(name: str) -> None:
         assert returned is not None
         assert agreed(returned[0], case.initial_state, case) >= enough(case)
 
-    check()
+    holds()
 
 
 @pytest.mark.parametrize("name", NAMES)

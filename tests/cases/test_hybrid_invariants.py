@@ -11,7 +11,7 @@ from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.harness.certification.agreement import sizes
 
 ASKED = 45
-SCENES = [
+HYBRID_VARIANTS = [
     pytest.param(name, variant, marks=pytest.mark.slow if variant else ())
     for name in names()
     if get(name).hybrid is not None and get(name).invariants and not name.startswith("bouncing_ball")
@@ -19,7 +19,7 @@ SCENES = [
 ]
 
 
-@pytest.mark.parametrize(("name", "variant"), SCENES)
+@pytest.mark.parametrize(("name", "variant"), HYBRID_VARIANTS)
 def test_invariants_hold_through_events(name: str, variant: str | None) -> None:
     case = get(name, variant)
     times = [case.span * k / 7 for k in range(8)]

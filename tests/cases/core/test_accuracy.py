@@ -64,8 +64,8 @@ def test_errors_grow_exponentially_close_to_the_upright_pendulum():
 def test_a_number_at_the_edge_of_the_domain_is_changed_inward():
     # I1 + I2 = I3 exactly: no body has I3 + half an ulp.
     case = cases.get("euler_top", "flat").rounded()
-    moved = [neighbour.parameters for neighbour in accuracy._neighbours(case)]
-    assert {p["I3"] for p in moved if p["I3"] != 3} == {3 - Fraction(math.ulp(3.0)) / 2}
+    perturbed = [neighbour.parameters for neighbour in accuracy._neighbours(case)]
+    assert {p["I3"] for p in perturbed if p["I3"] != 3} == {3 - Fraction(math.ulp(3.0)) / 2}
     assert np.all(case.conditioning(case.times[:2]) > 0)
 
 

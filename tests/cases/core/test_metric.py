@@ -25,15 +25,15 @@ def test_angles_alone_are_compared_modulo_a_turn(name: str) -> None:
         if case.scored and coordinate.group not in case.scored:
             continue
         for off in (3.5, -3.5, 5.0, 7.0, -13.0, 40.0):
-            moved = state.copy()
-            moved[i] += off
+            perturbed = state.copy()
+            perturbed[i] += off
             expected = abs(math.remainder(off, 2 * math.pi)) if coordinate.kind == "angle" else abs(off)
             # An ulp of the numbers that are subtracted, up to 41.
-            assert metric.distance(moved[None], state[None])[0] == pytest.approx(expected, abs=4 * math.ulp(41.0))
+            assert metric.distance(perturbed[None], state[None])[0] == pytest.approx(expected, abs=4 * math.ulp(41.0))
 
 
 def test_an_angle_keeps_the_digits_of_a_small_difference() -> None:
     """Wrapping adds half a turn, whose ulp is far larger."""
     state = np.zeros((1, 2))
-    moved = np.array([[1e-30, 0.0]])
-    assert unit_metric("pendulum_simple").distance(moved, state)[0] == 1e-30
+    perturbed = np.array([[1e-30, 0.0]])
+    assert unit_metric("pendulum_simple").distance(perturbed, state)[0] == 1e-30

@@ -29,10 +29,10 @@ def test_a_circle_about_the_centre_stays_and_errors_grow():
     circle = get(NAME, "circle")
     found = circle.sample(circle.times)
     assert np.max(np.abs(np.hypot(found[:, 0], found[:, 1]) - 1)) < 3e-16
-    moved = circle.with_numbers(
+    perturbed = circle.with_numbers(
         (1, 0, 2.0**-30, 1), circle.parameters
     )  # perturbed outward; its momentum remains close to that of the circle
-    path = moved.sample(circle.times)
+    path = perturbed.sample(circle.times)
     off = np.hypot(path[:, 0], path[:, 1]) - 1
     expected = 2.0**-30 * np.sinh(math.sqrt(2) * circle.times) / math.sqrt(2)
     assert np.allclose(off, expected, rtol=1e-4, atol=1e-15)

@@ -35,7 +35,7 @@ def test_a_start_close_to_the_triangle_leaves_it():
     start = list(triangle.initial_state)
     start[0] += 2.0**-40
     times = np.array([2 * turn, 3 * turn])
-    moved = triangle.with_numbers(start, triangle.parameters).with_span(3 * turn)
-    apart = np.linalg.norm((moved.sample(times) - triangle.sample(times))[:, :9], axis=1)
+    perturbed = triangle.with_numbers(start, triangle.parameters).with_span(3 * turn)
+    apart = np.linalg.norm((perturbed.sample(times) - triangle.sample(times))[:, :9], axis=1)
     # The other parts of the error, a drift and a change of the period, are then a thousandth of the growing one.
     assert math.isclose(apart[1] / apart[0], growth, rel_tol=0.005)
