@@ -22,7 +22,7 @@ def last(observed: ObservedMotion, *starts: str) -> Any:
     "first_rest_time",
     of=HYBRID,
 )
-def when(observed: ObservedMotion, value: Any) -> Any:
+def time_of_event(observed: ObservedMotion, value: Any) -> Any:
     if value is observed.found.get("leaving_time"):
         return last(observed, "leaves").time
     if value is observed.found.get("last_impact"):
@@ -64,7 +64,7 @@ def two_half_cycles(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("planet_tunnel.period", "work_energy_spring_block.period", of=HYBRID)
-def comes_back(observed: ObservedMotion, value: Any) -> bool:
+def initial_state_returns(observed: ObservedMotion, value: Any) -> bool:
     """The initial state returns after the period, and not after half of it."""
     a, b, c = (observed.state(value * k) for k in (0, 1, mpmath.mpf(1) / 2))
     size = max(map(abs, a))
@@ -104,7 +104,7 @@ def events_counted(observed: ObservedMotion, value: Any) -> bool:
 
 
 @oracle("fires", of=HYBRID)
-def struck_or_not(observed: ObservedMotion, value: Any) -> bool:
+def strikes_counted(observed: ObservedMotion, value: Any) -> bool:
     return bool(value == len(observed.events("strike")))
 
 
@@ -148,13 +148,13 @@ def place_at_rest(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("jump", of=HYBRID)
-def of_the_rate(observed: ObservedMotion, value: Any) -> Any:
+def jump_of_the_rate(observed: ObservedMotion, value: Any) -> Any:
     event = last(observed, "blow")
     return event.after.omega - event.before.omega
 
 
 @oracle("amplitude_before", "amplitude_after", "swing_angle", of=HYBRID)
-def where_it_turns(observed: ObservedMotion, value: Any) -> Any:
+def angle_of_the_turning_point(observed: ObservedMotion, value: Any) -> Any:
     """The angle that follows from the energy of the swing: theta'^2/2 = w^2 (cos(theta) - cos(largest))."""
     event = observed.events()[0]
     state = event.before if value is observed.found.get("amplitude_before") else event.after
@@ -163,7 +163,7 @@ def where_it_turns(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("rise", of=HYBRID)
-def to_the_turning_point(observed: ObservedMotion, value: Any) -> Any:
+def rise_to_the_turning_point(observed: ObservedMotion, value: Any) -> Any:
     return observed.p.L * (1 - cos(observed.found["swing_angle"]))
 
 
@@ -173,24 +173,24 @@ def after_the_impact(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("farthest", "apex_height", of=HYBRID)
-def furthest(observed: ObservedMotion, value: Any) -> Any:
+def largest_position(observed: ObservedMotion, value: Any) -> Any:
     until = observed.found.get("period", observed.found.get("return_time"))
     return observed.largest(lambda s: getattr(s, observed.names[0]), until)
 
 
 @oracle("largest_compression", of=HYBRID)
-def deepest(observed: ObservedMotion, value: Any) -> Any:
+def largest_compression(observed: ObservedMotion, value: Any) -> Any:
     return -observed.least(lambda s: s.y, observed.found["period"])
 
 
 @oracle("apex", of=HYBRID)
-def of_the_mass_centre(observed: ObservedMotion, value: Any) -> Any:
+def apex_of_the_mass_centre(observed: ObservedMotion, value: Any) -> Any:
     total = observed.p.m1 + observed.p.m2
     return observed.largest(lambda s: (observed.p.m1 * s.y1 + observed.p.m2 * s.y2) / total)
 
 
 @oracle("last_speed", of=HYBRID)
-def of_the_last_ball(observed: ObservedMotion, value: Any) -> Any:
+def speed_of_the_last_ball(observed: ObservedMotion, value: Any) -> Any:
     return observed.state(observed.span)[-1]
 
 
@@ -201,13 +201,13 @@ def at_the_end(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("late", of=HYBRID)
-def against_a_pulse_at_once(observed: ObservedMotion, value: Any) -> Any:
+def lag_behind_an_impulse(observed: ObservedMotion, value: Any) -> Any:
     at_once = get(observed.case.name, **{**observed.case.parameters, "T": 0}, initial_state=observed.case.initial_state)
     return ObservedMotion(at_once).at(observed.span).x - observed.at(observed.span).x
 
 
 @oracle("path_length", of=HYBRID)
-def up_and_down(observed: ObservedMotion, value: Any) -> bool:
+def path_of_bounces(observed: ObservedMotion, value: Any) -> bool:
     """The first fall, then v^2/g for each bounce; the rest of the sum is below the gap `settle`."""
     bounces = observed.events("bounce")
     pull = getattr(observed.p, "g", None) or observed.p.g_across

@@ -42,7 +42,7 @@ def lorentz_factor(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("proper_time")
-def clock_on_the_charge(observed: ObservedMotion, value: Any) -> bool:
+def proper_time_by_quadrature(observed: ObservedMotion, value: Any) -> bool:
     def slow(t: Any) -> Any:
         s = observed.at(t)
         return 1 / sqrt(1 + (s.ux**2 + s.uy**2 + s.uz**2) / observed.p.c**2)
@@ -54,7 +54,7 @@ def clock_on_the_charge(observed: ObservedMotion, value: Any) -> bool:
 
 
 @oracle("tangential_acceleration", "curvature_radius")
-def of_the_path(observed: ObservedMotion, value: Any) -> bool:
+def curvature_of_the_path(observed: ObservedMotion, value: Any) -> bool:
     def velocity(t: Any) -> Any:
         return mpmath.matrix([observed.rate(n, t) for n in "xyz"])
 
@@ -68,7 +68,7 @@ def of_the_path(observed: ObservedMotion, value: Any) -> bool:
 
 
 @oracle("field_square", "field_product")
-def of_the_fields(observed: ObservedMotion, value: Any) -> Any:
+def invariants_of_the_fields(observed: ObservedMotion, value: Any) -> Any:
     """From the fields after a boost along x at 3/5 of c (Jackson, Classical Electrodynamics, 11.10)."""
     p, gamma, beta = observed.p, mpmath.mpf(5) / 4, mpmath.mpf(3) / 5
     e = [p.Ex, gamma * (p.Ey - beta * p.c * p.Bz), gamma * (p.Ez + beta * p.c * p.By)]
@@ -90,7 +90,7 @@ def above_or_below_the_focus(observed: ObservedMotion, value: Any) -> bool:
 
 
 @oracle("terminal_speed")
-def at_last(observed: ObservedMotion, value: Any) -> Any:
+def acceleration_vanishes(observed: ObservedMotion, value: Any) -> Any:
     """At this speed straight down the acceleration vanishes."""
     down = next(n for n in ("vz", "vy", "v") if n in observed.names)
     rest = {n: mpmath.mpf(0) for n in observed.names if n.startswith("v")} | {down: -value}
@@ -98,12 +98,12 @@ def at_last(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("relaxation_time")
-def of_the_velocity(observed: ObservedMotion, value: Any) -> Any:
+def decay_time_of_the_velocity(observed: ObservedMotion, value: Any) -> Any:
     return -1 / observed.jacobian([mpmath.mpf(0)] * 2)[1, 1]
 
 
 @oracle("falling_speed", "rising_speed")
-def balanced(observed: ObservedMotion, value: Any) -> bool:
+def forces_balance(observed: ObservedMotion, value: Any) -> bool:
     """At the falling speed without the field, and at the rising speed with it, the acceleration vanishes."""
     falls = value is observed.found["falling_speed"]
     pull = observed.equations([mpmath.mpf(0), -value if falls else value], **({"E": mpmath.mpf(0)} if falls else {}))[1]
@@ -111,19 +111,19 @@ def balanced(observed: ObservedMotion, value: Any) -> bool:
 
 
 @oracle("charge")
-def what_was_put_in(observed: ObservedMotion, value: Any) -> Any:
+def charge_parameter(observed: ObservedMotion, value: Any) -> Any:
     return observed.p.q
 
 
 @oracle("apex_time", "apex_height")
-def highest(observed: ObservedMotion, value: Any) -> Any:
+def apex(observed: ObservedMotion, value: Any) -> Any:
     time = observed.found["apex_time"]
     assert abs(observed.at(time).vy) < 1e-18
     return time if value is time else observed.at(time).y
 
 
 @oracle("landing_time", "flight_time", "landing_x", "range")
-def comes_down(observed: ObservedMotion, value: Any) -> Any:
+def landing(observed: ObservedMotion, value: Any) -> Any:
     time = observed.found.get("landing_time") or observed.found["flight_time"]
     assert abs(observed.at(time).y) < 1e-18
     assert time > 0
@@ -161,7 +161,7 @@ def long_after_the_start(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("growing_part", "dying_part", "bounded_amplitude")
-def three_parts(observed: ObservedMotion, value: Any) -> bool:
+def coefficients_of_three_terms(observed: ObservedMotion, value: Any) -> bool:
     """r = A e^(Ot) + B e^(-Ot) + C sin(Ot) at three other times."""
     a, b, c = (observed.found[n] for n in ("growing_part", "dying_part", "bounded_amplitude"))
     u = [observed.p.O * t for t in (mpmath.mpf("0.3"), mpmath.mpf("0.9"), mpmath.mpf("1.7"))]
@@ -170,7 +170,7 @@ def three_parts(observed: ObservedMotion, value: Any) -> bool:
 
 
 @oracle("phase")
-def of_the_cosine(observed: ObservedMotion, value: Any) -> bool:
+def phase_of_the_cosine(observed: ObservedMotion, value: Any) -> bool:
     w, size = 2 * pi / observed.found["period"], observed.found["amplitude"]
     return any(
         all(close(observed.at(t).x, size * cos(w * t + sign * value)) for t in (mpmath.mpf("0.3"), mpmath.mpf(1)))
@@ -179,7 +179,7 @@ def of_the_cosine(observed: ObservedMotion, value: Any) -> bool:
 
 
 @oracle("fall_time", "east_deflection", "north_deflection")
-def strikes(observed: ObservedMotion, value: Any) -> Any:
+def landing_of_the_fall(observed: ObservedMotion, value: Any) -> Any:
     """Time and position at z = 0."""
     time = observed.found["fall_time"]
     assert abs(observed.at(time).z) < 1e-17
@@ -195,7 +195,7 @@ def strikes(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("first_order_deflection")
-def of_the_motion_to_first_order(observed: ObservedMotion, value: Any) -> bool:
+def deflection_of_the_first_order_motion(observed: ObservedMotion, value: Any) -> bool:
     numbers = {name: observed.case.parameters[name] for name in ("g", "Om", "lat")}
     first = ObservedMotion(get("free_fall_first_order", initial_state=observed.case.initial_state, **numbers))
     time = sqrt(2 * observed.at(0).z / observed.p.g)
@@ -215,7 +215,7 @@ def turns_no_further_than_the_free_body(observed: ObservedMotion, value: Any) ->
 
 
 @oracle("final_momentum")
-def along_the_vertical(observed: ObservedMotion, value: Any) -> Any:
+def limit_of_the_vertical_momentum(observed: ObservedMotion, value: Any) -> Any:
     """The limit of an exponential from three equally spaced values, by Aitken's rule."""
     a, b, c = (
         sum(getattr(observed.p, f"I{i}") * getattr(s, f"w{i}") * getattr(s, f"R3{i}") for i in (1, 2, 3))
@@ -234,7 +234,7 @@ def neither_slides_nor_drills(observed: ObservedMotion, value: Any) -> bool:
 
 
 @oracle("final_vx", "final_vy")
-def once_it_rolls(observed: ObservedMotion, value: Any) -> Any:
+def velocity_at_the_end(observed: ObservedMotion, value: Any) -> Any:
     return getattr(
         observed.at(observed.found["end_time"] * (1 - mpmath.mpf("1e-12"))),
         "vx" if value is observed.found["final_vx"] else "vy",
@@ -242,12 +242,12 @@ def once_it_rolls(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("final_speed")
-def chaplygin_at_last(observed: ObservedMotion, value: Any) -> Any:
+def speed_long_after_the_start(observed: ObservedMotion, value: Any) -> Any:
     return observed.at(200).v
 
 
 @oracle("whole_turn")
-def from_the_far_past(observed: ObservedMotion, value: Any) -> Any:
+def turn_between_far_times(observed: ObservedMotion, value: Any) -> Any:
     return observed.at(200).theta - observed.at(-200).theta
 
 

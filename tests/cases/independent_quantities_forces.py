@@ -61,7 +61,7 @@ def length_of_the_equivalent_pendulum(observed: ObservedMotion, value: Any) -> A
 
 
 @oracle("reaction_along", "reaction_across")
-def of_the_axis(observed: ObservedMotion, value: Any) -> Any:
+def reaction_of_the_axis(observed: ObservedMotion, value: Any) -> Any:
     """The acceleration of the centre of mass less gravity."""
     s, p = observed.at(0), observed.p
     if value is observed.found["reaction_along"]:
@@ -110,13 +110,13 @@ def across_the_slot(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("largest_force")
-def of_the_accelerated_cart(observed: ObservedMotion, value: Any) -> Any:
+def force_on_the_accelerated_cart(observed: ObservedMotion, value: Any) -> Any:
     h = 2 * pi / observed.p.w / 12
     return observed.p.M * max(abs(observed.rate("v", k * h)) for k in range(12))
 
 
 @oracle("cart_way")
-def there_and_back(observed: ObservedMotion, value: Any) -> Any:
+def distance_of_the_cart(observed: ObservedMotion, value: Any) -> Any:
     half = pi / observed.p.w
     return abs(observed.at(half).x - observed.at(0).x - half * observed.found["centre_speed"])
 
@@ -140,7 +140,7 @@ def acceleration(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("tension_1", "tension_2")
-def of_the_string(observed: ObservedMotion, value: Any) -> Any:
+def tension_of_the_string(observed: ObservedMotion, value: Any) -> Any:
     """Each weight less its mass times acceleration."""
     a = observed.rate("v")
     return (

@@ -22,7 +22,7 @@ def kinetic(observed: ObservedMotion, state: Any) -> Any:
 
 
 @oracle("energy_lost", "energy_released", "friction_work", "dissipated", "energy_loss", of=HYBRID)
-def energy_gone(observed: ObservedMotion, value: Any) -> Any:
+def energy_lost(observed: ObservedMotion, value: Any) -> Any:
     label = label_of(observed, value)
     events = observed.events("stop") if label == "friction_work" else observed.events()
     if label == "energy_released":
@@ -39,7 +39,7 @@ def energy_gone(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle(*(f"energy_{n}" for n in range(1, 6)), of=HYBRID)
-def held_by_the_spring(observed: ObservedMotion, value: Any) -> Any:
+def energy_of_the_spring(observed: ObservedMotion, value: Any) -> Any:
     n = int(label_of(observed, value)[-1])
     return observed.p.k * observed.events()[n - 1].after.x ** 2 / 2
 
@@ -54,7 +54,7 @@ def slip_of_the_belt(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("work", of=HYBRID)
-def of_the_blow(observed: ObservedMotion, value: Any) -> Any:
+def work_of_the_impulse(observed: ObservedMotion, value: Any) -> Any:
     event = last(observed, "blow")
     return observed.p.m * observed.p.l**2 / 6 * (event.after.omega**2 - event.before.omega**2)
 
@@ -71,7 +71,7 @@ def mean_velocity(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("friction_angle", of=HYBRID)
-def repose(observed: ObservedMotion, value: Any) -> bool:
+def angle_of_friction(observed: ObservedMotion, value: Any) -> bool:
     return close(tan(value), observed.p.mu_s)
 
 
@@ -100,7 +100,7 @@ def pull_of_the_string(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("holding_deceleration", "holding_lift", of=HYBRID)
-def threshold(observed: ObservedMotion, value: Any) -> bool:
+def limit_of_sticking(observed: ObservedMotion, value: Any) -> bool:
     """Just below the limit the body sticks, just above it does not."""
     label = "a" if value is observed.found.get("holding_deceleration") else "P"
     moved = []
@@ -123,7 +123,7 @@ def of_the_rolling_body(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("relative_push", of=HYBRID)
-def of_the_table(observed: ObservedMotion, value: Any) -> Any:
+def relative_acceleration_of_the_table(observed: ObservedMotion, value: Any) -> Any:
     return observed.p.A * observed.p.w**2 / (observed.p.g + observed.p.b)
 
 

@@ -37,7 +37,7 @@ def a_whole_turn(observed: ObservedMotion, value: Any) -> bool:
 
 
 @oracle("center_of_mass_motion.period")
-def apart_returns(observed: ObservedMotion, period: Any) -> bool:
+def separation_returns(observed: ObservedMotion, period: Any) -> bool:
     def apart(t: Any) -> Any:
         s = observed.at(t)
         return mpmath.matrix([s.x2 - s.x1, s.y2 - s.y1, s.vx2 - s.vx1, s.vy2 - s.vy1])
@@ -67,7 +67,7 @@ def zeros_return(observed: ObservedMotion, period: Any) -> bool:
 
 
 @oracle("logarithmic_decrement")
-def with_the_period(observed: ObservedMotion, value: Any) -> bool:
+def decrement_from_the_period(observed: ObservedMotion, value: Any) -> bool:
     return zeros_return(observed, observed.found["period"])
 
 
@@ -105,13 +105,13 @@ def swing_period_without_rotation(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("anisotropy")
-def north_is_stiffer(observed: ObservedMotion, value: Any) -> Any:
+def difference_of_stiffness(observed: ObservedMotion, value: Any) -> Any:
     found = jacobian_of_plane_pendulum(observed)
     return abs(found[2][0] - found[3][1]) / (observed.p.g / observed.p.L)
 
 
 @oracle("apsidal_rate")
-def an_ellipse_turns(observed: ObservedMotion, value: Any) -> bool:
+def precession_of_an_ellipse(observed: ObservedMotion, value: Any) -> bool:
     """3/8 ab sqrt(g/L) in units of L, up to terms of order a^2, by the spherical pendulum; zero for a plane swing."""
     s = observed.at(0)
     if s.ex * s.vy == s.ey * s.vx:
@@ -123,7 +123,7 @@ def an_ellipse_turns(observed: ObservedMotion, value: Any) -> bool:
 
 
 @oracle("azimuth_advance", "azimuth", "precession_per_nutation")
-def carried_on(observed: ObservedMotion, value: Any) -> Any:
+def advance_in_a_period(observed: ObservedMotion, value: Any) -> Any:
     """The advance of the cyclic angle in a period; for an attitude that of the axis about the vertical."""
     period = next(observed.found[n] for n in ("period", "polar_period", "nutation_period") if n in observed.found)
     if hasattr(observed.at(0), "phi"):

@@ -116,7 +116,7 @@ def area_swept_in_a_second(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("third_law_factor")
-def against_keplers(observed: ObservedMotion, value: Any) -> Any:
+def ratio_to_keplers_law(observed: ObservedMotion, value: Any) -> Any:
     return (
         observed.found["period"] ** 2
         * observed.p.G
@@ -168,7 +168,7 @@ def pull_is_centripetal(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("energy")
-def differs_as_the_invariant(observed: ObservedMotion, value: Any) -> bool:
+def energy_difference_of_two_starts(observed: ObservedMotion, value: Any) -> bool:
     """The zero of the potential is arbitrary, so the difference from another start is compared."""
     label = next(n for n in ("energy", "jacobi") if n in observed.case.invariants)
     start = [x * (Fraction(9, 10) if i == 0 else Fraction(11, 10)) for i, x in enumerate(observed.case.initial_state)]

@@ -21,14 +21,14 @@ def about_the_rest_angle(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("rest_angle", "tilted_equilibrium")
-def nothing_pulls(observed: ObservedMotion, value: Any) -> bool:
+def force_vanishes(observed: ObservedMotion, value: Any) -> bool:
     assert value != 0 or observed.case.name == "chain_in_circular_tube"
     rest = angle_at_rest(observed, value)
     return abs(observed.equations(rest)[1]) < 1e-20 and observed.jacobian(rest)[1, 0] < 0
 
 
 @oracle("balance")
-def nothing_moves(observed: ObservedMotion, value: Any) -> bool:
+def rates_vanish(observed: ObservedMotion, value: Any) -> bool:
     return bool(abs(observed.equations([value, mpmath.mpf(0)])[1]) < 1e-20)
 
 
@@ -47,7 +47,7 @@ def without_the_square_of_the_earths_rate(observed: ObservedMotion, value: Any) 
     return abs(gaps[0]) < 0.1 and abs(gaps[1]) < abs(gaps[0]) / 9
 
 
-def carried(observed: ObservedMotion, rest: Any, steady: Any) -> Any:
+def frequency_at_constant_momentum(observed: ObservedMotion, rest: Any, steady: Any) -> Any:
     """Frequency in the first coordinate at constant momentum of the second, ignorable one."""
     spin = observed.names[3]
     momentum = "momentum" if "momentum" in observed.case.invariants else "angular_momentum"
@@ -75,7 +75,7 @@ def steady_spin(observed: ObservedMotion, angle: Any) -> Any:
 
 
 @oracle("steady_angle")
-def turns_without_nodding(observed: ObservedMotion, value: Any) -> bool:
+def turns_at_constant_angle(observed: ObservedMotion, value: Any) -> bool:
     spin = steady_spin(observed, value)
     return bool(abs(observed.equations([value, mpmath.mpf(0), mpmath.mpf(0), spin])[2]) < 1e-17)
 
@@ -83,7 +83,7 @@ def turns_without_nodding(observed: ObservedMotion, value: Any) -> bool:
 @oracle("rotating_pendulum_free_hoop.small_frequency", "engineering_design_analysis.small_frequency")
 def about_the_steady_angle(observed: ObservedMotion, value: Any) -> bool:
     angle = observed.found["steady_angle"]
-    return close(value, carried(observed, angle, steady_spin(observed, angle)), 15)
+    return close(value, frequency_at_constant_momentum(observed, angle, steady_spin(observed, angle)), 15)
 
 
 @oracle("circle_rate")
@@ -94,7 +94,9 @@ def on_a_parallel_circle(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("circle_vibration")
 def about_the_parallel_circle(observed: ObservedMotion, value: Any) -> bool:
-    return close(value, carried(observed, observed.state(0)[0], observed.found["circle_rate"]), 15)
+    return close(
+        value, frequency_at_constant_momentum(observed, observed.state(0)[0], observed.found["circle_rate"]), 15
+    )
 
 
 def eigenvalues(observed: ObservedMotion, rest: Any) -> list[Any]:
@@ -194,7 +196,7 @@ def of_stretched_together(observed: ObservedMotion, value: Any) -> Any:
 
 
 @oracle("critical_rate", "bifurcation_time")
-def hanging_lets_go(observed: ObservedMotion, value: Any) -> bool:
+def bottom_loses_stability(observed: ObservedMotion, value: Any) -> bool:
     """The restoring force at the lowest point vanishes at that time, when the hoop has the critical rate."""
     time = observed.found["bifurcation_time"]
     assert close(observed.found["critical_rate"], observed.p.Om + observed.p.sweep * time)
@@ -202,7 +204,7 @@ def hanging_lets_go(observed: ObservedMotion, value: Any) -> bool:
 
 
 @oracle("sleeping_spin")
-def upright_lets_go(observed: ObservedMotion, value: Any) -> bool:
+def upright_loses_stability(observed: ObservedMotion, value: Any) -> bool:
     """With b = a a small tilt grows below the limit and not above it."""
     slopes = []
     for share in ("0.999", "1.001"):
@@ -245,7 +247,7 @@ def points_north_at_rest(observed: ObservedMotion, value: Any) -> bool:
 
 
 @oracle("rolling_limit", "spinning_limit")
-def an_upright_disc_lets_go(observed: ObservedMotion, value: Any) -> bool:
+def upright_disc_loses_stability(observed: ObservedMotion, value: Any) -> bool:
     """Tilt and rates grow exponentially below the limit and not above it."""
     spin = {"w3": value} if value is observed.found["rolling_limit"] else {"w2": value}
     growth = []
@@ -259,20 +261,20 @@ def an_upright_disc_lets_go(observed: ObservedMotion, value: Any) -> bool:
 
 
 @oracle("circle_spin")
-def leaning_stays(observed: ObservedMotion, value: Any) -> bool:
+def inclination_stays(observed: ObservedMotion, value: Any) -> bool:
     """With this w3 the rates of the tilt vanish: theta' = w1 = 0 and w1' = 0."""
     rates = dict(zip(observed.names, observed.equations({"w1": mpmath.mpf(0), "w3": value}), strict=True))
     return bool(abs(rates["w1"]) < 1e-18 and abs(rates["w2"]) < 1e-18)
 
 
 @oracle("routh")
-def masses_alone(observed: ObservedMotion, value: Any) -> Any:
+def routh_parameter(observed: ObservedMotion, value: Any) -> Any:
     masses = [observed.p.m1, observed.p.m2, observed.p.m3]
     return mpmath.mpf(27) / 2 * (1 - sum(m * m for m in masses) / sum(masses) ** 2)
 
 
 @oracle("growth_a_turn")
-def as_rouths_quartic_has_it(observed: ObservedMotion, value: Any) -> Any:
+def growth_by_rouths_quartic(observed: ObservedMotion, value: Any) -> Any:
     companion = mpmath.matrix([[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [-observed.found["routh"] / 4, 0, -1, 0]])
     roots = mpmath.eig(companion, left=False, right=False)
     return mpmath.exp(2 * pi * max(x.real for x in roots))
