@@ -172,8 +172,8 @@ def given(value: Number, name: str, allowed: Range) -> Fraction:
     small = 0 < abs(number) < SMALLEST and not (isinstance(value, Fraction) or hasattr(value, "_mpf_"))
     if small or abs(number) > LARGEST:
         raise ValueError(
-            f"{name} = {show(number)} is too {'small' if small else 'large'}: it may be in {allowed}, and must be 0 or "
-            "from 1e-300 to 1e300 in size"
+            f"{name} = {show(number)} is too {'small' if small else 'large'}: it must be in {allowed}, and 0 or of size "
+            "1e-300 to 1e300"
         )
     return number
 
@@ -185,4 +185,8 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     if close:
         return f"did you mean {' or '.join(close)}?"
     shown = ", ".join(valid[:FEW])
-    return f"valid names: {shown}" if len(valid) <= FEW else f"valid names: {shown} ... {len(valid)} in all, see list"
+    return (
+        f"valid names: {shown}"
+        if len(valid) <= FEW
+        else f"valid names: {shown} ... {len(valid)} in all: see gnomon list"
+    )

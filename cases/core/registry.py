@@ -213,7 +213,7 @@ def load(path: str) -> type[Case]:
 
 def _checked(found: object, path: str) -> type[Case]:
     if not (isinstance(found, type) and issubclass(found, Case)):
-        raise ValueError(f"{path} is no subclass of gnomon.cases.Case")
+        raise ValueError(f"{path} is not a subclass of gnomon.cases.Case")
     return found
 
 
