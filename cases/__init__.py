@@ -1,4 +1,4 @@
-"""The scenes: each one initial value problem whose exact motion is known, and checks without motion."""
+"""Cases: initial value problems whose exact motion is known; and checks, which have no motion."""
 
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.check import Check

@@ -1,1 +1,1 @@
-"""Rows of the catalogue without motion."""
+"""Checks: rows of the catalogue without motion."""

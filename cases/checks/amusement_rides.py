@@ -1,4 +1,4 @@
-"""Rides of an amusement park: what keeps a rider on a circle."""
+"""Rides of an amusement park: the forces that keep a rider on a circle."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, Numbers, Setting
+from gnomon.cases.core.check import Check, CheckVariant, Numbers
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 
 
@@ -24,17 +24,17 @@ def _holds_on_the_bank(n: Numbers) -> bool:
 
 
 class AmusementRides(Check):
-    """A conical pendulum, a rotor whose floor drops, a banked curve, a loop."""
+    """A conical pendulum, a rotor whose floor is lowered, a banked curve, a loop."""
 
     name = "amusement_rides"
     title = "Conical pendulum, rotor, banked curve, loop: speeds and forces that hold a rider"
     section = "6.3.4"
     conventions = (
-        "Chairs on chains of length L from a shaft at w: cos(angle) = g/(L w^2), tension over mass L w^2; below the "
-        "bifurcation_rate sqrt(g/L) they hang straight down. A rotor of "
-        "radius R at w_r holds by friction mu_min = g/(R w_r^2). A curve of radius R banked by beta, friction mu: speeds "
-        "from sqrt(g R tan(beta - phi)) to sqrt(g R tan(beta + phi)), tan(phi) = mu. A loop of radius R: sqrt(5 g R) at "
-        "the bottom keeps contact; the rider then weighs 6 m g there."
+        "Chairs on chains of length L from a shaft at rate w: cos(angle) = g/(L w^2), tension over mass L w^2; below "
+        "bifurcation_rate = sqrt(g/L) they hang straight down. A rotor of radius R at rate w_r needs the friction "
+        "mu_min = g/(R w_r^2). A curve of radius R banked by beta with friction mu: speeds from sqrt(g R tan(beta - phi)) "
+        "to sqrt(g R tan(beta + phi)), tan(phi) = mu. A loop of radius R: contact lasts from the speed sqrt(5 g R) at the "
+        "bottom on; the normal force there is then 6 m g."
     )
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
@@ -42,7 +42,7 @@ class AmusementRides(Check):
         Parameter("w", "rad/s", "1.6", "rate of the shaft"),
         Parameter("R", "m", 20, "radius of rotor, curve and loop"),
         Parameter("w_r", "rad/s", "1.2", "rate of the rotor"),
-        Parameter("beta", "rad", "0.5", "bank of the curve"),
+        Parameter("beta", "rad", "0.5", "bank angle of the curve"),
         Parameter("mu", "1", "0.3", "coefficient of friction on the curve"),
     )
     domain = Domain(
@@ -58,25 +58,25 @@ class AmusementRides(Check):
         (
             Rule("the chairs swing out: w^2 > g/L", _swung_out),
             Rule(
-                "the bank is steeper than the angle of friction and short of where no speed is too high",
+                "tan(beta) > mu and mu tan(beta) < 1 (there is a lowest and a highest speed)",
                 _holds_on_the_bank,
             ),
         ),
     )
     variants = (
-        Setting(
+        CheckVariant(
             "bifurcation",
-            "w^2 = (1 + 1e-12) g/L: the angle is sqrt(2e-12), a cosine next to 1",
+            "w^2 = (1 + 1e-12) g/L: the angle is sqrt(2e-12), its cosine is close to 1",
             {"g": 10, "L": "2.5", "w": Fraction(2) * (1 + Fraction(1, 2 * 10**12))},
         ),
-        Setting("smooth_bank", "no friction: one speed, where both limits meet", {"mu": 0}),
-        Setting("no_limit", "1e-9 below the bank at which no speed is too high", {"beta": 1, "mu": "0.642092615"}),
+        CheckVariant("smooth_bank", "no friction: both limits are the same speed", {"mu": 0}),
+        CheckVariant("no_limit", "1e-9 below the bank angle without a highest speed", {"beta": 1, "mu": "0.642092615"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
         tangent = p.beta.tan()
         ratio = p.g / (p.L * p.w * p.w)
-        # acos next to 1 by the sine of half the angle
+        # acos of a number close to 1, from the sine of half the angle
         angle = 2 * ((1 - ratio) / 2).sqrt().asin()
         return {
             "chair_angle": angle,
@@ -90,7 +90,7 @@ class AmusementRides(Check):
         }
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Newton's equations along and across each path, solved as they stand."""
+        """Newton's equations along and normal to each path, solved numerically."""
         # chair: T cos = g, T sin = w^2 L sin; the angle by bisection of the torque about the hinge
         low, high = mp.zero, mp.pi / 2
         for _ in range(mp.prec + 40):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, positive
 
 
@@ -14,14 +14,14 @@ class CapstanBelt(Check):
     title = "Belt on a pulley about to slip: tensions and torque"
     section = "10.12.1"
     conventions = (
-        "[inferred] A massless belt lies around a pulley over the angle beta and is about to slip, with friction mu: the "
-        "tension grows from `slack` to slack e^(mu beta). torque: what the belt gives the pulley of radius r; pressing: "
-        "the sum of the sizes of all normal forces."
+        "[inferred] A massless belt touches a pulley over the angle beta and is about to slip, with friction mu: the "
+        "tension grows from `slack` to slack e^(mu beta). torque: that of the belt on the pulley of radius r; pressing: "
+        "the sum of the magnitudes of all normal forces."
     )
     parameter_list = (
         Parameter("slack", "N", 20, "tension of the slack side"),
         Parameter("mu", "1", "0.3", "coefficient of friction"),
-        Parameter("beta", "rad", "3.5", "angle over which the belt lies"),
+        Parameter("beta", "rad", "3.5", "angle over which the belt touches the pulley"),
         Parameter("r", "m", "0.1", "radius of the pulley"),
     )
     domain = Domain(
@@ -33,8 +33,8 @@ class CapstanBelt(Check):
         }
     )
     variants = (
-        Setting("slippery", "mu = 1e-12: the difference of the tensions cancels", {"mu": "1e-12"}),
-        Setting("bollard", "ten turns of a rope: a ratio of 1.5e8", {"beta": "62.831853"}),
+        CheckVariant("slippery", "mu = 1e-12: the difference of the tensions cancels", {"mu": "1e-12"}),
+        CheckVariant("bollard", "ten turns of a rope: a ratio of 1.5e8", {"beta": "62.831853"}),
     )
     guard = 40
 
@@ -48,7 +48,7 @@ class CapstanBelt(Check):
         }
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """The belt in pieces: each is about to slip under its own normal force; pieces ever finer, extrapolated."""
+        """The belt in pieces, each about to slip under its own normal force; extrapolated to infinitely many pieces."""
         rows: list[list[Any]] = []
         while True:
             half = p.beta / 2 ** (len(rows) + 4)
@@ -58,7 +58,7 @@ class CapstanBelt(Check):
             for k, above in enumerate(rows[-1] if rows else []):
                 row.append(row[k] + (row[k] - above) / (4 ** (k + 1) - 1))
             rows.append(row)
-            # The power of so many pieces loses a few digits, which the guard allows.
+            # The power of so many pieces loses a few digits, fewer than `guard`.
             if len(rows) > 1 and abs(row[-1] - rows[-2][-1]) <= mp.mpf(10) ** (20 - mp.dps) * row[-1]:
                 tight = row[-1]
                 break

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.quadrature import integral
@@ -21,7 +21,7 @@ class ComRigidBody(Check):
     title = "Centres of mass"
     section = "5.2"
     conventions = (
-        "From the middle of the base or of the full circle: hemisphere, half_disc and semicircular_wire of radius r, cone "
+        "Measured from the centre of the base or of the full circle: hemisphere, half_disc and semicircular_wire of radius r, cone "
         "of radius r and height h. plate: a disc of radius r with a hole of radius s centred at x = d. particles: three "
         "masses at x = x1, x2, x3; a negative mass is a cavity."
     )
@@ -48,18 +48,18 @@ class ComRigidBody(Check):
         ),
     )
     variants = (
-        Setting(
+        CheckVariant(
             "ring_left",
-            "the hole leaves 1e-12 of the plate, its centre 1e-13 off",
+            "the hole leaves 1e-12 of the plate, its centre is 1e-13 from the plate's",
             {"r": 1, "s": "0.999999999999", "d": "1e-13"},
         ),
-        Setting(
+        CheckVariant(
             "cancelling_masses",
-            "masses whose sum is 1e-15 of each: the centre is 1e15 away",
+            "masses whose sum is 1e-15 of each: the centre is 1e15 m away",
             {"m1": 1, "m2": "-1.000000000000001", "m3": "2e-15", "x1": 1, "x2": 2, "x3": 3},
         ),
-        Setting("pin_hole", "a hole of 1e-8 radii", {"s": "6e-9"}),
-        Setting("flat_cone", "a cone 1e-8 of its radius high", {"h": "6e-9"}),
+        CheckVariant("pin_hole", "a hole of 1e-8 radii", {"s": "6e-9"}),
+        CheckVariant("flat_cone", "a cone with a height of 1e-8 radii", {"h": "6e-9"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
@@ -74,8 +74,8 @@ class ComRigidBody(Check):
         }
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Quadratures over slices; particles by the point of support about which their weights balance."""
-        # r sin(t) and r cos(t) bound the slices: no root at the end of the interval.
+        """Quadratures over slices; for particles the point of support about which their weights balance."""
+        # Slices bounded by r sin(t) and r cos(t): no square-root singularity at the end of the interval.
         half = [mp.mpf(0), mp.pi / 2]
 
         def centre(slices: Any, edges: Any) -> Any:
@@ -106,9 +106,9 @@ class MomentEquipollent(Check):
     title = "Equipollent force systems: moment about another point, wrench, moment of momentum"
     section = "5.3-5.4"
     conventions = (
-        "A force F through the origin O and a couple M. moment_Q: moment about Q. pitch, axis: the wrench to which they "
-        "reduce, and the point of its axis nearest to O. momentum_O: moment about O of the momentum p of a body whose "
-        "centre of mass is at Q and whose moment of momentum about it is M."
+        "A force F through the origin O and a couple M. moment_Q: moment about Q. pitch, axis: those of the equivalent "
+        "wrench, axis being its point nearest to O. momentum_O: moment of momentum about O of a body with momentum F, its "
+        "centre of mass at Q, and moment of momentum M about that."
     )
     guard = 80
     parameter_list = (
@@ -118,18 +118,18 @@ class MomentEquipollent(Check):
     )
     domain = Domain({}, (Rule("F is not zero (a couple has no axis)", lambda p: any(p["F" + k] for k in "xyz")),))
     variants = (
-        Setting(
+        CheckVariant(
             "faint_force",
-            "|F| = 1e-20 of |M|: pitch and axis 1e20 away",
+            "|F| = 1e-20 of |M|: pitch and distance of the axis are 1e20",
             {"Fx": "3e-20", "Fy": "-2e-20", "Fz": "5e-20"},
         ),
-        Setting("lever_1e8", "a lever arm of 1e8", {"Qx": "123456789.125", "Qy": "-98765432.5", "Qz": "1e8"}),
-        Setting("pure_force", "M perpendicular to F: pitch zero", {"Mx": 2, "My": 3, "Mz": 0}),
-        Setting("pure_wrench", "M along F: the axis goes through O", {"Mx": "0.3", "My": "-0.2", "Mz": "0.5"}),
+        CheckVariant("lever_1e8", "a lever arm of 1e8", {"Qx": "123456789.125", "Qy": "-98765432.5", "Qz": "1e8"}),
+        CheckVariant("pure_force", "M perpendicular to F: pitch zero", {"Mx": 2, "My": 3, "Mz": 0}),
+        CheckVariant("pure_wrench", "M along F: the axis goes through O", {"Mx": "0.3", "My": "-0.2", "Mz": "0.5"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
-        # In rational numbers: what is zero is then exactly so.
+        # In rational numbers, so that zeros are exact.
         F, M, Q = (tuple(self.parameters[name + k] for k in "xyz") for name in "FMQ")
         square = dot(F, F)
         found = {
@@ -141,7 +141,7 @@ class MomentEquipollent(Check):
         return {name: ball(value) for name, value in found.items()}
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """The wrench from four linear equations; moments of its force along its axis, as the rate of area about Q."""
+        """The wrench from four linear equations; the moments from its force along its axis."""
         F, M, Q = (components(p, name) for name in "FMQ")
         # r x F + pitch F = M and r.F = 0 for the axis point r and the pitch.
         matrix = mp.matrix(

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.vectors import (
     add,
@@ -27,7 +27,7 @@ from gnomon.reference.numerics.vectors import (
 
 
 def second_derivative(mp: Any, place: Any, t: Any, scale_of_time: Any) -> list[Any]:
-    """Central second difference of a vector-valued function; its error is the step squared."""
+    """Central second difference of a vector-valued function; its error is proportional to the step squared."""
     digits = mp.dps
     with mp.workdps(3 * digits):
         h = mp.mpf(scale_of_time) * mp.mpf(10) ** (-digits)
@@ -37,16 +37,16 @@ def second_derivative(mp: Any, place: Any, t: Any, scale_of_time: Any) -> list[A
 
 class ApparentGravityEarth(Check):
     name = "apparent_gravity_earth"
-    title = "Apparent gravity on a turning planet, and the deviation of the plumb line"
+    title = "Apparent gravity on a rotating planet, and the deviation of the plumb line"
     section = "5.14-5.17"
     conventions = (
-        "A spherical planet; south: horizontal component of apparent gravity, towards the equator in the north; down: "
-        "component towards the centre; deviation: angle from the line to the centre, positive towards the south."
+        "A spherical planet; south: horizontal southward component of apparent gravity; down: component towards the centre; "
+        "deviation: angle of the plumb line from the line to the centre, positive towards the south."
     )
     parameter_list = (
         Parameter("G", "m/s^2", "9.825", "gravitation"),
         Parameter("R", "m", "6.371e6", "radius"),
-        Parameter("Om", "rad/s", "7.292115e-5", "rate of turning"),
+        Parameter("Om", "rad/s", "7.292115e-5", "rate of rotation"),
         Parameter("lat", "rad", "0.785", "latitude"),
     )
     domain = Domain(
@@ -56,13 +56,13 @@ class ApparentGravityEarth(Check):
             "Om": Range(typical=(-2.0, 2.0)),
             "lat": Range(-1.5708, 1.5708, typical=(-1.5, 1.5)),
         },
-        (Rule("G > Om^2 R (else things fly off)", lambda p: p["G"] > p["Om"] ** 2 * p["R"]),),
+        (Rule("G > Om^2 R (apparent gravity points down at the equator)", lambda p: p["G"] > p["Om"] ** 2 * p["R"]),),
     )
     variants = (
-        Setting("equator", "no deviation, the least weight", {"lat": 0}),
-        Setting("south", "the deviation changes its sign", {"lat": "-0.785"}),
-        Setting("slow", "a deviation of 1e-20", {"Om": "1e-13"}),
-        Setting(
+        CheckVariant("equator", "no deviation, least weight", {"lat": 0}),
+        CheckVariant("south", "the deviation changes its sign", {"lat": "-0.785"}),
+        CheckVariant("slow", "a deviation of 1e-20", {"Om": "1e-13"}),
+        CheckVariant(
             "almost_flying_off",
             "Om^2 R = (1 - 1e-12) G at the equator",
             {"G": 1, "R": "0.999999999999", "Om": 1, "lat": "1e-9"},
@@ -82,7 +82,7 @@ class ApparentGravityEarth(Check):
         }
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """The acceleration, in space, of a particle at rest on the planet, by differences of its circle."""
+        """The acceleration in space of a particle at rest on the planet, by differences of its circular path."""
 
         def place(t: Any) -> list[Any]:
             across = p.R * mp.cos(p.lat)
@@ -100,12 +100,12 @@ class ApparentGravityEarth(Check):
 
 class FrameTransformation(Check):
     name = "frame_transformation"
-    title = "Acceleration seen from a frame that turns in any manner"
+    title = "Acceleration in a frame that rotates in any manner"
     section = "5.13-5.17"
     conventions = (
-        "The frame is turned by R = Rz(alpha) Rx(beta), alpha = a1 t + a2 t^2/2, beta = b1 t + b2 t^2/2; a particle moves "
-        "in it as r = r0 + v t + c t^2/2. At t: its acceleration in space, seen in the frame, is "
-        "r'' + 2 w x r' + w x (w x r) + w' x r; the parts are named."
+        "The frame has the attitude R = Rz(alpha) Rx(beta), alpha = a1 t + a2 t^2/2, beta = b1 t + b2 t^2/2; a particle "
+        "moves in it as r = r0 + v t + c t^2/2. At t: its acceleration in space, in components of the frame, is "
+        "r'' + 2 w x r' + w x (w x r) + w' x r; each part is given by its name."
     )
     parameter_list = (
         *(Parameter(name, unit, v) for name, unit, v in (
@@ -117,11 +117,13 @@ class FrameTransformation(Check):
     )  # fmt: skip
     domain = Domain({})
     variants = (
-        Setting(
-            "fast", "a rate of 1e6: centrifugal acceleration drowns what is seen in the frame", {"a1": 10**6, "b1": 3}
+        CheckVariant(
+            "fast",
+            "a rate of 1e6 rad/s: the relative acceleration is far below the centripetal one",
+            {"a1": 10**6, "b1": 3},
         ),
-        Setting("slow", "a rate of 1e-12", {"a1": "1e-12", "a2": 0, "b1": 0, "b2": 0}),
-        Setting("late", "after 1e10 turns", {"t": 700000}),
+        CheckVariant("slow", "a rate of 1e-12", {"a1": "1e-12", "a2": 0, "b1": 0, "b2": 0}),
+        CheckVariant("late", "after 1e10 turns", {"t": 700000}),
     )
     guard = 60
 
@@ -130,7 +132,7 @@ class FrameTransformation(Check):
         beta = p.b1 * t + p.b2 * t * t / 2
         cosine, sine = beta.cos(), beta.sin()
         alpha_rate, beta_rate = p.a1 + p.a2 * t, p.b1 + p.b2 * t
-        # In the frame: beta' along its x axis, and alpha' along the fixed z axis, which is (0, sin beta, cos beta) there.
+        # Components of w in the frame: beta' along its x axis, alpha' along the fixed z axis, (0, sin beta, cos beta) there.
         w = (beta_rate, alpha_rate * sine, alpha_rate * cosine)
         w_rate = (p.b2, p.a2 * sine + alpha_rate * beta_rate * cosine, p.a2 * cosine - alpha_rate * beta_rate * sine)
         r0, v0, c = (components(p, name) for name in "rvc")
@@ -144,7 +146,7 @@ class FrameTransformation(Check):
         }
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Second differences of R(t) r(t), and of the same with parts of the motion held still."""
+        """Second differences of R(t) r(t), and of the same with parts of the motion held constant."""
         r0, v0, c = (mp.matrix(components(p, name)) for name in "rvc")
 
         def turn(t: Any) -> Any:
@@ -164,9 +166,9 @@ class FrameTransformation(Check):
         velocity = v0 + c * p.t
         whole = seen(lambda t: turn(t) * moving(t))
         steady = seen(lambda t: turn(t) * here)
-        # With velocity, no acceleration, in the frame: the rest is Coriolis'.
+        # With velocity but no acceleration in the frame: the difference is the Coriolis acceleration.
         drifting = seen(lambda t: turn(t) * (here + velocity * (t - p.t)))
-        # Centripetal and Euler's acceleration part by reversal: held at this rate, the frame turns about a fixed axis.
+        # Centripetal acceleration is that at a constant rate about a fixed axis; the rest is Euler's.
         axis = self._rate(mp, turn, p.t, step)
         centripetal = axis * (axis.T * here)[0] - here * (axis.T * axis)[0]
         return {
@@ -178,7 +180,7 @@ class FrameTransformation(Check):
 
     @staticmethod
     def _rate(mp: Any, turn: Any, t: Any, step: Any) -> Any:
-        """The angular velocity in the frame from R^T R', by central differences."""
+        """The angular velocity, in components of the frame, from R^T R' by central differences."""
         digits = mp.dps
         with mp.workdps(3 * digits):
             h = step * mp.mpf(10) ** (-digits)
@@ -192,10 +194,10 @@ class MaterialFrameIndifference(Check):
     section = "5.18"
     conventions = (
         "F12 = -(mu/r^n) e_r on particle 2, r from 1 to 2. The frame is changed to Q r + s, Q = Rz(alpha) Rx(beta): the "
-        "force turns with Q; distance and force along the line are invariants."
+        "force changes to Q F; the distance and the force along the line are invariant."
     )
     parameter_list = (
-        Parameter("mu", "N m^n", 3, "strength; attraction is positive"),
+        Parameter("mu", "N m^n", 3, "strength, positive for attraction"),
         Parameter("n", "", 2, "exponent, a whole number"),
         *(Parameter(f"p{k}", "m", v, "particle 1") for k, v in zip("xyz", ("0.5", -1, "0.3"), strict=True)),
         *(Parameter(f"q{k}", "m", v, "particle 2") for k, v in zip("xyz", (2, "0.7", "-0.9"), strict=True)),
@@ -211,13 +213,13 @@ class MaterialFrameIndifference(Check):
         ),
     )
     variants = (
-        Setting(
+        CheckVariant(
             "close",
-            "1e-10 apart, seen from 1e8 away",
+            "particles 1e-10 m apart, 1e8 m from the origin",
             {"qx": "0.5000000001", "qy": -1, "qz": "0.3", "sx": 10**8, "sy": -(10**8)},
         ),
-        Setting("spring", "a linear spring", {"n": -1}),
-        Setting("fifth_power", "the force under which circles through the centre are run", {"n": 5}),
+        CheckVariant("spring", "a linear spring", {"n": -1}),
+        CheckVariant("fifth_power", "the force whose orbits include circles through the centre", {"n": 5}),
     )
     guard = 80
 
@@ -233,7 +235,7 @@ class MaterialFrameIndifference(Check):
         }
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Both particles moved to the new frame by complex turns; the force there, minus the slope of the potential."""
+        """Both particles moved to the new frame by complex rotations; the force there from the slope of the potential."""
         n = int(self.parameters["n"])
 
         def moved(place: Any) -> list[Any]:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.quadrature import integral, integral_near, unit_steps
 from gnomon.reference.numerics.vectors import named
@@ -23,7 +23,7 @@ class GravityFieldParticleBody(Check):
     conventions = (
         "mu = G M for each body. Ring of radius a about z, field point (rho, z), components outward and along z; "
         "ring_excess: its potential minus that of a particle at the centre. Disc of radius a, point z on its axis. Rod of "
-        "length L, point at distance r from its middle, perpendicular. Shell and solid sphere of radius a, distance r; "
+        "length L, point at distance r from its middle, perpendicular to it. Shell and solid sphere of radius a, distance r; "
         "attractions are positive."
     )
     guard = 60
@@ -32,7 +32,7 @@ class GravityFieldParticleBody(Check):
         Parameter("a", "m", "6.4e6", "radius of ring, disc, shell and sphere"),
         Parameter("L", "m", "5e6", "length of the rod"),
         Parameter("rho", "m", "5e6", "distance of the field point from the ring's axis"),
-        Parameter("z", "m", "3e6", "height of the field point over ring and disc"),
+        Parameter("z", "m", "3e6", "height of the field point above ring and disc"),
         Parameter("r", "m", "8e6", "distance from rod, shell and sphere"),
     )
     domain = Domain(
@@ -40,32 +40,32 @@ class GravityFieldParticleBody(Check):
         (Rule("r is not a (the shell's field jumps there)", lambda p: p["r"] != p["a"]),),
     )
     variants = (
-        Setting(
+        CheckVariant(
             "at_ring",
             "1e-10 of a radius from the ring: 1 - m = 2.5e-21",
             {"mu": 1, "a": 1, "rho": 1, "z": "1e-10", "r": "1.5", "L": 1},
         ),
-        Setting(
+        CheckVariant(
             "inside_ring",
-            "in the ring's plane but for 1e-10, beside it by 1e-10",
+            "1e-10 above the ring's plane, 1e-10 from the ring",
             {"mu": 1, "a": 1, "rho": "0.9999999999", "z": "1e-10", "r": "0.5", "L": 1},
         ),
-        Setting(
+        CheckVariant(
             "above_shell",
             "1e-10 outside the shell",
             {"mu": 1, "a": 1, "rho": "0.5", "z": 1, "r": "1.0000000001", "L": "1e-8"},
         ),
-        Setting(
+        CheckVariant(
             "below_shell",
-            "1e-10 inside the shell: the field is zero, nearby it is not",
+            "1e-10 inside the shell: the field is zero, outside it is not",
             {"mu": 1, "a": 1, "rho": "0.5", "z": 1, "r": "0.9999999999", "L": "1e8"},
         ),
-        Setting(
+        CheckVariant(
             "far",
-            "1e8 radii away: what tells ring and disc from a particle is 1e-16 of it",
+            "1e8 radii away: ring and disc differ from a particle by 1e-16",
             {"mu": 1, "a": 1, "rho": 6 * 10**7, "z": 8 * 10**7, "r": 10**8, "L": 1},
         ),
-        Setting("on_axis", "m = 0", {"mu": 1, "a": 1, "rho": 0, "z": "0.3", "r": "0.2", "L": 1}),
+        CheckVariant("on_axis", "m = 0", {"mu": 1, "a": 1, "rho": 0, "z": "0.3", "r": "0.2", "L": 1}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
@@ -90,12 +90,12 @@ class GravityFieldParticleBody(Check):
         return self.parameters["mu"] / self.parameters["a"] ** 2
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The shell's field inside is zero: its size is the field just outside."""
+        """The field inside the shell is zero: its size is that of the field just outside."""
         found = super().sizes(values)
         return found | {"shell": found["shell"] if values["shell"] else float(self._shell_scale)}
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Newton's law summed over the bodies: quadratures of particles, and of rings of them."""
+        """Newton's law integrated over the bodies: quadratures over particles, and over rings of them."""
         ring = self._ring(mp, p)
         shell, shell_potential = self._shell(mp, p)
         sphere, sphere_potential = self._sphere(mp, p)
@@ -121,7 +121,7 @@ class GravityFieldParticleBody(Check):
         }
 
     def _ring(self, mp: Any, p: Any) -> list[Any]:
-        """Potential and field, over half the ring; at azimuth phi a distance of sqrt(near^2 + 4 a rho sin^2(phi/2))."""
+        """Potential and field from half the ring; the distance at azimuth phi is sqrt(near^2 + 4 a rho sin^2(phi/2))."""
         near = (p.a - p.rho) ** 2 + p.z**2
 
         def particles(phi: Any) -> list[Any]:
@@ -135,7 +135,7 @@ class GravityFieldParticleBody(Check):
         return list(integral_near(mp, particles, mp.mpf(0), mp.pi, mp.mpf(0), delta))
 
     def _shell(self, mp: Any, p: Any) -> tuple[Any, Any]:
-        """Over rings about the line to the field point, by their distance D = exp(v): area goes as D dD."""
+        """From rings about the line to the field point, at distances D = exp(v); their area is proportional to D dD."""
         low, high = mp.log(mp.fabs(p.r - p.a)), mp.log(p.r + p.a)
 
         def ring(v: Any) -> list[Any]:
@@ -148,11 +148,11 @@ class GravityFieldParticleBody(Check):
         return found[0], found[1]
 
     def _sphere(self, mp: Any, p: Any) -> tuple[Any, Any]:
-        """Over discs across the line to the field point: the disc at x has radius sqrt(a^2 - x^2)."""
+        """From discs normal to the line to the field point; the disc at x has radius sqrt(a^2 - x^2)."""
         density = p.mu / (4 * mp.pi * p.a**3 / 3)
 
         def discs(D: Any) -> list[Any]:
-            # x = (a^2 + r^2 - D^2)/(2 r), D being the distance of the disc's rim: no root is left.
+            # x = (a^2 + r^2 - D^2)/(2 r), D the distance of the disc's rim: no square roots remain.
             height = p.r - (p.a**2 + p.r**2 - D**2) / (2 * p.r)
             side = mp.sign(height)
             share = 2 * mp.pi * density * D / p.r
@@ -160,7 +160,7 @@ class GravityFieldParticleBody(Check):
 
         edges = [mp.fabs(p.r - p.a), p.r + p.a]
         if p.r < p.a:
-            # The field point's own disc parts those that pull outward.
+            # The disc through the field point separates the discs that pull inward from those that pull outward.
             edges.insert(1, mp.sqrt(p.a**2 - p.r**2))
         found = integral(mp, discs, edges)
         return found[0], found[1]
@@ -171,8 +171,8 @@ class WeightLocalGravity(Check):
     title = "Weight at a height; centre of gravity of a vertical rod"
     section = "5.10"
     conventions = (
-        "g(h) = g0 (R/(R+h))^2, its first order and what that leaves out; a rod of length L stands from h to h + L: "
-        "its weight per mass, and how far its centre of gravity is below its centre of mass."
+        "g(h) = g0 (R/(R+h))^2, its first order, and the error of that; for a vertical rod of length L from h to h + L: "
+        "its weight per mass, and the distance of its centre of gravity below its centre of mass."
     )
     guard = 60
     parameter_list = (
@@ -185,10 +185,10 @@ class WeightLocalGravity(Check):
         {"g0": positive(), "R": positive(1.0, 10.0), "h": Range(low=0.0, typical=(0.0, 10.0)), "L": positive()}
     )
     variants = (
-        Setting("short_rod", "L = 1e-12 R: the two centres are 1e-25 R apart", {"R": 10**7, "L": "1e-5", "h": 0}),
-        Setting("low", "h = 1e-12 R: the first order leaves out 3e-24", {"R": 10**7, "h": "1e-5"}),
-        Setting("high", "1e8 radii away", {"h": "6.371e14"}),
-        Setting("space_elevator", "a rod of five radii", {"L": "3.2e7", "h": 0}),
+        CheckVariant("short_rod", "L = 1e-12 R: the two centres are 1e-25 R apart", {"R": 10**7, "L": "1e-5", "h": 0}),
+        CheckVariant("low", "h = 1e-12 R: the error of the first order is 3e-24", {"R": 10**7, "h": "1e-5"}),
+        CheckVariant("high", "1e8 radii away", {"h": "6.371e14"}),
+        CheckVariant("space_elevator", "a rod with a length of five radii", {"L": "3.2e7", "h": 0}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
@@ -204,7 +204,7 @@ class WeightLocalGravity(Check):
         }
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Differences of the potential; the weight summed along the rod, and where a particle would weigh the same."""
+        """Differences of the potential; the weight integrated along the rod; the height where a particle weighs the same."""
         mu = p.g0 * p.R**2
         step = p.R * mp.mpf(10) ** (-mp.dps // 2)
 
@@ -216,12 +216,12 @@ class WeightLocalGravity(Check):
             g_ground = (potential(step) - potential(-step)) / (2 * step)
             slope = (potential(step) - 2 * potential(0) + potential(-step)) / step**2
 
-        # Along the height as a variable exp(v): smooth however long the way is. g falls by 2 g/r per metre.
+        # With exp(v) as variable for the height the integrand is smooth at any length. g falls by 2 g/r per metre.
         begin, end = mp.log(p.R), mp.log(p.R + p.h)
         beyond = integral(mp, lambda v: (2 * p.g0 / p.R - 2 * mu * mp.exp(-3 * v)) * mp.exp(v), unit_steps(begin, end))
         below, above = mp.log(p.R + p.h), mp.log(p.R + p.h + p.L)
         weight = integral(mp, lambda v: mu * mp.exp(-v) / p.L, unit_steps(below, above))
-        # The weight as a function of height, inverted by Newton's method from the middle of the rod.
+        # The height of a given weight, by Newton's method from the middle of the rod.
         middle = p.R + p.h + p.L / 2
         centre = middle
         for _ in range(2 * mp.dps):

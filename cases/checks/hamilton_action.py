@@ -1,4 +1,4 @@
-"""Hamilton's principle: the action of true and varied paths (Beatty, Dynamics, 11.11)."""
+"""Hamilton's principle: the action of actual and varied paths (Beatty, Dynamics, 11.11)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.quadrature import integral, unit_steps
 from gnomon.reference.oscillators import action
@@ -18,16 +18,16 @@ class HamiltonAction(Check):
     title = "Action of the harmonic oscillator and of free fall; stationarity"
     section = "11.11"
     conventions = (
-        "From `begin` to `end` in the time T; the varied path has eps sin(mode pi t/T) added; *_variation: the action that "
-        "this adds, of second order in eps. Beyond the conjugate point w T = pi the action is no minimum."
+        "From `begin` to `end` in the time T; the varied path has eps sin(mode pi t/T) added; *_variation: the change of "
+        "the action, of second order in eps. Beyond the conjugate point w T = pi the action is not a minimum."
     )
     parameter_list = (
         Parameter("m", "kg", "1.5", "mass"),
         Parameter("w", "rad/s", 2, "rate of the oscillator"),
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
         Parameter("T", "s", "1.2", "time"),
-        Parameter("begin", "m", "0.7", "place at t = 0"),
-        Parameter("end", "m", "-0.4", "place at t = T"),
+        Parameter("begin", "m", "0.7", "position at t = 0"),
+        Parameter("end", "m", "-0.4", "position at t = T"),
         Parameter("eps", "m", "1e-3", "size of the variation"),
         Parameter("mode", "", 1, "half waves of the variation"),
     )
@@ -37,15 +37,15 @@ class HamiltonAction(Check):
         (Rule("mode is a whole number", lambda p: p["mode"].denominator == 1),),
     )
     variants = (
-        Setting(
+        CheckVariant(
             "conjugate_point",
-            "T is the double nearest to pi/w: the path runs 1e16 away, the variation all but vanishes",
+            "T is the double nearest to pi/w: the path goes 1e16 m away, the variation nearly vanishes",
             {"w": 1, "T": Fraction(math.pi)},
         ),
-        Setting("beyond_conjugate", "w T = 4: a variation lowers the action", {"w": 1, "T": 4}),
-        Setting("small_variation", "eps = 1e-12: the change is 1e-24 of the action", {"eps": "1e-12"}),
-        Setting("short", "w T = 1e-8: the free particle", {"T": "5e-9", "eps": "1e-9"}),
-        Setting("rippled", "a variation of 40 half waves", {"mode": 40}),
+        CheckVariant("beyond_conjugate", "w T = 4: a variation lowers the action", {"w": 1, "T": 4}),
+        CheckVariant("small_variation", "eps = 1e-12: the change is 1e-24 of the action", {"eps": "1e-12"}),
+        CheckVariant("short", "w T = 1e-8: the free particle", {"T": "5e-9", "eps": "1e-9"}),
+        CheckVariant("rippled", "a variation of 40 half waves", {"mode": 40}),
     )
     guard = 100
 
@@ -59,9 +59,9 @@ class HamiltonAction(Check):
         }
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """The Lagrangian integrated along both paths, the true one from its speed at the start."""
+        """The Lagrangian integrated along both paths; the actual path from its initial speed."""
         rate = p.mode * mp.pi / p.T
-        # Sines are entire: a piece may hold several waves.
+        # Sines are entire: an interval of the quadrature may hold several waves.
         waves = max(rate, p.w) * p.T / 20
         edges = [p.T * u / waves for u in unit_steps(mp.mpf(0), waves)]
 
@@ -72,7 +72,7 @@ class HamiltonAction(Check):
 
             return integral(mp, along, edges)
 
-        # The speed at the start that ends at `end`: x is linear in it.
+        # The initial speed of the path that ends at `end`: x is linear in it.
         speed = (p.end - p.begin * mp.cos(p.w * p.T)) * p.w / mp.sin(p.w * p.T)
 
         def swing(t: Any) -> tuple[Any, Any]:

@@ -11,7 +11,7 @@ from itertools import pairwise
 from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, Numbers, Setting
+from gnomon.cases.core.check import Check, CheckVariant, Numbers
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import Number
@@ -36,8 +36,8 @@ class InertiaTensorSpecialBodies(Check):
     section = "9.3-9.5, App. D"
     conventions = (
         "Each body has mass m; principal moments about its centre of mass (cone_apex: about the apex); z is the axis "
-        "of revolution. a, b, c: edges of the box, semi-axes of the ellipsoid, a, b: edges of the lamina. r: radius, of "
-        "the torus its tube; inner: inner radius of the tube; h: height; R: radius of the torus' middle circle."
+        "of revolution. a, b, c: edges of the box, semi-axes of the ellipsoid; a, b: edges of the lamina. r: radius, for "
+        "the torus that of its tube; inner: inner radius of the tube; h: height; R: radius of the torus' middle circle."
     )
     parameter_list = (
         Parameter("m", "kg", "2.5", "mass"),
@@ -54,15 +54,15 @@ class InertiaTensorSpecialBodies(Check):
         | {"inner": Range(low=0.0, typical=(0.0, 5.0))},
         (
             Rule("inner < r", lambda p: p["inner"] < p["r"]),
-            Rule("r <= R (a torus that does not cross itself)", lambda p: p["r"] <= p["R"]),
+            Rule("r <= R (the torus does not intersect itself)", lambda p: p["r"] <= p["R"]),
         ),
     )
     variants = (
-        Setting("thin_disc", "h = 1e-8 r: cylinder, cone and box become laminae", {"h": "4e-9", "c": "4e-9"}),
-        Setting("thin_rod", "r = 1e-8 h: cylinder and cone become rods", {"r": "1e-8", "inner": 0, "h": 1}),
-        Setting("thin_wall", "a tube whose wall is 1e-12 of its radius", {"inner": "0.3999999999996"}),
-        Setting("aspect_1e8", "edges 1e-8, 1 and 1e8", {"a": "1e-8", "b": 1, "c": "1e8"}),
-        Setting("horn_torus", "r = R: the torus closes its hole", {"R": "0.4"}),
+        CheckVariant("thin_disc", "h = 1e-8 r: cylinder, cone and box become laminae", {"h": "4e-9", "c": "4e-9"}),
+        CheckVariant("thin_rod", "r = 1e-8 h: cylinder and cone become rods", {"r": "1e-8", "inner": 0, "h": 1}),
+        CheckVariant("thin_wall", "a tube with a wall of 1e-12 radii", {"inner": "0.3999999999996"}),
+        CheckVariant("aspect_1e8", "edges 1e-8, 1 and 1e8", {"a": "1e-8", "b": 1, "c": "1e8"}),
+        CheckVariant("horn_torus", "r = R: a torus without a hole", {"R": "0.4"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
@@ -84,7 +84,7 @@ class InertiaTensorSpecialBodies(Check):
         return {k: v for body, values in moments.items() for k, v in named(body, values).items()}
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Quadrature over the volume of each body: its centre of mass, then its tensor."""
+        """Quadrature over the volume of each body: the centre of mass, then the tensor."""
         found: dict[str, Any] = {}
         for name, body in bodies.BODIES.items():
             points = bodies.masses(mp, body, [getattr(p, size) for size in body.sizes])
@@ -100,7 +100,7 @@ class InertiaCompositeParallelAxis(Check):
     section = "9.2, 9.6, 9.7"
     conventions = (
         "A box with edges a, b, c and density rho, centred at (X, Y, Z), with a hole along z of radius r whose axis "
-        "stands at (p, q) from the box's centre. Tensors about the centre of mass and about the origin."
+        "is at (p, q) from the box's centre. Tensors about the centre of mass and about the origin."
     )
     guard = 60
     parameter_list = (
@@ -124,12 +124,14 @@ class InertiaCompositeParallelAxis(Check):
         ),
     )
     variants = (
-        Setting(
-            "far_1e8", "the origin 1e8 sizes away: a transfer back cancels 16 digits", {"X": 3 * 10**7, "Y": 10**7}
+        CheckVariant(
+            "far_1e8",
+            "the origin is 1e8 edge lengths away: a transfer back cancels 16 digits",
+            {"X": 3 * 10**7, "Y": 10**7},
         ),
-        Setting("no_hole", "a plain box: products of inertia from the transfer alone", {"r": 0}),
-        Setting("largest_hole", "the hole touches two faces", {"r": "0.15", "p": 0, "q": 0}),
-        Setting("pin_hole", "a hole of 1e-8 sizes", {"r": "3e-9"}),
+        CheckVariant("no_hole", "a box without a hole: products of inertia from the transfer alone", {"r": 0}),
+        CheckVariant("largest_hole", "the hole touches two faces", {"r": "0.15", "p": 0, "q": 0}),
+        CheckVariant("pin_hole", "a hole of 1e-8 edge lengths", {"r": "3e-9"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
@@ -191,10 +193,10 @@ class InertiaTransformationPrincipal(Check):
     title = "Change of axes and principal moments of inertia"
     section = "9.8-9.10"
     conventions = (
-        "Ixy is the tensor's component (minus the product of inertia). The axes are turned by Rx(beta) Rz(alpha); the "
-        "moment and the radius of gyration are about the direction (nx, ny, nz), of any length. coinciding: how many "
-        "principal moments are equal; invariant: trace, sum of principal minors, determinant; ellipsoid_radius: Cauchy's "
-        "ellipsoid x.I x = 1 along n."
+        "Ixy is the tensor's component (minus the product of inertia). The axes are rotated by Rx(beta) Rz(alpha); the "
+        "moment and the radius of gyration are about the direction (nx, ny, nz), of any length. coinciding: the number of "
+        "equal principal moments; invariant: trace, sum of principal minors, determinant; ellipsoid_radius: that of "
+        "Cauchy's ellipsoid x.I x = 1 along n."
     )
     parameter_list = (
         Parameter("Ixx", "kg m^2", 3),
@@ -204,8 +206,8 @@ class InertiaTransformationPrincipal(Check):
         Parameter("Ixz", "kg m^2", "0.3"),
         Parameter("Iyz", "kg m^2", "-0.7"),
         Parameter("m", "kg", 2, "mass"),
-        Parameter("alpha", "rad", "0.6", "turn about z, first"),
-        Parameter("beta", "rad", "-1.1", "turn about x, then"),
+        Parameter("alpha", "rad", "0.6", "first rotation, about z"),
+        Parameter("beta", "rad", "-1.1", "second rotation, about x"),
         Parameter("nx", "", 1),
         Parameter("ny", "", -2),
         Parameter("nz", "", "0.5"),
@@ -216,29 +218,31 @@ class InertiaTransformationPrincipal(Check):
         | {"m": positive(), "alpha": Range(typical=(-3.0, 3.0)), "beta": Range(typical=(-3.0, 3.0))},
         (
             Rule("the triangle inequality I1 + I2 >= I3 of the principal moments", _triangle),
-            Rule("(nx, ny, nz) is no zero vector", lambda p: any(p[n] for n in ("nx", "ny", "nz"))),
+            Rule("(nx, ny, nz) is not zero", lambda p: any(p[n] for n in ("nx", "ny", "nz"))),
         ),
     )
     variants = (
-        Setting(
+        CheckVariant(
             "near_double",
-            "two moments apart by 1.8e-15 of them: acos loses half the digits",
+            "two moments differ by 1.8e-15 of them: acos loses half the digits",
             _turned(1, 1 + Fraction(1, 2**49), Fraction(3, 2)),
         ),
-        Setting(
+        CheckVariant(
             "near_double_1e_15",
-            "two moments apart by 1e-15 of them, in exact numbers",
+            "two moments differ by 1e-15 of them, exact numbers",
             _turned(1, 1 + Fraction(1, 10**15), Fraction(3, 2)),
         ),
-        Setting(
-            "near_triple", "all three within 4e-15 of them", _turned(1, 1 + Fraction(1, 2**49), 1 + Fraction(2, 2**49))
+        CheckVariant(
+            "near_triple",
+            "all three moments differ by less than 4e-15 of them",
+            _turned(1, 1 + Fraction(1, 2**49), 1 + Fraction(2, 2**49)),
         ),
-        Setting("exact_double", "two equal moments, axes turned", _turned(2, 2, 3)),
-        Setting("exact_double_least", "the two larger ones equal", _turned(2, 3, 3)),
-        Setting("exact_triple", "the sphere: every axis is principal", _turned(2, 2, 2)),
-        Setting("flat", "I3 = I1 + I2 exactly: a lamina", _turned(1, 2, 3)),
-        Setting("rod", "one moment exactly zero", _turned(0, 2, 2)),
-        Setting("aspect_1e8", "a needle: one moment 9e-16 of the others", _turned(Fraction(1, 2**50), 1, 1)),
+        CheckVariant("exact_double", "two equal moments, the smaller ones, rotated axes", _turned(2, 2, 3)),
+        CheckVariant("exact_double_least", "two equal moments, the larger ones, rotated axes", _turned(2, 3, 3)),
+        CheckVariant("exact_triple", "three equal moments: every axis is principal", _turned(2, 2, 2)),
+        CheckVariant("flat", "I3 = I1 + I2 exactly: a lamina", _turned(1, 2, 3)),
+        CheckVariant("rod", "one moment exactly zero", _turned(0, 2, 2)),
+        CheckVariant("aspect_1e8", "a thin rod: one moment is 9e-16 of the others", _turned(Fraction(1, 2**50), 1, 1)),
     )
 
     @property
@@ -250,7 +254,7 @@ class InertiaTransformationPrincipal(Check):
         tensor = symmetric(components(p, "I", PLANES))
         ca, sa, cb, sb = p.alpha.cos(), p.alpha.sin(), p.beta.cos(), p.beta.sin()
         zero = p.m * 0
-        # The rows of A are the new axes seen from the old ones: A = (Rx(beta) Rz(alpha))^T with the turns of the axes.
+        # The rows of A are the new axes in components of the old ones: A = (Rx(beta) Rz(alpha))^T, rotations of the axes.
         A = ((ca, sa, zero), (-cb * sa, cb * ca, sb), (sb * sa, -sb * ca, cb))
         n = components(p, "n")
         moment = dot(n, apply(tensor, n)) / dot(n, n)
@@ -273,13 +277,13 @@ class InertiaTransformationPrincipal(Check):
 
     @property
     def _turns_about_n(self) -> bool:
-        """Whether the moment about n is not zero: where it is, as for a thin rod, Cauchy's ellipsoid has no end there."""
+        """Whether the moment about n is not zero; if it is, as for a thin rod, Cauchy's ellipsoid is unbounded along n."""
         x, y, z = (self.parameters["n" + axis] for axis in "xyz")
         xx, yy, zz, xy, xz, yz = self._entries
         return xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z) != 0
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Eigenvalues by QR; the tensor of six equimomental points, turned; the moment from distances to the axis."""
+        """Eigenvalues by QR; the tensor of six equimomental points, rotated; the moment from distances to the axis."""
         matrix = mp.matrix(symmetric(components(p, "I", PLANES)))
         values = sorted(mp.eigsy(matrix, eigvals_only=True))
         near = [mp.fabs(b - a) <= mp.fabs(values[2]) * mp.mpf(10) ** (10 - mp.dps) for a, b in pairwise(values)]
@@ -289,7 +293,7 @@ class InertiaTransformationPrincipal(Check):
         moment = mp.fsum(
             mass * (mp.norm(mp.matrix(place)) ** 2 - (mp.matrix(place).T * n)[0] ** 2) for *place, mass in points
         )
-        # Seen from turned axes the points turn the other way.
+        # In components of rotated axes the points rotate the other way.
         turned = []
         for x, y, z, mass in points:
             along = mp.expj(-p.alpha) * mp.mpc(x, y)

@@ -1,4 +1,4 @@
-"""Derived numbers of particles and systems: rod tension, moment of momentum, internal energy (Beatty 7.10, 8.5-8.9).
+"""Closed forms for particles and systems: rod tension, moment of momentum, internal energy (Beatty 7.10, 8.5-8.9).
 
 Checks: rod_tension_circular, moment_momentum_moving_point, internal_potential_energy.
 """
@@ -11,7 +11,7 @@ from itertools import combinations
 from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.guided.pendulum_on_hoop import Hoop
 from gnomon.reference.numerics.balls import ball
@@ -24,9 +24,9 @@ class RodTensionCircular(Check):
     title = "Tension in the rod of a pendulum"
     section = "7.10.1"
     conventions = (
-        "theta from the downward vertical; negative tension is a push. tension: at time t of the motion; extreme.bottom and "
-        "extreme.top: at the lowest and the highest point of the circle, by the energy (top: also where the pendulum does "
-        "not get there, the speed squared being negative then)."
+        "theta from the downward vertical; a negative tension is compression. tension: at time t of the motion; "
+        "extreme.bottom and extreme.top: at the lowest and the highest point of the circle, from the energy (at the top also "
+        "if the pendulum does not reach it; the squared speed is then negative)."
     )
     parameter_list = (
         Parameter("m", "kg", 2, "mass"),
@@ -45,17 +45,17 @@ class RodTensionCircular(Check):
         }
     )
     variants = (
-        Setting(
+        CheckVariant(
             "loop",
             "v0^2 = 5 g L: the tension at the top is exactly zero",
             {"g": 5, "L": 1, "theta": 0, "omega": 5, "t": "0.9"},
         ),
-        Setting(
+        CheckVariant(
             "separatrix",
-            "creeping up to the top: the rod carries the weight",
+            "slowly close to the top: the rod carries the weight",
             {"g": 1, "L": 1, "theta": 0, "omega": 2, "t": 20},
         ),
-        Setting("whirl", "1e6 rad/s: weight is 1e-12 of the tension", {"omega": 10**6, "t": "0.001"}),
+        CheckVariant("whirl", "1e6 rad/s: the weight is 1e-12 of the tension", {"omega": 10**6, "t": "0.001"}),
     )
     guard = 40
 
@@ -72,11 +72,11 @@ class RodTensionCircular(Check):
         }
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Second differences of the mass' place; the work of its weight by quadrature along the circle."""
+        """Second differences of the position of the mass; the work of its weight by quadrature along the circle."""
         n = self.parameters
         motion = Hoop(n["g"] / n["L"], Fraction(0), n["theta"], n["omega"])
         digits = mp.dps
-        # The place is that of the exact angle; time moves in steps far below all that happens.
+        # The position follows from the exact angle; the time step is far below every time scale of the motion.
         step = Fraction(1, 10 ** (digits // 2 + 20))
         with mp.workdps(3 * digits):
             places = []
@@ -104,8 +104,8 @@ class MomentMomentumMovingPoint(Check):
     section = "8.5-8.6"
     conventions = (
         "Two particles joined by a spring of natural length zero fall in uniform gravity; Q moves as q + u t + c t^2/2. "
-        "rate: of H_Q = sum (r - Q) x m v, which is M_Q - v_Q x p; relative_rate: of sum (r - Q) x m (v - v_Q), which is "
-        "M_Q - (r_C - Q) x m a_Q. moment: M_Q, of the weights."
+        "rate: that of H_Q = sum (r - Q) x m v, equal to M_Q - v_Q x p; relative_rate: that of sum (r - Q) x m (v - v_Q), "
+        "equal to M_Q - (r_C - Q) x m a_Q. moment: M_Q of the weights."
     )
     parameter_list = (
         Parameter("m1", "kg", 2, "mass of particle 1"),
@@ -123,22 +123,24 @@ class MomentMomentumMovingPoint(Check):
     )
     domain = Domain({name: positive() for name in ("m1", "m2", "k", "g")} | {"t": Range(low=0.0, typical=(0.0, 3.0))})
     variants = (
-        Setting("light_partner", "m2 = 1e-9 m1", {"m2": "2e-9"}),
-        Setting("stiff", "k = 1e10: the internal forces dwarf the weights and cancel", {"k": 10**10}),
-        Setting("far_point", "Q is 1e8 away", {"qx": 10**8, "qy": -(10**8)}),
-        Setting("fixed_point", "Q at rest: both forms are one", {f"{s}{k}": 0 for s in "uc" for k in "xyz"}),
+        CheckVariant("light_partner", "m2 = 1e-9 m1", {"m2": "2e-9"}),
+        CheckVariant(
+            "stiff", "k = 1e10 N/m: the internal forces are far larger than the weights and cancel", {"k": 10**10}
+        ),
+        CheckVariant("far_point", "Q is 1e8 away", {"qx": 10**8, "qy": -(10**8)}),
+        CheckVariant("fixed_point", "Q at rest: both definitions agree", {f"{s}{k}": 0 for s in "uc" for k in "xyz"}),
     )
     guard = 60
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
-        # In rational numbers: what is zero is then exactly so.
+        # In rational numbers, so that zeros are exact.
         a, b, v, w, q, u, c = (tuple(self.parameters[name + k] for k in "xyz") for name in "abvwquc")
         n = self.parameters
         t, mass = n["t"], n["m1"] + n["m2"]
         weight = (Fraction(0), Fraction(0), -n["g"])
         centre_start = scale(1 / mass, add(scale(n["m1"], a), scale(n["m2"], b)))
         centre_velocity = scale(1 / mass, add(scale(n["m1"], v), scale(n["m2"], w)))
-        # The internal forces appear nowhere: that is the theorem.
+        # By the theorem, internal forces do not appear.
         centre = add(centre_start, scale(t, centre_velocity), scale(t * t / 2, weight))
         momentum = scale(mass, add(centre_velocity, scale(t, weight)))
         Q, Q_velocity = add(q, scale(t, u), scale(t * t / 2, c)), add(u, scale(t, c))
@@ -152,7 +154,7 @@ class MomentMomentumMovingPoint(Check):
         return {name: ball(value) for name, value in found.items()}
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Rates of H_Q from the motion of both particles, by differences of places and of H_Q."""
+        """Rates of H_Q from the motion of both particles, by differences of positions and of H_Q."""
         digits = mp.dps
         with mp.workdps(6 * digits):
             a, b, v, w, q, u, c = (mp.matrix(components(p, name)) for name in "abvwquc")
@@ -191,8 +193,8 @@ class InternalPotentialEnergy(Check):
     title = "Internal potential energy of three particles and the forces that follow from it"
     section = "8.9.2, App. C"
     conventions = (
-        "Each pair attracts by gravitation, G m_i m_j/r, and by a spring of stiffness k and natural length l. energy: their "
-        "sum; force1, force2, force3: minus its gradient; their sum and their moment vanish."
+        "Each pair has gravitation, potential -G m_i m_j/r, and a spring of stiffness k and natural length l. energy: the "
+        "sum of potentials; force1, force2, force3: minus its gradient; their sum and their moment vanish."
     )
     parameter_list = (
         Parameter("G", "m^3/(kg s^2)", 1, "constant of gravitation"),
@@ -208,19 +210,19 @@ class InternalPotentialEnergy(Check):
         | {name: Range(low=0.0, typical=(0.0, 2.0)) for name in ("G", "k", "l")},
         (
             Rule(
-                "no two particles are at one place",
+                "no two particles are at the same position",
                 lambda p: all(any(p[i + k] != p[j + k] for k in "xyz") for i, j in combinations("abc", 2)),
             ),
         ),
     )
     variants = (
-        Setting("close_pair", "two particles 1e-10 apart: their forces dwarf the third's", {"bx": "0.3000000001", "by": -1, "bz": 2}),
-        Setting(
-            "equilateral", "Lagrange's triangle: every force points at the centre of mass",
+        CheckVariant("close_pair", "two particles 1e-10 m apart: their forces are far larger than the third's", {"bx": "0.3000000001", "by": -1, "bz": 2}),
+        CheckVariant(
+            "equilateral", "Lagrange's triangle: every force points to the centre of mass",
             {"k": 0, "ax": 1, "ay": 0, "az": 0, "bx": 0, "by": 1, "bz": 0, "cx": 0, "cy": 0, "cz": 1},
         ),
-        Setting("far", "one particle 1e8 away", {"k": 0, "cx": 10**8}),
-        Setting("light", "a mass of 1e-12", {"m3": "1e-12", "k": 0}),
+        CheckVariant("far", "one particle 1e8 m away", {"k": 0, "cx": 10**8}),
+        CheckVariant("light", "a mass of 1e-12 kg", {"m3": "1e-12", "k": 0}),
     )  # fmt: skip
     guard = 60
 
@@ -241,12 +243,12 @@ class InternalPotentialEnergy(Check):
         return {"energy": energy, **named_forces}
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Energies of gravitation and of springs can cancel: their sum is measured by a force times a length too."""
+        """Energies of gravitation and springs can cancel: the size of the sum is at least a force times a length."""
         found = super().sizes(values)
         return found | {"energy": found["energy"] + abs(values["force1.x"]) * 1e-3}
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """The energy by pairs as functions of all nine coordinates, differentiated by central differences."""
+        """The energy as a sum over pairs, a function of all nine coordinates; the forces by central differences."""
         masses = (p.m1, p.m2, p.m3)
         start = [x for name in "abc" for x in components(p, name)]
 

@@ -1,4 +1,4 @@
-"""First-order results held against the motions that they approximate (Beatty, Dynamics, 6.14, 6.18).
+"""First-order results, compared with the motions that they approximate (Beatty, Dynamics, 6.14, 6.18).
 
 Checks: projectile_coriolis_first_order, falkland_gunnery, stability_pendulum_linearisation.
 """
@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any, ClassVar
 
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.guided.pendulum_on_hoop import Hoop
 from gnomon.reference.numerics.balls import ball
@@ -20,16 +20,16 @@ from gnomon.reference.rotating_frames.coriolis import displacement, first_order
 
 class ProjectileCoriolisFirstOrder(Check):
     name = "projectile_coriolis_first_order"
-    title = "Projectile on the turning earth, Coriolis' acceleration to first order"
+    title = "Projectile on the rotating Earth, Coriolis acceleration to first order"
     section = "6.18.1"
     conventions = (
-        "Axes x east, y north, z up; g counts the centrifugal acceleration. place: displacement to first order in Om; "
-        "coriolis: Coriolis' part of it; beyond: what the first order leaves out, of order (Om t)^2. lateral: the deflection "
-        "to the right of the throw, seen from above; lateral_mirrored: the same throw at latitude -lat."
+        "Axes x east, y north, z up; g includes the centrifugal acceleration. place: displacement to first order in Om; "
+        "coriolis: its part due to the Coriolis acceleration; beyond: the error of the first order, of order (Om t)^2. "
+        "lateral: the deflection to the right of the throw, seen from above; lateral_mirrored: that at latitude -lat."
     )
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("Om", "rad/s", "7.292115e-5", "rate of the earth"),
+        Parameter("Om", "rad/s", "7.292115e-5", "rate of the Earth"),
         Parameter("lat", "rad", "0.89", "latitude"),
         *(Parameter(f"v{k}", "m/s", v, "velocity at the start") for k, v in zip("xyz", (300, 200, 250), strict=True)),
         Parameter("t", "s", 45, "time of flight"),
@@ -43,12 +43,12 @@ class ProjectileCoriolisFirstOrder(Check):
         },
         (Rule("the throw has a horizontal velocity", lambda p: bool(p["vx"] or p["vy"])),),
     )
-    variants: ClassVar[tuple[Setting, ...]] = (
-        Setting("equator", "no lateral deflection from level flight: east and up alone", {"lat": 0}),
-        Setting("drop", "all but dropped from 158.5 m: east by 27 mm", {"vx": 0, "vy": "1e-6", "vz": 0, "t": "5.6846"}),
-        Setting("slow", "Om t = 1e-12: what is left out is 1e-24", {"Om": "1e-13", "t": 10}),
-        Setting("turntable", "Om t = 3: the first order is no approximation", {"Om": "0.3", "t": 10}),
-        Setting("a_day", "24 h", {"t": 86400}),
+    variants: ClassVar[tuple[CheckVariant, ...]] = (
+        CheckVariant("equator", "no lateral deflection from horizontal velocity: only east and up", {"lat": 0}),
+        CheckVariant("drop", "nearly at rest at 158.5 m: 27 mm east", {"vx": 0, "vy": "1e-6", "vz": 0, "t": "5.6846"}),
+        CheckVariant("slow", "Om t = 1e-12: the error of the first order is 1e-24", {"Om": "1e-13", "t": 10}),
+        CheckVariant("turntable", "Om t = 3: the first order is no approximation", {"Om": "0.3", "t": 10}),
+        CheckVariant("a_day", "24 h", {"t": 86400}),
     )
     guard = 70
 
@@ -72,12 +72,12 @@ class ProjectileCoriolisFirstOrder(Check):
         }
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """A lateral deflection is measured by the whole one."""
+        """The size of a lateral deflection is that of the whole deflection."""
         found = super().sizes(values)
         return found | dict.fromkeys(("lateral", "lateral_mirrored"), found["coriolis.x"])
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """The exponential of the linear equations of motion, and its slope in Om at Om = 0."""
+        """The exponential of the linear equations of motion, and its derivative by Om at Om = 0."""
         digits = mp.dps
         with mp.workdps(3 * digits):
             small = mp.mpf(10) ** (-digits)
@@ -117,14 +117,14 @@ class FalklandGunnery(ProjectileCoriolisFirstOrder):
     section = "6.18.2"
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("Om", "rad/s", "7.292115e-5", "rate of the earth"),
+        Parameter("Om", "rad/s", "7.292115e-5", "rate of the Earth"),
         Parameter("lat", "rad", "-0.9023352232810683", "latitude: 51.7 degrees south"),
         *(Parameter(f"v{k}", "m/s", v, "muzzle velocity") for k, v in zip("xyz", (0, "-600", "300"), strict=True)),
         Parameter("t", "s", 60, "time of flight"),
     )
     variants = (
-        Setting("west", "fired west", {"vx": -600, "vy": 0}),
-        Setting("equator", "at the equator, due south: rise and fall alone deflect", {"lat": 0}),
+        CheckVariant("west", "fired west", {"vx": -600, "vy": 0}),
+        CheckVariant("equator", "at the equator, due south: only the vertical velocity deflects", {"lat": 0}),
     )
 
 
@@ -133,13 +133,13 @@ class StabilityPendulumLinearisation(Check):
     title = "Stability of the pendulum's equilibria by linearisation"
     section = "6.14"
     conventions = (
-        "rate_down: the eigenvalues at the bottom are +-i times it; rate_up: at the top they are plus and minus it. Released "
-        "at rest at angle delta from the upright: angle and speed from the upright at time t, and the linear solution's."
+        "rate_down: the eigenvalues at the bottom are +-i times this; rate_up: those at the top are plus and minus this. "
+        "Released at rest at the angle delta from upright: angle from upright and speed at time t, exact and linearised."
     )
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
         Parameter("L", "m", "9.81", "length"),
-        Parameter("delta", "rad", "1e-3", "angle from the upright at the start"),
+        Parameter("delta", "rad", "1e-3", "initial angle from upright"),
         Parameter("t", "s", 5, "time"),
     )
     domain = Domain(
@@ -151,13 +151,15 @@ class StabilityPendulumLinearisation(Check):
         }
     )
     variants = (
-        Setting("upright_1e_12", "1e-12 off the upright: 28 e-foldings on the way down", {"delta": "1e-12", "t": 27}),
-        Setting(
+        CheckVariant(
+            "upright_1e_12", "1e-12 rad from upright: 28 e-foldings until it falls", {"delta": "1e-12", "t": 27}
+        ),
+        CheckVariant(
             "still_linear",
-            "1e-12 off after one e-folding: the linear solution to 24 digits",
+            "1e-12 rad from upright, after one e-folding: the linear solution is accurate to 24 digits",
             {"delta": "1e-12", "t": 1},
         ),
-        Setting("past_the_bottom", "0.1 off, past the bottom and back", {"delta": "0.1", "t": 14}),
+        CheckVariant("past_the_bottom", "0.1 rad from upright: past the bottom and back", {"delta": "0.1", "t": 14}),
     )
     guard = 50
 

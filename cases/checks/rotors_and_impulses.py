@@ -1,4 +1,4 @@
-"""Derived numbers of rigid bodies: unbalanced rotors, struck rods (Beatty 10.11, 10.12, 11.10).
+"""Closed forms for rigid bodies: unbalanced rotors, struck rods (Beatty 10.11, 10.12, 11.10).
 
 Checks: rotor_dynamic_balance, generalized_impulse.
 """
@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from gnomon.cases.checks.frames import second_derivative
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.vectors import named
 from gnomon.reference.rigid_bodies import bodies
@@ -21,9 +21,10 @@ class RotorDynamicBalance(Check):
     title = "Static and dynamic unbalance of a rotor; bearing reactions"
     section = "10.11.3, 10.12.4"
     conventions = (
-        "A disc of radius r and thickness h turns at w about z, its axis tilted by beta in the x-z plane that turns with it, "
-        "its centre at x = e; bearings at z = d (A) and z = -d (B), no gravity. In turning axes: I_xz, the torque about y "
-        "and the forces along x on the rotor, and the mass times radius, in the bearings' planes along x, that balances it."
+        "A disc of radius r and thickness h rotates at w about z, its axis tilted by beta in the x-z plane, which rotates "
+        "with it, its centre at x = e; bearings at z = d (A) and z = -d (B), no gravity. In rotating axes: I_xz, the torque "
+        "about y and the forces along x on the rotor, and the mass times radius along x in the planes of the bearings that "
+        "balances it."
     )
     parameter_list = (
         Parameter("m", "kg", 12, "mass"),
@@ -39,15 +40,15 @@ class RotorDynamicBalance(Check):
         | {"beta": Range(-1.5, 1.5, typical=(-1.5, 1.5)), "e": Range(typical=(-1.0, 1.0))}
     )
     variants = (
-        Setting("statically_balanced", "e = 0: a pure couple", {"e": 0}),
-        Setting("slight_tilt", "a tilt of 1e-10", {"beta": "1e-10"}),
-        Setting(
+        CheckVariant("statically_balanced", "e = 0: a pure couple", {"e": 0}),
+        CheckVariant("slight_tilt", "a tilt of 1e-10", {"beta": "1e-10"}),
+        CheckVariant(
             "nearly_isotropic",
-            "h = sqrt(3) r but for 1e-15: I3 - I1 all but vanishes",
+            "h = sqrt(3) r up to 1e-15: I3 - I1 nearly vanishes",
             {"r": 1, "h": "1.732050807568877"},
         ),
-        Setting(
-            "one_bearing_free", "the couple takes all from bearing A but 1e-6", {"e": "5.163534e-4", "beta": "0.01"}
+        CheckVariant(
+            "one_bearing_free", "the couple relieves bearing A except for 1e-6", {"e": "5.163534e-4", "beta": "0.01"}
         ),
     )
     guard = 50
@@ -96,7 +97,7 @@ class RotorDynamicBalance(Check):
 
     @staticmethod
     def _at_rest(mp: Any, p: Any, product: Any) -> tuple[Any, Any]:
-        """A rotor that does not turn needs the same balance."""
+        """The correction of a rotor at rest, which is the same."""
         return tuple(mp.lu_solve(mp.matrix([[1, 1], [p.d, -p.d]]), mp.matrix([-p.m * p.e, product])))
 
 
@@ -116,7 +117,7 @@ class GeneralizedImpulse(Check):
         Parameter("th1", "rad", "0.3", "angle of the first rod"),
         Parameter("th2", "rad", "-0.5", "angle of the second rod"),
         Parameter("P", "N s", 5, "impulse"),
-        Parameter("d", "m", "0.9", "where it strikes"),
+        Parameter("d", "m", "0.9", "distance of the impulse from the joint"),
     )
     domain = Domain(
         {name: positive() for name in ("m1", "m2", "L1", "L2")}
@@ -128,11 +129,11 @@ class GeneralizedImpulse(Check):
         (Rule("d <= L2 (the impulse strikes the rod)", lambda p: p["d"] <= p["L2"]),),
     )
     variants = (
-        Setting("hanging", "both straight down", {"th1": 0, "th2": 0}),
-        Setting("percussion", "straight down, struck at 2/3 of the second rod: the first does not move", {"th1": 0, "th2": 0, "L2": "1.2", "d": "0.8"}),
-        Setting("heavy_above", "m1 = 1e8 m2", {"m1": 10**8, "m2": 1}),
-        Setting("heavy_below", "m2 = 1e8 m1: M all but singular in line", {"m1": 1, "m2": 10**8, "th1": "0.4", "th2": "0.4"}),
-        Setting("short_second", "L2 = 1e-8 L1", {"L1": 1, "L2": "1e-8", "d": "5e-9"}),
+        CheckVariant("hanging", "both straight down", {"th1": 0, "th2": 0}),
+        CheckVariant("percussion", "straight down, struck at 2/3 of the second rod: the first rod does not move", {"th1": 0, "th2": 0, "L2": "1.2", "d": "0.8"}),
+        CheckVariant("heavy_above", "m1 = 1e8 m2", {"m1": 10**8, "m2": 1}),
+        CheckVariant("heavy_below", "m2 = 1e8 m1, rods in line: M is nearly singular", {"m1": 1, "m2": 10**8, "th1": "0.4", "th2": "0.4"}),
+        CheckVariant("short_second", "L2 = 1e-8 L1", {"L1": 1, "L2": "1e-8", "d": "5e-9"}),
     )  # fmt: skip
     guard = 60
 
@@ -142,7 +143,7 @@ class GeneralizedImpulse(Check):
         return {"first_rate": found[0], "second_rate": found[1], "energy": struck / 2}
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The first rate can vanish: it is measured by the speed of the joint that the second would give it."""
+        """The first rate can vanish: its size is then that of the joint's speed due to the second rod."""
         found = super().sizes(values)
         ratio = float(self.parameters["L2"] / self.parameters["L1"])
         return found | {"first_rate": found["first_rate"] + 1e-3 * ratio * found["second_rate"]}
@@ -152,12 +153,12 @@ class GeneralizedImpulse(Check):
         arm1 = (p.L1 * mp.sin(p.th1) / 2, -p.L1 * mp.cos(p.th1) / 2)
         arm2 = (p.L2 * mp.sin(p.th2) / 2, -p.L2 * mp.cos(p.th2) / 2)
         hit = ((2 * p.d / p.L2 - 1) * arm2[0], (2 * p.d / p.L2 - 1) * arm2[1])
-        # Unknown: v1x v1y w1 v2x v2y w2, impulse K of the pivot on rod 1, impulse J of the joint on rod 2.
+        # Unknowns: v1x v1y w1 v2x v2y w2, impulse K of the pivot on rod 1, impulse J of the joint on rod 2.
         rows, right = [], []
 
         def equation(value: Any, **terms: Any) -> None:
-            order = ("v1x", "v1y", "w1", "v2x", "v2y", "w2", "Kx", "Ky", "Jx", "Jy")
-            rows.append([terms.get(name, 0) for name in order])
+            unknowns = ("v1x", "v1y", "w1", "v2x", "v2y", "w2", "Kx", "Ky", "Jx", "Jy")
+            rows.append([terms.get(name, 0) for name in unknowns])
             right.append(value)
 
         equation(0, v1x=p.m1, Kx=-1, Jx=1)
@@ -167,7 +168,7 @@ class GeneralizedImpulse(Check):
         # About each centre: pivot and upper joint at -arm, lower joint at +arm; x Fy - y Fx.
         equation(0, w1=p.m1 * p.L1**2 / 12, Ky=arm1[0], Kx=-arm1[1], Jy=arm1[0], Jx=-arm1[1])
         equation(-hit[1] * p.P, w2=p.m2 * p.L2**2 / 12, Jy=arm2[0], Jx=-arm2[1])
-        # The pivot stands still; the joint moves with both rods: v + w x arm.
+        # The pivot is at rest; the joint moves with both rods: v + w x arm.
         equation(0, v1x=1, w1=arm1[1])
         equation(0, v1y=1, w1=-arm1[0])
         equation(0, v1x=1, w1=-arm1[1], v2x=-1, w2=-arm2[1])

@@ -1,4 +1,4 @@
-"""Work, kinetic energy and power of rigid bodies: a free one, a heavy top, a sliding ball (Beatty 10.16-10.21)."""
+"""Work, kinetic energy and power of rigid bodies: a free body, a heavy top, a sliding ball (Beatty 10.16-10.21)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, ClassVar
 
-from gnomon.cases.core.check import Check, Setting
+from gnomon.cases.core.check import Check, CheckVariant
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.quadrature import integral
@@ -21,11 +21,11 @@ class WorkEnergyRigidBody(Check):
     title = "Kinetic energy (Koenig), power and work of rigid bodies"
     section = "10.16, 10.18-10.21"
     conventions = (
-        "A free body with principal moments I1, I2, I3 falls with weight along -z while it turns: kinetic energy about the "
-        "centre of mass and in all at time t, the power of its weight, and the work done since the start. top_: the same "
-        "of a symmetric top on a fixed point (moments A, A, C about it, weight times distance W, momenta p_psi and p_phi, "
-        "theta from the upward vertical), whose weight has the power M.w. ball_loss: work that friction takes from a "
-        "billiard ball (mass m, mu) whose contact point slides at (s0x, s0y), until it rolls."
+        "A free body with principal moments I1, I2, I3 falls with weight along -z while it rotates: kinetic energy about the "
+        "centre of mass and total one at time t, power of its weight, work since the start. top_*: the same for a symmetric "
+        "top on a fixed point (moments A, A, C about it, weight times distance W, momenta p_psi and p_phi, theta from the "
+        "upward vertical), whose weight has the power M.w. ball_loss: energy that friction takes from a billiard ball "
+        "(mass m, mu) whose contact point slides at (s0x, s0y) at first, until it rolls."
     )
     parameter_list = (
         *(Parameter(f"I{k}", "kg m^2", v, "principal moment") for k, v in zip("123", (1, 2, "2.5"), strict=True)),
@@ -59,22 +59,24 @@ class WorkEnergyRigidBody(Check):
             Rule("the triangle inequality of I1, I2, I3", lambda p: 2 * max(p[i] for i in ("I1", "I2", "I3")) <= p["I1"] + p["I2"] + p["I3"]),
             Rule("C <= 2 A (the triangle inequality of the top)", lambda p: p["C"] <= 2 * p["A"]),
             Rule("p_phi differs from p_psi and -p_psi (the top passes neither pole)", lambda p: abs(p["p_phi"]) != abs(p["p_psi"])),
-            Rule("(s0x, s0y) is no zero vector (a ball that rolls)", lambda p: bool(p["s0x"] or p["s0y"])),
+            Rule("(s0x, s0y) is not zero (the ball slides)", lambda p: bool(p["s0x"] or p["s0y"])),
         ),
     )  # fmt: skip
     variants = (
-        Setting("middle_axis", "turning about the middle axis, 1e-6 off", {"w1": "1e-6", "w2": 3, "w3": 0, "t": 6}),
-        Setting("flat_body", "I3 = I1 + I2: all mass in a plane", {"I1": 1, "I2": 2, "I3": 3}),
-        Setting(
-            "slow_turn", "rotation holds 2e-22 of the energy", {"w1": "1e-10", "w2": "2e-10", "w3": "-1e-10", "t": 2}
+        CheckVariant(
+            "middle_axis", "rotation about the middle axis, 1e-6 from it", {"w1": "1e-6", "w2": 3, "w3": 0, "t": 6}
         ),
-        Setting("apex", "thrown so that the power vanishes at t", {"g": 10, "vz": 20, "t": 2}),
-        Setting(
+        CheckVariant("flat_body", "I3 = I1 + I2: all mass in a plane", {"I1": 1, "I2": 2, "I3": 3}),
+        CheckVariant(
+            "slow_turn", "rotation has 2e-22 of the energy", {"w1": "1e-10", "w2": "2e-10", "w3": "-1e-10", "t": 2}
+        ),
+        CheckVariant("apex", "at t the body is at its apex: the power vanishes", {"g": 10, "vz": 20, "t": 2}),
+        CheckVariant(
             "fast_top",
             "the work of the weight is 4e-12 of the top's energy",
             {"p_psi": 10**4, "p_phi": 9000, "t": "0.002"},
         ),
-        Setting(
+        CheckVariant(
             "top_without_spin",
             "a spherical pendulum: the work of the weight is most of its energy",
             {"p_psi": 0, "p_phi": "0.01"},
@@ -84,7 +86,7 @@ class WorkEnergyRigidBody(Check):
     natural_sizes: ClassVar[Mapping[str, float]] = {"power": 100.0, "work": 100.0}
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
-        # All rational: the rotation's energy is that of the start, whatever the body does in between.
+        # All rational: the energy of rotation is constant.
         n = self.parameters
         rise = n["vz"] - n["g"] * n["t"]
         turning = sum((n["I" + k] * n["w" + k] ** 2 for k in "123"), Fraction(0)) / 2
@@ -97,7 +99,7 @@ class WorkEnergyRigidBody(Check):
             "work": -n["m"] * n["g"] * (n["vz"] * n["t"] - n["g"] * n["t"] ** 2 / 2),
             "ball_loss": n["m"] * (n["s0x"] ** 2 + n["s0y"] ** 2) / 7,
         }
-        # The top's energy at the start, and the work since: no more of its motion than theta and its rate.
+        # The top's initial energy and the work since then need only theta and its rate.
         theta, rate, _phi, _psi = self._top()._balls(n["t"])
         sine, cosine = p.theta.sin_cos()
         across = (p.p_phi - p.p_psi * cosine) / sine
@@ -116,7 +118,7 @@ class WorkEnergyRigidBody(Check):
         )
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Six particles on the principal axes, carried by the exact attitude: speeds by differences of places."""
+        """Six particles on the principal axes that move with the exact attitude: speeds from differences of positions."""
         n = self.parameters
         digits = mp.dps
         body = EulerTop((n["I1"], n["I2"], n["I3"]), (n["w1"], n["w2"], n["w3"]))
@@ -160,7 +162,7 @@ class WorkEnergyRigidBody(Check):
 
 
 Particles = Callable[[Fraction], list[tuple[Fraction, list[Any]]]]
-"""Masses and places at a time."""
+"""(mass, position) of each particle at a time."""
 
 
 def _six(
@@ -186,7 +188,7 @@ def _six(
 
 
 def _energies(mp: Any, particles: Particles, t: Fraction, digits: int) -> tuple[Any, Any, Any]:
-    """Kinetic energy, its rate, and its gain since the start, by central differences of places."""
+    """Kinetic energy, its rate and its gain since the start, from central differences of positions."""
     step, wide = Fraction(1, 10**digits), Fraction(1, 10 ** (digits // 2))
 
     def energy(time: Fraction) -> Any:

@@ -10,7 +10,7 @@ from fractions import Fraction
 from typing import Any, ClassVar
 
 import flint
-from gnomon.cases.core.check import Check, Numbers, Setting
+from gnomon.cases.core.check import Check, CheckVariant, Numbers
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.quadrature import integral, integral_near, unit_steps
 from gnomon.reference.numerics.vectors import components, dot, square
@@ -22,7 +22,7 @@ class WorkConstantLinearCoulomb(Check):
     section = "7.4"
     conventions = (
         "constant, spring: along the helix (R cos s, R sin s, p s/(2 pi)), s from 0 to phi; the spring of stiffness k and "
-        "natural length l hangs at the origin. friction_*: a weight m g on a rough table, around a circle of radius R "
+        "natural length l is fixed at the origin. friction_*: a weight m g on a rough table, around a circle of radius R "
         "(`turns` times), along y = c x^2 from x = 0 to X, once around an ellipse with semi-axes a and b."
     )
     parameter_list = (
@@ -36,7 +36,7 @@ class WorkConstantLinearCoulomb(Check):
         Parameter("m", "kg", 2, "mass"),
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
         Parameter("turns", "", "2.5", "turns around the circle"),
-        Parameter("c", "1/m", "0.7", "bend of the parabola"),
+        Parameter("c", "1/m", "0.7", "coefficient of the parabola"),
         Parameter("X", "m", "1.9", "end of the parabola"),
         Parameter("a", "m", "1.5", "larger semi-axis"),
         Parameter("b", "m", "0.4", "smaller semi-axis"),
@@ -47,12 +47,14 @@ class WorkConstantLinearCoulomb(Check):
         (Rule("b <= a", lambda p: p["b"] <= p["a"]),),
     )
     variants = (
-        Setting("flat_ellipse", "b = 1e-8 a: the curvature sits in 1e-8 of the way", {"a": 1, "b": "1e-8"}),
-        Setting("straight_parabola", "c X = 1e-10: x/2 + asinh/(4c) cancels", {"c": "1e-10", "X": 1}),
-        Setting("long_helix", "1e4 rad: the end points alone count", {"phi": 10000}),
-        Setting(
+        CheckVariant(
+            "flat_ellipse", "b = 1e-8 a: the path is curved only in 1e-8 of its length", {"a": 1, "b": "1e-8"}
+        ),
+        CheckVariant("straight_parabola", "c X = 1e-10: x/2 + asinh/(4c) cancels", {"c": "1e-10", "X": 1}),
+        CheckVariant("long_helix", "1e4 rad: the work depends only on the end points", {"phi": 10000}),
+        CheckVariant(
             "closed",
-            "nearly a whole turn without pitch: the work of the springs returns",
+            "nearly a whole turn without pitch: the spring's work nearly vanishes",
             {"p": 0, "phi": Fraction(6283185307179586, 10**15)},
         ),
     )
@@ -76,7 +78,7 @@ class WorkConstantLinearCoulomb(Check):
         }
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Work that returns to nothing is measured by the spring's energy and by force times radius."""
+        """The size of work that vanishes is that of the spring's energy or of force times radius."""
         found = super().sizes(values)
         n = {name: float(value) for name, value in self.parameters.items()}
         force = sum(abs(n[f"F{axis}"]) for axis in "xyz")
@@ -85,7 +87,7 @@ class WorkConstantLinearCoulomb(Check):
         return found
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Force times displacement summed along each path."""
+        """Force times displacement, integrated along each path."""
         rise = p.p / (2 * mp.pi)
 
         def power(s: Any) -> Any:
@@ -98,7 +100,7 @@ class WorkConstantLinearCoulomb(Check):
             radial = mp.fsum(x * w for x, w in zip(place, (-place[1], place[0], rise), strict=True)) / length
             return -p.k * (length - p.l) * radial
 
-        # Every turn is alike for the constant force; the distance to the origin has its root at s = i R/rise.
+        # All turns are the same for the constant force; the distance from the origin is zero at s = i R/rise.
         whole = mp.floor(p.phi / (2 * mp.pi))
         turn = [mp.pi * k / 2 for k in range(5)]
         constant = whole * integral(mp, power, turn) + integral(mp, power, [mp.mpf(0), p.phi - 2 * mp.pi * whole])
@@ -123,7 +125,7 @@ class WorkConstantLinearCoulomb(Check):
 
 
 def _off_segment(p: Numbers) -> bool:
-    """Whether the origin is not on the straight way from A to B."""
+    """Whether the origin is not on the straight line from A to B."""
     turned = p["Ax"] * p["By"] - p["Ay"] * p["Bx"]
     return turned != 0 or p["Ax"] * p["Bx"] + p["Ay"] * p["By"] > 0
 
@@ -133,9 +135,9 @@ class ConservativeForceTest(Check):
     title = "Is a force conservative? Curl, circulation and potential"
     section = "7.6.1, 7.6.2"
     conventions = (
-        "Inferred from the title of 7.6.2 (a needle in the haystack): the force (-y, x)/(x^2 + y^2), free of curl but with "
+        "[inferred] From the title of 7.6.2 (a needle in the haystack): the force (-y, x)/(x^2 + y^2), free of curl but with "
         "a circulation of 2 pi for each turn about the origin. circle: work once around a circle of radius R about (X, Y); "
-        "line: work on the straight way from A to B. potential: work of (2xy + z^3, x^2, 3xz^2), which has the potential "
+        "line: work along the straight line from A to B. potential: work of (2xy + z^3, x^2, 3xz^2), which has the potential "
         "-(x^2 y + x z^3), on a helix of radius R and unit pitch about z from angle 0 to phi; shear: circulation of (-y, 0)."
     )
     parameter_list = (
@@ -151,21 +153,21 @@ class ConservativeForceTest(Check):
     domain = Domain(
         {"R": positive(), "phi": Range(low=0.0, typical=(0.0, 10.0))},
         (
-            Rule("the circle does not pass the origin", lambda p: p["X"] ** 2 + p["Y"] ** 2 != p["R"] ** 2),
-            Rule("the line does not pass the origin", _off_segment),
+            Rule("the circle does not pass through the origin", lambda p: p["X"] ** 2 + p["Y"] ** 2 != p["R"] ** 2),
+            Rule("the line does not pass through the origin", _off_segment),
         ),
     )
     variants = (
-        Setting(
-            "needle_inside", "the origin 1e-10 inside the circle, the line 1e-10 beside it",
+        CheckVariant(
+            "needle_inside", "the origin 1e-10 m inside the circle, the line 1e-10 m from it",
             {"X": 1, "Y": 0, "R": "1.0000000001", "Ax": 1, "Ay": "1e-10", "Bx": -1, "By": "1e-10"},
         ),
-        Setting(
-            "needle_outside", "the origin 1e-10 outside the circle, the line 1e-10 beside it on the other side",
+        CheckVariant(
+            "needle_outside", "the origin 1e-10 m outside the circle, the line 1e-10 m from it on the other side",
             {"X": 1, "Y": 0, "R": "0.9999999999", "Ax": 1, "Ay": "-1e-10", "Bx": -1, "By": "-1e-10"},
         ),
-        Setting("far_outside", "no turn about the origin: no work", {"X": 50}),
-        Setting("long_helix", "1000 rad", {"phi": 1000}),
+        CheckVariant("far_outside", "no turn about the origin: no work", {"X": 50}),
+        CheckVariant("long_helix", "1000 rad", {"phi": 1000}),
     )  # fmt: skip
     natural_sizes: ClassVar[Mapping[str, float]] = {"circle": 2 * 3.141592653589793}
     guard = 40
@@ -184,18 +186,18 @@ class ConservativeForceTest(Check):
         }
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Work on the helix is measured by the size of its potential."""
+        """The size of the work on the helix is that of its potential."""
         found = super().sizes(values)
         R, height = float(self.parameters["R"]), float(self.parameters["phi"]) / 6.283185307179586
         return found | {"potential": R**3 + R * height**3}
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Force times displacement summed along each path."""
+        """Force times displacement, integrated along each path."""
 
         def vortex(x: Any, y: Any, dx: Any, dy: Any) -> Any:
             return (x * dy - y * dx) / (x * x + y * y)
 
-        # The circle passes the origin at a complex angle, log(distance of its centre / R) off the nearest real one.
+        # The integrand is singular at a complex angle, log(distance of the centre / R) from the nearest real one.
         distance = mp.hypot(p.X, p.Y)
         nearest = mp.atan2(-p.Y, -p.X) if distance else mp.mpf(0)
         delta = min(mp.fabs(mp.log(distance / p.R)), mp.pi) if distance else mp.pi
@@ -209,7 +211,7 @@ class ConservativeForceTest(Check):
         if length:
             foot = -(p.Ax * dx + p.Ay * dy) / length**2
             gap = mp.fabs(p.Ax * dy - p.Ay * dx) / length**2
-            # A line that points at the origin without reaching it does no work: there is no angle to turn.
+            # On a line towards the origin that does not reach it the work is zero: the polar angle is constant.
             line = (
                 integral_near(
                     mp, lambda s: vortex(p.Ax + s * dx, p.Ay + s * dy, dx, dy), mp.mpf(0), mp.mpf(1), foot, gap

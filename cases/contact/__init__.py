@@ -1,1 +1,1 @@
-"""Cases. Friction, impact and loss of contact."""
+"""Cases: friction, impact and loss of contact."""

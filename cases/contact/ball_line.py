@@ -97,7 +97,7 @@ def cradle_gap_4(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def cradle_hit_1(t: Any, state: Values, parameters: Values) -> Values:
-    """Of equal masses: the mean, minus and plus e times half the difference."""
+    """For equal masses: the mean velocity, minus and plus e times half the difference."""
     x1, x2, x3, x4, x5, v1, v2, v3, v4, v5 = state
     mean, part = (v1 + v2) / 2, parameters[0] * (v1 - v2) / 2
     return x1, x2, x3, x4, x5, mean - part, mean + part, v3, v4, v5
@@ -153,7 +153,7 @@ def cradle_momentum(t: Any, state: Values, parameters: Values) -> Values:
     return (v1 + v2 + v3 + v4 + v5,)
 
 
-def never_touching(t: Any, state: Values, parameters: Values) -> str:
+def balls_mode(t: Any, state: Values, parameters: Values) -> str:
     return "free"
 
 
@@ -186,7 +186,7 @@ class _BallLineCase(Case):
         return (
             Hybrid(
                 modes=(Mode("free", self._FREE),),
-                start=never_touching,
+                start=balls_mode,
                 transitions=tuple(
                     Transition(f"impact_{i}{i + 1}", "free", guard, -1, reset, "free", onto)
                     for i, (guard, reset, onto) in enumerate(self._PAIRS, start=1)
@@ -201,14 +201,14 @@ class _BallLineCase(Case):
 
     @property
     def time_scale(self) -> float:
-        """The length of the line over the largest speed; 1 s where all are at rest."""
+        """The length of the line over the largest speed; 1 s if all balls are at rest."""
         count = len(self.state) // 2
         places, speeds = self.initial_state[:count], self.initial_state[count:]
         fastest = max(map(abs, speeds))
         return float((places[-1] - places[0]) / fastest) if fastest else 1.0
 
     def natural_span(self) -> Number:
-        """A third longer than until the last impact."""
+        """A third longer than the time until the last impact."""
         return float(BallLine(*self._numbers).legs[-1].time) * 4 / 3 or self.time_scale
 
     @property
@@ -258,28 +258,30 @@ def _ordered(count: int) -> Rule:
     def holds(n: Mapping[str, Fraction]) -> bool:
         return all(n[f"x{i}"] < n[f"x{i + 1}"] for i in range(1, count))
 
-    return Rule("the balls stand in order and apart: x1 < x2 < ...", holds)
+    return Rule("the balls are apart and numbered from left to right: x1 < x2 < ...", holds)
 
 
-def _few(n: Mapping[str, Fraction]) -> bool:
-    """Between heavy balls a light one bounces to and fro: two impacts turn the relative velocities, seen as a vector, by
-    an angle a, and 4 e cos^2(a/2) is the left-hand side over the masses on the right; beyond that they only shrink.
+def _at_most_100_impacts(n: Mapping[str, Fraction]) -> bool:
+    """Whether a light ball between heavy ones collides at most 100 times.
+
+    Two impacts rotate the vector of the relative velocities by an angle a; 4 e cos^2(a/2) is the left-hand side of the
+    rule over the masses on its right. Above 4 e the velocities only decay, and the impacts never end.
     """
     return 1000 * (1 + n["e"]) ** 2 * n["m1"] * n["m3"] <= 3996 * n["e"] * (n["m1"] + n["m2"]) * (n["m2"] + n["m3"])
 
 
 class ThreeBallChain(_BallLineCase):
     name = "three_ball_chain"
-    title = "A ball strikes a second, and that a third"
+    title = "A ball strikes a second ball, which strikes a third"
     section = "8.13"
     conventions = (
-        "Places count so that neighbours touch where they are equal. The third ball leaves fastest where "
+        "Coordinates are shifted so that touching neighbours have equal ones. The third ball leaves fastest if "
         "m2 = sqrt(m1 m3); each impact loses (1 - e^2)/2 of the reduced mass times the squared speed of approach."
     )
     state = _line(3)
     parameter_list = (
         Parameter("m1", "kg", 4, "mass of the striking ball"),
-        Parameter("m2", "kg", 2, "mass of the ball between"),
+        Parameter("m2", "kg", 2, "mass of the middle ball"),
         Parameter("m3", "kg", 1, "mass of the last ball"),
         Parameter("e", "1", "0.8", "coefficient of restitution"),
     )
@@ -292,17 +294,20 @@ class ThreeBallChain(_BallLineCase):
         (
             _ordered(3),
             Rule(
-                "(1 + e)^2 m1 m3 <= 3.996 e (m1 + m2)(m2 + m3) (at most 100 impacts; from 4 e on infinitely many)", _few
+                "(1 + e)^2 m1 m3 <= 3.996 e (m1 + m2)(m2 + m3) (at most 100 impacts; from 4 e on infinitely many)",
+                _at_most_100_impacts,
             ),
         ),
     )
     variants = (
-        Variant("elastic", "e = 1: energy is kept through both impacts", {"e": 1}),
+        Variant("elastic", "e = 1: energy is constant through both impacts", {"e": 1}),
         Variant(
-            "heavy_last", "light balls before a heavy one: the middle one goes to and fro", {"m1": 1, "m2": "0.01"}
+            "heavy_last",
+            "light balls before a heavy one: the middle ball moves back and forth",
+            {"m1": 1, "m2": "0.01"},
         ),
         Variant("close", "1e-9 m between the last two: impacts 1e-9 s apart", {}, (0, 1, 1.000000001, 1, 0, 0)),
-        Variant("light_last", "m3 = 1e-9: leaves at nearly (1 + e)^2 m1/(m1 + m2) v1", {"m3": "1e-9"}),
+        Variant("light_last", "m3 = 1e-9 kg: leaves at nearly (1 + e)^2 m1/(m1 + m2) v1", {"m3": "1e-9"}),
     )
     invariants: ClassVar = {"energy": Invariant(chain_kinetic, "decays"), "momentum": Invariant(chain_momentum)}
     _FREE = staticmethod(three_uniform)
@@ -314,7 +319,7 @@ class ThreeBallChain(_BallLineCase):
         return self.parameter_values()[:3]
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`best_m2` is the mass between that makes the last ball fastest, for one impact each."""
+        """`best_m2`: the middle mass with which the last ball is fastest, for one impact of each pair (kg)."""
         product = self.parameters["m1"] * self.parameters["m3"]
         best = quantity(digits, lambda mp: mp.sqrt(mp.mpf(product)))
         return super().quantities(digits) | {"best_m2": best}
@@ -325,8 +330,8 @@ class NewtonsCradle(_BallLineCase):
     title = "Newton's cradle: equal balls in a row"
     section = "8.13"
     conventions = (
-        "One stroke of the cradle, along the line at the lowest point: five equal balls, a little apart. Places count so "
-        "that neighbours touch where they are equal. As many leave as come in, where e = 1."
+        "One stroke of the cradle, along the line at the lowest point: five equal balls, a little apart. Coordinates are "
+        "shifted so that touching neighbours have equal ones. If e = 1, as many balls leave as arrive."
     )
     state = _line(5)
     parameter_list = (Parameter("e", "1", 1, "coefficient of restitution"),)
@@ -339,14 +344,14 @@ class NewtonsCradle(_BallLineCase):
         (_ordered(5),),
     )
     variants = (
-        Variant("two_balls", "two come in, two leave: 6 impacts in waves", {}, (0, "0.25", 1, "1.5", 2, 1, 1, 0, 0, 0)),
+        Variant("two_balls", "two arrive, two leave: 6 impacts", {}, (0, "0.25", 1, "1.5", 2, 1, 1, 0, 0, 0)),
         Variant(
             "nearly_touching",
-            "1e-9 m apart: four impacts within 3e-9 s, in order",
+            "1e-9 m apart: four successive impacts within 3e-9 s",
             {},
             (0, 1, 1 + 2.0**-30, 1 + 2.0**-29, 1 + 3 * 2.0**-30, 1, 0, 0, 0, 0),
         ),
-        Variant("lossy", "e = 0.75: all move in the end, in many impacts", {"e": "0.75"}),
+        Variant("lossy", "e = 0.75: many impacts, in the end all balls move", {"e": "0.75"}),
         Variant("both_sides", "one from each end: they meet in the middle", {}, (0, 1, 2, 3, "3.75", 1, 0, 0, 0, -1)),
     )
     invariants: ClassVar = {"energy": Invariant(cradle_kinetic, "decays"), "momentum": Invariant(cradle_momentum)}

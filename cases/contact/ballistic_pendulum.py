@@ -1,4 +1,4 @@
-"""A ballistic pendulum: the bullet's speed from the height of the swing."""
+"""A ballistic pendulum: the bullet's speed follows from the height of the swing."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def bullet_flies(t: Any, state: Values, parameters: Values) -> Values:
     return u, omega, 0, -g / length * sin(state[1])
 
 
-def bullet_way(t: Any, state: Values, parameters: Values) -> Values:
+def bullet_distance(t: Any, state: Values, parameters: Values) -> Values:
     return (state[0],)
 
 
-def block_swallows(t: Any, state: Values, parameters: Values) -> Values:
-    """The angular momentum about the pivot is kept; the bullet stays where the block is."""
+def bullet_sticks(t: Any, state: Values, parameters: Values) -> Values:
+    """The angular momentum about the pivot is constant; the bullet stays in the block."""
     _, theta, u, omega = state
     _g, length, m, M = parameters
     return 0, theta, 0, omega + m * (u / length - omega) / (m + M)
@@ -42,14 +42,14 @@ def at_the_block(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def bullet_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """From the lowest position. The bullet's way along its path has no energy of its own once it is inside."""
+    """Energy, zero at the lowest position. After the impact x carries no energy."""
     _, theta, u, omega = state
     g, length, m, M = parameters
     half, speed = sin(theta / 2), length * omega
     return ((m * u * u + (m + M) * speed * speed) / 2 + 2 * (m + M) * g * length * half * half,)
 
 
-def in_flight(t: Any, state: Values, parameters: Values) -> str:
+def bullet_mode(t: Any, state: Values, parameters: Values) -> str:
     return "flight" if state[0] < 0 else "swing"
 
 
@@ -62,8 +62,8 @@ class BallisticPendulumCase(Case):
     title = "Ballistic pendulum: an impulsive impact, then the exact swing"
     section = "7.2, 7.3"
     conventions = (
-        "x is the bullet's way to the block, which hangs at rest, and 0 once it is inside; theta from the downward "
-        "vertical. A light block on a rod of length L: the bullet's weight counts from the impact on."
+        "-x is the bullet's distance from the block, which hangs at rest; x is 0 after the impact; theta from the downward "
+        "vertical. The block is a point on a massless rod of length L; the bullet's weight counts after the impact."
     )
     state = (
         Coordinate("x", "m", "length"),
@@ -91,11 +91,13 @@ class BallisticPendulumCase(Case):
         }
     )
     variants = (
-        Variant("slow", "a clod as heavy as the block: half of the energy stays", {"m": 1, "M": 1}, (-3, 0, 4, 0)),
-        Variant("over", "fast enough to go round", {}, (-10, 0, 2000, 0)),
+        Variant(
+            "slow", "a slow bullet as heavy as the block: half of the energy remains", {"m": 1, "M": 1}, (-3, 0, 4, 0)
+        ),
+        Variant("over", "fast enough to turn over the top", {}, (-10, 0, 2000, 0)),
         Variant(
             "to_the_top",
-            "exactly the energy of the top, omega^2 = 4 g/L: an impact error decides on which side it ends",
+            "exactly the energy at the top, omega^2 = 4 g/L: an error at the impact decides on which side it ends",
             {"g": "9.8125", "L": "9.8125", "m": 1, "M": 1},
             (-2, 0, "39.25", 0),
         ),
@@ -117,8 +119,8 @@ class BallisticPendulumCase(Case):
         return (
             Hybrid(
                 modes=(Mode("flight", bullet_flies), Mode("swing", bullet_flies)),
-                start=in_flight,
-                transitions=(Transition("impact", "flight", bullet_way, 1, block_swallows, "swing", at_the_block),),
+                start=bullet_mode,
+                transitions=(Transition("impact", "flight", bullet_distance, 1, bullet_sticks, "swing", at_the_block),),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"swing"}),
             ),
@@ -130,12 +132,12 @@ class BallisticPendulumCase(Case):
 
     @property
     def time_scale(self) -> float:
-        """sqrt(L/g), the time of the flight, or a radian of the swing, whichever is shortest."""
+        """sqrt(L/g), the time of the flight, or of a radian of the swing, whichever is shortest."""
         length, g = float(self.parameters["L"]), float(self.parameters["g"])
         return min(sqrt(length / g), float(self._exact.impact_time), 1 / float(self._exact.rate))
 
     def natural_span(self) -> Number:
-        """2.37 periods after the impact; 4 sqrt(L/g) where there is none."""
+        """2.37 periods after the impact; 4 sqrt(L/g) if there is no period."""
         swing = self._exact.swing
         small = sqrt(float(self.parameters["L"] / self.parameters["g"]))
         after = 4 * small if swing.regime == Pendulum.SEPARATRIX else 2.37 * float(swing.period())
@@ -151,7 +153,7 @@ class BallisticPendulumCase(Case):
         return (Event(time, "impact", (zero, zero, u, zero), (zero, zero, zero, omega)),)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`rise` is the height that the block reaches: with it u = (m + M)/m sqrt(2 g rise)."""
+        """`rise`: the height that the block reaches (m); the bullet's speed is (m + M)/m sqrt(2 g rise)."""
         motion = self._exact
         g, length, _, _ = self.parameter_values()
         rise = min((motion.rate * length) ** 2 / (2 * g), 2 * length)

@@ -25,9 +25,9 @@ def slip_velocity(state: Values, radius: Any) -> Values:
 
 
 def ball_sliding(t: Any, state: Values, parameters: Values) -> Values:
-    """v' = -mu g s/|s|. (ax, ay) is the axis nearest to the slip: s/(s.a) is the same vector all the way to s = 0.
+    """v' = -mu g s/|s|, s the slip. (ax, ay) is the axis nearest to s: s/(s.a) is the same vector until s = 0 and beyond.
 
-    So nothing turns round where a trial step runs past the end of the sliding.
+    So the force does not change its direction if a trial step of an integrator passes the end of sliding.
     """
     radius, mu, g, ax, ay = parameters
     sx, sy = slip_velocity(state, radius)
@@ -51,10 +51,10 @@ def slip_north(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def start_rolling(t: Any, state: Values, parameters: Values) -> Values:
-    """No slip is left: it rolls with the angular momentum about the point of contact, which no friction changes.
+    """The state when the slip ends: rolling with the angular momentum about the point of contact, which friction keeps.
 
-    Where the slip ends its direction is round-off, and the last stage of a step that ends there pushes anywhere. That
-    leaves a slip and no other trace: of the state only the momentum is to be believed.
+    At the end the direction of the slip is round-off, and the last stage of a step there has a force in any direction.
+    That force leaves a slip and changes nothing else, so the new state is computed from the angular momentum only.
     """
     radius = parameters[0]
     vx, vy = (5 * state[2] + 2 * radius * state[5]) / 7, (5 * state[3] - 2 * radius * state[4]) / 7
@@ -98,7 +98,7 @@ class BilliardBallCase(Case):
     title = "Billiard ball: oblique sliding with spin, then rolling"
     section = "10.15"
     conventions = (
-        "z up; a solid sphere, I = (2/5) m R^2; w in space; no friction against the drill wz, none of rolling."
+        "z up; a solid sphere, I = (2/5) m R^2; w in space; no friction against the spin wz, no rolling friction."
     )
     state = (
         Coordinate("x", "m", "length"),
@@ -123,12 +123,12 @@ class BilliardBallCase(Case):
         }
     )
     variants = (
-        Variant("draw", "back spin: stops, and returns rolling", initial_state=(0, 0, 1, 0, 0, -150, 0)),
-        Variant("masse", "side spin bends the way", initial_state=(0, 0, 1, 0, -100, 40, 50)),
+        Variant("draw", "back spin: stops, then rolls back", initial_state=(0, 0, 1, 0, 0, -150, 0)),
+        Variant("masse", "side spin bends the path", initial_state=(0, 0, 1, 0, -100, 40, 50)),
         Variant("dead_stop", "spin and speed balance: ends exactly at rest", {"R": "0.03125"}, (0, 0, 1, 0, 0, -80, 0)),
         Variant(
             "almost_rolling",
-            "a slip of 1e-12 m/s: its direction is soon lost in round-off",
+            "a slip of 1e-12 m/s: round-off soon dominates its direction",
             initial_state=(0, 0, 3, "1e-12", 0, 100, 0),
             span=2,
         ),
@@ -136,7 +136,7 @@ class BilliardBallCase(Case):
         Variant("smooth", "mu = 0: nothing changes", {"mu": 0}),
         Variant(
             "engines",
-            "the numbers of engine tests: 3 m/s without spin, 2 s",
+            "the parameters of engine tests: 3 m/s without spin, 2 s",
             {"R": "0.1"},
             (0, 0, 3, 0, 0, 0, 0),
             2,
@@ -158,12 +158,12 @@ class BilliardBallCase(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time of the sliding, at least that of a fall through the radius."""
+        """The duration of sliding, at least the time of a fall through the radius."""
         fall = math.sqrt(float(self.parameters["R"] / self.parameters["g"]))
         return max(fall, float(self._exact.rolling_time())) if self._ends else fall
 
     def natural_span(self) -> Number:
-        """2.3 times the sliding; 20 time scales without it."""
+        """2.3 times the duration of sliding; 20 time scales without sliding."""
         return (2.3 if self._ends else 20) * self.time_scale
 
     @property
@@ -176,7 +176,7 @@ class BilliardBallCase(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """Uniform deceleration against the slip of the start, for ever: a throw, seen along and across the slip."""
+        """Uniform deceleration against the initial slip without end: like a throw, with axes along and across the slip."""
         sx, sy = map(float, self._exact.slip)
         size = math.hypot(sx, sy)
         if not size:
@@ -196,10 +196,10 @@ class BilliardBallCase(Case):
             rates = np.stack([start[4] + gained[:, 1], start[5] - gained[:, 0], 0 * gained[:, 0] + start[6]], axis=1)
             return np.concatenate([place, velocity, rates], axis=1)
 
-        return (Level(thrown, spun, "sliding only, with the slip's direction of the start"),)
+        return (Level(thrown, spun, "sliding only, in the initial direction of the slip"),)
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
-        """The end of the sliding."""
+        """The end of sliding."""
         if not self._ends or self._exact.rolling_time(20) > self.span:
             return ()
         there = self._exact.rolling_state(digits)
@@ -211,7 +211,7 @@ class BilliardBallCase(Case):
         return mine == theirs
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`energy_loss` is per unit mass."""
+        """`energy_loss`: per unit mass (J/kg)."""
         if not self._ends:
             return {}
         state = self._exact.rolling_state(digits)

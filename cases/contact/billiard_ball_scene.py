@@ -1,4 +1,4 @@
-"""The billiard ball as a physics engine is given it: a sphere on a plane with friction, none of rolling or drilling."""
+"""Scenes of the billiard ball: a sphere on a plane with sliding friction; one adds drilling friction."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def attitude_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple
 
 
 def drill_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
-    """The contact is a patch (token `drill_friction`)."""
+    """The contact is a patch with drilling friction (token `drill_friction`)."""
     return billiard_scene(state, parameters[:3])
 
 

@@ -74,7 +74,7 @@ def drilling_ball(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def kept_velocity_x(t: Any, state: Values, parameters: Values) -> Values:
-    """vx + (2/5) R wy: about the point of contact nothing turns the ball."""
+    """vx + (2/5) R wy, constant: no moment acts about the horizontal axes through the point of contact."""
     return (state[2] + 2 * parameters[0] * state[5] / 5,)
 
 
@@ -99,7 +99,7 @@ class BilliardBallAttitude(Case):
     variants = tuple(
         Variant(
             variant.name,
-            f"{variant.stresses}; the attitude turns about an axis that moves",
+            f"{variant.stresses}; the axis of rotation moves",
             variant.parameters,
             (*(variant.initial_state or BilliardBallCase.default_state), *IDENTITY),
             variant.span,
@@ -123,14 +123,14 @@ class BilliardBallAttitude(Case):
 
     @property
     def time_scale(self) -> float:
-        """That of the ball, or a radian of its fastest turn where that is shorter."""
+        """That of billiard_ball, or the time of a radian of the fastest rotation if that is shorter."""
         scale, rate = self._plain.time_scale, math.hypot(*map(float, self.initial_state[4:7]))
         if self._plain._ends:
             rate = max(rate, math.hypot(*map(float, self._plain._exact.rolling_state()[4:7])))
         return min(scale, 1 / rate) if rate else scale
 
     def natural_span(self) -> Number:
-        """That of the ball; ValueError where the ball turns too far in it for the exact motion."""
+        """That of billiard_ball. Raises ValueError if the ball turns further in it than the exact motion can follow."""
         span = float(self._plain.natural_span())
         mu, g, radius = (self.parameters[name] for name in ("mu", "g", "R"))
         slid = min(span, float(self._plain._exact.rolling_time())) if self._plain._ends else 0.0
@@ -173,12 +173,12 @@ def _motion(n: Mapping[str, Fraction]) -> DrillingBall:
 
 class BilliardBallDrill(Case):
     name = "billiard_ball_drill"
-    title = "Billiard ball with friction against its drill, until it ends"
+    title = "Billiard ball with drilling friction, until sliding and drilling end"
     section = "10.15"
     conventions = (
         "[inferred] As billiard_ball, on a patch of contact of effective radius rho: over the mass, the force "
         "-mu g s/(|s| + rho |wz|) at the lowest point and the torque -mu g rho^2 wz/(|s| + rho |wz|) about the vertical "
-        "(Zhuravlev's quotients for Contensou's integrals, with one length). Slip and drill end together; the span ends "
+        "(Zhuravlev's quotients for Contensou's integrals, with one length). Slip and wz end together; the span ends "
         "before."
     )
     state = BilliardBallCase.state
@@ -191,14 +191,14 @@ class BilliardBallDrill(Case):
         dict(BilliardBallCase.domain.ranges)
         | {"R": positive(0.02, 0.05), "mu": positive(0.1, 1.0), "rho": positive(0.01, 0.02)},
         (
-            Rule("the ball drills (wz is not 0), else it is billiard_ball", lambda n: n["wz"] != 0),
+            Rule("the ball drills (wz is not 0; else see billiard_ball)", lambda n: n["wz"] != 0),
             Rule("the ball slides at the start (the slip is not 0)", lambda n: any(_motion(n).slip)),
         ),
     )
     variants = (
-        Variant("little", "rho = R/3e4: the plain ball, but for the last 1e-4 of the slip", {"rho": "1e-6"}, span="0.4"),
-        Variant("top", "stands and spins, hardly slides", initial_state=(0, 0, "0.01", 0, 0, 0, 150)),
-        Variant("masse", "side spin bends the way longer than without drill", initial_state=(0, 0, 1, 0, -100, 40, 200)),
+        Variant("little", "rho = R/3e4: as billiard_ball except in the last 1e-4 of the slip", {"rho": "1e-6"}, span="0.4"),
+        Variant("top", "spins about the vertical, hardly slides", initial_state=(0, 0, "0.01", 0, 0, 0, 150)),
+        Variant("masse", "side spin bends the path longer than without drilling friction", initial_state=(0, 0, 1, 0, -100, 40, 200)),
         Variant("to_the_end", "over 0.99 of the time until all friction ends", initial_state=(0, 0, 1, 0, 0, 0, 50)),
     )  # fmt: skip
     invariants: ClassVar[Mapping[str, Invariant]] = {
@@ -233,7 +233,7 @@ class BilliardBallDrill(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time in which the slip would end without the drill, and that of a fall through the radius at least."""
+        """The time in which the slip would end without drilling, at least that of a fall through the radius."""
         n = self.parameters
         slide = 2 * math.hypot(*map(float, self._exact.slip)) / (7 * float(n["mu"] * n["g"]))
         return max(slide, math.sqrt(float(n["R"] / n["g"])))
@@ -243,7 +243,7 @@ class BilliardBallDrill(Case):
         return (0.99 if self.variant == "to_the_end" else 0.9) * float(self._exact.end_time())
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`end_time`: when the ball neither slides nor drills; then it rolls with the final velocity."""
+        """`end_time`: when sliding and drilling end (s); then the ball rolls with the final velocity."""
         vx, vy = self._exact.final_velocity(digits)
         return {"end_time": self._exact.end_time(digits), "final_vx": vx, "final_vy": vy}
 
@@ -251,4 +251,4 @@ class BilliardBallDrill(Case):
     def hierarchy(self) -> tuple[Level, ...]:
         numbers: dict[str, Any] = {name: self.parameters[name] for name in ("R", "mu", "g")}
         plain = BilliardBallCase(initial_state=self.initial_state, span=self.span, **numbers)
-        return (*plain.hierarchy, Level(plain, same, "rolls when the slip ends; no friction against the drill"))
+        return (*plain.hierarchy, Level(plain, same, "rolls when the slip ends; no drilling friction"))

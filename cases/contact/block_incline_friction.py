@@ -1,4 +1,4 @@
-"""A block on an incline with Coulomb friction: it stops, and then holds or slides back."""
+"""A block on an incline with Coulomb friction: it stops, then holds or slides back."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mpmath import mpf
 
 
 def sliding(t: Any, state: Values, parameters: Values) -> Values:
-    """s' = v, v' = -g (sin(alpha) + sign mu_k cos(alpha)); the sign of v belongs to the mode."""
+    """s' = v, v' = -g (sin(alpha) + sign mu_k cos(alpha)); the sign of v is a constant of the mode."""
     _, v = state
     g, alpha, mu_k, _, sign = parameters
     return v, -g * (sin(alpha) + sign * mu_k * cos(alpha))
@@ -40,7 +40,7 @@ def speed(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def standstill(t: Any, state: Values, parameters: Values) -> Values:
-    """At rest where it is."""
+    """At rest at the same position."""
     s, _ = state
     return s, 0
 
@@ -52,11 +52,11 @@ def energy(t: Any, state: Values, parameters: Values) -> Values:
     return (g * s * sin(alpha) + v * v / 2,)
 
 
-def after_stop(t: Any, state: Values, parameters: Values) -> str:
-    """Sticks where tan(alpha) <= mu_s.
+def mode_after_stop(t: Any, state: Values, parameters: Values) -> str:
+    """The block sticks if tan(alpha) <= mu_s.
 
-    Decided exactly for the numbers given, because one double either side of tan(alpha) is enough to move the block and
-    `math.tan` is right to an ulp only.
+    Decided exactly for the given numbers: doubles next to tan(alpha) on either side give different motions, and
+    `math.tan` is only accurate to an ulp.
     """
     _, alpha, _, mu_s, *_ = parameters
     return "stick" if holds(exact(alpha), exact(mu_s)) else "down"
@@ -66,7 +66,7 @@ def first_mode(t: Any, state: Values, parameters: Values) -> str:
     _, v = state
     if v > 0:
         return "up"
-    return "down" if v < 0 else after_stop(t, state, parameters)
+    return "down" if v < 0 else mode_after_stop(t, state, parameters)
 
 
 class BlockInclineFriction(Case):
@@ -75,7 +75,7 @@ class BlockInclineFriction(Case):
     name = "block_incline_friction"
     title = "Block thrown up an incline with Coulomb friction: stop, hold or slide back"
     section = "5.11.3, 5.11.4, 7.4.2"
-    conventions = "s up the slope; at v = 0 the block sticks where tan(alpha) <= mu_s. 0 <= alpha < pi/2, mu_k <= mu_s."
+    conventions = "s up the slope; at v = 0 the block sticks if tan(alpha) <= mu_s. 0 <= alpha < pi/2, mu_k <= mu_s."
     state = (Coordinate("s", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
@@ -87,7 +87,7 @@ class BlockInclineFriction(Case):
     domain = Domain(
         {
             "g": positive(),
-            # the double nearest to pi/2 lies below pi/2
+            # the double nearest to pi/2 is below pi/2
             "alpha": Range(0.0, math.pi / 2, typical=(0.0, 1.3)),
             "mu_k": Range(low=0.0, typical=(0.0, 1.0)),
             "mu_s": Range(low=0.0, typical=(0.0, 1.5)),
@@ -97,7 +97,7 @@ class BlockInclineFriction(Case):
         (Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),),
     )
     variants = (
-        Variant("holds", "stops and stays: the mode changes and nothing moves any more", {"mu_s": "0.5"}),
+        Variant("holds", "stops and stays: after the event nothing moves", {"mu_s": "0.5"}),
         Variant(
             "limit_above",
             "mu_s is the double just above tan(alpha): holds",
@@ -110,35 +110,35 @@ class BlockInclineFriction(Case):
         ),
         Variant(
             "gap",
-            "mu_k < tan(alpha) < mu_s: holds, though kinetic friction could not stop a slide",
+            "mu_k < tan(alpha) < mu_s: holds, though kinetic friction could not stop a sliding block",
             {"mu_k": "0.1", "mu_s": "0.6"},
         ),
         Variant("rest_slides", "at rest on a slope that is too steep: slides from t = 0", initial_state=(0, 0)),
-        Variant("rest_sticks", "at rest on a slope that holds it: must not creep", {"mu_s": "0.5"}, (0, 0)),
-        Variant("thrown_down", "thrown down a slope that brakes it", {"mu_k": "0.6", "mu_s": "0.7"}, (0, -4)),
+        Variant("rest_sticks", "at rest on a slope with enough friction: must not creep", {"mu_s": "0.5"}, (0, 0)),
+        Variant("thrown_down", "thrown down a slope whose friction stops it", {"mu_k": "0.6", "mu_s": "0.7"}, (0, -4)),
         Variant(
             "end_stop",
-            "level, numbers exact in binary: comes to rest exactly at s = 0, as before an end stop",
+            "horizontal, numbers exact in binary: comes to rest exactly at s = 0",
             {"g": 10, "alpha": 0, "mu_k": "0.5", "mu_s": "0.5"},
             (-10, 10),
         ),
         Variant(
             "engines_stop",
-            "the numbers of engine tests: level, v0 = 3, stops after v0^2/(2 mu g)",
+            "the parameters of engine tests: horizontal, v0 = 3, stops after v0^2/(2 mu g)",
             {"alpha": 0, "mu_k": "0.3", "mu_s": "0.3"},
             (0, 3),
             "1.28",
         ),
         Variant(
             "engines_slide",
-            "the numbers of engine tests: slides down 30 degrees from rest",
+            "the parameters of engine tests: slides down 30 degrees from rest",
             {"alpha": math.radians(30), "mu_k": "0.3", "mu_s": "0.3"},
             (0, 0),
             1,
         ),
         Variant(
             "engines_stick",
-            "the numbers of engine tests: holds at 16 degrees, limit 16.7",
+            "the parameters of engine tests: holds at 16 degrees, limit 16.7",
             {"alpha": math.radians(16), "mu_k": "0.3", "mu_s": "0.3"},
             (0, 0),
             10,
@@ -155,12 +155,12 @@ class BlockInclineFriction(Case):
 
     @property
     def time_scale(self) -> float:
-        """|v0|/g, the time in which gravity takes up the speed; from rest sqrt(1 m/g)."""
+        """|v0|/g, the time in which gravity changes the velocity by the initial speed; from rest sqrt(1 m/g)."""
         g, v0 = float(self.parameters["g"]), abs(float(self.initial_state[1]))
         return v0 / g or math.sqrt(1 / g)
 
     def natural_span(self) -> Number:
-        """Past the return to the start; or well past the stop; or ten time scales."""
+        """Until after the return to the start, or well after the stop, or ten time scales."""
         motion = self._exact
         if not motion.stops:
             return 10 * self.time_scale
@@ -174,7 +174,7 @@ class BlockInclineFriction(Case):
                 modes=(Mode("up", sliding, (1.0,)), Mode("down", sliding, (-1.0,)), Mode("stick", sticking)),
                 start=first_mode,
                 transitions=(
-                    Transition("stop_up", "up", speed, -1, standstill, after_stop),
+                    Transition("stop_up", "up", speed, -1, standstill, mode_after_stop),
                     Transition("stop_down", "down", speed, 1, standstill, "stick"),
                 ),
                 settle=1e-9 * self.time_scale,
@@ -189,7 +189,7 @@ class BlockInclineFriction(Case):
         return scene_of(self.parameter_values())
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
-        """The stop, `stop_up` or `stop_down` by the direction of the motion that ends."""
+        """The stop: `stop_up` or `stop_down`, by the direction of the motion that ends."""
         motion, zero = self._exact, mpf(0)
         if not motion.stops or motion.stop_time(20) > self.span:
             return ()
@@ -197,12 +197,12 @@ class BlockInclineFriction(Case):
         return (Event(motion.stop_time(digits), "stop_up" if motion.v0 > 0 else "stop_down", there, there),)
 
     def same_course(self, other: Case) -> bool:
-        """One double across the friction limit the block does the opposite."""
+        """Half an ulp can decide whether the block sticks or slides."""
         theirs = BlockIncline(*other.parameter_values(), *other.initial_state)
         return (theirs.holds, theirs.stops) == (self._exact.holds, self._exact.stops)
 
     def scales(self) -> dict[str, float]:
-        """In closed form: extremes are at the start, the stop and the end."""
+        """In closed form: the extremes are at the start, the stop and the end."""
         times = [
             Fraction(0),
             Fraction(float(self.times[-1])),
@@ -213,7 +213,7 @@ class BlockInclineFriction(Case):
         return {"length": lengths or 1.0, "velocity": speeds or 1.0}
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`friction_work` is per unit mass, until the stop; `friction_angle` is atan(mu_s)."""
+        """`friction_work`: per unit mass, until the stop (J/kg); `friction_angle`: atan(mu_s) (rad)."""
         motion = self._exact
         found = {"friction_angle": motion.friction_angle(digits)}
         if motion.stops:

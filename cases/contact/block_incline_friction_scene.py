@@ -1,4 +1,4 @@
-"""The block on an incline as a physics engine is given it: a flat box on a plane, gravity tilted by the angle."""
+"""Scene of the block on an incline: a flat box on a horizontal plane with tilted gravity."""
 
 from __future__ import annotations
 
@@ -21,6 +21,6 @@ SCENE, TWO_COEFFICIENTS = (
 
 
 def scene_of(parameters: tuple[Fraction, ...]) -> SceneForm:
-    """The scene needs a static coefficient of its own only where that decides whether the block holds."""
+    """The scene needs a separate static coefficient only if that decides whether the block holds."""
     _g, alpha, mu_k, mu_s = parameters
     return TWO_COEFFICIENTS if holds(alpha, mu_s) and not holds(alpha, mu_k) else SCENE

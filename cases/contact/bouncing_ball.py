@@ -1,4 +1,4 @@
-"""The bouncing ball: impacts, and the Zeno limit where infinitely many of them end."""
+"""The bouncing ball: impacts, and the Zeno limit, the finite time at which infinitely many impacts end."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def come_to_rest(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def impact_state(t: Any, state: Values, parameters: Values) -> Values:
-    """Where the flight through a state meets the plane, by its energy."""
+    """The state in which the flight through a given state meets the plane, from its energy."""
     y, v = state
     g, _ = parameters
     return 0, -sqrt(v * v + 2 * g * y)
@@ -83,7 +83,7 @@ class BouncingBall(Case):
     name = "bouncing_ball"
     title = "Bouncing ball with restitution, Zeno limit"
     section = "8.13, 7.2.1"
-    conventions = "y is the height of the lowest point above the plane; rest (0, 0) from t_inf on."
+    conventions = "y is the height of the lowest point above the plane; from t_inf on the ball rests at (0, 0)."
     state = (Coordinate("y", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
@@ -105,7 +105,7 @@ class BouncingBall(Case):
         ),
     )
     variants = (
-        Variant("zeno", "e = 0.999: 20,000 impacts, ever closer, before the ball rests", {"e": "0.999"}),
+        Variant("zeno", "e = 0.999: 20,000 impacts, closer and closer, before the ball rests", {"e": "0.999"}),
         Variant(
             "before_limit",
             "ends 8e-6 s before the Zeno limit; numbers exact in binary, impacts at rational times",
@@ -113,13 +113,13 @@ class BouncingBall(Case):
             (1, 0),
             Fraction(7 * 2**17 - 1, 2**17),
         ),
-        Variant("elastic", "e = 1: 10,000 impacts without loss; every error of an impact time stays", {"e": 1}),
+        Variant("elastic", "e = 1: 10,000 impacts without loss; errors of impact times add up", {"e": 1}),
         Variant("elastic_1e6", "e = 1: 1,000,000 impacts", {"e": 1}),
         Variant("dead", "e = 0: the first impact is the limit", {"e": 0}),
         Variant("upward", "thrown upward, so that the first event is far away", initial_state=(1, 5)),
         Variant("from_plane", "starts on the plane: the guard is exactly zero at the start", initial_state=(0, 3)),
-        Variant("engines_e1", "the numbers of engine tests: elastic, ten impacts", {"e": 1}, span=9),
-        Variant("engines_e08", "the numbers of engine tests: e = 0.8, ten impacts", span="3.6"),
+        Variant("engines_e1", "the parameters of engine tests: elastic, ten impacts", {"e": 1}, span=9),
+        Variant("engines_e08", "the parameters of engine tests: e = 0.8, ten impacts", span="3.6"),
     )
     invariants: ClassVar = {"energy": Invariant(energy, "decays")}
 
@@ -134,11 +134,11 @@ class BouncingBall(Case):
 
     @property
     def time_scale(self) -> float:
-        """Speed of the first impact over g: the time of a fall."""
+        """The speed of the first impact over g, the time of a fall."""
         return float(self._exact.impact_speed()) / float(self.parameters["g"]) or 1.0
 
     def natural_span(self) -> Number:
-        """A quarter past the limit; for e near 1 a number of flights."""
+        """1.25 times the limit; for e close to 1 a fixed number of flights."""
         flights = (self._FLIGHTS.get(self.variant or "", 10) + 0.37) * 2 * self.time_scale
         if self._exact.rests or self.parameters["e"] == 1:
             return flights
@@ -176,7 +176,7 @@ class BouncingBall(Case):
         before = after = (zero, zero)
         for n, (time, speed) in enumerate(impacts, start=1):
             if n == 1 or e < 1:
-                # fneg, because a minus sign would round to the caller's precision
+                # fneg: a minus sign would round to the caller's precision
                 before, after = (zero, fneg(speed, exact=True)), (zero, motion.speed_after(n, digits))
             found.append(Event(time, "bounce", before, after))
         if e < 1 and not motion.rests and motion.impacts(end) is None:
@@ -184,7 +184,7 @@ class BouncingBall(Case):
         return tuple(found)
 
     def between(self, t: float) -> Between:
-        """In closed form, whether listed or not."""
+        """In closed form, also for events that are not listed."""
         motion = self._exact
         if motion.rests:
             return Between(0, mpf(0), mpf("inf"), mpf("inf"))
@@ -196,11 +196,11 @@ class BouncingBall(Case):
         return Between(past, last, following, following - last)
 
     def event_time(self, n: int, digits: int = 15) -> Any:
-        """Time of impact n, whether listed or not."""
+        """Time of impact n (s), also of impacts that are not listed."""
         return self._exact.impact_time(n, digits)
 
     def scales(self) -> dict[str, float]:
-        """In closed form: the highest apex, the hardest impact."""
+        """In closed form: the highest apex and the fastest impact."""
         motion, end = self._exact, Fraction(float(self.times[-1]))
         if motion.rests:
             return {"length": 1.0, "velocity": 1.0}
@@ -211,7 +211,7 @@ class BouncingBall(Case):
         return {"length": float(max(y for y, _ in states)) or 1.0, "velocity": float(max(speeds)) or 1.0}
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`bounces` counts the impacts within the span, infinite where the limit is."""
+        """`bounces`: the number of impacts within the span; infinite if it includes the limit."""
         motion = self._exact
         count = motion.impacts(self.span)
         found = {"bounces": mpf(0 if motion.rests else "inf" if count is None else count)}

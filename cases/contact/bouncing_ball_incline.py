@@ -46,7 +46,7 @@ def incline_restitution(parameters: Values) -> Values:
 
 
 def incline_rebound(t: Any, state: Values, parameters: Values) -> Values:
-    """v_y -> -e v_y; a smooth incline leaves v_x alone."""
+    """v_y -> -e v_y; a smooth incline does not change v_x."""
     x, _y, vx, vy = state
     _along, _normal, e = parameters
     return x, 0, vx, -e * vy
@@ -58,7 +58,7 @@ def keep_sliding(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def incline_impact(t: Any, state: Values, parameters: Values) -> Values:
-    """Where the flight through a state meets the incline."""
+    """The state in which the flight through a given state meets the incline."""
     x, y, vx, vy = state
     along, normal, _e = parameters
     speed = sqrt(vy * vy + 2 * normal * y)
@@ -74,7 +74,7 @@ def incline_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def along_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """vx^2/2 - a x, which no smooth impact changes."""
+    """vx^2/2 - a x, constant: smooth impacts do not change it."""
     x, _y, vx, _vy = state
     along, _normal, _e = parameters
     return (vx * vx / 2 - along * x,)
@@ -89,8 +89,8 @@ class BouncingBallIncline(Case):
     title = "Bouncing ball on a smooth incline: Zeno limit, then sliding"
     section = "8.13"
     conventions = (
-        "x down the incline, y off it; gravity is given by its components g sin(a) along and g cos(a) across, "
-        "which are the exact numbers here. From t_inf on the ball slides."
+        "x down the incline, y normal to it; gravity is given by its components g sin(a) along and g cos(a) normal to the "
+        "incline, which are exact numbers here. From t_inf on the ball slides."
     )
     state = (
         Coordinate("x", "m", "length"),
@@ -128,7 +128,7 @@ class BouncingBallIncline(Case):
 
     @cached_property
     def _ball(self) -> BouncingBall:
-        """The motion across the incline, a case of its own with the same events."""
+        """The motion normal to the incline: a bouncing_ball with the same events."""
         _, y, _, vy = self.initial_state
         return BouncingBall(
             initial_state=(y, vy), span=self.span, g=self.parameters["g_across"], e=self.parameters["e"]
@@ -144,13 +144,13 @@ class BouncingBallIncline(Case):
 
     @property
     def time_scale(self) -> float:
-        """Speed of the first impact over gravity across: the time of a fall."""
+        """The speed of the first impact over gravity normal to the incline, the time of a fall."""
         y, vy = float(self.initial_state[1]), float(self.initial_state[3])
         normal = float(self.parameters["g_across"])
         return sqrt(vy * vy + 2 * normal * y) / normal or 1.0
 
     def natural_span(self) -> Number:
-        """A quarter past the limit, at most 83 falls; 10.37 flights for e = 1."""
+        """1.25 times the limit, at most 83 falls; 10.37 flights for e = 1."""
         e = float(self.parameters["e"])
         falls = 20.74 if e == 1 else min(83.0, 1.25 * (2 + 2 * e / (1 - e)))
         return falls * self.time_scale
@@ -193,7 +193,7 @@ class BouncingBallIncline(Case):
         return self._ball.event_time(n, digits)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Those of the ball across the incline; where it comes to slide, and how fast."""
+        """Those of the motion normal to the incline; position and speed at which sliding begins."""
         found = {k: v for k, v in self._ball.quantities(digits).items() if k != "path_length"}
         if "t_inf" in found:
             x, vx = self._exact.place(self._ball.motion().limit_time(2 * digits), digits)

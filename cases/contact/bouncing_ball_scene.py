@@ -1,4 +1,4 @@
-"""The bouncing ball as a physics engine is given it: a sphere of radius 0.1 m over a plane; y is its clearance."""
+"""Scene of the bouncing ball: a sphere of radius 0.1 m above a plane; y is the gap between them."""
 
 from __future__ import annotations
 
@@ -21,4 +21,4 @@ def bouncing_ball_reading(readings: Readings, parameters: tuple[float, ...]) -> 
 
 
 SCENE = SceneForm(bouncing_ball_scene, bouncing_ball_reading, frozenset({"rigid_impact"}), conservative=False)
-"""Not staggered: at an impact the velocity jumps."""
+"""Not conservative in the sense of SceneForm: at an impact the velocity jumps."""

@@ -1,4 +1,4 @@
-"""A ball that bounces on a table which vibrates or is accelerated: regular, or chaotic."""
+"""A ball that bounces on a vibrating or accelerated table; the motion is regular or chaotic."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ def off_the_table(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def onto_the_table(t: Any, state: Values, parameters: Values) -> Values:
-    """Where the flight through a state meets the table, by the mean acceleration."""
+    """The state in which the flight through a given state meets the table, with the mean acceleration."""
     z, u = state
     g, _e, b, _A, _w = parameters
     return 0, -sqrt(u * u + 2 * (g + b) * z)
 
 
-def always_over(t: Any, state: Values, parameters: Values) -> str:
+def ball_mode(t: Any, state: Values, parameters: Values) -> str:
     return "flight"
 
 
@@ -55,9 +55,9 @@ class BouncingBallTable(Case):
     title = "Bouncing ball on a vibrating, accelerated table (impacts by certified root finding)"
     section = "8.13"
     conventions = (
-        "z: height over the table, u its rate; the table's place is b t^2/2 + A sin(w t), its acceleration never below "
-        "-g, so that each flight ends in one impact. A = 0 is the bouncing ball in the gravity g + b. The motion ends "
-        "before impacts follow each other without end."
+        "z is the height above the table, u its rate; the table's position is b t^2/2 + A sin(w t), its acceleration never "
+        "below -g, so that each flight ends in one impact. A = 0 is the bouncing ball in the gravity g + b. The motion ends "
+        "before an accumulation of impacts."
     )
     state = (Coordinate("z", "m", "length"), Coordinate("u", "m/s", "velocity"))
     parameter_list = (
@@ -80,21 +80,21 @@ class BouncingBallTable(Case):
             "u": Range(typical=(-1.0, 1.0)),
         },
         (
-            Rule("A w^2 < g + b (the table does not drop from under the ball)", _never_lifts),
-            Rule("the ball is over the table or leaves it (z > 0 or u > 0)", lambda n: n["z"] > 0 or n["u"] > 0),
+            Rule("A w^2 < g + b (the table never falls faster than the ball)", _never_lifts),
+            Rule("the ball is above the table or leaves it (z > 0 or u > 0)", lambda n: n["z"] > 0 or n["u"] > 0),
         ),
     )
     variants = (
         Variant(
-            "accelerating", "a lift that starts with 2 m/s^2: elastic, as in a gravity of 11.81 m/s^2",
+            "accelerating", "a table that accelerates upward with 2 m/s^2: elastic, as in a gravity of 11.81 m/s^2",
             {"e": 1, "b": 2, "A": 0}, (1, 0), "8.3",
         ),
         Variant(
-            "chaotic", "e = 1, A w^2 = 0.9 g: errors grow 2.3 times at each of 34 impacts, 3e12 times in all",
+            "chaotic", "e = 1, A w^2 = 0.9 g: errors grow 2.3-fold at each of 34 impacts, 3e12-fold in all",
             {"e": 1, "A": "0.0098", "w": 30}, ("0.05", 0), "5.03",
         ),
-        Variant("slow_table", "a swell of 1 Hz below many short hops", {"e": 1, "A": "0.2", "w": 6}, ("0.02", 0), "5.3"),
-        Variant("fast_table", "1e4 rad/s: the table's phase at an impact hangs on 1e-5 s", {"e": 1, "A": "5e-8", "w": 10**4}, span="4.1"),
+        Variant("slow_table", "a table that moves at 1 Hz below many short flights", {"e": 1, "A": "0.2", "w": 6}, ("0.02", 0), "5.3"),
+        Variant("fast_table", "1e4 rad/s: the table's phase at an impact depends on 1e-5 s", {"e": 1, "A": "5e-8", "w": 10**4}, span="4.1"),
     )  # fmt: skip
     autonomous = False
 
@@ -113,7 +113,7 @@ class BouncingBallTable(Case):
 
     @cached_property
     def count(self) -> int:
-        """How many impacts the span holds."""
+        """The number of impacts within the span."""
         try:
             return self._exact.impacts(self.span)
         except ArithmeticError as error:
@@ -125,7 +125,7 @@ class BouncingBallTable(Case):
         return (
             Hybrid(
                 modes=(Mode("flight", over_the_table),),
-                start=always_over,
+                start=ball_mode,
                 transitions=(bounce,),
                 settle=1e-9 * self.time_scale,
             ),
@@ -137,13 +137,13 @@ class BouncingBallTable(Case):
 
     @property
     def time_scale(self) -> float:
-        """Speed of a fall from the start over gravity, or a radian of the table where it moves, whichever is shorter."""
+        """The time of a fall from the start, or of a radian of the table's vibration if that is shorter."""
         (z, u), G = map(float, self.initial_state), float(self._exact.pull)
         fall = sqrt(u * u + 2 * G * z) / G
         return min(fall, 1 / float(self.parameters["w"])) if self.parameters["A"] else fall
 
     def natural_span(self) -> Number:
-        """Of a start of one's own, or with less restitution, 1.9 falls: few impacts whatever the restitution."""
+        """1.9 falls if the start is not the default or e < 0.8: then there are few impacts for any restitution."""
         if self.initial_state == tuple(map(Fraction, ("0.2", "0"))) and self.parameters["e"] >= Fraction("0.8"):
             return self.default_span
         (z, u), G = map(float, self.initial_state), float(self._exact.pull)
@@ -160,7 +160,7 @@ class BouncingBallTable(Case):
         return isinstance(other, BouncingBallTable) and other.count == self.count
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`bounces` within the span; the first of them; how much the table adds to gravity at most, A w^2/(g + b)."""
+        """`bounces` within the span; the time of the first; the table's largest relative acceleration A w^2/(g + b)."""
         motion = self._exact
         push = motion.amplitude * motion.frequency**2 / motion.pull
         found = {"bounces": mpf(self.count), "relative_push": motion._rational(digits, push)}

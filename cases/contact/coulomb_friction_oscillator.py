@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.cases.core.box_scene import flat_box
-from gnomon.cases.core.case import Case, Event, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Friction, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm, Vector
@@ -19,7 +19,7 @@ from mpmath import mpf
 
 
 def sliding_on_a_spring(t: Any, state: Values, parameters: Values) -> Values:
-    """v' = -(k/m) x - side mu_k g; the side, the sign of v, belongs to the mode."""
+    """v' = -(k/m) x - side mu_k g; `side`, the sign of v, is a constant of the mode."""
     x, v = state
     m, k, g, mu_k, _mu_s, side = parameters
     return v, -(k / m) * x - side * mu_k * g
@@ -50,8 +50,8 @@ def friction_energy(t: Any, state: Values, parameters: Values) -> Values:
     return ((m * v * v + k * x * x) / 2,)
 
 
-def after_a_turn(t: Any, state: Values, parameters: Values) -> str:
-    """Stays where |k x| <= mu_s m g, decided exactly for the numbers given; else the spring pulls it back."""
+def mode_after_turn(t: Any, state: Values, parameters: Values) -> str:
+    """The mass stays if |k x| <= mu_s m g, decided exactly for the given numbers; else the spring pulls it back."""
     x = exact(state[0])
     m, k, g, _mu_k, mu_s = map(exact, parameters[:5])
     if abs(k * x) <= mu_s * m * g:
@@ -59,10 +59,10 @@ def after_a_turn(t: Any, state: Values, parameters: Values) -> str:
     return "left" if x > 0 else "right"
 
 
-def way_on_the_spring(t: Any, state: Values, parameters: Values) -> str:
+def oscillator_mode(t: Any, state: Values, parameters: Values) -> str:
     _x, v = state
     if v == 0:
-        return after_a_turn(t, state, parameters)
+        return mode_after_turn(t, state, parameters)
     return "right" if v > 0 else "left"
 
 
@@ -83,18 +83,14 @@ ONE_FRICTION, TWO_FRICTIONS = (
 
 
 SHOWN = 5
-"""Half cycles whose energies are listed."""
-
-
-def as_it_slides(states: Floats) -> Floats:
-    return states
+"""The number of half cycles whose energies `quantities` lists."""
 
 
 class CoulombFrictionOscillator(Case):
     name = "coulomb_friction_oscillator"
-    title = "Mass and spring with dry friction: half cycles, then it stops dead"
+    title = "Mass and spring with dry friction: half cycles until it stops"
     section = "5.11, 5.12.2, 6.7"
-    conventions = "x from the spring's natural position, on a level plane; at v = 0 it stays where |k x| <= mu_s m g."
+    conventions = "x from the position of the unstretched spring, horizontal; at v = 0 it stays if |k x| <= mu_s m g."
     state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
         Parameter("m", "kg", 1, "mass"),
@@ -125,9 +121,9 @@ class CoulombFrictionOscillator(Case):
         ),
         Variant("many", "10,000 half cycles before it stops", {"mu_k": "1.0194e-4", "mu_s": "1.1e-4"}, (1, 0)),
         Variant("weak", "mu = 1e-10: nearly harmonic", {"mu_k": "1e-10", "mu_s": "1e-10"}, span="14.57"),
-        Variant("frictionless", "mu = 0: turns without loss", {"mu_k": 0, "mu_s": 0}, span="14.57"),
-        Variant("held", "starts where friction holds it: must not creep", initial_state=("0.03", 0), span=10),
-        Variant("thrown", "starts in motion: the first arc is no half cycle", initial_state=("0.1", 2)),
+        Variant("frictionless", "mu = 0: half cycles without loss", {"mu_k": 0, "mu_s": 0}, span="14.57"),
+        Variant("held", "starts at rest where friction holds it: must not creep", initial_state=("0.03", 0), span=10),
+        Variant("thrown", "starts with speed: the first arc is not a half cycle", initial_state=("0.1", 2)),
     )
     invariants: ClassVar = {"energy": Invariant(friction_energy, "decays")}
 
@@ -147,10 +143,10 @@ class CoulombFrictionOscillator(Case):
                     Mode("left", sliding_on_a_spring, (-1.0,)),
                     Mode("stick", held_on_a_spring),
                 ),
-                start=way_on_the_spring,
+                start=oscillator_mode,
                 transitions=(
-                    Transition("turn_right", "right", spring_speed, -1, standing, after_a_turn),
-                    Transition("turn_left", "left", spring_speed, 1, standing, after_a_turn),
+                    Transition("turn_right", "right", spring_speed, -1, standing, mode_after_turn),
+                    Transition("turn_left", "left", spring_speed, 1, standing, mode_after_turn),
                 ),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"stick"}),
@@ -161,7 +157,7 @@ class CoulombFrictionOscillator(Case):
 
     @property
     def scene(self) -> SceneForm:
-        """It needs a static coefficient of its own only where that decides where the mass stays."""
+        """It needs a separate static coefficient only if that decides where the mass stays."""
         motion = self._exact
         slippery = replace(motion, mu_s=motion.mu_k)
         alike = (motion.side, motion.turns) == (slippery.side, slippery.turns)
@@ -172,7 +168,7 @@ class CoulombFrictionOscillator(Case):
         free = HarmonicOscillator(
             initial_state=self.initial_state, span=self.span, m=self.parameters["m"], k=self.parameters["k"]
         )
-        return (Level(free, as_it_slides, "no friction: harmonic"),)
+        return (Level(free, same, "no friction: harmonic"),)
 
     @property
     def time_scale(self) -> float:
@@ -180,7 +176,7 @@ class CoulombFrictionOscillator(Case):
         return math.sqrt(float(self.parameters["m"] / self.parameters["k"]))
 
     def natural_span(self) -> Number:
-        """1.13 times the time of the stop; 10.37 periods where it is far or never."""
+        """1.13 times the time until it stays; 10.37 periods if that is late or never."""
         turns = self._exact.turns
         periods = 10.37 * 2 * math.pi * self.time_scale
         if not turns or (turns > 100 and self.variant != "many"):
@@ -188,7 +184,7 @@ class CoulombFrictionOscillator(Case):
         return 1.13 * float(self._exact.turn_time(turns))
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
-        """`turn_right` ends a motion to the right, `turn_left` one to the left; at the last the mass stays."""
+        """`turn_right` ends a motion to the right, `turn_left` one to the left; after the last one the mass stays."""
         motion, found, turn = self._exact, list[Event](), 1
         while motion.turns is None or turn <= motion.turns:
             time = motion.turn_time(turn, digits)
@@ -205,7 +201,7 @@ class CoulombFrictionOscillator(Case):
         return (theirs.side, theirs.turns) == (self._exact.side, self._exact.turns)
 
     def scales(self) -> dict[str, float]:
-        """In closed form: the farthest is the start or the first turn, the fastest a first passage of a centre."""
+        """In closed form: x is largest at the start or the first turn, v at the start or the first passage of a centre."""
         motion = self._exact
         first = abs(float(motion.turn_position(1))) if motion.side else 0.0
         return {
@@ -214,9 +210,9 @@ class CoulombFrictionOscillator(Case):
         }
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`half_cycles`: how many times it comes to rest; infinite where it never stays.
+        """`half_cycles`: how often the mass comes to rest; infinite if it never stays.
 
-        `energy_1`, `energy_2` ...: what the spring holds after each of the first half cycles.
+        `energy_1`, `energy_2` ...: the spring's energy after each of the first half cycles (J).
         """
         motion = self._exact
         found = {

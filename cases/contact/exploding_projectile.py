@@ -1,4 +1,4 @@
-"""A projectile that bursts in flight."""
+"""A projectile that bursts in flight into two parts."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def until_the_burst(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def bursts(t: Any, state: Values, parameters: Values) -> Values:
-    """The parts share the relative velocity inversely to their masses."""
+    """Each part gets a share of the relative velocity, inversely proportional to its mass."""
     x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
     _g, m1, m2, _burst, wx, wy = parameters
     one, two = m2 / (m1 + m2), m1 / (m1 + m2)
@@ -56,7 +56,7 @@ def fragments_centre_y(t: Any, state: Values, parameters: Values) -> Values:
     return ((m1 * (state[1] - state[5] * t) + m2 * (state[3] - state[7] * t)) / (m1 + m2) - g * t * t / 2,)
 
 
-def whole_or_burst(t: Any, state: Values, parameters: Values) -> str:
+def fragments_mode(t: Any, state: Values, parameters: Values) -> str:
     return "whole" if t < parameters[3] else "burst"
 
 
@@ -66,10 +66,10 @@ def _number(value: Fraction) -> Callable[[Any], Any]:
 
 class ExplodingProjectile(Case):
     name = "exploding_projectile"
-    title = "Projectile that bursts in flight: the centre of mass does not notice"
+    title = "Projectile that bursts in flight: the centre of mass moves on unchanged"
     section = "8.2, 8.4"
     conventions = (
-        "y upward; two parts, together until the burst, which adds (wx, wy) to their relative velocity at once."
+        "y upward; two parts fly together until the burst, at which their relative velocity jumps by (wx, wy)."
     )
     state = tuple(
         Coordinate(f"{letter}{axis}{n}", unit, kind)
@@ -83,7 +83,7 @@ class ExplodingProjectile(Case):
         Parameter("m2", "kg", 1, "mass of part 2"),
         Parameter("t_burst", "s", "1.3", "time of the burst"),
         Parameter("wx", "m/s", 6, "relative velocity that the burst adds, x"),
-        Parameter("wy", "m/s", 15, "the same, y"),
+        Parameter("wy", "m/s", 15, "relative velocity that the burst adds, y"),
     )
     default_state = (0, 0, 0, 0, 30, 20, 30, 20)
     domain = Domain(
@@ -97,8 +97,8 @@ class ExplodingProjectile(Case):
         | {name: Range(typical=(-3.0, 3.0)) for name in ("x1", "y1", "x2", "y2")}
     )
     variants = (
-        Variant("splinter", "m2 = 1e-9 kg at 1e5 m/s: the rest hardly notices", {"m2": "1e-9", "wx": 10**5}),
-        Variant("at_rest", "bursts where it hangs: all motion is from the burst", {"g": 0}, (0,) * 8, span=3),
+        Variant("splinter", "m2 = 1e-9 kg at 1e5 m/s: part 1 hardly changes its velocity", {"m2": "1e-9", "wx": 10**5}),
+        Variant("at_rest", "at rest without gravity: all motion is due to the burst", {"g": 0}, (0,) * 8, span=3),
     )
     autonomous = False
     invariants: ClassVar = {
@@ -122,7 +122,7 @@ class ExplodingProjectile(Case):
         return (
             Hybrid(
                 modes=(Mode("whole", fragments_fall), Mode("burst", fragments_fall)),
-                start=whole_or_burst,
+                start=fragments_mode,
                 transitions=(Transition("burst", "whole", until_the_burst, 1, bursts, "burst"),),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"burst"}),
@@ -155,7 +155,7 @@ class ExplodingProjectile(Case):
         return (Event(published((motion.burst,))[0], "burst", *states),)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`apex` of the centre of mass above its start, which the burst does not change."""
+        """`apex`: height of the centre of mass above its start, which the burst does not change (m)."""
         motion, (_, vy1, _, vy2) = self._exact, self.initial_state[4:]
         found = {"energy_released": motion.energy_released}
         if motion.g:

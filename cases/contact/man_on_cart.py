@@ -1,4 +1,4 @@
-"""A man who walks to and fro on a cart, or in a boat: the centre of mass does not notice."""
+"""A man who walks back and forth on a cart or in a boat: the centre of mass moves uniformly."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ZERO = Fraction(0)
 
 
 def cart_recoils(t: Any, q: Values, parameters: Values) -> Values:
-    """(m + M) x'' = -m xi'', xi = (d/2) (1 - cos(w t)) the man's place on the cart."""
+    """(m + M) x'' = -m xi'', with xi = (d/2) (1 - cos(w t)) the man's position on the cart."""
     m, M, d, w = parameters
     return (-m * d * w * w * cos(w * t) / (2 * (m + M)),)
 
@@ -31,7 +31,7 @@ def cart_and_man_momentum(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def cart_and_man_centre(t: Any, state: Values, parameters: Values) -> Values:
-    """x_C - v_C t, the cart's centre of mass at its x."""
+    """x_C - v_C t, constant; the cart's centre of mass is at x."""
     x, v = state
     m, M, d, w = parameters
     share, half = m / (m + M), sin(w * t / 2)
@@ -40,11 +40,11 @@ def cart_and_man_centre(t: Any, state: Values, parameters: Values) -> Values:
 
 class ManOnCart(Case):
     name = "man_on_cart"
-    title = "Man walking to and fro on a cart (or in a boat): the centre of mass does not notice"
+    title = "Man walking back and forth on a cart (or in a boat): the centre of mass moves uniformly"
     section = "8.2, 8.4"
     conventions = (
         "x of the cart, on a smooth floor (of the boat, on water without resistance). The man walks from one end to the "
-        "other and back: he stands at x + xi, xi = (d/2) (1 - cos(w t)) prescribed."
+        "other and back: he is at x + xi, with xi = (d/2) (1 - cos(w t)) prescribed."
     )
     state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
@@ -60,15 +60,17 @@ class ManOnCart(Case):
     )
     variants = (
         Variant(
-            "light_cart", "M = 1e-9 m: the man stays where he is, the cart goes to and fro below him", {"M": "75e-9"}
+            "light_cart", "M = 1e-9 m: the man stays in place, the cart moves back and forth below him", {"M": "75e-9"}
         ),
         Variant(
             "heavy_cart",
-            "M = 1e9 m: the cart moves by 1e-9 of the walk, which an absolute tolerance above that does not see",
+            "M = 1e9 m: the cart moves by 1e-9 of the walk, below a larger absolute tolerance",
             {"M": 75 * 10**9},
             (0, 0),
         ),
-        Variant("drifting", "drifts at 1e6 m/s: the walk is lost in the last digits", initial_state=(0, 10**6)),
+        Variant(
+            "drifting", "drifts at 1e6 m/s: few digits of the state are left for the walk", initial_state=(0, 10**6)
+        ),
         Variant("long_1e5", "100,000 walks: phase error"),
     )
     invariants: ClassVar = {
@@ -84,7 +86,7 @@ class ManOnCart(Case):
 
     @property
     def _half_way(self) -> Fraction:
-        """m d/(2 (m + M)), half the way of the cart."""
+        """m d/(2 (m + M)), half the distance that the cart moves."""
         m, M, d, _ = self.parameter_values()
         return m * d / (2 * (m + M))
 
@@ -105,11 +107,11 @@ class ManOnCart(Case):
         return 1 / float(self.parameters["w"])
 
     def natural_span(self) -> Number:
-        """10.37 walks there and back."""
+        """10.37 walks, each to the other end and back."""
         return (100_000.37 if self.variant == "long_1e5" else 10.37) * tau * self.time_scale
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """The cart's way against the man's, m d/(m + M); the largest force between them; the speed of the centre."""
+        """The distance that the cart moves, m d/(m + M) (m); the largest force (N); the speed of the centre of mass (m/s)."""
         motion, (_, M, _, w) = self._exact, self.parameter_values()
         exact = {
             "cart_way": 2 * abs(self._half_way),

@@ -1,4 +1,4 @@
-"""Two smooth discs that strike each other obliquely."""
+"""Two smooth discs that collide obliquely."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def disc_gap(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def discs_strike(t: Any, state: Values, parameters: Values) -> Values:
-    """The normal relative velocity is reversed and multiplied by e; nothing acts across the line of centres."""
+    """The normal relative velocity is reversed and multiplied by e; no force acts across the line of centres."""
     x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
     m1, m2, _R, e = parameters
     x, y = x2 - x1, y2 - y1
@@ -40,7 +40,7 @@ def discs_strike(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def discs_touching(t: Any, state: Values, parameters: Values) -> Values:
-    """Moved along the line of centres, each by the other's share of the mass."""
+    """Both discs moved along the line of centres until they touch, their centre of mass fixed."""
     x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
     m1, m2, R, _e = parameters
     x, y = x2 - x1, y2 - y1
@@ -64,13 +64,13 @@ def discs_momentum_y(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def discs_angular_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """About the origin: the discs are smooth."""
+    """Angular momentum about the origin."""
     x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
     m1, m2, _, _ = parameters
     return (m1 * (x1 * vy1 - y1 * vx1) + m2 * (x2 * vy2 - y2 * vx2),)
 
 
-def discs_apart(t: Any, state: Values, parameters: Values) -> str:
+def discs_mode(t: Any, state: Values, parameters: Values) -> str:
     return "before"
 
 
@@ -82,7 +82,9 @@ class ObliqueImpact(Case):
     name = "oblique_impact"
     title = "Oblique impact of two smooth discs"
     section = "8.13"
-    conventions = "In a plane without gravity; R is the sum of the radii; smooth discs do not turn each other."
+    conventions = (
+        "In a plane without gravity; R is the sum of the radii; the discs are smooth, so their spin is irrelevant."
+    )
     state = tuple(
         Coordinate(f"{letter}{axis}{n}", unit, kind)
         for letter, unit, kind in (("", "m", "length"), ("v", "m/s", "velocity"))
@@ -119,14 +121,18 @@ class ObliqueImpact(Case):
         Variant("plastic", "e = 0: they slide along each other", {"e": 0}),
         Variant(
             "graze",
-            "passes 1e-9 of R inside: contact at 4e-5 rad from the tangent",
+            "1e-9 of R inside the tangent path: contact 4e-5 rad from it",
             {},
             (-2, 0.5 * (1 - 1e-9), 0, 0, 3, 0, 0, 0),
         ),
         Variant(
-            "miss", "passes 1e-9 of R outside: no impact", {}, (-2, 0.5 * (1 + 1e-9), 0, 0, 3, 0, 0, 0), span="1.3"
+            "miss",
+            "1e-9 of R outside the tangent path: no impact",
+            {},
+            (-2, 0.5 * (1 + 1e-9), 0, 0, 3, 0, 0, 0),
+            span="1.3",
         ),
-        Variant("wall", "m2 = 1e9: as from a wall", {"m2": 10**9}, (-2, "0.3", 0, 0, 3, "0.2", 0, 0)),
+        Variant("wall", "m2 = 1e9 kg: as from a wall", {"m2": 10**9}, (-2, "0.3", 0, 0, 3, "0.2", 0, 0)),
     )
     invariants: ClassVar = {
         "energy": Invariant(discs_kinetic, "decays"),
@@ -149,7 +155,7 @@ class ObliqueImpact(Case):
         return (
             Hybrid(
                 modes=(Mode("before", discs_coast), Mode("after", discs_coast)),
-                start=discs_apart,
+                start=discs_mode,
                 transitions=(Transition("impact", "before", disc_gap, -1, discs_strike, "after", discs_touching),),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"after"}),
@@ -162,13 +168,13 @@ class ObliqueImpact(Case):
 
     @property
     def time_scale(self) -> float:
-        """The distance over the relative speed; 1 s at relative rest."""
+        """The distance over the relative speed; 1 s without relative motion."""
         x1, y1, x2, y2, u1, w1, u2, w2 = map(float, self.initial_state)
         speed = hypot(u2 - u1, w2 - w1)
         return hypot(x2 - x1, y2 - y1) / speed if speed else 1.0
 
     def natural_span(self) -> Number:
-        """1.87 times the time to the impact; 2 time scales where there is none."""
+        """1.87 times the time to the impact; 2 time scales if there is none."""
         return 1.87 * float(self._exact.impact_time()) if self._exact.touches else 2 * self.time_scale
 
     def _listed(self, digits: int) -> tuple[Event, ...]:

@@ -1,4 +1,4 @@
-"""Two blocks before a wall: exact counting of impacts."""
+"""Two blocks and a wall: an exact count of elastic impacts."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def distance_to_wall(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def blocks_collide(t: Any, state: Values, parameters: Values) -> Values:
-    """v -> 2 v_C - v for both."""
+    """v -> 2 v_C - v for both blocks."""
     x1, x2, v1, v2 = state
     m1, m2 = parameters
     mean = (m1 * v1 + m2 * v2) / (m1 + m2)
@@ -59,7 +59,7 @@ def blocks_kinetic(t: Any, state: Values, parameters: Values) -> Values:
     return ((m1 * v1 * v1 + m2 * v2 * v2) / 2,)
 
 
-def always_free(t: Any, state: Values, parameters: Values) -> str:
+def blocks_mode(t: Any, state: Values, parameters: Values) -> str:
     return "free"
 
 
@@ -68,12 +68,14 @@ def _one_after_the_other(n: Mapping[str, Fraction]) -> bool:
 
 
 class RestitutionImpact(Case):
-    """A block that comes in on another one, which stands before a wall; every impact is elastic."""
+    """A block moves towards a second one, which rests in front of a wall; all impacts are elastic."""
 
     name = "restitution_impact_1d_2d"
     title = "Two blocks and a wall: exact count of elastic impacts"
     section = "8.13"
-    conventions = "The wall is at x = 0, 0 < x1 < x2; the blocks are points; coefficient of restitution 1 everywhere."
+    conventions = (
+        "The wall is at x = 0, 0 < x1 < x2; the blocks are points; the coefficient of restitution is always 1."
+    )
     state = (
         Coordinate("x1", "m", "length"),
         Coordinate("x2", "m", "length"),
@@ -95,14 +97,14 @@ class RestitutionImpact(Case):
             "v2": Range(typical=(-2.0, -0.5)),
         },
         (
-            Rule("x1 < x2 (block 1 stands between the wall and block 2)", lambda n: n["x1"] < n["x2"]),
-            Rule("the blocks do not reach the wall together", _one_after_the_other),
+            Rule("x1 < x2 (block 1 is between the wall and block 2)", lambda n: n["x1"] < n["x2"]),
+            Rule("the blocks do not reach the wall at the same time", _one_after_the_other),
             Rule("m2 <= 1e7 m1 (at most 10,000 impacts)", lambda n: n["m2"] <= 10**7 * n["m1"]),
         ),
     )
     variants = (
         Variant("equal", "equal masses: 3 impacts, in which the blocks exchange their velocities", {"m2": 1}),
-        Variant("ratio_1e4", "m2/m1 = 1e4: 314 impacts, the digits of pi, counted exactly", {"m2": 10**4}),
+        Variant("ratio_1e4", "m2/m1 = 1e4: exactly 314 impacts, digits of pi", {"m2": 10**4}),
         Variant("ratio_1e6", "m2/m1 = 1e6: 3141 impacts, at the wall 1e-6 s apart", {"m2": 10**6}),
     )
 
@@ -122,7 +124,7 @@ class RestitutionImpact(Case):
         return (
             Hybrid(
                 modes=(Mode("free", uniform_motion),),
-                start=always_free,
+                start=blocks_mode,
                 transitions=(
                     Transition("blocks", "free", gap, -1, blocks_collide, "free", onto_each_other),
                     Transition("wall", "free", distance_to_wall, -1, wall_returns, "free", onto_wall),
@@ -137,16 +139,16 @@ class RestitutionImpact(Case):
 
     @property
     def time_scale(self) -> float:
-        """The way of block 2 to the wall over its speed; 1 s where it stands."""
+        """The distance of block 2 from the wall over its speed; 1 s if it is at rest."""
         speed = max(abs(float(v)) for v in self.initial_state[2:])
         return float(self.initial_state[1]) / speed if speed else 1.0
 
     def natural_span(self) -> Number:
-        """A third longer than until the last impact."""
+        """A third longer than the time until the last impact."""
         return float(self._exact.impact_time(self._exact.impacts)) * 4 / 3 if self._exact.impacts else self.time_scale
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
-        """`blocks` and `wall` in order."""
+        """`blocks` and `wall`, sorted by time."""
         found = []
         for n in range(1, self._exact.passed(self.span) + 1):
             impact = self._exact.impact(n, digits)
@@ -155,14 +157,14 @@ class RestitutionImpact(Case):
         return tuple(found)
 
     def event_time(self, n: int, digits: int = 15) -> Any:
-        """Without the events before it."""
+        """Computed without the earlier events."""
         return self._exact.impact_time(n, digits) if n <= self._exact.passed(self.span) else mpf("inf")
 
     def same_course(self, other: Case) -> bool:
         return isinstance(other, RestitutionImpact) and other._exact.passed(self.span) == self._exact.passed(self.span)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`impacts` counts all there ever are."""
+        """`impacts`: the number of all impacts, also after the span."""
         count = self._exact.impacts
         found = {"impacts": mpf(count)}
         return found | {"last_impact": self._exact.impact_time(count, digits)} if count else found

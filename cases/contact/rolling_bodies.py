@@ -21,7 +21,7 @@ from gnomon.reference.numerics.precision import Number, exact, publish, working
 
 
 def slipping_body(t: Any, state: Values, parameters: Values) -> Values:
-    """Friction against the slip, whose sign belongs to the mode."""
+    """Friction opposes the slip, whose sign is a constant of the mode."""
     g, alpha, mu, k, radius, side = parameters
     friction = side * mu * g * cos(alpha)
     return state[1], g * sin(alpha) - friction, friction / (k * radius)
@@ -41,15 +41,15 @@ def no_slip(t: Any, state: Values, parameters: Values) -> Values:
     return state[0], state[1], state[1] / parameters[4]
 
 
-def without_slip(t: Any, state: Values, parameters: Values) -> str:
-    """Rolls where tan(alpha) <= mu (1 + 1/k), decided exactly for the numbers given."""
+def mode_without_slip(t: Any, state: Values, parameters: Values) -> str:
+    """The body rolls if tan(alpha) <= mu (1 + 1/k), decided exactly for the given numbers."""
     _g, alpha, mu, k, *_ = parameters
     return "roll" if holds(exact(alpha), exact(mu) * (1 + 1 / exact(k))) else "ahead"
 
 
 def rolling_mode(t: Any, state: Values, parameters: Values) -> str:
     (slip,) = body_slip(t, state, parameters)
-    return "ahead" if slip > 0 else "behind" if slip < 0 else without_slip(t, state, parameters)
+    return "ahead" if slip > 0 else "behind" if slip < 0 else mode_without_slip(t, state, parameters)
 
 
 def body_energy(t: Any, state: Values, parameters: Values) -> Values:
@@ -70,12 +70,12 @@ def yo_yo_potential(t: Any, q: Values, parameters: Values) -> Values:
 
 
 def yo_yo_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Over m + I/r^2."""
+    """Energy over m + I/r^2."""
     return (state[1] * state[1] / 2 + yo_yo_potential(t, state[:1], parameters)[0],)
 
 
 def rolling_scene(state: Values, parameters: Values) -> Scene:
-    """A ball of the body's moment on a level plane, gravity tilted: it moves in a plane like the cylinder."""
+    """A ball with the body's moment on a horizontal plane with tilted gravity: it moves like the cylinder."""
     s, v, w = state
     g, alpha, mu, k, radius = parameters
     moment = k * radius * radius
@@ -98,7 +98,7 @@ def rolling_reading(readings: Readings, parameters: Values) -> Values:
 
 
 def yo_yo_scene(state: Values, parameters: Values) -> Scene:
-    """On a vertical line; the string that turns the body as it falls is a token of its own."""
+    """A vertical motion; a separate token states the string, which rotates the body as it falls."""
     g, m, inertia, _radius = parameters
     body = Body("yo-yo", m, (inertia, inertia, inertia))
     line = Slider("string", "yo-yo", (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), *state)
@@ -143,7 +143,7 @@ class RollingBodies(Case):
     )
     variants = (
         Variant("rolls", "rolls from rest", initial_state=(0, 0, 0)),
-        Variant("slips", "too steep: slips from rest, for ever", {"alpha": 1}, (0, 0, 0)),
+        Variant("slips", "too steep: slips from rest without end", {"alpha": 1}, (0, 0, 0)),
         Variant(
             "limit_above",
             "mu (1 + 1/k) is the double just above tan(alpha), times a power of two: rolls",
@@ -152,15 +152,25 @@ class RollingBodies(Case):
         ),
         Variant(
             "limit_below",
-            "the double just below: slips, by less than an ulp of its way",
+            "the double just below: slips, but by less than an ulp of the distance",
             {"alpha": 0.4, "k": 1, "mu": 0.4227932187381618 / 2},
             (0, 0, 0),
         ),
-        Variant("bowled", "bowled on the level without spin: slips, then rolls", {"alpha": 0, "k": "0.4"}, (0, 8, 0)),
-        Variant("hoop", "a hoop bowled on the level: keeps half of its speed", {"alpha": 0, "k": 1}, (0, 8, 0)),
-        Variant("cylinder", "a cylinder bowled on the level: keeps two thirds", {"alpha": 0, "k": "0.5"}, (0, 8, 0)),
-        Variant("back_spin", "spins against its way up the slope and is braked", {"k": "0.4"}, (0, -3, 60)),
-        Variant("too_steep", "back spin on a slope too steep to roll: the slip turns over", {"alpha": 1}, (0, 0, 40)),
+        Variant("bowled", "thrown horizontally without spin: slips, then rolls", {"alpha": 0, "k": "0.4"}, (0, 8, 0)),
+        Variant("hoop", "a hoop thrown horizontally: keeps half of its speed", {"alpha": 0, "k": 1}, (0, 8, 0)),
+        Variant(
+            "cylinder",
+            "a cylinder thrown horizontally: keeps two thirds of its speed",
+            {"alpha": 0, "k": "0.5"},
+            (0, 8, 0),
+        ),
+        Variant("back_spin", "moves up the slope with back spin, which friction reduces", {"k": "0.4"}, (0, -3, 60)),
+        Variant(
+            "too_steep",
+            "back spin on a slope too steep for rolling: the slip changes its sign",
+            {"alpha": 1},
+            (0, 0, 40),
+        ),
     )
     invariants: ClassVar = {"energy": Invariant(body_energy, "decays")}
 
@@ -173,12 +183,12 @@ class RollingBodies(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time of the slip, at least that of a fall through the radius."""
+        """The duration of the slip, at least the time of a fall through the radius."""
         fall = math.sqrt(float(self.parameters["R"] / self.parameters["g"]))
         return max(fall, float(self._exact.slip_time())) if self._exact.slip_ends else fall
 
     def natural_span(self) -> Number:
-        """2.3 times the slip; 10 time scales without its end."""
+        """2.3 times the duration of the slip; 10 time scales if it does not end."""
         return (2.3 if self._exact.slip_ends else 10) * self.time_scale
 
     @property
@@ -193,7 +203,7 @@ class RollingBodies(Case):
                 start=rolling_mode,
                 transitions=(
                     Transition("grips_ahead", "ahead", body_slip, -1, no_slip, "roll"),
-                    Transition("grips_behind", "behind", body_slip, 1, no_slip, without_slip),
+                    Transition("grips_behind", "behind", body_slip, 1, no_slip, mode_without_slip),
                 ),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"roll"}),
@@ -217,7 +227,7 @@ class RollingBodies(Case):
         return (mine.can_roll, mine.slip > 0, mine.slip < 0) == (theirs.can_roll, theirs.slip > 0, theirs.slip < 0)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`friction_to_roll` is the least coefficient with which the body rolls from rest, tan(alpha)/(1 + 1/k)."""
+        """`friction_to_roll`: the least coefficient with which the body rolls from rest, tan(alpha)/(1 + 1/k)."""
         motion = self._exact
         found = {"rolling_acceleration": motion.rolling_acceleration(digits)} if motion.can_roll else {}
         if motion.slip_ends:
@@ -247,8 +257,8 @@ class YoYo(Case):
         {name: positive() for name in ("g", "m", "I", "r")} | {name: Range(typical=(-5.0, 5.0)) for name in ("y", "v")}
     )
     variants = (
-        Variant("rising", "thrown up its string: returns", initial_state=(1, -1), span=4),
-        Variant("thin", "I = 1e6 m r^2: creeps down", {"I": "1.25"}, span=1000),
+        Variant("rising", "thrown up along its string: returns", initial_state=(1, -1), span=4),
+        Variant("thin", "I = 1e6 m r^2: descends slowly", {"I": "1.25"}, span=1000),
     )
     invariants: ClassVar = {"energy": Invariant(yo_yo_energy)}
 
@@ -277,7 +287,7 @@ class YoYo(Case):
         return self.default_span
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`acceleration` downward; `string_force` is m (g - acceleration)."""
+        """`acceleration`: downward (m/s^2); `string_force`: m (g - acceleration) (N)."""
         (acceleration,) = self._exact.acceleration
         force = self.parameters["m"] * (self.parameters["g"] - acceleration)
         with working(digits + 2) as mp:

@@ -1,4 +1,4 @@
-"""The chilled can that slides when its air has warmed."""
+"""A chilled can that starts to slide when the air in it has warmed."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def can_slides(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def can_floats(t: Any, state: Values, parameters: Values) -> Values:
-    """v' = g sin(alpha): the air carries it."""
+    """v' = g sin(alpha): the air carries the whole weight."""
     _s, v = state
     _m, g, alpha, _mu_s, _mu_k, _lift, _warming = parameters
     return v, g * sin(alpha)
@@ -37,7 +37,7 @@ def can_stands(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def grip(t: Any, state: Values, parameters: Values) -> Values:
-    """Weight along the slope beyond what friction holds."""
+    """The weight along the slope less the largest static friction."""
     m, g, alpha, mu_s, _mu_k, lift, warming = parameters
     return (m * g * sin(alpha) - mu_s * (m * g * cos(alpha) - lift * (1 - exp(-t / warming))),)
 
@@ -80,7 +80,7 @@ ONE_FRICTION, TWO_FRICTIONS = (
 )
 
 LIMIT_BELOW, LIMIT_ABOVE = 0.12992876274052303, 0.12992876274052306
-"""The doubles on either side of m g (cos(alpha) - sin(alpha)/mu_s) for the default numbers in binary64."""
+"""The doubles next to m g (cos(alpha) - sin(alpha)/mu_s) on either side, for the default parameters in binary64."""
 
 
 class SlidingCanCase(Case):
@@ -88,9 +88,9 @@ class SlidingCanCase(Case):
     title = "A chilled can, inverted on an incline, slides when its air has warmed"
     section = "5.12.1 (model inferred from the section's title)"
     conventions = (
-        "[inferred] s down the slope; the enclosed air carries P (1 - e^(-t/T)) of the can's pressure N on the plane; it "
-        "slides when m g sin(alpha) = mu_s N, and lifts off where N = 0: from there on s'' = g sin(alpha). The warming "
-        "begins at t = 0."
+        "[inferred] s down the slope; the enclosed air, which warms from t = 0, reduces the normal force N by "
+        "P (1 - e^(-t/T)). The can slides when m g sin(alpha) = mu_s N; when N = 0 it lifts off, and then "
+        "s'' = g sin(alpha)."
     )
     state = (Coordinate("s", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
@@ -121,18 +121,20 @@ class SlidingCanCase(Case):
         ),
     )
     variants = (
-        Variant("late", "P 1e-5 above what is needed: slides after 11.6 time constants", {"P": "0.12993"}, span=100),
-        Variant("never", "P just below what is needed: must not creep", {"P": "0.1299"}, span=60),
-        Variant("at_once", "too steep from the start", {"alpha": "0.4"}, span=3),
-        Variant("lifts_off", "the air comes to carry the whole weight: two events", {"P": "0.25"}),
+        Variant(
+            "late", "P is 1e-5 above the holding limit: slides after 11.6 time constants", {"P": "0.12993"}, span=100
+        ),
+        Variant("never", "P is just below the holding limit: must not creep", {"P": "0.1299"}, span=60),
+        Variant("at_once", "too steep: slides from the start", {"alpha": "0.4"}, span=3),
+        Variant("lifts_off", "the air carries the whole weight in the end: two events", {"P": "0.25"}),
         Variant(
             "limit_above",
-            "P is the double just above what is needed: slides after 36 time constants",
+            "P is the double just above the holding limit: slides after 36 time constants",
             {"m": 0.02, "g": 9.81, "alpha": 0.1, "mu_s": 0.3, "P": LIMIT_ABOVE},
         ),
         Variant(
             "limit_below",
-            "P is the double just below what is needed: holds for ever",
+            "P is the double just below the holding limit: must never slide",
             {"m": 0.02, "g": 9.81, "alpha": 0.1, "mu_s": 0.3, "P": LIMIT_BELOW},
             span=200,
         ),
@@ -167,7 +169,7 @@ class SlidingCanCase(Case):
         return float(self.parameters["T"])
 
     def natural_span(self) -> Number:
-        """The onset and 0.97 time constants more, or lift-off and half a one; 5.1 time constants where it holds."""
+        """0.97 time constants after sliding begins, or half of one after lift-off; 5.1 time constants if it holds."""
         motion = self._exact
         if motion.lifts:
             return float(motion.lift_off()) + 0.47 * self.time_scale
@@ -175,7 +177,7 @@ class SlidingCanCase(Case):
 
     @property
     def scene(self) -> SceneForm:
-        """It needs a static coefficient of its own only where that decides when the can sets off."""
+        """It needs a separate static coefficient only if that decides when sliding begins."""
         motion = self._exact
         slippery = replace(motion, mu_s=motion.mu_k)
         alike = motion.mu_s == motion.mu_k or motion.slides_first or slippery.holds
@@ -196,7 +198,7 @@ class SlidingCanCase(Case):
         return (theirs.holds, theirs.slides_first, theirs.lifts) == (mine.holds, mine.slides_first, mine.lifts)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`holding_lift`: the largest P at which it would stay for ever; negative where it is too steep without."""
+        """`holding_lift`: the largest P with which it never slides (N); negative if it slides without any."""
         motion = self._exact
         found = {"onset": mpf("inf") if motion.holds else motion.onset(digits)}
         if self.parameters["mu_s"] > 0:

@@ -1,4 +1,4 @@
-"""A block on a moving belt, held by a spring: stick and slip."""
+"""A block on a moving belt, held by a spring: stick-slip motion."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mpmath import mpf
 
 
 def slipping(t: Any, state: Values, parameters: Values) -> Values:
-    """v' = mu_k g - (k/m) x: the belt is faster and pulls forward."""
+    """v' = mu_k g - (k/m) x: the belt is faster and pulls the block forward."""
     x, v = state
     m, k, g, _mu_s, mu_k, _belt = parameters
     return v, mu_k * g - (k / m) * x
@@ -36,7 +36,7 @@ def lag(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def pull(t: Any, state: Values, parameters: Values) -> Values:
-    """Spring force beyond what the belt can hold."""
+    """The spring force less the largest static friction."""
     x, _v = state
     m, k, g, mu_s, _mu_k, _belt = parameters
     return (k * x - mu_s * m * g,)
@@ -48,15 +48,15 @@ def at_belt_speed(t: Any, state: Values, parameters: Values) -> Values:
     return x, belt
 
 
-def block_or_belt(t: Any, state: Values, parameters: Values) -> str:
-    """Stuck at the belt's speed where the spring pulls less than the belt can hold, decided exactly."""
+def stick_slip_mode(t: Any, state: Values, parameters: Values) -> str:
+    """The block sticks at the belt's speed if static friction can hold the spring force, decided exactly."""
     x, v = map(exact, state)
     m, k, g, mu_s, _mu_k, belt = map(exact, parameters[:6])
     return "stick" if v == belt and k * x < mu_s * m * g else "slip"
 
 
 def slip_sticks(n: Any) -> bool:
-    """(x - xk)^2 + (v^2 - V^2) m/k <= (xk + xs)^2."""
+    """(x - xk)^2 + (v^2 - V^2) m/k <= (xk + xs)^2, xk = mu_k m g/k, xs = mu_s m g/k."""
     length = n["m"] * n["g"] / n["k"]
     reach = (n["x"] - n["mu_k"] * length) ** 2 + (n["v"] ** 2 - n["V"] ** 2) * n["m"] / n["k"]
     return bool(reach <= ((n["mu_k"] + n["mu_s"]) * length) ** 2)
@@ -89,8 +89,8 @@ class StickSlipBelt(Case):
     title = "Stick-slip of a block on a moving belt"
     section = "5.11.2, 5.12"
     conventions = (
-        "x from the spring's natural position, along the belt that moves at V > 0; stuck up to k x = mu_s m g. It is "
-        "never faster than the belt."
+        "x from the position of the unstretched spring, along the belt, which moves at V > 0; the block sticks until "
+        "k x = mu_s m g. It is never faster than the belt."
     )
     state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
@@ -116,15 +116,21 @@ class StickSlipBelt(Case):
         (
             Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),
             Rule("v <= V (the block is no faster than the belt)", lambda n: n["v"] <= n["V"]),
-            Rule("a first slip ends where the belt holds the block, at x >= -mu_s m g/k", slip_sticks),
+            Rule("an initial slip ends where the belt can hold the block, at x >= -mu_s m g/k", slip_sticks),
         ),
     )
     variants = (
-        Variant("slow_belt", "V = 1e-3: long rides, short slips", {"V": "1e-3"}, (0, "1e-3")),
-        Variant("fast_belt", "V = 1e3: the slip touches the belt's speed nearly as a tangent", {"V": 1000}, (0, 1000)),
-        Variant("one_friction", "mu_s = mu_k: swings about the point of release and only touches V", {"mu_s": "0.3"}),
+        Variant("slow_belt", "V = 1e-3: long phases of sticking, short slips", {"V": "1e-3"}, (0, "1e-3")),
+        Variant(
+            "fast_belt", "V = 1e3: the block's speed reaches the belt's nearly as a tangent", {"V": 1000}, (0, 1000)
+        ),
+        Variant(
+            "one_friction",
+            "mu_s = mu_k: oscillates about the point of release and reaches V as a tangent",
+            {"mu_s": "0.3"},
+        ),
         Variant("slipping_start", "starts at rest on the moving belt", initial_state=(0, 0)),
-        Variant("many", "1,389 cycles: each event's error stays", span="2050.3"),
+        Variant("many", "1,389 cycles: errors of event times add up", span="2050.3"),
     )
 
     @cached_property
@@ -139,7 +145,7 @@ class StickSlipBelt(Case):
         return (
             Hybrid(
                 modes=(Mode("stick", riding), Mode("slip", slipping)),
-                start=block_or_belt,
+                start=stick_slip_mode,
                 transitions=(
                     Transition("release", "stick", pull, 1, at_belt_speed, "slip"),
                     Transition("stick", "slip", lag, 1, at_belt_speed, "stick"),
@@ -158,11 +164,11 @@ class StickSlipBelt(Case):
         return math.sqrt(float(self.parameters["m"] / self.parameters["k"]))
 
     def natural_span(self) -> Number:
-        """Past the first release, and 5.37 cycles."""
+        """Until the first release, and 5.37 cycles more."""
         return float(self._exact.release_time()) + 5.37 * float(self._exact.period())
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
-        """`release` and `stick` in turn."""
+        """`release` and `stick` alternate."""
         motion, found = self._exact, list[Event]()
         if motion.slips_for_good:
             return ()

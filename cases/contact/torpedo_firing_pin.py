@@ -1,4 +1,4 @@
-"""The firing pin of a torpedo that strikes."""
+"""The firing pin of a torpedo that hits its target."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.cases.contact.torpedo_firing_pin_scene import CAUGHT, STRIKING
-from gnomon.cases.core.case import Case, Event, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm
@@ -49,14 +49,14 @@ def short_of_it(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def pin_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Of pin and spring."""
+    """Energy of pin and spring."""
     x, v = state
     m, k, d0, _mu, _a, _gap = parameters
     return ((m * v * v + k * (d0 - x) * (d0 - x)) / 2,)
 
 
-def pin_start(t: Any, state: Values, parameters: Values) -> str:
-    """Held where friction beats the spring, decided exactly."""
+def pin_mode(t: Any, state: Values, parameters: Values) -> str:
+    """The pin is held if friction exceeds the spring's force, decided exactly."""
     x, v = map(exact, state)
     m, k, d0, mu, a, gap = map(exact, parameters[:6])
     if x >= gap:
@@ -64,17 +64,13 @@ def pin_start(t: Any, state: Values, parameters: Values) -> str:
     return "moving" if v > 0 or k * (d0 - x) > mu * m * a else "stopped"
 
 
-def no_change(states: Floats) -> Floats:
-    return states
-
-
 class TorpedoFiringPin(Case):
     name = "torpedo_firing_pin"
     title = "Spring-driven firing pin with guide friction from the impact's deceleration"
     section = "5.12.2 (model inferred from the section's title)"
     conventions = (
-        "[inferred] x along the guide from the cocked pin; the guide's friction is mu m a, a the deceleration. "
-        "The primer at x = gap stops the pin; a catch holds one that stops short of it: it fails to fire."
+        "[inferred] x along the guide from the cocked position; the guide's friction is mu m a, a the deceleration. "
+        "The primer at x = gap stops the pin; a pin that stops before it is held by a catch and does not fire."
     )
     state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
@@ -83,7 +79,7 @@ class TorpedoFiringPin(Case):
         Parameter("d0", "m", "0.03", "compression of the cocked spring"),
         Parameter("mu", "1", "0.2", "coefficient of friction"),
         Parameter("a", "m/s^2", 2000, "deceleration of the torpedo"),
-        Parameter("gap", "m", "0.01", "way to the primer"),
+        Parameter("gap", "m", "0.01", "distance to the primer"),
     )
     default_state = (0, 0)
     domain = Domain(
@@ -99,19 +95,19 @@ class TorpedoFiringPin(Case):
         },
         (
             Rule("x <= gap (the pin is not beyond the primer)", lambda n: n["x"] <= n["gap"]),
-            Rule("at the gap it has struck (v = 0)", lambda n: n["x"] < n["gap"] or n["v"] == 0),
+            Rule("a pin at the primer has struck it (v = 0)", lambda n: n["x"] < n["gap"] or n["v"] == 0),
         ),
     )
     variants = (
         Variant(
             "grazing",
-            "gap = 2 xe exactly: arrives with zero speed",
+            "gap = 2 xe exactly: arrives with speed zero",
             {"m": 1, "k": 4, "d0": 2, "mu": "0.5", "a": 8, "gap": 2},
         ),
         Variant("short", "stops just before the primer", {"gap": "0.04001"}),
-        Variant("held", "friction beats the spring: the pin does not move", {"a": 6001}, span="0.05"),
+        Variant("held", "friction exceeds the spring's force: the pin does not move", {"a": 6001}, span="0.05"),
         Variant("nearly_held", "friction leaves 1e-9 of the spring's force", {"a": "5999.999994", "gap": "1e-11"}),
-        Variant("oblique", "a struck at 60 degrees to its axis: half the friction", {"a": 1000}),
+        Variant("oblique", "an impact at 60 degrees to the torpedo's axis: half the friction", {"a": 1000}),
     )
     invariants: ClassVar = {"energy": Invariant(pin_energy, "decays")}
 
@@ -127,7 +123,7 @@ class TorpedoFiringPin(Case):
         return (
             Hybrid(
                 modes=(Mode("moving", pin_motion), Mode("struck", pin_at_rest), Mode("stopped", pin_at_rest)),
-                start=pin_start,
+                start=pin_mode,
                 transitions=(
                     Transition("strike", "moving", way_to_the_primer, 1, in_the_primer, "struck"),
                     Transition("stop", "moving", pin_speed, -1, short_of_it, "stopped"),
@@ -147,11 +143,11 @@ class TorpedoFiringPin(Case):
         return math.sqrt(float(self.parameters["m"] / self.parameters["k"]))
 
     def natural_span(self) -> Number:
-        """A third past the end of the motion."""
+        """A third longer than the motion."""
         return 1.37 * float(self._exact.end_time()) if self._exact.moves else 3.7 * self.time_scale
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
-        """`strike`, or `stop` short of the primer."""
+        """`strike`, or `stop` before the primer."""
         motion, zero = self._exact, mpf(0)
         if not motion.moves or motion.end_time(20) > self.span:
             return ()
@@ -171,7 +167,7 @@ class TorpedoFiringPin(Case):
         return {"length": length or 1.0, "velocity": float(motion.fastest()) or 1.0}
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`fires` is 1 or 0."""
+        """`fires`: 1 if the pin reaches the primer, else 0."""
         motion = self._exact
         found = {"fires": mpf(int(motion.fires))}
         if self.parameters["mu"] > 0:
@@ -184,10 +180,10 @@ class TorpedoFiringPin(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """Of an oblique impact, a cos(60 degrees), the head-on one too."""
+        """A smooth guide; for the oblique impact, which has half the deceleration, also the head-on one."""
         smooth = self.with_numbers(self.initial_state, self.parameters | {"mu": self.parameters["mu"] * 0})
-        levels = (Level(smooth, no_change, "a smooth guide"),)
+        levels = (Level(smooth, same, "a smooth guide"),)
         if self.variant != "oblique":
             return levels
         head_on = self.with_numbers(self.initial_state, self.parameters | {"a": 2 * self.parameters["a"]})
-        return (*levels, Level(head_on, no_change, "the friction of a head-on impact"))
+        return (*levels, Level(head_on, same, "the friction of a head-on impact"))

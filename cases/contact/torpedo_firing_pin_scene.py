@@ -1,6 +1,6 @@
-"""The firing pin as a physics engine is given it, seen from the torpedo: a flat box on the wall of its guide.
+"""Scene of the firing pin in the frame of the torpedo: a flat box on the wall of its guide.
 
-The deceleration presses it on the wall, which is the plane z = 0; the primer is the plane x = 0 before its front.
+The deceleration presses it on the wall, the plane z = 0; the primer is the plane x = 0 in front of it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def pin_scene(state: Values, parameters: Values) -> Scene:
         return k * (d0 - (position[0] + front + gap)), 0.0, 0.0
 
     pin = Body("pin", m, inertia, (x - gap - front, 0.0, height), velocity=(v, 0.0, 0.0), half_extents=HALF_EXTENTS)
-    # one coefficient for both: along the primer nothing slides
+    # one coefficient for both planes: nothing slides along the primer
     wall, primer = (Contact("pin", normal, friction=mu) for normal in ((0.0, 0.0, 1.0), (-1.0, 0.0, 0.0)))
     return Scene((0.0, 0.0, -a), (pin,), contacts=(wall, primer), forces=(Force("pin", "position_force", spring),))
 
@@ -39,4 +39,4 @@ NEEDS = frozenset({"coulomb_isotropic", "rigid_impact", "position_force"})
 STRIKING, CAUGHT = (
     SceneForm(pin_scene, pin_reading, NEEDS | more, conservative=False) for more in (set[str](), {"latch"})
 )
-"""A pin that stops short of the primer is held by a catch, which no contact says."""
+"""A pin that stops before the primer is held by a catch, which contacts do not express."""

@@ -1,1 +1,1 @@
-"""What a case is: numbers, forms, metric, samples, scene; cases by name."""
+"""The classes that describe a case (numbers, forms, metric, samples, scene), and the registry of cases by name."""

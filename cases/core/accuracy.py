@@ -1,6 +1,6 @@
-"""How accurate an answer in binary64 can be at all: the floor of the format and the conditioning of the case.
+"""How accurate a binary64 answer can be: the floor of the format and the conditioning of the case.
 
-What takes many evaluations of the exact motion is kept on disk, under the exact numbers, the times and the sources.
+Results of many evaluations of the exact motion are kept on disk; exact numbers, times and sources are their key.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ Floats = NDArray[np.float64]
 GRID = 257
 FINER, RESTARTS = 1e-5, 8
 DIGITS = 28
-"""Half an ulp moves the 16th digit: this leaves twelve digits of how far."""
+"""Half an ulp changes the 16th digit: twelve digits of the effect remain."""
 CROWDED = 1e6
-"""Where the time between events is below this many conditionings of their times, only position is scored."""
+"""Only positions are compared where the time between events is below this multiple of the error of their times."""
 
 
 class MeasuredCase(SolvedCase, Protocol):
-    """A case with the distance between two of its states."""
+    """The largest norm of each group over 257 equally spaced times and the sample times (of angles at most pi).
 
     @property
     def metric(self) -> Metric: ...
@@ -42,7 +42,7 @@ C = TypeVar("C", bound=SolvedCase)
 def grid_scales(case: SolvedCase) -> dict[str, float]:
     """The maximum norm of each group over 257 equal steps of the span and the sample times (angles: at most pi).
 
-    A group that stays zero gets the natural size that the case states, 1 SI unit where it states none.
+    A group that stays zero gets the natural size that the case states, or 1 SI unit.
     """
     times = np.union1d(np.linspace(0.0, float(case.times[-1]), GRID), case.times)
     names = tuple(dict.fromkeys(coordinate.group for coordinate in case.state))
@@ -70,12 +70,13 @@ def floor(case: MeasuredCase, times: Floats) -> Floats:
 def conditioning(case: MeasuredCase, times: Floats) -> Floats:
     """The typical effect, in the metric, of half an ulp in each number and in the time, shape (len(times),).
 
-    The effects are exact differences of exact motions, taken one number at a time, and add as independent errors do:
-    the root of the sum of their squares. A number at the edge of the domain is moved inward. A number that is exactly
-    zero has no ulp and is left alone: an integrator has no cause to move it.
+    Each effect is the exact difference of two exact motions, with one number changed. Effects add like independent
+    errors: the result is the root of the sum of their squares. A number at the edge of the domain is changed inward. A
+    number that is exactly zero is not changed: it has no rounding error.
 
-    A start next to an unstable place, 1e-12 beside an axis, say, has an ulp far finer than any state on the way, which
-    every method in binary64 must round too. There the exact motions from states rounded on the way are counted as well.
+    A start very close to an unstable equilibrium (1e-12 from an axis, for example) has an ulp far smaller than those of
+    later states, which every binary64 method rounds too. For such a start the exact motions from later states, rounded
+    to binary64, count as well.
     """
     return _kept("conditioning", case, times, lambda: _conditioning(case, times))
 
@@ -96,9 +97,9 @@ def _conditioning(case: MeasuredCase, times: Floats) -> Floats:
 
 
 def _coarser(case: SolvedCase, states: list[tuple[Any, ...]]) -> list[int]:
-    """Up to 8 states, the first of those where a component is large that started above 0 but 1e5 times smaller.
+    """Indices of up to 8 states in which a component is large that started above 0 but 1e5 times smaller.
 
-    None where the motion cannot be started anywhere (driven, hybrid) or where that is too dear (integrated).
+    Empty if the motion cannot be restarted at a later time (driven, hybrid) or if that is too expensive (integrated).
     """
     if not case.autonomous or case.hybrid is not None or isinstance(case.motion(), CertifiedMotion):
         return []
@@ -111,7 +112,7 @@ def _coarser(case: SolvedCase, states: list[tuple[Any, ...]]) -> list[int]:
 
 
 def _rounded_there(case: C, state: tuple[Any, ...]) -> C | None:
-    """The case from a state rounded to binary64; None where that is outside the domain, as off a constraint."""
+    """The case started from `state` rounded to binary64; None if that is outside the domain, as off a constraint."""
     try:
         return case.with_numbers([nearest_double(x) for x in state], case.parameters)
     except ValueError:
@@ -119,7 +120,7 @@ def _rounded_there(case: C, state: tuple[Any, ...]) -> C | None:
 
 
 def _neighbours(case: C) -> list[C]:
-    """The case with one number moved by half an ulp of it, for each number that is not zero."""
+    """The case with one number changed by half an ulp of it, for each number that is not zero."""
     found: list[C] = []
     states = len(case.state)
     names = list(case.parameters)
@@ -135,14 +136,14 @@ def _neighbours(case: C) -> list[C]:
             except ValueError:
                 continue  # outside the domain: the other side is inside
             if not case.same_course(neighbour):
-                continue  # across a decision, where the effect is no measure of round-off
+                continue  # it passes through other modes, so the difference does not measure round-off
             found.append(neighbour)
             break
     return found
 
 
 def _distances(case: MeasuredCase, states: list[tuple[object, ...]], nominal: list[tuple[object, ...]]) -> Floats:
-    """Distances between states that differ far below an ulp: differences first, in high precision."""
+    """Distances between states that differ by far less than an ulp: subtracted in high precision, then rounded."""
     rows = np.array(
         [[nearest_double(x - y) for x, y in zip(a, b, strict=True)] for a, b in zip(states, nominal, strict=True)]  # type: ignore[operator]
     )
@@ -166,14 +167,14 @@ def crowded(case: SolvedCase) -> frozenset[float]:
 
 
 def _event_conditioning(case: SolvedCase, neighbours: Sequence[SolvedCase], n: int) -> float:
-    """Effect of half an ulp in each number on the time of event n, and of its own, as a root of squares."""
+    """Effect on the time of event n (s) of half an ulp in each number and in that time: the root of summed squares."""
     time = case.event_time(n, 40)
     effects = [nearest_double(other.event_time(n, 40) - time) for other in neighbours]
     return math.hypot(*effects, math.ulp(float(time)) / 2)
 
 
 def _kept(what: str, case: SolvedCase, times: Floats, build: Callable[[], Floats]) -> Floats:
-    """The array of `build`, from disk where neither the numbers nor the sources have changed since."""
+    """The array of `build`, read from disk if neither the numbers nor the sources have changed."""
     code = closure(type(case).__module__)
     if code is None:
         return build()

@@ -1,4 +1,4 @@
-"""Evaluating the equations of a case in another arithmetic, by rebinding the globals of their functions."""
+"""Evaluation of a case's equations in another arithmetic, by replacing the globals of their functions."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ FUNCTIONS = (
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2",
     "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "sqrt", "exp", "log", "hypot",
 )  # fmt: skip
-"""What equations may use of `math`."""
+"""The functions of `math` that equations may use."""
 
 
 def rebind(function: Callable[..., Any], arithmetic: dict[str, Any]) -> Callable[..., Any]:
-    """The same function with `arithmetic` ({"sin": ...}) in place of `math`, its helpers and closures included."""
+    """The same function with `arithmetic` ({"sin": ...}) in place of `math`, also in the functions that it calls."""
     rebound: Callable[..., Any] = _rebound(function, arithmetic, {})
     return rebound
 
@@ -52,7 +52,7 @@ def _value(name: str, value: Any, arithmetic: dict[str, Any], done: dict[Any, An
 
 
 class Unbranching:
-    """A number of a traced arithmetic: neither its truth nor a comparison may decide what is computed."""
+    """A number of a traced arithmetic. bool() of it and comparisons raise: equations must not branch on a value."""
 
     def __bool__(self) -> bool:
         raise ValueError("equations must not branch on what they compute")
@@ -69,5 +69,5 @@ class Unbranching:
 
 
 def mpmath_arithmetic(mp: Any) -> dict[str, Any]:
-    """The functions of an mpmath context under the names of `math`."""
+    """The functions of an mpmath context by their names in `math`."""
     return {name: getattr(mp, name) for name in FUNCTIONS}

@@ -1,4 +1,4 @@
-"""A flat box that slides along x on a plane with dry friction, as a physics engine is given it."""
+"""Scene of a flat box that slides along x on a plane with dry friction."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 from gnomon.cases.core.scene import Body, Contact, Force, Readings, Scene, SceneForm, Vector
 
 HALF_EXTENTS = (0.5, 0.5, 0.1)
-"""So flat that no force of these scenes tips it."""
+"""So flat that no force of these scenes tips the box over (m)."""
 Values = tuple[float, ...]
 
 
@@ -20,9 +20,9 @@ def flat_box(
     token: str = "position_force",
     belt: Callable[[Values], float] = lambda parameters: 0.0,
 ) -> SceneForm:
-    """State (x, v). `gravity`, kinetic `friction`, `mass` and the speed of the plane along x by the parameters.
+    """State (x, v). `gravity`, kinetic `friction`, `mass` and `belt`, the plane's speed along x, follow from parameters.
 
-    `push(t, x, parameters)` is a force on the box, of this `token`; `more` are tokens beyond friction and force.
+    `push(t, x, parameters)` is a force on the box (N) with this `token`; `more` are further tokens of the scene.
     """
 
     def build(state: Values, parameters: Values) -> Scene:

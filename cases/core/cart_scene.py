@@ -1,4 +1,4 @@
-"""Bodies on bodies, as a physics engine would be given them: a man and a pendulum on a cart, a block on a wedge."""
+"""Scenes of bodies on moving bodies: a man on a cart, a pendulum on a cart, a block on a wedge."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def cart_pendulum_scene(state: Values, parameters: Values) -> Scene:
     x, theta, vx, omega = state
     g, m, M, length = parameters
     bodies = (Body("cart", M, NO_INERTIA), Body("bob", m, NO_INERTIA))
-    # theta grows to the side of +x
+    # theta grows towards +x
     hinge = Hinge("hinge", "bob", ORIGIN, (0.0, -1.0, 0.0), (0.0, 0.0, -length), theta, omega, parent="cart")
     return Scene((0.0, 0.0, -g), bodies, hinges=(hinge,), sliders=(Slider("wheels", "cart", ORIGIN, ALONG, x, vx),))
 

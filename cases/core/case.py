@@ -39,14 +39,15 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 MOST_EVENTS = 10_000
-"""Within a span: each costs a millisecond or so."""
-EVENT_DIGITS = 20
-"""Of the times of events, between which the motion is smooth."""
+"""Most events within a span: each takes about a millisecond to compute."""
 
 
 @dataclass(frozen=True)
 class Variant:
-    """A named hard setting: the numbers that differ from the default, and one line that says what it stresses."""
+    """A case with other numbers, chosen because they are hard: those that differ from the default, and what they stress.
+
+    `stresses` is one line of text for the page; it says which difficulty the variant has.
+    """
 
     name: str
     stresses: str
@@ -54,12 +55,12 @@ class Variant:
     initial_state: Sequence[Number] | None = None
     span: Number | None = None
     scored: tuple[str, ...] = ()
-    """The groups of the state that count in the distance; all where none is named."""
+    """The groups of the state that count in the distance; all groups if it is empty."""
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One event of a hybrid motion: time, name of the transition (or `limit`), state before and after."""
+    """One event of a hybrid motion: its time (s), the name of its transition (or `limit`), the states before and after."""
 
     time: Any
     name: str
@@ -69,9 +70,9 @@ class Event:
 
 @dataclass(frozen=True)
 class Invariant:
-    """A quantity with a law. `function(t, state, parameters)` -> (value,), plain like equations.
+    """A quantity with a known law. `function(t, state, parameters)` -> (value,), written with the rules of equations.
 
-    `law` is "constant" (for all t) or "decays" (never grows).
+    `law` is "constant", or "decays" for a quantity that never grows.
     """
 
     function: Callable[[Any, tuple[Any, ...], tuple[Any, ...]], tuple[Any, ...]]
@@ -80,10 +81,10 @@ class Invariant:
 
 @dataclass(frozen=True)
 class Level:
-    """One rung of a ladder of models, crudest first.
+    """One level of a model hierarchy, which begins with the crudest model.
 
-    `case` is the model; `project(states)` maps its states (n, dim) to those of the ladder's case; `effect` says what
-    this rung adds to the one before.
+    `case` is the model; `project(states)` maps its states (n, dim) to states of the case that has the hierarchy; `effect`
+    says what this level adds to the level before.
     """
 
     case: Case
@@ -92,15 +93,15 @@ class Level:
 
 
 def same(states: Floats) -> Floats:
-    """The projection of a rung whose model has the state of the ladder's case."""
+    """The projection of a level whose model has the same state as the case that has the hierarchy."""
     return states
 
 
 class Case:
-    """One initial value problem with exact numbers. A subclass is a case by name; an instance has its numbers.
+    """One initial value problem with exact numbers. A subclass is one case; an instance is that case with given numbers.
 
     A subclass states the class attributes below, `motion()` and `forms`; everything else follows from them.
-    Inferred models (the book names the scene without equations) say so in `conventions`.
+    Where the book describes a system without equations, `conventions` begins with [inferred] and states the model.
     """
 
     name: ClassVar[str]
@@ -115,12 +116,12 @@ class Case:
     variants: ClassVar[tuple[Variant, ...]] = ()
     invariants: ClassVar[Mapping[str, Invariant]] = {}
     natural_sizes: ClassVar[Mapping[str, float]] = {}
-    """The size by which a group that stays zero is divided; 1 SI unit where none is stated."""
+    """The scale of a group whose exact motion stays zero, by group; 1 SI unit for a group without an entry."""
     turning: ClassVar[Turning | None] = None
-    """The rotational symmetry of the case, where it has one: its errors are then the median over turned starts."""
+    """The rotational symmetry of the case, if it has one: errors are then medians over turned starts."""
     autonomous: ClassVar[bool] = True
     certified_digits: ClassVar[int] = 45
-    """Digits that its certificate must show: 45 for a closed form, 30 for an integration."""
+    """Digits to which its certificate must confirm the motion: 45 for a closed form, 30 for an integration."""
 
     def __init__(
         self,
@@ -181,36 +182,36 @@ class Case:
 
     @property
     def forms(self) -> tuple[Form, ...]:
-        """The forms of the dynamics, the most structured first. A first-order form is added where one follows."""
+        """The forms of the dynamics, the most structured first. `all_forms` adds the first-order form that follows."""
         raise NotImplementedError
 
     def scales(self) -> dict[str, float]:
-        """The maximum norm of each group over the span (angles: at most pi), by which the metric divides.
+        """The largest norm of each group over the span (of angles at most pi), by which the metric divides.
 
-        Found on a grid here; a case whose peaks are sharper than the grid states them in closed form.
+        Computed on a grid; a case with peaks narrower than the grid spacing overrides this with closed forms.
         """
         return accuracy.grid_scales(self)
 
     @property
     def time_scale(self) -> float:
-        """The characteristic time, in seconds: a period over 2 pi, a decay time; the fastest one that matters."""
+        """The characteristic time (s): a period over 2 pi or a decay time, the shortest that the solution shows."""
         raise NotImplementedError
 
     @property
     def fastest_time(self) -> float:
-        """The shortest time in the equations, in seconds, that of a mode which dies at once included."""
+        """The shortest time in the equations (s), modes included that decay at once."""
         return self.time_scale
 
     def natural_span(self) -> Number:
-        """The span where neither caller nor variant gives one."""
+        """The span (s) that is used if neither the caller nor the variant gives one."""
         return self.default_span
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Derived quantities by name: period, stop time, ..."""
+        """Derived quantities by name, SI units, to `digits` significant digits: period, stop time and others."""
         return {}
 
     def events(self, digits: int = 15) -> tuple[Event, ...]:
-        """The events of a hybrid motion within the span, in order; each case lists them once a precision."""
+        """The events of a hybrid motion within the span, sorted by time; computed once for each precision."""
         if digits not in self._events:
             with self._within_reach():
                 self._events[digits] = self._listed(digits)
@@ -221,11 +222,11 @@ class Case:
         return {}
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
-        """What `events` gives: a hybrid case overrides this."""
+        """Compute the events; a hybrid case overrides this."""
         return ()
 
     def _few(self, events: float, most: int = MOST_EVENTS) -> None:
-        """Raise ArithmeticError where the span holds about `events`, and these are too many."""
+        """Raise ArithmeticError if `events`, the expected number within the span, is above `most`."""
         if events > most:
             span = float(self.span)
             raise ArithmeticError(
@@ -234,7 +235,7 @@ class Case:
             )
 
     def between(self, t: float) -> Between:
-        """Where t stands among the events, to 20 digits."""
+        """The events around the time t (s), their times to 20 digits."""
         times = [event.time for event in self.events(20)]
         past = bisect.bisect_right(times, t)
         edges = [mpf(0), *times, mpf("inf")]
@@ -242,7 +243,7 @@ class Case:
         return Between(past, last, following, following - last if past < len(times) else last - edges[max(past - 1, 0)])
 
     def event_time(self, n: int, digits: int = 15) -> Any:
-        """Time of event n = 1, 2, ..., infinite where the motion has fewer."""
+        """Time (s) of event n = 1, 2, ...; infinite if the motion has fewer events."""
         events = self.events(digits)
         return events[n - 1].time if n <= len(events) else mpf("inf")
 
@@ -253,20 +254,20 @@ class Case:
 
     @property
     def scene(self) -> SceneForm | None:
-        """What a physics engine is given; None where bodies, joints, forces and contacts cannot express the case."""
+        """What a physics engine is given; None if bodies, joints, forces and contacts cannot express the case."""
         return None
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """Models from the crudest to this one, itself excluded."""
+        """The models from the crudest up to this case, which is not listed."""
         return ()
 
     def same_course(self, other: Case) -> bool:
-        """Whether another case, a rounding away, takes the same modes: conditioning looks at those only."""
+        """Whether a case with numbers half an ulp away passes through the same modes; conditioning uses only such cases."""
         return True
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
-        """Time reversal: the state and parameters whose motion retraces this one; None where there is none."""
+        """The state and parameters whose motion retraces this one backwards; None if the case has no time reversal."""
         return None
 
     # What follows -----------------------------------------------------------------------------------------------
@@ -279,7 +280,7 @@ class Case:
 
     @contextmanager
     def _within_reach(self) -> Iterator[None]:
-        """Around what computes the exact motion: where that gives up, the error names the case and the numbers."""
+        """Turns errors of the exact motion into OutOfReachError, which names the case and its numbers."""
         try:
             yield
         except (ArithmeticError, ValueError, RecursionError) as error:
@@ -332,12 +333,12 @@ class Case:
         return self.forms if implied is None else (*self.forms, implied)
 
     def parameter_values(self) -> tuple[Fraction, ...]:
-        """The parameters in the order in which equations take them."""
+        """The values of the parameters as the tuple that equations take."""
         return tuple(self.parameters[p.name] for p in self.parameter_list)
 
     @cached_property
     def times(self) -> Floats:
-        """The 64 sample times (s): equally spaced, exact in binary, clear of events."""
+        """The 64 sample times (s), shape (64,): equally spaced, exact in binary64, away from events."""
         with self._within_reach():
             return sampling.sample_times(self)
 
@@ -361,16 +362,19 @@ class Case:
         return Metric.scaled(self, self.scales(), accuracy.crowded(self) if self.hybrid is not None else frozenset())
 
     def floor(self, times: Floats) -> Floats:
-        """Half an ulp of the exact state, in the metric, at each time: no binary64 answer can be closer."""
+        """Half an ulp of the exact state in the metric, shape (len(times),): no binary64 answer can be closer."""
         return accuracy.floor(self, np.asarray(times, dtype=np.float64))
 
     def conditioning(self, times: Floats) -> Floats:
-        """Typical effect, in the metric, of half an ulp in initial state, parameters and time; cached on disk."""
+        """Typical effect in the metric of half an ulp in initial state, parameters and time, shape (len(times),).
+
+        Kept on disk.
+        """
         return accuracy.conditioning(self, np.asarray(times, dtype=np.float64))
 
     @property
     def scored(self) -> tuple[str, ...]:
-        """The groups that count in the distance; all where none is named."""
+        """The groups that count in the distance; all groups if it is empty."""
         return self._variant(self.variant).scored
 
     @property

@@ -1,4 +1,4 @@
-"""A check: numbers that follow from closed forms, without motion, and an independent way to the same numbers."""
+"""A check: numbers from closed forms, without motion, and an independent computation of the same numbers."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from gnomon.reference.numerics.precision import Number, publish, working
 
 
 @dataclass(frozen=True)
-class Setting:
-    """A named hard setting of a check: the parameters that differ, and one line that says what it stresses."""
+class CheckVariant:
+    """A check with other parameters, chosen because they are hard: those that differ, and what they stress."""
 
     name: str
     stresses: str
@@ -23,16 +23,17 @@ class Setting:
 
 
 class Check:
-    """One closed form with exact numbers. A subclass is a check by name; an instance has its numbers.
+    """Closed forms with exact numbers. A subclass is one check; an instance is that check with given parameters.
 
     A subclass states the class attributes below and
 
-    1. `formulas(p)`: the closed forms in balls of python-flint, `p` holding each parameter as a ball; they are called
-       with more and more precision until the balls prove the digits asked for, so cancellation costs time, no thought;
-    2. `otherwise(mp, p)`: the same numbers in the mpmath context `mp`, by a way that shares no formula with the first
-       (quadrature, eigenvalues, linear systems, finite differences of an exact motion); `p` holds numbers of `mp`.
+    1. `formulas(p)`: the closed forms in balls of python-flint; `p` holds each parameter as a ball. They are evaluated
+       with increasing precision until the balls prove the digits asked for, so they need no care about cancellation;
+    2. `otherwise(mp, p)`: the same numbers in the mpmath context `mp`, by a computation that shares no formula with the
+       first (quadrature, eigenvalues, linear systems, finite differences of an exact motion); `p` holds numbers of `mp`.
 
-    Both return the same names. A part after a dot names a component: components share a norm (`force.x`, `force.y`).
+    Both return the same names. The part of a name after a dot is a component; the components of a quantity share a norm
+    (`force.x`, `force.y`).
     """
 
     name: ClassVar[str]
@@ -41,11 +42,11 @@ class Check:
     conventions: ClassVar[str] = ""
     parameter_list: ClassVar[tuple[Parameter, ...]]
     domain: ClassVar[Domain]
-    variants: ClassVar[tuple[Setting, ...]] = ()
+    variants: ClassVar[tuple[CheckVariant, ...]] = ()
     guard: ClassVar[int] = 30
-    """Digits that the independent way may lose on its way, on all variants."""
+    """Extra digits for the independent computation: at least as many as it loses on any variant."""
     natural_sizes: ClassVar[Mapping[str, float]] = {}
-    """The size of a quantity that is exactly zero; 1 SI unit where none is stated."""
+    """The size of a quantity that is exactly zero; 1 SI unit for a quantity without an entry."""
 
     def __init__(self, variant: str | None = None, **parameters: Number) -> None:
         values: dict[str, Number] = {p.name: p.default for p in self.parameter_list}
@@ -61,20 +62,20 @@ class Check:
         self.domain.check(self.name, self.parameters)
 
     @classmethod
-    def _variant(cls, name: str | None) -> Setting:
+    def _variant(cls, name: str | None) -> CheckVariant:
         if name is None:
-            return Setting("default", "")
+            return CheckVariant("default", "")
         for variant in cls.variants:
             if variant.name == name:
                 return variant
         raise ValueError(f"{cls.name} has no variant {name!r}; {nearest(name, [v.name for v in cls.variants])}")
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
-        """The closed forms, in balls at the precision in force."""
+        """The closed forms in balls, at the current precision."""
         raise NotImplementedError
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """The same numbers by another way, in `mp`."""
+        """The same numbers by an independent computation in `mp`."""
         raise NotImplementedError
 
     def exact(self, digits: int = 15) -> dict[str, Any]:
@@ -91,14 +92,14 @@ class Check:
         return dict(zip(names, values, strict=True))
 
     def independent(self, digits: int = 15) -> dict[str, Any]:
-        """The same numbers by a way that shares no formula with `exact`."""
+        """The same numbers to `digits` significant digits, by a computation that shares no formula with `exact`."""
         with working(digits + self.guard) as mp:
             p = SimpleNamespace(**{name: mp.mpf(v.numerator) / v.denominator for name, v in self.parameters.items()})
             found = self.otherwise(mp, p)
             return dict(zip(found, publish(map(mp.mpf, found.values()), digits), strict=True))
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """What errors of `values` are relative to: the largest component of each quantity, or its natural size."""
+        """By what errors of `values` are divided: the largest component of each quantity, or its natural size if that is 0."""
         largest: dict[str, Any] = {}
         for name, value in values.items():
             quantity = name.partition(".")[0]
@@ -113,7 +114,7 @@ class Check:
         return f"{self.name}/{self.variant}" if self.variant else self.name
 
     def rounded(self) -> Check:
-        """The same check with every number rounded to binary64: what a numerical opponent is given."""
+        """The same check with every number rounded to binary64, as independent computations in binary64 take them."""
         numbers: dict[str, Any] = {name: float(value) for name, value in self.parameters.items()}
         copy = type(self)(**numbers)
         copy.variant = self.variant
@@ -124,4 +125,4 @@ class Check:
 
 
 Numbers = Mapping[str, Fraction]
-"""The parameters of a check by name, as its domain sees them."""
+"""The parameters of a check by name, as the rules of its domain take them."""

@@ -1,9 +1,8 @@
 """The forms in which a case states its dynamics.
 
-Every function here is plain: tuples of scalars in, tuples out, with functions of `math`, no branch, no `abs`. The
-same source is evaluated in floats, compiled, vectorised, in mpmath and in ball arithmetic by rebinding its globals.
-States stand in the order (q..., q'...). `parameters` is the tuple of parameter values in the order the case
-declares them.
+Every function here takes and returns tuples of scalars and uses functions of `math`, without branches or `abs`. The
+same source is evaluated in floats, compiled, vectorised, and in mpmath and ball arithmetic by replacing its globals.
+States are (q..., q'...). `parameters` is the tuple of values of the case's `parameter_list`.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ Equations = Callable[[Any, Values, Values], Values]
 class FirstOrder:
     """y' = equations(t, y, parameters); `jacobian` (optional) gives df/dy row by row, flattened.
 
-    `source` is the stronger form that these equations were derived from, where they were: it is what gets compiled.
+    `source` is the more structured form from which these equations were derived, if there is one; it is compiled instead.
     """
 
     equations: Equations
@@ -31,10 +30,10 @@ class FirstOrder:
 
 @dataclass(frozen=True, kw_only=True)
 class Charged(FirstOrder):
-    """A charge in electromagnetic fields, state (place, velocity), or (place, u = gamma velocity) with `light`.
+    """A charge in electromagnetic fields; state (position, velocity), or (position, u = gamma velocity) with `light`.
 
     `fields(t, place, parameters)` -> (ax, ay, az, wx, wy, wz): charge over mass times E and B, so that
-    u' = a + v x w. `light(parameters)` -> (c,): the speed of light where the motion is relativistic.
+    u' = a + v x w. `light(parameters)` -> (c,): the speed of light, for a relativistic motion.
     """
 
     fields: Equations
@@ -45,8 +44,8 @@ class Charged(FirstOrder):
 class Constrained(FirstOrder):
     """Coordinates of unit mass under one holonomic constraint: q'' = force - lam gradient, constraint(q) = constant.
 
-    State (q..., q'...), tangent to the constraint. `force(t, q, parameters)` without the constraint's own,
-    `constraint` -> (g,), `gradient` -> dg/dq. `equations` are those of index 1, with the multiplier eliminated.
+    State (q..., q'...), tangent to the constraint. `force(t, q, parameters)` without that of the constraint,
+    `constraint` -> (g,), `gradient` -> dg/dq. `equations` have index 1: the multiplier is eliminated.
     """
 
     force: Equations
@@ -56,7 +55,7 @@ class Constrained(FirstOrder):
 
 @dataclass(frozen=True, kw_only=True)
 class SemiLinear(FirstOrder):
-    """y' = L y + rest(t, y, parameters), `linear(parameters)` giving L row by row: the stiff part, if any, is in L."""
+    """y' = L y + rest(t, y, parameters); `linear(parameters)` gives L row by row. Any stiff part is in L."""
 
     linear: Callable[[Values], Values]
     rest: Equations
@@ -89,9 +88,9 @@ class RigidBody:
 
 @dataclass(frozen=True)
 class NBody:
-    """Gravitating bodies. `masses(parameters)` holds G*m of each; `bodies(state)` -> ((x, y, z, vx, vy, vz), ...).
+    """Gravitating bodies. `masses(parameters)` -> G*m of each; `bodies(state)` -> ((x, y, z, vx, vy, vz), ...).
 
-    `state(bodies)` reads the state of the case back. A body with G*m = 0 is a test particle.
+    `state(bodies)` converts back to the state of the case. A body with G*m = 0 is a test particle.
     """
 
     masses: Callable[[Values], Values]
@@ -101,7 +100,7 @@ class NBody:
 
 @dataclass(frozen=True)
 class Mode:
-    """One smooth regime of a hybrid case. `constants` are appended to the parameters (signs, mostly)."""
+    """One smooth regime of a hybrid case. `constants`, mostly signs, are appended to the parameters."""
 
     name: str
     equations: Equations
@@ -110,11 +109,11 @@ class Mode:
 
 @dataclass(frozen=True)
 class Transition:
-    """What ends a mode: `guard(t, state, parameters)` -> (value,) crosses zero in `direction` (+1 up, -1 down).
+    """The end of a mode: `guard(t, state, parameters)` -> (value,) crosses zero in `direction` (+1 up, -1 down).
 
-    `reset` maps the state on the guard to the state after. `target` is the name of the next mode, or a function
-    (t, state_after, parameters) -> name, which runs on floats or mpf and may branch. `onto` (only where the
-    reset jumps) is the nearest state on the guard.
+    `reset` maps the state on the guard to the state after it. `target` is the name of the next mode, or a function
+    (t, state_after, parameters) -> name of floats or mpf, which may branch. `onto`, given only if `reset` changes the
+    state, maps a state to the nearest one on the guard.
     """
 
     name: str
@@ -132,10 +131,10 @@ class Transition:
 
 @dataclass(frozen=True)
 class Hybrid:
-    """Modes and transitions. `start(t, state, parameters)` names the mode of a starting state.
+    """Modes and transitions. `start(t, state, parameters)` names the mode of an initial state.
 
-    A mode in `terminal` has no way out. When a transition in `limits` fires twice within `settle` seconds, the motion
-    enters the limit mode: `limits[transition] = (mode, map of the state)`.
+    A mode in `terminal` has no transition. When a transition named in `limits` occurs twice within `settle` seconds, the
+    motion enters its limit mode.
     """
 
     modes: tuple[Mode, ...]
@@ -152,7 +151,7 @@ class Hybrid:
 
 @dataclass(frozen=True, kw_only=True)
 class Impact(Hybrid):
-    """A hybrid motion that is a free one above a smooth wall: the same as a law for measures, without modes.
+    """A hybrid motion above a smooth wall, free between impacts; stated besides as a measure differential equation.
 
     State (q..., q'...). `free(t, state, parameters)` -> the state's derivative without the wall;
     `gap(t, q, parameters)` -> (distance,), its gradient `normal` of unit length; `restitution(parameters)` -> (e,).
@@ -166,10 +165,10 @@ class Impact(Hybrid):
 
 @dataclass(frozen=True, kw_only=True)
 class Friction(Hybrid):
-    """A hybrid motion on a line with dry friction, the same as a law for measures, without modes. State (x, v).
+    """A hybrid motion on a line with dry friction; stated besides as a measure differential equation. State (x, v).
 
-    `sliding(t, state, (*parameters, side))` is the mode of sliding to a side, without friction for side = 0;
-    `bounds(t, state, parameters)` -> (kinetic, static): friction over mass while it slides, and the most while it holds.
+    `sliding(t, state, (*parameters, side))`: equations of sliding in the direction `side`, without friction for side = 0;
+    `bounds(t, state, parameters)` -> (kinetic, static): kinetic friction and the largest static friction, over mass.
     """
 
     sliding: Equations
@@ -180,7 +179,7 @@ Form = FirstOrder | SecondOrder | RigidBody | NBody | Hybrid
 
 
 def first_order(form: Form) -> FirstOrder | None:
-    """The first-order form that a form implies, in any arithmetic; None where there is none (Hybrid, NBody)."""
+    """The first-order form that a form implies, for any arithmetic; None for Hybrid and NBody, which imply none."""
     if isinstance(form, FirstOrder):
         return form
     if isinstance(form, SecondOrder):

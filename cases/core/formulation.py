@@ -1,4 +1,4 @@
-"""Another way to write the same case: its own state, its own equations, its own clock."""
+"""Another way to write a case, with its own state, equations and independent variable."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Formulation:
 
     `forms`: as in a Case, the most structured first. `encode(mp, state, parameters)` -> y in the mpmath context mp
     (the harness computes it in high precision and rounds once). `decode(y, parameters)`: array (..., dim_y) -> array
-    (..., dim). `clock`: the index of the component of y that carries t, or None where the independent variable is t
-    itself. `independent(t, digits)` -> the exact value of the independent variable at time t (with a clock only).
+    (..., dim). `clock`: the index of the component of y that is t; None if the independent variable is t.
+    `independent(t, digits)` -> the exact value of the independent variable at time t; given only with a clock.
     """
 
     name: str

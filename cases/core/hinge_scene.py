@@ -1,4 +1,4 @@
-"""Scenes of one angle that follow from its equations: a unit point mass on a hinge, at 1 m from an upright axis.
+"""Scenes of cases with one angle, made from their equations: a unit point mass on a hinge, 1 m from a vertical axis.
 
 Its moment about the axis is 1 kg m^2, so a tangential force in newtons is the angular acceleration.
 """
@@ -15,14 +15,14 @@ ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
 def hinged_pull(acceleration: Equations) -> SceneForm:
-    """theta'' = acceleration(t, (theta,), parameters), by the angle alone and a turn periodic."""
+    """theta'' = acceleration(t, (theta,), parameters): depends on the angle alone, with period 2 pi."""
     return _hinged(lambda t, state, parameters: acceleration(t, state[:1], parameters)[0], "position_force", True)
 
 
 def hinged_point(equations: Equations, *more: str, token: str = "velocity_force") -> SceneForm:
-    """theta'' by what first-order equations in (theta, omega) say of omega.
+    """theta'' is the derivative of omega in first-order equations for (theta, omega).
 
-    `token` says what that force depends on, `more` what else the engine must know.
+    `token` says on what the force depends; `more` are further tokens that the engine must support.
     """
     return _hinged(lambda t, state, parameters: equations(t, state, parameters)[1], token, False, *more)
 

@@ -1,4 +1,4 @@
-"""Bodies that strike each other, as a physics engine is given them: spheres without friction, and a contact for each pair."""
+"""Scenes of bodies that collide: spheres without friction, with one contact for each pair."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from gnomon.cases.core.scene import Body, Contact, Readings, Scene, SceneForm, S
 
 Values = tuple[float, ...]
 RADIUS = 0.05
-"""Of balls on a line, whose places count so that neighbours touch where they are equal."""
+"""Radius of balls on a line (m). Coordinates of a case are shifted so that touching neighbours have equal ones."""
 AXIS: Vector = (1.0, 0.0, 0.0)
 
 
@@ -21,7 +21,7 @@ def _ball(name: str, mass: float, radius: float, place: Vector, velocity: Vector
 def ball_line(
     masses: Callable[[Values], Values], restitution: Callable[[Values], float], wall: bool = False
 ) -> SceneForm:
-    """State (x1, ..., v1, ...) of balls on a line; with a `wall` at x = 0 to the left of the first, elastic as they are."""
+    """State (x1, ..., v1, ...) of balls on a line; with a `wall` left of the first at x = 0, of the same restitution."""
 
     def build(state: Values, parameters: Values) -> Scene:
         each, e = masses(parameters), restitution(parameters)
@@ -62,7 +62,7 @@ DISCS = SceneForm(discs_scene, discs_reading, frozenset({"rigid_impact", "body_c
 
 
 def incline_scene(state: Values, parameters: Values) -> Scene:
-    """x down the incline, its plane horizontal and gravity tilted; y is the clearance of a sphere."""
+    """The plane is horizontal and gravity is tilted; x is down the incline, y the gap below the sphere."""
     x, y, vx, vy = state
     along, across, e = parameters
     ball = _ball("ball", 1.0, RADIUS, (x, 0.0, RADIUS + y), (vx, 0.0, vy))
@@ -78,7 +78,7 @@ INCLINE = SceneForm(incline_scene, incline_reading, frozenset({"rigid_impact"}),
 
 
 def table_scene(state: Values, parameters: Values) -> Scene:
-    """The table's place is prescribed; the ball stands over it by its height."""
+    """The table's position is prescribed; z is the height of the ball above the table."""
     z, u = state
     _g, e, b, A, w = parameters
 

@@ -1,4 +1,4 @@
-"""Cases without a closed form: their exact motion is a certified integration of their own equations."""
+"""Cases without a closed form: their exact motion is a certified integration of their equations."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from gnomon.reference.storage.import_closure import closure
 
 
 class IntegratedCase(Case):
-    """A case whose motion follows from its own equations; a subclass states its forms as any other does."""
+    """A case whose exact motion is a certified integration of its equations; a subclass states its forms as usual."""
 
     certified_digits: ClassVar[int] = 30
     longest: ClassVar[int] = 1000
-    """How many of its shortest times an integration may last: each costs a tenth of a second or more."""
+    """The longest span in units of `fastest_time`: each unit takes 0.1 s or more to integrate."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -49,7 +49,7 @@ class IntegratedCase(Case):
 
     @property
     def equations_of_motion(self) -> Equations:
-        """The first-order equations."""
+        """The equations of the first-order form."""
         return next(form for form in self.all_forms() if isinstance(form, FirstOrder)).equations
 
     def motion(self) -> CertifiedMotion:

@@ -1,4 +1,4 @@
-"""The error of a state: its distance from the exact one, by groups of like coordinates, each on its own scale."""
+"""The distance between two states: the largest of the norms of groups of like coordinates, each over its own scale."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ RATES = ("velocity", "angular velocity", "rate")
 
 @dataclass(frozen=True)
 class Group:
-    """Coordinates that share a norm. `scale` is the maximum of the exact motion's norm over the span.
+    """Coordinates that share a norm. `scale` is the largest norm of the exact motion over the span.
 
-    A group that is not `scored` is integrated but does not count in the distance.
+    `wrapped` coordinates are angles, compared modulo 2 pi. A group that is not `scored` does not count in the distance.
     """
 
     name: str
@@ -29,7 +29,7 @@ class Group:
     scored: bool = True
 
     def difference(self, states: Floats, exact: Floats) -> Floats:
-        """Gauged differences, shape (..., len(indices)): angles modulo a turn."""
+        """Differences, shape (..., len(indices)); those of angles modulo 2 pi."""
         index = list(self.indices)
         raw = states[..., index] - exact[..., index]
         if not self.wrapped:
@@ -42,8 +42,8 @@ class Group:
 class Metric:
     """The largest of the groups' scaled distances.
 
-    In a hybrid case the state just before a transition and its image just after are one point: a state may be carried
-    onto the guard and through the reset, at the price of the way to the guard.
+    In a hybrid case the state just before a transition and its image just after it are the same point. So the distance
+    is also computed through the reset: the distance of one state to the guard plus that of its image to the other state.
     """
 
     groups: tuple[Group, ...]
@@ -51,11 +51,11 @@ class Metric:
     positions: tuple[str, ...] = ()
     """The groups that are positions; the others are rates of change."""
     crowded: frozenset[float] = frozenset()
-    """Sample times at which events follow each other so fast that only position is scored."""
+    """Sample times at which events follow each other so fast that only positions are compared."""
 
     @classmethod
     def scaled(cls, case: StatedCase, scales: Mapping[str, float], crowded: frozenset[float]) -> Metric:
-        """Of a case whose scales and crowded times are known: finding them takes up to seconds."""
+        """The metric of a case whose scales and crowded times are known; to compute them takes up to seconds."""
         groups = []
         for name in dict.fromkeys(coordinate.group for coordinate in case.state):
             members = tuple(i for i, c in enumerate(case.state) if c.group == name)
@@ -67,13 +67,13 @@ class Metric:
         return cls(tuple(groups), tuple(jumps), positions, crowded)
 
     def by_group(self, states: Floats, exact: Floats) -> dict[str, Floats]:
-        """Scaled distance of each scored group, shape of the leading axes; hybrid identification not applied."""
+        """Scaled distance of each scored group, shape of the leading axes, without the way through transitions."""
         return {g.name: np.linalg.norm(g.difference(states, exact), axis=-1) / g.scale for g in self.groups if g.scored}
 
     def distance(self, states: Floats, exact: Floats, times: Floats | None = None) -> Floats:
         """Distance of states (n, dim) from exact states (n, dim), shape (n,); nan where a state is not finite.
 
-        With their `times` (n,), states at `crowded` times are compared in position only.
+        If their `times` (n,) are given, states at `crowded` times are compared in their positions only.
         """
         if times is not None and self.crowded:
             rows = np.isin(times, list(self.crowded))
@@ -87,12 +87,12 @@ class Metric:
         return np.array([self._through_jumps(d, a, b) for d, a, b in zip(plain, states, exact, strict=True)])
 
     def turns(self, states: Floats, exact: Floats) -> int:
-        """The largest number of whole turns that any angle is off, reported apart from the distance."""
+        """The largest number of whole turns by which an angle is wrong; the distance ignores whole turns."""
         angles = [i for g in self.groups if g.wrapped for i in g.indices]
         if not angles:
             return 0
         off = np.abs(states[..., angles] - exact[..., angles])
-        # Beyond 2^53 a double knows no single turns, and a store no such integers.
+        # Beyond 2^53 binary64 does not resolve single turns, and the store has no such integers.
         return int(min(np.max(np.round(off[np.isfinite(off)] / (2 * math.pi)), initial=0.0), 2.0**53))
 
     def _plain(self, states: Floats, exact: Floats) -> Floats:
@@ -111,7 +111,7 @@ class Metric:
 
 
 def _jump(case: StatedCase, hybrid: Hybrid, transition: Transition) -> Callable[[Floats], Floats | None]:
-    """state -> (state on the guard, its image), or None where the state is not on its way to the guard."""
+    """A function state -> (state on the guard, its image); None for a state that does not move towards the guard."""
     parameters = tuple(float(value) for value in case.parameter_values())
     mode = hybrid.mode(transition.mode)
     step = 1e-6 * case.time_scale
@@ -126,7 +126,7 @@ def _jump(case: StatedCase, hybrid: Hybrid, transition: Transition) -> Callable[
         try:
             on_guard = transition.onto(0.0, here, parameters)
         except ValueError:
-            return None  # a wrong state (below the plane, say) through which no motion meets the guard
+            return None  # a wrong state (such as one below the plane) from which no motion meets the guard
         return np.array([on_guard, transition.reset(0.0, on_guard, parameters)])
 
     return jump

@@ -1,4 +1,4 @@
-"""The numbers of a case: what each one is, which values it may take, which joint rules bind them."""
+"""The numbers of a case: their names, units and meaning, their ranges, and the rules that join several of them."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from fractions import Fraction
 from gnomon.reference.numerics.precision import Number, exact
 
 FEW = 20
-"""More valid names than this are not all put into an error message."""
+"""The most valid names that an error message lists."""
 LARGEST, SMALLEST = max(Fraction(10) ** 300, Fraction(1e300)), min(Fraction(1, 10**300), Fraction(1e-300))
-"""The sizes of numbers that are not 0, as text and as doubles: nearer to the ends of binary64 a square root or a
-quotient leaves it."""
+"""Limits of the size of a number that is not 0, given as text or as a double: closer to the limits of binary64 a
+square root or a quotient may overflow or underflow."""
 TINY = Fraction(1, 10**9)
-"""Of the larger end of its typical range: so small a number is named where there is no exact motion, too."""
+"""A number below this fraction of its typical range is unusual: the error about a missing exact motion names it."""
 KINDS = (
     "length",
     "velocity",
@@ -31,7 +31,7 @@ KINDS = (
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One component of a state. Coordinates of one `group` share a norm and a scale; by default a kind is a group."""
+    """One component of a state. Coordinates of one `group` share a norm and a scale; the group is `kind` by default."""
 
     name: str
     unit: str
@@ -47,7 +47,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter with its unit, its default and what it means."""
+    """One parameter with its unit, its default value and its meaning."""
 
     name: str
     unit: str
@@ -57,7 +57,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Range:
-    """Allowed interval of one number, and the narrower one that random tests and searches draw from."""
+    """The allowed interval of one number, and the `typical` one from which tests and searches draw at random."""
 
     low: float = -math.inf
     high: float = math.inf
@@ -87,12 +87,12 @@ DURATION = Range(low=0.0, low_open=True)
 
 
 class OutOfReachError(ValueError, ArithmeticError):
-    """Numbers inside the domain whose exact motion cannot be computed."""
+    """The numbers are inside the domain, but their exact motion cannot be computed."""
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A joint rule: `holds(numbers)` over parameters and initial state by name, and the sentence that states it."""
+    """A rule that joins several numbers: `holds(numbers)` takes parameters and initial state by name."""
 
     statement: str
     holds: Callable[[Mapping[str, Fraction]], bool]
@@ -100,13 +100,13 @@ class Rule:
 
 @dataclass(frozen=True)
 class Domain:
-    """Which numbers a case admits: a Range for each name of parameters and states, and joint rules."""
+    """Which numbers a case admits: a Range for each parameter and initial value by name, and joint rules."""
 
     ranges: Mapping[str, Range]
     rules: tuple[Rule, ...] = ()
 
     def check(self, case: str, numbers: Mapping[str, Fraction]) -> None:
-        """Raise ValueError naming the first number that is out of its range, or the rule that is broken."""
+        """Raise ValueError that names the first number outside its range, or the first rule that does not hold."""
         for name, value in numbers.items():
             allowed = self.ranges.get(name, Range())
             if not allowed.admits(value):
@@ -122,7 +122,7 @@ class Domain:
         )
 
     def unusual(self, numbers: Mapping[str, Fraction]) -> str:
-        """The numbers outside their typical ranges, with these, as the likely reason why there is no exact motion."""
+        """The message that the exact motion is out of reach: it names the numbers outside their typical ranges, or all."""
         found = []
         for name, value in numbers.items():
             low, high = self.ranges.get(name, Range()).typical
@@ -133,7 +133,10 @@ class Domain:
         return f"the exact motion is out of reach for {named}"
 
     def draw(self, names: Iterable[str], unit: Callable[[], float]) -> dict[str, float]:
-        """Admissible numbers from `unit()`, a source of floats in [0, 1); at most 1000 attempts at the joint rules."""
+        """Random admissible numbers from `unit()`, which returns floats in [0, 1).
+
+        Raises ValueError if 1000 attempts do not meet the joint rules.
+        """
         names = tuple(names)
         for _ in range(1000):
             numbers = {}
@@ -146,7 +149,7 @@ class Domain:
 
 
 def show(value: Fraction) -> str:
-    """A number as a person would write it: exact where that is short, else 17 digits."""
+    """A number as text: exact if that is short, else to 17 digits."""
     if value and (abs(value) > sys.float_info.max or float(value) == 0):
         decades = (value.numerator.bit_length() - value.denominator.bit_length()) * math.log10(2)
         return f"{'-' if value < 0 else ''}1e{decades:.0f} (about)"
@@ -157,10 +160,10 @@ def show(value: Fraction) -> str:
 
 
 def given(value: Number, name: str, allowed: Range) -> Fraction:
-    """An exact number from what a caller gave for `name`.
+    """The exact value of what a caller gave for `name`.
 
-    Raises ValueError, with the allowed range, for what is no number and for one that no binary64 computation can be
-    about. A Fraction or an mpf may be as small as it likes: states of exact motions are, once they have decayed.
+    Raises ValueError, which states the allowed range, if it is not a number, or too small or large for computations in
+    binary64. A Fraction or an mpf may be arbitrarily small: decayed states of exact motions are.
     """
     try:
         number = exact(value, name)
@@ -169,17 +172,21 @@ def given(value: Number, name: str, allowed: Range) -> Fraction:
     small = 0 < abs(number) < SMALLEST and not (isinstance(value, Fraction) or hasattr(value, "_mpf_"))
     if small or abs(number) > LARGEST:
         raise ValueError(
-            f"{name} = {show(number)} is too {'small' if small else 'large'}: it may be in {allowed}, and must be 0 or "
-            "from 1e-300 to 1e300 in size"
+            f"{name} = {show(number)} is too {'small' if small else 'large'}: it must be in {allowed}, and 0 or of size "
+            "1e-300 to 1e300"
         )
     return number
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
-    """The hint for an unknown name: the nearest valid ones, or all of them where none is near."""
+    """The hint for an unknown name: the valid names most like it, or all valid names if none is like it."""
     valid = sorted(valid)
     close = difflib.get_close_matches(name, valid, n=3, cutoff=0.5)
     if close:
         return f"did you mean {' or '.join(close)}?"
     shown = ", ".join(valid[:FEW])
-    return f"valid names: {shown}" if len(valid) <= FEW else f"valid names: {shown} ... {len(valid)} in all, see list"
+    return (
+        f"valid names: {shown}"
+        if len(valid) <= FEW
+        else f"valid names: {shown} ... {len(valid)} in all: see gnomon list"
+    )

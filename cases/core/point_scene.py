@@ -1,14 +1,15 @@
-"""Scenes of one mass point that follow from its equations: a unit mass, free or on a rail, under one force."""
+"""Scenes of one unit mass point under one force, free or on a rail, made from the equations of a case."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from gnomon.cases.core.forms import Equations, Values
 from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Slider, Vector
 
 UP = (0, 2)
-"""Where plane states (x, y up) stand in the engine's space, z up."""
+"""The engine's axes (z up) of plane coordinates (x, y up)."""
 SPACE = (0, 1, 2)
 
 
@@ -19,10 +20,10 @@ def free_point(
     token: str = "velocity_force",
     fields: Equations | None = None,
 ) -> SceneForm:
-    """A free point of mass 1 with state (position..., velocity...), pushed by what the equations say of velocity.
+    """A free point of mass 1 with state (position..., velocity...); the force is the velocity's derivative in `equations`.
 
-    `axes` are the engine's axes of the state's coordinates; `token` says what the force depends on, `more` what else
-    the engine must know. `fields` are those of a charge in space, as in `forms.Charged`.
+    `axes` are the engine's axes of the state's coordinates; `token` says on what the force depends; `more` are further
+    tokens that the engine must support. `fields` are those of a charge in space, as in `forms.Charged`.
     """
     half = len(axes)
 
@@ -56,7 +57,7 @@ def free_point(
 
 
 def railed_pull(acceleration: Equations) -> SceneForm:
-    """A point of mass 1 on a rail with state (x, v), pushed by x'' = acceleration(t, (x,), parameters) of place alone."""
+    """A point of mass 1 on a rail with state (x, v): x'' = acceleration(t, (x,), parameters) depends on x alone."""
 
     def equations(t: Any, state: Values, parameters: Values) -> Values:
         return (state[1], *acceleration(t, state[:1], parameters))
@@ -65,8 +66,20 @@ def railed_pull(acceleration: Equations) -> SceneForm:
 
 
 def railed_point(equations: Equations, *more: str, token: str = "velocity_force") -> SceneForm:
-    """A point of mass 1 on a rail with state (x, v), pushed by what the equations say of v; tokens as above."""
+    """A point of mass 1 on a rail with state (x, v); the force is the derivative of v in `equations`. Tokens as above."""
     return _railed(equations, token, frozenset({"slider", token, *more}), conservative=False)
+
+
+def railed(force: Callable[[float, float, Values], float], token: str = "position_force") -> SceneForm:
+    """A system with one coordinate and constant inertia, such as a chain in a tube: a point of mass 1 on a rail.
+
+    State (x, v); `force(t, x, parameters)` is the force over the inertia.
+    """
+
+    def equations(t: Any, state: Values, parameters: Values) -> Values:
+        return state[1], force(t, state[0], parameters)
+
+    return _railed(equations, token, frozenset({"slider", token}), conservative=token == "position_force")
 
 
 def _railed(equations: Equations, token: str, needs: frozenset[str], conservative: bool) -> SceneForm:

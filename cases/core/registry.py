@@ -1,4 +1,4 @@
-"""Cases by name. Modules are imported on first use, so that listing names is instant."""
+"""The registry of cases and checks by name. Modules are imported on first use: listing names imports none."""
 
 from __future__ import annotations
 
@@ -168,11 +168,11 @@ _CHECKS = {
     "moment_momentum_moving_point": "checks.particles:MomentMomentumMovingPoint",
     "internal_potential_energy": "checks.particles:InternalPotentialEnergy",
 }
-"""Rows without motion."""
+"""The checks: rows of the catalogue without motion."""
 
 
 def names() -> tuple[str, ...]:
-    """The names of all moving cases, entry points of the group `gnomon.cases` included."""
+    """The names of all cases (checks excluded), entry points of the group `gnomon.cases` included."""
     return (*_MODULES, *(point.name for point in entry_points(group="gnomon.cases")))
 
 
@@ -205,7 +205,7 @@ def load(path: str) -> type[Case]:
         Exception,
         SystemExit,
         KeyboardInterrupt,
-    ) as error:  # whatever a user's own module does while it is imported
+    ) as error:  # a user's module may raise anything while it is imported
         raise ValueError(
             f"{path}: {type(error).__name__}: {error}; give package.module:Class of a subclass of gnomon.cases.Case"
         ) from None
@@ -213,7 +213,7 @@ def load(path: str) -> type[Case]:
 
 def _checked(found: object, path: str) -> type[Case]:
     if not (isinstance(found, type) and issubclass(found, Case)):
-        raise ValueError(f"{path} is no subclass of gnomon.cases.Case")
+        raise ValueError(f"{path} is not a subclass of gnomon.cases.Case")
     return found
 
 

@@ -1,4 +1,4 @@
-"""Masses on a light rope through a hole or over a pulley, as a physics engine would be given them."""
+"""Scenes of masses on a massless rope through a hole or over a pulley."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from gnomon.cases.core.two_masses_scene import NO_INERTIA, from_polar, to_polar
 
 Values = tuple[float, ...]
 LENGTH = 100.0
-"""Of a rope whose length does not matter."""
+"""Length of a rope where the motion does not depend on it (m)."""
 TABLE = (0.0, 0.0, 1.0)
 HOLE = (0.0, 0.0, 0.0)
 
@@ -49,7 +49,7 @@ def shortened_reading(readings: Readings, parameters: Values) -> Values:
 
 
 def atwood_scene(state: Values, parameters: Values) -> Scene:
-    """m1 below the pulley, by x below its start; m2 on the other side of it."""
+    """m1 hangs below the pulley, x below its reference position; m2 hangs on the other side."""
     x, v = state
     g, m1, m2, inertia, radius = parameters
     bodies = (
@@ -66,7 +66,7 @@ def atwood_reading(readings: Readings, parameters: Values) -> Values:
 
 
 def swinging_scene(state: Values, parameters: Values) -> Scene:
-    """The swinging mass at r from the pulley, the other one straight below it."""
+    """One mass swings at r from the pulley, the other hangs straight below it."""
     r, theta, vr, w = state
     mu, g = parameters
     s, c = sin(theta), cos(theta)

@@ -1,4 +1,4 @@
-"""Masses in a row on springs and dampers, as a physics engine is given them: free points along x, no gravity."""
+"""Scene of masses in a row on springs and dampers: free points along x, without gravity."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
 def masses_in_a_row(count: int, numbers: Callable[[Values], Values], damped: bool = False) -> SceneForm:
-    """State (displacement of each..., velocity of each...); in equilibrium neighbours stand 1 m apart.
+    """State (displacement of each..., velocity of each...); in equilibrium neighbours are 1 m apart.
 
-    `numbers(parameters)`: the masses, the springs to the ground, those between neighbours; where damped, the dampers in
-    the same order.
+    `numbers(parameters)`: the masses, the stiffnesses of the springs to the ground, of those between neighbours; if
+    `damped`, then the constants of the dampers to the ground and between neighbours.
     """
     token = "velocity_force" if damped else "position_force"
 
@@ -39,7 +39,7 @@ def masses_in_a_row(count: int, numbers: Callable[[Values], Values], damped: boo
 
 
 def _sorted(values: Values, count: int, damped: bool) -> tuple[Values, tuple[Values, Values], tuple[Values, Values]]:
-    """Masses, springs to the ground and between, dampers likewise."""
+    """Masses; springs to the ground and between neighbours; dampers to the ground and between neighbours."""
     masses, rest = values[:count], values[count:]
     springs, dampers = rest[: 2 * count - 1], rest[2 * count - 1 :] if damped else (0.0,) * (2 * count - 1)
     return masses, (springs[:count], springs[count:]), (dampers[:count], dampers[count:])

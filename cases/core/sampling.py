@@ -1,4 +1,4 @@
-"""When a case is sampled."""
+"""The sample times of a case, and its exact states at given times, rounded to binary64."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ INTERVAL_BITS = 20
 
 
 def sample_times(case: SolvedCase) -> Floats:
-    """64 equally spaced times up to the span: multiples of an interval of 20 significant bits, so exact in binary.
+    """64 equally spaced times up to the span (s): multiples of an interval of 20 significant bits, so exact in binary64.
 
-    In a hybrid case the interval is lowered by units of its 20th bit until every sample keeps 1e-3 of the time between
-    the neighbouring events away from each of them. The variants `engines` are sampled at the multiples of 0.01 s
-    nearest to k span/64 instead, because engines want decimal steps.
+    In a hybrid case the interval is reduced by units of its 20th bit until no sample is closer to an event than 1e-3 of
+    the time between the events around it. The variants `engines` are sampled at the multiples of 0.01 s nearest to
+    k span/64 instead, because engines are usually run at decimal steps.
     """
     if case.variant is not None and case.variant.startswith("engines"):
         return np.array([round(k * case.span / SAMPLES * 100) / 100 for k in range(1, SAMPLES + 1)], dtype=np.float64)
@@ -32,13 +32,13 @@ def sample_times(case: SolvedCase) -> Floats:
 
 
 def _interval(length: Fraction) -> tuple[int, int]:
-    """The length as mantissa * 2**exponent with a mantissa of 20 bits, rounded to nearest."""
+    """(mantissa, exponent): the length as mantissa * 2**exponent, its mantissa of 20 bits rounded to nearest."""
     exponent = math.frexp(float(length))[1] - INTERVAL_BITS
     return round(length / Fraction(2) ** exponent), exponent
 
 
 def _check_last_flight(case: SolvedCase) -> None:
-    """Raise ArithmeticError where nearly all of the span is so small a part of the last flight that no time is clear."""
+    """Raise ArithmeticError if the span ends so soon after its last event that every sample is too close to it."""
     end = case.between(float(case.span))
     if end.past and end.last < float(case.span) / (2 * SAMPLES) and float(case.span) - end.last < end.gap / 1000:
         raise ArithmeticError("its samples cannot stay clear of its last event; give a longer span")

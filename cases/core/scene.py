@@ -1,4 +1,4 @@
-"""What a physics engine is given: bodies, joints, forces and contacts, and nothing that the scene does not need."""
+"""What a physics engine is given: bodies, joints, forces and contacts."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body. `inertia`: principal moments about its centre of mass, its axes the body axes; zeros: a point mass.
+    """A rigid body, SI units. `inertia`: principal moments about the centre of mass, along the body axes; 0 for a point mass.
 
-    `radius` (sphere) or `half_extents` (box) is given only where the body touches something. `quaternion` is
-    (x, y, z, w), body -> space; velocities are in space.
+    `radius` (sphere) or `half_extents` (box) is given only if the body touches something. `quaternion` is
+    (x, y, z, w), body -> space; position (of the centre of mass) and velocities are in space.
     """
 
     name: str
@@ -33,8 +33,8 @@ class Body:
 class Hinge:
     """A revolute joint between the world and `body`, through `anchor` along `axis`, both in space at angle zero.
 
-    The body's centre of mass stands at `arm` from the anchor at angle zero; `angle` and `rate` are its start. With a
-    `parent` (token `linked_joint`) the anchor is a point of that body, seen from its centre of mass.
+    At angle zero `arm` points from the anchor to the body's centre of mass; `angle` and `rate` are the initial values.
+    With a `parent` (token `linked_joint`) the anchor is a point of that body, relative to its centre of mass.
     """
 
     name: str
@@ -49,9 +49,9 @@ class Hinge:
 
 @dataclass(frozen=True)
 class Slider:
-    """A prismatic joint between the world and `body`, whose centre of mass stands at `anchor` + `position` * `axis`.
+    """A prismatic joint between the world and `body`, whose centre of mass is at `anchor` + `position` * `axis`.
 
-    With a `parent` (token `linked_joint`) the anchor is a point of that body, seen from its centre of mass. `drive(t)`
+    With a `parent` (token `linked_joint`) the anchor is a point of that body, relative to its centre of mass. `drive(t)`
     prescribes the position (token `driven_axis`).
     """
 
@@ -67,7 +67,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class Guide:
-    """A smooth fixed curve that `body` follows: its centre of mass stands at `curve(coordinate)`."""
+    """A smooth fixed curve that `body` follows: its centre of mass is at `curve(coordinate)`."""
 
     name: str
     body: str
@@ -78,11 +78,11 @@ class Guide:
 
 @dataclass(frozen=True)
 class Contact:
-    """Body against a plane through the origin with unit `normal`: coefficient of restitution and of friction.
+    """Contact of a body with a plane through the origin with unit `normal`; coefficients of restitution and friction.
 
-    `velocity` is that of the plane's surface, as of a belt (token `moving_surface`). What touches an `adhesive` one stays
-    (token `adhesive_contact`). With a `partner` (token
-    `body_contact`) body and partner, both spheres, touch each other instead of a plane.
+    `velocity` is that of the plane's surface, for example of a belt (token `moving_surface`). A body that touches an
+    `adhesive` plane sticks to it (token `adhesive_contact`). With a `partner` (token `body_contact`) body and partner,
+    both spheres, touch each other instead of a plane.
     """
 
     body: str
@@ -96,10 +96,10 @@ class Contact:
 
 @dataclass(frozen=True)
 class Force:
-    """A force on the centre of mass of `body`: `law(t, position, velocity)` -> force (N), in space, and its token.
+    """A force on the centre of mass of `body`: `law(t, position, velocity)` -> force (N) in space; `token` is its kind.
 
-    With a `partner` (token `mutual_force`) place and velocity are those of the body as seen from the partner, on which
-    the opposite force acts. `fields(t, position)` -> (a, w), of a charge: `law` is mass (a + velocity x w).
+    With a `partner` (token `mutual_force`) position and velocity are relative to the partner, on which the opposite force
+    acts. For a charge `fields(t, position)` -> (a, w), and `law` is mass (a + velocity x w).
     """
 
     body: str
@@ -111,10 +111,10 @@ class Force:
 
 @dataclass(frozen=True)
 class Rope:
-    """A light rope from `body` through a hole or over a pulley without friction at `hole`, and on to `other` (token `rope`).
+    """A massless rope from `body` to `other` (token `rope`), through a smooth hole or over a pulley at `hole`.
 
-    `other` moves along `axis` from the hole; `length(t)` is that of the whole rope, and with no `other` of what is left
-    of it; `inertia` is that of the pulley over the square of its radius, for a rope that does not slip (token `pulley`).
+    `other` moves along `axis` from the hole. `length(t)` is the length of the rope; without `other` the part between body
+    and hole. `inertia`: moment of the pulley over the square of its radius; the rope does not slip (token `pulley`).
     """
 
     body: str
@@ -127,7 +127,7 @@ class Rope:
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything the scene needs, and where it starts."""
+    """Everything that a physics engine is given, with the initial state."""
 
     gravity: Vector
     bodies: tuple[Body, ...]
@@ -145,10 +145,10 @@ class Scene:
 
 @dataclass(frozen=True)
 class Readings:
-    """What an engine reports at one sample, by name.
+    """What an engine reports at one sample time, by name.
 
-    `joints`: (coordinate, rate) of each hinge, slider and guide. `bodies`, those that no joint holds: (position,
-    quaternion, velocity, angular velocity), as in Body.
+    `joints`: (coordinate, rate) of each hinge, slider and guide. `bodies`: (position, quaternion, velocity, angular
+    velocity), as in Body, of each body without a joint.
     """
 
     joints: Mapping[str, tuple[float, float]] = field(default_factory=dict)
@@ -157,11 +157,11 @@ class Readings:
 
 @dataclass(frozen=True)
 class SceneForm:
-    """`build(state, parameters)` -> the Scene that starts in that state; `observe(readings, parameters)` -> the state.
+    """A case as a scene: `build(state, parameters)` -> Scene in that state, `observe(readings, parameters)` -> state.
 
-    Only where the scene starts may depend on the state: what it consists of is read from build(zeros, parameters).
-    `needs` are the tokens that an engine must support, known before anything is built. `conservative` scenes admit the
-    staggered start: their accelerations depend on position alone and nothing jumps.
+    The state may determine only initial positions and velocities: bodies, joints and forces are read from
+    build(zeros, parameters). `needs` are the tokens that an engine must support, known before a scene is built. A scene is
+    `conservative` if accelerations depend on position alone and nothing jumps; it admits the staggered start.
     """
 
     build: Callable[[tuple[float, ...], tuple[float, ...]], Scene]

@@ -1,4 +1,4 @@
-"""Rotational symmetry of a case: starts that are turned, whose motions are the turned motions."""
+"""Rotational symmetry of a case: the motion from a turned start is the turned motion."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 STARTS = 9
-"""Turned starts of a case; an odd number, so that their median is the error of one of them."""
+"""The number of turned starts; odd, so that the median is the error of one of them."""
 _ATTEMPTS = 1000
 _PLASTIC = 1.2207440846057596
-"""The root of x^4 = x + 1: its powers spread points evenly over three dimensions (R3 sequence, Roberts 2018)."""
+"""The root of x^4 = x + 1, whose powers give evenly spread points in three dimensions (R3 sequence, Roberts 2018)."""
 
 
 @dataclass(frozen=True)
 class Turning:
-    """Turning these vectors by one rotation turns the whole motion; the other coordinates stay as they are.
+    """A rotational symmetry: if these vectors are turned by one rotation, the motion is. Other coordinates do not change.
 
     `vectors` names the coordinates of each vector: two names for a vector in the plane of the rotation, three for one
-    in space. Vectors in space are turned by any rotation, or only about the third axis where `vertical`.
+    in space. Vectors in space may be turned by any rotation; if `vertical`, only about the third axis.
     """
 
     vectors: tuple[tuple[str, ...], ...]
     vertical: bool = False
 
     def rotation(self, number: int) -> Floats:
-        """Rotation 1, 2, ... of a fixed, evenly spread sequence, shape (2, 2) or (3, 3)."""
+        """Rotation `number` = 1, 2, ... of a fixed, evenly spread sequence, a matrix (2, 2) or (3, 3)."""
         a, b, c = (number * _PLASTIC**-power % 1.0 for power in (1, 2, 3))
         cos, sin = math.cos(2 * math.pi * a), math.sin(2 * math.pi * a)
         if len(self.vectors[0]) == 2:
@@ -53,7 +53,7 @@ class Turning:
         )
 
     def turned(self, case: StatedCase, states: Floats, rotation: Floats) -> Floats:
-        """States (..., dim) of a case, turned."""
+        """States (..., dim) of a case, turned by a rotation matrix (2, 2) or (3, 3)."""
         names = [coordinate.name for coordinate in case.state]
         found = np.array(states, dtype=np.float64)
         for vector in self.vectors:
@@ -63,7 +63,7 @@ class Turning:
 
 
 class SymmetricCase(StatedCase, Protocol):
-    """A case that says whether it has a rotational symmetry."""
+    """The case from `count` turned starts, each rounded to binary64; their exact motions start at the rounded numbers.
 
     @property
     def turning(self) -> Turning | None: ...
@@ -75,7 +75,7 @@ C = TypeVar("C", bound=SymmetricCase)
 def turned_cases(case: C, count: int = STARTS) -> list[C]:
     """The case from `count` turned starts, each rounded to binary64: the exact motion of each is that of these numbers.
 
-    Empty where the case declares no symmetry. Raises ValueError where its domain admits too few turned starts.
+    Empty if the case declares no symmetry. Raises ValueError if its domain admits too few turned starts.
     """
     if case.turning is None:
         return []

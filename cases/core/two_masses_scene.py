@@ -1,6 +1,6 @@
-"""Particles that act on each other, as a physics engine is given them: free points, and a force for each pair.
+"""Scenes of particles that act on each other: free points, with one force for each pair.
 
-Planes of motion are the engine's (x, y), or (x, z) where there is gravity: `axes` names the engine's axes.
+Plane motions lie in the engine's plane (x, y), with gravity in (x, z): `axes` names the engine's axes.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vec
 
 Values = tuple[float, ...]
 Attraction = Callable[[float, Values], float]
-"""(distance, parameters) -> pull over distance, over both masses."""
+"""(distance, parameters) -> attraction over the distance and over both masses."""
 NO_INERTIA: Vector = (0.0, 0.0, 0.0)
 MUTUAL = frozenset({"mutual_force"})
 
@@ -31,7 +31,7 @@ def attracting(
     axes: tuple[int, ...],
     gravity: Callable[[Values], float] = lambda parameters: 0.0,
 ) -> SceneForm:
-    """State (place of each..., velocity of each...) of particles that attract each other by pairs."""
+    """State (position of each..., velocity of each...) of particles that attract each other in pairs."""
     size = len(axes)
 
     def build(state: Values, parameters: Values) -> Scene:
@@ -64,7 +64,7 @@ def attracting(
 
 
 def polar_pair(masses: Callable[[Values], Values], pull: Callable[[float, Values], float]) -> SceneForm:
-    """State (r, theta, r', theta') of particle 2 as seen from particle 1, their centre of mass at rest; `pull` in N."""
+    """State (r, theta, r', theta') of particle 2 relative to particle 1; their centre of mass is at rest; `pull` in N."""
 
     def build(state: Values, parameters: Values) -> Scene:
         one, two = masses(parameters)
@@ -113,7 +113,7 @@ def polar_point(pull: Callable[[float, Values], float]) -> SceneForm:
 
 
 def from_polar(state: Values) -> tuple[Vector, Vector]:
-    """Place and velocity in the plane (x, y) from (r, theta, r', theta')."""
+    """Position and velocity in the plane (x, y) from (r, theta, r', theta')."""
     r, theta, vr, omega = state
     c, s = cos(theta), sin(theta)
     return (r * c, r * s, 0.0), (vr * c - r * omega * s, vr * s + r * omega * c, 0.0)
@@ -130,7 +130,7 @@ def times(factor: float, vector: Vector) -> Vector:
 
 
 def line_scene(state: Values, parameters: Values) -> Scene:
-    """Two masses on a line and a spring, which pushes on where they pass each other."""
+    """Two masses on a line and a spring; the masses may pass through each other."""
     x1, x2, v1, v2 = state
     m1, m2, k, length = parameters
 
@@ -150,7 +150,7 @@ def line_reading(readings: Readings, parameters: Values) -> Values:
 
 
 def rod_scene(state: Values, parameters: Values) -> Scene:
-    """The dumbbell is one rigid body: it turns about y, its moment about the rod's own axis does not matter."""
+    """The dumbbell is one rigid body that turns about y, so its moment about the rod's axis has no effect."""
     x, y, theta, vx, vy, omega = state
     g, m1, m2, length = parameters
     arm, moment = m2 / (m1 + m2) * length, m1 * m2 / (m1 + m2) * length**2
@@ -168,7 +168,7 @@ def rod_scene(state: Values, parameters: Values) -> Scene:
 
 
 def rod_reading(readings: Readings, parameters: Values) -> Values:
-    """Of mass 1 and of the rod; the angle within a turn."""
+    """The state, from the position of the rod; the angle is within one turn."""
     _g, m1, m2, length = parameters
     (x, _, z), (_, turn, _, rest), (vx, _, vz), (_, spin, _) = readings.bodies["rod"]
     arm, theta, omega = m2 / (m1 + m2) * length, -2 * atan2(turn, rest), -spin

@@ -1,1 +1,1 @@
-"""Cases. Points in uniform fields: projectiles, drag, charges, pulses."""
+"""Cases: points in uniform fields: projectiles, drag, charges, pulses."""

@@ -28,7 +28,7 @@ FIELDS = ("Ex", "Ey", "Ez", "Bx", "By", "Bz")
 
 
 def uniform_fields(t: Any, place: Values, parameters: Values) -> Values:
-    """(q/m) E and (q/m) B, the same everywhere and always."""
+    """(q/m) E and (q/m) B, constant in space and time."""
     q_m, ex, ey, ez, bx, by, bz = parameters
     return q_m * ex, q_m * ey, q_m * ez, q_m * bx, q_m * by, q_m * bz
 
@@ -55,14 +55,14 @@ def charge_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def parallel_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """v.B - (q/m) E.B t: along the field only E acts."""
+    """v.B - (q/m) E.B t, constant: along the magnetic field only E acts."""
     _x, _y, _z, vx, vy, vz = state
     q_m, ex, ey, ez, bx, by, bz = parameters
     return (vx * bx + vy * by + vz * bz - q_m * (ex * bx + ey * by + ez * bz) * t,)
 
 
 def centre_x(t: Any, state: Values, parameters: Values) -> Values:
-    """x-component of v - (q/m) (r x B + E t), which holds the guiding centre."""
+    """x-component of v - (q/m) (r x B + E t), from which the guiding centre follows."""
     _x, y, z, vx, _vy, _vz = state
     q_m, ex, _ey, _ez, _bx, by, bz = parameters
     return (vx - q_m * (y * bz - z * by + ex * t),)
@@ -86,7 +86,7 @@ def gyration_matrix(parameters: Values) -> Values:
 
 
 def turning_matrix(wx: Any, wy: Any, wz: Any) -> Values:
-    """Of r' = v, v' = v x w, row by row."""
+    """The matrix of r' = v, v' = v x w, row by row."""
     return (
         *(0, 0, 0, 1, 0, 0),
         *(0, 0, 0, 0, 1, 0),
@@ -112,7 +112,7 @@ FIELD_PARAMETERS = tuple(
 
 
 def with_fields(**values: Number) -> tuple[Parameter, ...]:
-    """The six components, with defaults."""
+    """Parameters for the six components of E and B, with these defaults."""
     return tuple(Parameter(p.name, p.unit, values.get(p.name, 0), p.meaning) for p in FIELD_PARAMETERS)
 
 
@@ -127,11 +127,11 @@ class ChargeInFields(Case):
     domain = Domain({name: Range(typical=(-3.0, 3.0)) for name in ("q_m", *FIELDS, "vx", "vy", "vz")})
     variants = (
         Variant(
-            "oblique", "fields and velocity in no common plane", {"Ey": 2, "Bx": 1, "By": -3}, (1, 2, 3, 1, "0.3", -1)
+            "oblique", "fields and velocity not in one plane", {"Ey": 2, "Bx": 1, "By": -3}, (1, 2, 3, 1, "0.3", -1)
         ),
         Variant(
             "strong_field",
-            "B = 1e5 T: steps for the drift are thousands of gyrations",
+            "B = 1e5 T: a step that suits the drift spans thousands of gyrations",
             {"Bz": 10**5},
             span="0.6317",
         ),
@@ -139,7 +139,7 @@ class ChargeInFields(Case):
         Variant("weak_field", "B = 1e-9 T: nearly a parabola, the textbook formula cancels", {"Bz": "1e-9"}, span=10),
         Variant("no_field", "B = 0: exactly a parabola", {"Bz": 0}, span=10),
         Variant("long_1e5", "100,000 gyrations: phase error", {"Ez": 0}, span="125664.37"),
-        Variant("engines", "the numbers of engine tests, 5 s", span=5),
+        Variant("engines", "the parameters of engine tests, 5 s", span=5),
     )
     invariants: ClassVar = {
         "energy": Invariant(charge_energy),
@@ -171,7 +171,7 @@ class ChargeInFields(Case):
 
     @property
     def time_scale(self) -> float:
-        """One radian of the gyration, or the time in which E changes the velocity where that is shorter."""
+        """One radian of the gyration, or the time in which E changes the velocity if that is shorter."""
         q_m, ex, ey, ez, *_ = map(float, self.parameter_values())
         force = abs(q_m) * math.hypot(ex, ey, ez)
         speed = math.hypot(*map(float, self.initial_state[3:]))
@@ -179,7 +179,7 @@ class ChargeInFields(Case):
         return min(times + ([speed / force] if speed and force else [])) if times or (force and speed) else 1.0
 
     def natural_span(self) -> Number:
-        """10.37 gyrations; ten time scales without magnetic field."""
+        """10.37 gyrations; ten time scales without a magnetic field."""
         rate = float(self._exact.gyration_rate())
         return TURNS / rate if rate else 10 * self.time_scale
 
@@ -194,7 +194,7 @@ class ChargeInFields(Case):
         return found
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Backwards the magnetic field points the other way."""
+        """Time reversal changes the sign of the magnetic field."""
         x, y, z, vx, vy, vz = state
         turned = {name: -self.parameters[name] for name in FIELDS[3:]}
         return (x, y, z, -vx, -vy, -vz), self.parameters | turned
@@ -253,7 +253,7 @@ def relativistic_centre_z(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def newtonian_push(t: float, state: Values, parameters: Values) -> Values:
-    """The same as an acceleration by place and velocity: v' = (q/m) (E + v x B - v (v.E)/c^2)/gamma."""
+    """The same as an acceleration from position and velocity: v' = (q/m) (E + v x B - v (v.E)/c^2)/gamma."""
     _x, _y, _z, vx, vy, vz = state
     q_m, c, ex, ey, ez, bx, by, bz = parameters
     share = q_m * sqrt(1 - (vx * vx + vy * vy + vz * vz) / (c * c))
@@ -269,7 +269,7 @@ def newtonian_push(t: float, state: Values, parameters: Values) -> Values:
 
 
 def newtonian_scene() -> SceneForm:
-    """A Newtonian point, which is what engines have, under a force that makes it move as the charge does."""
+    """A Newtonian point, as engines have it, under a force with which it moves like the relativistic charge."""
     plain = free_point(newtonian_push, SPACE)
 
     def build(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
@@ -285,7 +285,7 @@ def newtonian_scene() -> SceneForm:
 
 
 SLOW_SCENE, FAST_SCENE = newtonian_scene(), free_point(relativistic_equations, SPACE, "relativistic_mass")
-"""In the second velocities are proper ones: next to the speed of light those of a Newtonian engine lose the momentum."""
+"""The second uses proper velocities: close to the speed of light the velocity does not determine the momentum well."""
 NEWTONIAN_GAMMA = 2.0
 LIGHT = 299792458
 
@@ -311,14 +311,14 @@ class RelativisticChargeCase(Case):
         Variant("gamma_1e6", "gamma = 1e6: speed and c differ in the 13th digit", {}, (0, 0, 0, LIGHT * 10**6, 0, 0)),
         Variant(
             "null_field",
-            "E = cB exactly and across: neither drift nor hyperbola, powers of proper time",
+            "exactly E = cB, perpendicular: neither drift nor hyperbola, but powers of proper time",
             {"Ex": 0, "Ey": Fraction(LIGHT, 128), "Ez": 0, "Bz": Fraction(1, 128)},
             (0, 0, 0, 0, 0, 0),
             "2e-7",
         ),
         Variant(
             "runaway",
-            "E > cB: the energy grows without end",
+            "E > cB: the energy grows without bound",
             {"Ex": 10**7, "Bz": "0.001"},
             (0, 0, 0, 0, 0, 0),
             "1e-6",
@@ -331,7 +331,7 @@ class RelativisticChargeCase(Case):
             {"Ex": 1, "Ez": 0},
             (0, 0, 0, 300, 0, 0),
         ),
-        Variant("oblique", "fields in no common plane with the velocity", {"Ey": 10**6, "Bx": "0.02", "By": "-0.01"}),
+        Variant("oblique", "fields and velocity not in one plane", {"Ey": 10**6, "Bx": "0.02", "By": "-0.01"}),
     )
     invariants: ClassVar = {
         "energy": Invariant(relativistic_energy),
@@ -359,21 +359,21 @@ class RelativisticChargeCase(Case):
 
     @property
     def time_scale(self) -> float:
-        """gamma over (q/m) (|B| + |E|/c): the time in which the fields turn or change the velocity."""
+        """gamma over (q/m) (|B| + |E|/c): the time in which the fields change the velocity."""
         q_m, c, ex, ey, ez, bx, by, bz = map(float, self.parameter_values())
         rate = abs(q_m) * (math.hypot(bx, by, bz) + math.hypot(ex, ey, ez) / c)
         return float(self._exact.gamma()) / rate if rate else 1.0
 
     def natural_span(self) -> Number:
-        """10.37 gyrations where B outweighs E/c, else ten time scales."""
+        """10.37 gyrations if B is larger than E/c, else ten time scales."""
         _q_m, c, ex, ey, ez, bx, by, bz = map(float, self.parameter_values())
         weak = 2 * math.hypot(ex, ey, ez) < c * math.hypot(bx, by, bz)
         return (TURNS if weak else 10) * self.time_scale
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`proper_time`: what a clock on the charge shows at the end of the span.
+        """`proper_time`: that of the charge at the end of the span (s).
 
-        At the start, where it moves: F_t/(m gamma^3) along the path, the radius of curvature gamma m v^2/F_n.
+        At the start, if it moves: the tangential acceleration F_t/(m gamma^3), the radius of curvature gamma m v^2/F_n.
         `field_square` E^2 - c^2 B^2 and `field_product` E.B are the same in every frame.
         """
         motion = self._exact
@@ -386,7 +386,7 @@ class RelativisticChargeCase(Case):
         return found
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Backwards the magnetic field points the other way."""
+        """Time reversal changes the sign of the magnetic field."""
         x, y, z, ux, uy, uz = state
         turned = {name: -self.parameters[name] for name in FIELDS[3:]}
         return (x, y, z, -ux, -uy, -uz), self.parameters | turned

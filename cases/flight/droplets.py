@@ -57,7 +57,7 @@ def dried(t: Any, state: Values, parameters: Values) -> Values:
     return plates + gap, state[1], 0, 0
 
 
-def place_of_the_drop(t: Any, state: Values, parameters: Values) -> str:
+def jet_mode(t: Any, state: Values, parameters: Values) -> str:
     x = exact(state[0])
     _q_m, _field, plates, gap, _nu = map(exact, parameters[:5])
     if x < plates:
@@ -65,14 +65,14 @@ def place_of_the_drop(t: Any, state: Values, parameters: Values) -> str:
     return "flight" if x < plates + gap else "paper"
 
 
-def jet_anywhere(t: float, state: Values, parameters: Values) -> Values:
-    """Plates and flight in one, for a scene's force."""
+def jet_rates(t: float, state: Values, parameters: Values) -> Values:
+    """The acceleration between and behind the plates, for the force of a scene."""
     return (between_plates if state[0] < parameters[2] else behind_plates)(t, state, parameters)
 
 
 def jet_scene() -> tuple[SceneForm, SceneForm]:
-    """On its way; and with the paper, at x = 0 there, on which the drop sticks."""
-    plain = free_point(jet_anywhere, (0, 1))
+    """Scenes of the flight alone, and of the flight to the paper (at x = 0 in the scene), to which the drop sticks."""
+    plain = free_point(jet_rates, (0, 1))
 
     def build(state: Values, parameters: Values) -> Scene:
         made = plain.build(state, parameters)
@@ -115,7 +115,7 @@ class InkJetPrinter(Case):
         Parameter("q_m", "C/kg", "1.5e-3", "charge over mass"),
         Parameter("E", "V/m", 1_400_000, "field between the plates"),
         Parameter("l", "m", "0.016", "length of the plates"),
-        Parameter("D", "m", "0.01", "from the plates to the paper"),
+        Parameter("D", "m", "0.01", "distance from the plates to the paper"),
         Parameter("nu", "1/s", 0, "drag over mass and speed"),
     )
     default_state = (0, 0, 18, 0)
@@ -134,11 +134,9 @@ class InkJetPrinter(Case):
         (Rule("the drop starts before the paper (x < l + D)", lambda n: n["x"] < n["l"] + n["D"]),),
     )
     variants = (
-        Variant("drag", "air slows the drop on its way", {"nu": 400}),
-        Variant(
-            "stopped_by_air", "drag stops the drop short of the paper: no second event", {"nu": 1000}, span="0.0071"
-        ),
-        Variant("weak_drag", "nu = 1e-9: the logarithms of the times cancel", {"nu": "1e-9"}),
+        Variant("drag", "air slows the drop in flight", {"nu": 400}),
+        Variant("stopped_by_air", "drag stops the drop before the paper: no second event", {"nu": 1000}, span="0.0071"),
+        Variant("weak_drag", "nu = 1e-9: the logarithms for the event times cancel", {"nu": "1e-9"}),
     )
 
     @cached_property
@@ -154,7 +152,7 @@ class InkJetPrinter(Case):
         return (
             Hybrid(
                 modes=(Mode("plates", between_plates), Mode("flight", behind_plates), Mode("paper", on_paper)),
-                start=place_of_the_drop,
+                start=jet_mode,
                 transitions=(
                     Transition("leaves", "plates", end_of_plates, 1, at_plates_end, "flight"),
                     Transition("lands", "flight", paper, 1, dried, "paper"),
@@ -170,12 +168,12 @@ class InkJetPrinter(Case):
 
     @property
     def time_scale(self) -> float:
-        """The flight to the paper without drag."""
+        """The time of the flight to the paper without drag."""
         way = self.parameters["l"] + self.parameters["D"] - self.initial_state[0]
         return float(way / self.initial_state[2])
 
     def natural_span(self) -> Number:
-        """A quarter past the landing; three flights where the drop does not arrive."""
+        """1.25 times the flight to the paper; three times that without drag if the drop does not arrive."""
         motion = self._exact
         return 1.27 * float(motion.time_at(motion.paper)) if motion.reaches(motion.paper) else 3.1 * self.time_scale
 
@@ -198,7 +196,7 @@ class InkJetPrinter(Case):
         )
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`deflection`: y on the paper, without drag q E l (l/2 + D)/(m v^2)."""
+        """`deflection`: y on the paper (m); without drag q E l (l/2 + D)/(m v^2)."""
         motion = self._exact
         if not motion.reaches(motion.paper):
             return {}
@@ -261,7 +259,7 @@ class MillikanOilDrop(Case):
     )
     variants = (
         Variant("no_field", "falls to its limiting speed", {"E": 0}),
-        Variant("stiff", "100 s at a relaxation time of 1e-5 s: seven decades", span=100),
+        Variant("stiff", "100 s with a relaxation time of 1e-5 s: seven decades apart", span=100),
         Variant("balanced", "the field nearly carries the drop: a difference of large forces", {"E": "45401.5"}),
     )
 
@@ -293,7 +291,7 @@ class MillikanOilDrop(Case):
         return 20.7 * self.time_scale
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`charge` by Millikan's formula from the two limiting speeds: the q that was put in."""
+        """`charge` by Millikan's formula from the two limiting speeds, which is the parameter q, and others."""
         motion = self._exact
         found = {
             "relaxation_time": motion.relaxation_time(digits),

@@ -1,4 +1,4 @@
-"""A short pulse of force, and the impulse that is its limit."""
+"""A short pulse of force, and its limit, an impulse."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from functools import cached_property
 from math import atan, pi, sin
 from typing import Any
 
-from gnomon.cases.core.case import Case, Event, Level, Variant
+from gnomon.cases.core.case import Case, Event, Level, Variant, same
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.rail_scene import railed
+from gnomon.cases.core.point_scene import railed
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.flight.impulse_instantaneous import Pulse
 from gnomon.reference.numerics.precision import Number
@@ -45,7 +45,7 @@ def struck(t: Any, state: Values, parameters: Values) -> Values:
     return x, v + impulse / m
 
 
-def phase_of_pulse(t: Any, state: Values, parameters: Values) -> str:
+def pulse_mode(t: Any, state: Values, parameters: Values) -> str:
     _, _, begin, length = parameters[:4]
     if t < begin:
         return "before"
@@ -53,19 +53,19 @@ def phase_of_pulse(t: Any, state: Values, parameters: Values) -> str:
 
 
 class ImpulseInstantaneous(Case):
-    """A free mass that a short pulse of given impulse sets in motion."""
+    """A free mass and a short pulse of force with given impulse."""
 
     name = "impulse_instantaneous"
     title = "Finite pulse that tends to an impulse"
     section = "7.2, 7.3"
     conventions = (
-        "The pulse is half a sine in time of impulse J, from t1 to t1 + T; else no force. T = 0 is the impulse at once."
+        "The pulse is a half sine in time with impulse J, from t1 to t1 + T; else no force acts. T = 0 is an impulse."
     )
     state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
         Parameter("m", "kg", 2, "mass"),
         Parameter("J", "N s", 3, "impulse"),
-        Parameter("t1", "s", "0.7", "begin of the pulse"),
+        Parameter("t1", "s", "0.7", "start of the pulse"),
         Parameter("T", "s", "0.1", "length of the pulse"),
     )
     default_state = (0, "0.5")
@@ -79,14 +79,14 @@ class ImpulseInstantaneous(Case):
         | {name: Range(typical=(-3.0, 3.0)) for name in ("x", "v")}
     )
     variants = (
-        Variant("short_1e-3", "a pulse of 1 ms between coasts", {"T": "1e-3"}),
+        Variant("short_1e-3", "a pulse of 1 ms between uniform motions", {"T": "1e-3"}),
         Variant(
             "short_1e-9",
-            "a pulse of 1 ns: step-size control that only samples the force steps over it; time has 7 digits within it",
+            "a pulse of 1 ns: step-size control can step over it; within it, time has only 7 digits",
             {"T": "1e-9"},
         ),
         Variant("kick_off", "starts at rest: nothing happens until the pulse", {"T": "1e-6"}, (0, 0)),
-        Variant("at_once", "T = 0: the velocity jumps", {"T": 0}),
+        Variant("at_once", "T = 0, an impulse: the velocity jumps", {"T": 0}),
     )
     autonomous = False
 
@@ -105,7 +105,7 @@ class ImpulseInstantaneous(Case):
             return (
                 Hybrid(
                     modes=(Mode("before", coasting), Mode("after", coasting)),
-                    start=phase_of_pulse,
+                    start=pulse_mode,
                     transitions=(Transition("impulse", "before", pulse_begin, 1, struck, "after"),),
                     settle=1e-9 * self.time_scale,
                     terminal=frozenset({"after"}),
@@ -114,7 +114,7 @@ class ImpulseInstantaneous(Case):
         return (
             Hybrid(
                 modes=(Mode("before", coasting), Mode("pulse", pushed), Mode("after", coasting)),
-                start=phase_of_pulse,
+                start=pulse_mode,
                 transitions=(
                     Transition("begins", "before", pulse_begin, 1, on_it_goes, "pulse"),
                     Transition("ends", "pulse", pulse_end, 1, on_it_goes, "after"),
@@ -130,7 +130,7 @@ class ImpulseInstantaneous(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time until the pulse is over."""
+        """The time until the pulse ends."""
         return float(self.parameters["t1"] + self.parameters["T"])
 
     @property
@@ -154,7 +154,7 @@ class ImpulseInstantaneous(Case):
         return tuple(found)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`late`: by how much the place lags behind that after an instantaneous impulse at t1."""
+        """`late`: how far the position lags behind that after an instantaneous impulse at t1 (m)."""
         motion = self._exact
         final = motion.v0 + motion.impulse / motion.m
         return {"final_speed": motion._rational(digits, final), "late": motion.lag(digits)}
@@ -166,7 +166,7 @@ class ImpulseInstantaneous(Case):
             return ()
         numbers: dict[str, Any] = dict(self.parameters) | {"T": 0}
         at_once = ImpulseInstantaneous(initial_state=self.initial_state, span=self.span, **numbers)
-        return (Level(at_once, lambda states: states, "impulse at once"),)
+        return (Level(at_once, same, "an instantaneous impulse"),)
 
 
 def push(t: float, x: float, parameters: tuple[float, ...]) -> float:

@@ -54,14 +54,14 @@ class ProjectileParabola(Case):
     default_span = 3
     domain = Domain({"g": Range(low=0.0, typical=(0.0, 20.0))})
     variants = (
-        Variant("engines", "the throw of the engine tables: 10 m/s, 1 s", initial_state=(0, 0, 6, 8), span=1),
+        Variant("engines", "the parameters of the engine tables: 10 m/s, 1 s", initial_state=(0, 0, 6, 8), span=1),
         Variant("vertical", "straight up: a component that stays exactly zero", initial_state=(0, 0, 0, 30), span=6),
         Variant(
             "far_origin",
-            "1e8 m from the origin: the increment of a small step falls under the ulp of the position",
+            "1e8 m from the origin: the increment of a small step is below the ulp of the position",
             initial_state=(10**8, 10**8, 20, 15),
         ),
-        Variant("long_fall", "a fall of 1e4 s: the rounding of many steps", initial_state=(0, 0, 20, 15), span=10**4),
+        Variant("long_fall", "a fall of 1e4 s: round-off of many steps", initial_state=(0, 0, 20, 15), span=10**4),
     )
     invariants: ClassVar[Mapping[str, Invariant]] = {
         "energy": Invariant(projectile_energy),
@@ -81,13 +81,13 @@ class ProjectileParabola(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time in which gravity changes the velocity by the speed; the span where there is neither."""
+        """The time in which gravity changes the velocity by the initial speed; the span if gravity or speed is zero."""
         speed = math.hypot(float(self.initial_state[2]), float(self.initial_state[3]))
         g = float(self.parameters["g"])
         return speed / g if speed * g > 0 else float(self.span)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`range`: to y = 0. Of all throws at this speed, where their envelope has its top and meets y = 0."""
+        """`range` to y = 0; the top of the envelope of all throws at this speed, and where it meets y = 0 (m)."""
         if self.parameters["g"] == 0:
             return {}
         motion = self.motion()

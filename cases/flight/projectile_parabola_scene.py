@@ -1,4 +1,4 @@
-"""The projectile as a physics engine is given it: a free point mass under gravity; y is up along the engine's z."""
+"""Scene of the projectile: a free point mass under gravity; y is along the engine's z."""
 
 from __future__ import annotations
 

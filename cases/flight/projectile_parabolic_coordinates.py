@@ -18,7 +18,7 @@ from gnomon.reference.numerics.precision import Number, quantity
 
 
 def parabolic_equations(t: Any, state: Values, parameters: Values) -> Values:
-    """Of L = (xi^2 + eta^2)(xi'^2 + eta'^2)/2 - g (eta^2 - xi^2)/2."""
+    """The equations of L = (xi^2 + eta^2)(xi'^2 + eta'^2)/2 - g (eta^2 - xi^2)/2."""
     xi, eta, u, v = state
     (g,) = parameters
     share, excess = xi * xi + eta * eta, v * v - u * u
@@ -51,13 +51,13 @@ def _misses_the_focus(n: Mapping[str, Fraction]) -> bool:
 
 
 class ProjectileInParabolicCoordinates(Case):
-    """No scene: a place tells xi and eta but for their common sign, which only the way there does."""
+    """No scene: a position determines xi and eta except for their common sign, which depends on the path."""
 
     name = "projectile_parabolic_coordinates"
     title = "Projectile in parabolic coordinates"
     section = "11.3-11.8"
     conventions = (
-        "x = xi eta horizontal, y = (eta^2 - xi^2)/2 upward; lines of constant xi or eta are parabolas with their focus at "
+        "x = xi eta horizontal, y = (eta^2 - xi^2)/2 upward; lines of constant xi or eta are parabolas with the focus at "
         "the origin, where the coordinates are singular. xi and eta are continuous in time and change their signs."
     )
     state = (
@@ -77,7 +77,7 @@ class ProjectileInParabolicCoordinates(Case):
     variants = (
         Variant(
             "confocal",
-            "the path's own focus is that of the coordinates: eta is exactly constant",
+            "the path has its focus at that of the coordinates: eta is exactly constant",
             {"g": 4},
             (0, 1, 2, 0),
         ),
@@ -89,7 +89,7 @@ class ProjectileInParabolicCoordinates(Case):
             "1.3",
         ),
         Variant("below_focus", "the path passes below the focus: eta changes its sign", {"g": 10}, (2, 1, -1, -2)),
-        Variant("far", "1e8 m away: the terms of xi'' and eta'' all but cancel", {}, (10**4, 10**4, 1, 2)),
+        Variant("far", "1e8 m away: the terms of xi'' and eta'' nearly cancel", {}, (10**4, 10**4, 1, 2)),
     )
     invariants: ClassVar = {
         "energy": Invariant(parabolic_energy),
@@ -110,7 +110,7 @@ class ProjectileInParabolicCoordinates(Case):
 
     @property
     def time_scale(self) -> float:
-        """In which gravity changes the velocity by the speed, or the place goes once its distance from the focus."""
+        """The time in which gravity changes the velocity by the speed, or in which the body moves as far as the focus is."""
         flight = self._exact.projectile()
         g, speed, away = float(flight.g), math.hypot(float(flight.vx), float(flight.vy)), self._away(Fraction(0))
         if not speed:
@@ -119,7 +119,7 @@ class ProjectileInParabolicCoordinates(Case):
 
     @property
     def fastest_time(self) -> float:
-        """A path that passes close to the focus passes it in its distance from there over its speed."""
+        """The least distance from the focus over the speed there, if the path passes close to it."""
         return min([self.time_scale, *(self._away(t) / self._speed(t) for t in self._nearest())])
 
     def _away(self, t: Number) -> float:
@@ -131,14 +131,14 @@ class ProjectileInParabolicCoordinates(Case):
         return math.hypot(float(vx), float(vy))
 
     def _nearest(self) -> list[float]:
-        """Times in the span at which the distance from the focus has an extreme."""
+        """Times in the span at which the distance from the focus is extremal (s)."""
         f = self._exact.projectile()
         x, y, vx, vy, g = map(float, (f.x, f.y, f.vx, f.vy, f.g))
         slope = np.roots([g * g / 2, -1.5 * g * vy, vx * vx + vy * vy - g * y, x * vx + y * vy])
         return [float(t.real) for t in slope if abs(t.imag) < 1e-6 * abs(t) and 0 < t.real < float(self.span)]
 
     def scales(self) -> dict[str, float]:
-        """On a grid, and next to the focus, where the rates have a peak that may be sharper than it."""
+        """On a grid, and closest to the focus, where the rates have a peak that may be narrower than the grid spacing."""
         found = accuracy.grid_scales(self)
         for t in self._nearest():
             xi, eta, u, v = map(float, self.exact(t))
@@ -147,7 +147,7 @@ class ProjectileInParabolicCoordinates(Case):
         return found
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`crossing`: y where the path crosses the line above and below the focus, x = 0."""
+        """`crossing`: y where the path crosses the vertical x = 0 through the focus (m)."""
         crossing = self._exact.crossing()
         return {} if crossing is None else {"crossing": quantity(digits, lambda mp: mp.mpf(crossing))}
 

@@ -6,7 +6,7 @@ import math
 from functools import cached_property
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import UP, free_point
@@ -45,14 +45,10 @@ def stokes_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def stokes_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """vx + nu x: what the drag takes from the velocity it gives to the way."""
+    """vx + nu x, constant: drag reduces the velocity by nu times the distance."""
     x, _y, vx, _vy = state
     _g, nu = parameters
     return (vx + nu * x,)
-
-
-def as_it_is(states: Floats) -> Floats:
-    return states
 
 
 SCENE = free_point(stokes_equations, UP)
@@ -77,9 +73,9 @@ class ProjectileStokesDrag(Case):
     domain = Domain({"g": positive(), "nu": Range(low=0.0, typical=(0.0, 5.0))})
     variants = (
         Variant("weak", "nu = 1e-10: the exact formula cancels to a parabola", {"nu": "1e-10"}, span="2.9"),
-        Variant("stiff", "nu = 1e5: at its limiting speed after 1e-5 s of 10 s", {"nu": 10**5}, span=10),
-        Variant("no_drag", "nu = 0: the parabola itself", {"nu": 0}, span=3),
-        Variant("engines", "the numbers of engine tests: nu = 0.5, 2 s", initial_state=(0, 0, 10, 10), span=2),
+        Variant("stiff", "nu = 1e5: reaches its limiting speed after 1e-5 s of 10 s", {"nu": 10**5}, span=10),
+        Variant("no_drag", "nu = 0: exactly the parabola", {"nu": 0}, span=3),
+        Variant("engines", "the parameters of engine tests: nu = 0.5, 2 s", initial_state=(0, 0, 10, 10), span=2),
     )
     invariants: ClassVar = {
         "energy": Invariant(stokes_energy, "decays"),
@@ -105,19 +101,19 @@ class ProjectileStokesDrag(Case):
 
     @property
     def time_scale(self) -> float:
-        """The shorter of the time in which drag slows the flight and that in which gravity bends it."""
+        """The shorter of the times in which drag slows the body and in which gravity bends its path."""
         g, nu = map(float, self.parameter_values())
         speed = math.hypot(*map(float, self.initial_state[2:])) or 1.0
         return min(1 / nu, speed / g) if nu > 0 else speed / g
 
     def natural_span(self) -> Number:
-        """Past the end of the throw: four times the bending time, at most twenty decay times."""
+        """Beyond the end of the throw: four times the time in which gravity bends the path, at most twenty decay times."""
         g, nu = map(float, self.parameter_values())
         speed = math.hypot(*map(float, self.initial_state[2:])) or 1.0
         return min(20 / nu, 1.97 * speed / g) if nu > 0 else 1.97 * speed / g
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Where the throw points up: its flight back to the starting height."""
+        """If it is thrown upward: the flight back to the initial height."""
         found = {}
         _, nu = self.parameter_values()
         if nu > 0:
@@ -128,4 +124,4 @@ class ProjectileStokesDrag(Case):
     @property
     def hierarchy(self) -> tuple[Level, ...]:
         parabola = ProjectileParabola(initial_state=self.initial_state, span=self.span, g=self.parameters["g"])
-        return (Level(parabola, as_it_is, "no drag: the parabola"),)
+        return (Level(parabola, same, "no drag: the parabola"),)

@@ -10,7 +10,7 @@ from functools import cached_property
 from math import asinh, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import UP, free_point, railed_point
@@ -45,10 +45,6 @@ def hodograph(t: Any, state: Values, parameters: Values) -> Values:
     return (1 / (vx * vx) + k / g * (q * sqrt(1 + q * q) + asinh(q)),)
 
 
-def without_drag(states: Floats) -> Floats:
-    return states
-
-
 PLANE_SCENE = free_point(quadratic_drag_equations, UP)
 
 
@@ -56,7 +52,7 @@ class ProjectileQuadraticDrag(Case):
     name = "projectile_quadratic_drag"
     title = "Projectile with quadratic drag: Bernoulli's hodograph"
     section = "6.5 (extension of 6.5.2)"
-    conventions = "x horizontal, y upward; drag -k |v| v per unit mass; vx is not zero: the vertical throw is a case."
+    conventions = "x horizontal, y upward; drag -k |v| v per unit mass; vx is not zero (see vertical_quadratic_drag)."
     state = (
         Coordinate("x", "m", "length"),
         Coordinate("y", "m", "length"),
@@ -77,9 +73,9 @@ class ProjectileQuadraticDrag(Case):
         (Rule("vx is not zero", lambda n: n["vx"] != 0),),
     )
     variants = (
-        Variant("strong", "k v0^2/g = 1e3: nearly all speed is lost at once", {"k": "3.5"}, (0, 0, 20, 49), "4.1"),
+        Variant("strong", "k v0^2/g = 1e3: loses nearly all speed at once", {"k": "3.5"}, (0, 0, 20, 49), "4.1"),
         Variant("weak", "k = 1e-10: nearly the parabola", {"k": "1e-10"}, span="2.9"),
-        Variant("asymptote", "falls until the path is vertical to 1e-24", span=180),
+        Variant("asymptote", "falls until the path is vertical up to 1e-24", span=180),
         Variant("steep", "nearly vertical: the slope starts at 1.5e7", initial_state=(0, 0, "1e-6", 15)),
     )
     invariants: ClassVar = {"energy": Invariant(drag_energy, "decays"), "hodograph": Invariant(hodograph)}
@@ -101,13 +97,13 @@ class ProjectileQuadraticDrag(Case):
 
     @property
     def time_scale(self) -> float:
-        """The shorter of the time in which drag slows the flight and that in which gravity bends it."""
+        """The shorter of the times in which drag slows the body and in which gravity bends its path."""
         g, k = map(float, self.parameter_values())
         speed = math.hypot(*map(float, self.initial_state[2:]))
         return min(1 / (k * speed), speed / g, 1 / math.sqrt(g * k))
 
     def natural_span(self) -> Number:
-        """About the flight of a throw without drag, at most five times the time to the limiting speed."""
+        """About the flight without drag, at most five times the time to the limiting speed."""
         g, k = map(float, self.parameter_values())
         speed = math.hypot(*map(float, self.initial_state[2:]))
         return min(1.97 * speed / g, 5 / math.sqrt(g * k))
@@ -124,8 +120,8 @@ class ProjectileQuadraticDrag(Case):
             initial_state=self.initial_state, span=self.span, g=self.parameters["g"], nu=self._first_rate
         )
         return (
-            Level(parabola, without_drag, "no drag: the parabola"),
-            Level(stokes, without_drag, "drag proportional to the velocity, right at the start"),
+            Level(parabola, same, "no drag: the parabola"),
+            Level(stokes, same, "drag proportional to the velocity, equal at the start"),
         )
 
     @property
@@ -135,7 +131,7 @@ class ProjectileQuadraticDrag(Case):
 
 
 def rising_or_falling(t: Any, state: Values, parameters: Values) -> Values:
-    """y' = v, v' = -g - side k v^2; the side, 1 rising and -1 falling, belongs to the mode."""
+    """y' = v, v' = -g - side k v^2; `side`, 1 rising and -1 falling, is a constant of the mode."""
     _y, v = state
     g, k, side = parameters
     return v, -g - side * k * v * v
@@ -158,13 +154,13 @@ def throw_energy(t: Any, state: Values, parameters: Values) -> Values:
     return (v * v / 2 + g * y,)
 
 
-def way_of_the_throw(t: Any, state: Values, parameters: Values) -> str:
+def throw_mode(t: Any, state: Values, parameters: Values) -> str:
     _y, v = state
     return "rising" if v > 0 else "falling"
 
 
 def signed_drag(t: Any, state: Values, parameters: Values) -> Values:
-    """The same without modes, v |v| written as v sqrt(v^2): for a scene's force."""
+    """The same without modes, with v |v| written as v sqrt(v^2), for the force of a scene."""
     _y, v = state
     g, k = parameters
     return v, -g - k * v * sqrt(v * v)
@@ -177,7 +173,7 @@ class VerticalQuadraticDrag(Case):
     name = "vertical_quadratic_drag"
     title = "Vertical throw with quadratic drag: tan ascent, tanh descent"
     section = "6.5, 6.13.1"
-    conventions = "y upward; drag -k v |v| per unit mass, whose second derivative jumps at the apex: an event."
+    conventions = "y upward; drag -k v |v| per unit mass. Its second derivative jumps at the apex: an event."
     state = (Coordinate("y", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
@@ -192,10 +188,17 @@ class VerticalQuadraticDrag(Case):
         }
     )
     variants = (
-        Variant("fast", "v0 = 1e6 limiting speeds: stiff at the start", {"g": 10, "k": "0.1"}, (0, 10**7), 20),
+        Variant(
+            "fast", "v0 is 1e6 times the limiting speed: stiff at the start", {"g": 10, "k": "0.1"}, (0, 10**7), 20
+        ),
         Variant("long_fall", "falls for 1e4 times the time to the limiting speed: cosh overflows", span=30000),
         Variant("weak", "k = 1e-12: nearly the parabola", {"k": "1e-12"}, span="8.1"),
-        Variant("from_rest", "dropped: the force's kink is at the very start", initial_state=(0, 0), span=10),
+        Variant(
+            "from_rest",
+            "released at rest: the second derivative of the force jumps at the start",
+            initial_state=(0, 0),
+            span=10,
+        ),
         Variant(
             "faster_than_the_limit", "thrown down at four times the limiting speed", initial_state=(0, -125), span=9
         ),
@@ -215,7 +218,7 @@ class VerticalQuadraticDrag(Case):
         return (
             Hybrid(
                 modes=(Mode("rising", rising_or_falling, (1.0,)), Mode("falling", rising_or_falling, (-1.0,))),
-                start=way_of_the_throw,
+                start=throw_mode,
                 transitions=(apex,),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"falling"}),
@@ -228,13 +231,13 @@ class VerticalQuadraticDrag(Case):
 
     @property
     def time_scale(self) -> float:
-        """vt/g, the time to the limiting speed; v0/g where that is shorter."""
+        """vt/g, the time to the limiting speed; v0/g if that is shorter."""
         g, k = map(float, self.parameter_values())
         speed = abs(float(self.initial_state[1]))
         return min(1 / math.sqrt(g * k), speed / g or math.inf)
 
     def natural_span(self) -> Number:
-        """1.3 times the flight back to the start; four times vt/g from rest or downward."""
+        """1.3 times the flight back to the start; four times vt/g if it starts at rest or downward."""
         if self.initial_state[1] > 0:
             return 1.3 * float(self._exact.return_time())
         g, k = map(float, self.parameter_values())

@@ -42,7 +42,7 @@ def wedge_acceleration(t: Any, q: Values, parameters: Values) -> Values:
 
 
 def wedge_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """Of wedge and block along the floor."""
+    """Momentum of wedge and block along the floor."""
     _, _, V, v = state
     _, m, M, alpha = parameters
     return ((M + m) * V + m * v * cos(alpha),)
@@ -61,7 +61,7 @@ class AtwoodPulleySystems(Case):
     name = "atwood_pulley_systems"
     title = "Atwood machine with a heavy pulley"
     section = "8.8, 8.9"
-    conventions = "x is the way by which m1 has descended; the rope is light and does not slip."
+    conventions = "x is the distance by which m1 has descended; the rope is massless and does not slip."
     state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
@@ -76,10 +76,10 @@ class AtwoodPulleySystems(Case):
         | {"R": positive(), "x": Range(typical=(-3.0, 3.0)), "v": Range(typical=(-3.0, 3.0))}
     )
     variants = (
-        Variant("light_pulley", "no inertia of the pulley: the rope has one tension", {"I": 0}),
+        Variant("light_pulley", "a pulley without inertia: both parts of the rope have the same tension", {"I": 0}),
         Variant(
             "balance",
-            "m1 is one double above m2: the difference of the weights is all that moves",
+            "m1 is the double next above m2: only the tiny difference of the weights accelerates",
             {"m1": 1.5000000000000002},
             (0, 0),
             span=1000,
@@ -105,14 +105,14 @@ class AtwoodPulleySystems(Case):
 
     @property
     def time_scale(self) -> float:
-        """Initial speed over acceleration; from rest the time of the first metre; 1 s without either."""
+        """Initial speed over acceleration; from rest the time of the first metre; 1 s if both are zero."""
         rate, speed = abs(float(self._exact.rate)), abs(float(self.initial_state[1]))
         if rate == 0:
             return 1.0
         return speed / rate or sqrt(2 / rate)
 
     def natural_span(self) -> Number:
-        """3.3 time scales: there and back past the start."""
+        """3.3 time scales: out, and back beyond the start."""
         return 3.3 * self.time_scale
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
@@ -125,14 +125,14 @@ class AtwoodPulleySystems(Case):
 
 
 class WedgeBlock(Case):
-    """A block that slides down a wedge that slides on the floor, all smooth."""
+    """A block that slides down a wedge, which slides on the floor; all contacts are smooth."""
 
     name = "wedge_block_energy_momentum"
     title = "Block on a movable wedge"
     section = "8.10, 8.11"
     conventions = (
-        "[inferred] The book names the scene; the model is a block m on the face of a wedge M on a floor, all smooth. "
-        "X of the wedge, to the side to which its face descends; s of the block down the face, relative to the wedge."
+        "[inferred] The book names the system; the model is a block m on the face of a wedge M on a floor, all smooth. "
+        "X of the wedge, in the direction in which its face descends; s of the block down the face, relative to the wedge."
     )
     state = (
         Coordinate("X", "m", "length", "place of the wedge"),
@@ -152,7 +152,7 @@ class WedgeBlock(Case):
         | {name: Range(typical=(-3.0, 3.0)) for name in ("X", "s", "V", "v")}
     )
     variants = (
-        Variant("light_wedge", "M = 1e-8 kg: the wedge is squeezed out, the block falls freely", {"M": "1e-8"}),
+        Variant("light_wedge", "M = 1e-8 kg: the wedge is pushed aside, the block falls freely", {"M": "1e-8"}),
         Variant(
             "heavy_block", "m/M = 1e8: the momentum of the wedge is lost in that of the block", {"m": 10**8, "M": 1}
         ),
@@ -184,7 +184,7 @@ class WedgeBlock(Case):
         return speed / rate or sqrt(2 / rate)
 
     def natural_span(self) -> Number:
-        """3.3 time scales: up the face, back and on."""
+        """3.3 time scales: up the face, back and further down."""
         return 3.3 * self.time_scale
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:

@@ -1,1 +1,1 @@
-"""Cases. Points, chains and rings guided by wires, curves, surfaces and hoops."""
+"""Cases: points, chains and rings guided by wires, curves, surfaces and hoops."""

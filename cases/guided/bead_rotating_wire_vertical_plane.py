@@ -1,4 +1,4 @@
-"""The bead on a wire that turns in a vertical plane: a rheonomic constraint."""
+"""A bead on a wire that rotates in a vertical plane: a rheonomic constraint."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def bead_wire_jacobian(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def bead_wire_deviation(t: Any, state: Values, parameters: Values) -> Values:
-    """s'^2 - O^2 s^2 for the distance s from the bounded orbit: the product of the growing and the dying part."""
+    """s'^2 - O^2 s^2, s the distance from the bounded orbit: the product of the growing and the decaying part."""
     r, v = state
     rate, g = parameters
     s = r - g / (2 * rate * rate) * sin(rate * t)
@@ -37,7 +37,7 @@ def bead_wire_deviation(t: Any, state: Values, parameters: Values) -> Values:
 
 
 SCENE = railed_point(bead_wire_equations, "time_force", token="position_force")
-"""In the frame of the wire: a fixed rail, on it the centrifugal force and the gravity that turns."""
+"""In the frame of the wire: a fixed rail with the centrifugal force and rotating gravity."""
 
 
 class BeadOnRotatingWire(Case):
@@ -45,11 +45,11 @@ class BeadOnRotatingWire(Case):
     title = "Bead on a smooth straight wire rotating uniformly in a vertical plane"
     section = "11.7"
     conventions = (
-        "r from the axis along the wire, which stands at the angle O t above the level: r'' = O^2 r - g sin(O t)."
+        "r from the axis along the wire, which is at the angle O t above the horizontal: r'' = O^2 r - g sin(O t)."
     )
     state = (Coordinate("r", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
-        Parameter("O", "rad/s", 2, "rate at which the wire turns"),
+        Parameter("O", "rad/s", 2, "rate of rotation of the wire"),
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
     )
     default_state = ("0.1", 0)
@@ -59,19 +59,19 @@ class BeadOnRotatingWire(Case):
     variants = (
         Variant(
             "bounded",
-            "exactly on the bounded orbit r = g/(2 O^2) sin(O t), which every error leaves as e^(O t)",
+            "exactly on the bounded orbit r = g/(2 O^2) sin(O t), from which errors grow as e^(O t)",
             {"g": 10},
             (0, "2.5"),
         ),
         Variant(
             "bounded_above",
-            "a double above it: leaves by 1e-16 e^(O t)",
+            "the double above it: leaves the bounded orbit as 1e-16 e^(O t)",
             {"g": 10},
             (0, 2.5000000000000004),
         ),
         Variant(
             "dying",
-            "exactly on the branch that falls onto the bounded orbit: the growing part is exactly zero",
+            "exactly on the branch that approaches the bounded orbit: the growing part is exactly zero",
             {"g": 10},
             (1, "0.5"),
         ),
@@ -100,7 +100,7 @@ class BeadOnRotatingWire(Case):
         return 1 / float(self.parameters["O"])
 
     def natural_span(self) -> Number:
-        """1.37 turns; 2.87 on the bounded orbits, where binary64 has lost them."""
+        """1.37 turns; 2.87 turns on bounded orbits, after which binary64 no longer follows them."""
         return (2.87 if self._exact.growing() == 0 else 1.37) * 2 * pi * self.time_scale
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:

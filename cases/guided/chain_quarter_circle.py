@@ -1,4 +1,4 @@
-"""A chain that slides from a table through a smooth quarter circle to the vertical."""
+"""A chain that slides from a table over a smooth quarter circle to the vertical."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.rail_scene import railed
+from gnomon.cases.core.point_scene import railed
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.guided.chain_quarter_circle import ChainQuarter
 from gnomon.reference.numerics.precision import Number
 
 BELOW, ABOVE = Fraction(math.pi), Fraction(math.nextafter(math.pi, 4))
-"""On either side of pi."""
+"""Bounds of pi."""
 
 
 def front_on_circle(t: Any, state: Values, parameters: Values) -> Values:
@@ -52,8 +52,8 @@ def above_zero(x: Any) -> Any:
     return (x + sqrt(x * x)) / 2
 
 
-def depth_summed(s: Any, radius: Any) -> Any:
-    """The depths below the table from its edge to s along the chain, summed: on the circle and straight below it."""
+def depth_integral(s: Any, radius: Any) -> Any:
+    """The integral of the depth below the table along the chain from the edge to s, on the circle and below it."""
     quarter = 2 * atan(1) * radius
     below = above_zero(s - quarter)
     around = above_zero(s) - below
@@ -61,10 +61,10 @@ def depth_summed(s: Any, radius: Any) -> Any:
 
 
 def quarter_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Over the mass, from all of it on the table."""
+    """Energy over the mass, zero if the whole chain is on the table."""
     s, v = state
     g, length, radius = parameters
-    return (v * v / 2 - g / length * (depth_summed(s, radius) - depth_summed(s - length, radius)),)
+    return (v * v / 2 - g / length * (depth_integral(s, radius) - depth_integral(s - length, radius)),)
 
 
 def front_left(t: Any, state: Values, parameters: Values) -> Values:
@@ -83,7 +83,7 @@ def slides_on(t: Any, state: Values, parameters: Values) -> Values:
     return state[0], state[1]
 
 
-def front_first(t: Any, state: Values, parameters: Values) -> str:
+def quarter_mode(t: Any, state: Values, parameters: Values) -> str:
     return "front_on_circle"
 
 
@@ -100,9 +100,9 @@ class ChainQuarterCircle(Case):
     title = "Chain over a smooth quarter circle to the vertical"
     section = "8.12"
     conventions = (
-        "s is how far the front has come from the edge of the table; the chain, longer than the quarter circle, is guided "
-        "as in a smooth tube. Its acceleration is continuous where front or tail enter or leave the circle, the third "
-        "derivative of its place is not: events."
+        "s is the distance of the chain's front from the edge of the table, along the curve; the chain is longer than the "
+        "quarter circle and guided as in a smooth tube. When front or tail enter or leave the circle the acceleration is "
+        "continuous, the third derivative of s is not: these are events."
     )
     state = (Coordinate("s", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
@@ -122,19 +122,19 @@ class ChainQuarterCircle(Case):
         (
             Rule("the chain is longer than the quarter circle: L > pi R/2", _longer_than_circle),
             Rule("the front starts on the quarter circle: s < pi R/2", _begins_on_circle),
-            Rule("the front stands over the edge or moves (s or v is not 0)", lambda n: n["s"] > 0 or n["v"] > 0),
+            Rule("the front is beyond the edge or moves (s or v is not 0)", lambda n: n["s"] > 0 or n["v"] > 0),
         ),
     )
     variants = (
         Variant("thrown", "starts at the edge with speed", initial_state=(0, 1)),
-        Variant(
-            "crawls", "released 1e-3 m over the edge: the pull grows with s^2, and is 2e-6 g at first", {}, ("1e-3", 0)
-        ),
+        Variant("crawls", "released 1e-3 m beyond the edge: the force grows with s^2 from 2e-6 g", {}, ("1e-3", 0)),
         Variant("sharp_edge", "R = 1e-6 m: the limit of the chain off a table's edge", {"R": "1e-6"}, ("1e-6", "0.5")),
         Variant(
-            "just_longer", "L = 1.00004 pi R/2: nothing hangs straight when the tail leaves the table", {"L": "0.78543"}
+            "just_longer",
+            "L = 1.00004 pi R/2: almost no part hangs straight when the tail leaves the table",
+            {"L": "0.78543"},
         ),
-        Variant("long_chain", "L = 1000 m: hangs for long before the tail comes", {"L": 1000}),
+        Variant("long_chain", "L = 1000 m: hangs for a long time before the tail leaves the table", {"L": 1000}),
     )
 
     invariants: ClassVar = {"energy": Invariant(quarter_energy)}
@@ -156,7 +156,7 @@ class ChainQuarterCircle(Case):
                     Mode("tail_on_circle", tail_on_circle),
                     Mode("falling", chain_falling),
                 ),
-                start=front_first,
+                start=quarter_mode,
                 transitions=(
                     Transition("hangs", "front_on_circle", front_left, 1, slides_on, "hanging"),
                     Transition("enters", "hanging", table_left, 1, slides_on, "tail_on_circle"),
@@ -173,13 +173,13 @@ class ChainQuarterCircle(Case):
 
     @property
     def time_scale(self) -> float:
-        """sqrt(L/g), or the time in which the front passes the circle at its first speed."""
+        """sqrt(L/g), or the time in which the front passes the circle at its initial speed."""
         g, length, radius = map(float, self.parameter_values())
         speed = float(self.initial_state[1])
         return min(sqrt(length / g), radius / speed if speed else math.inf)
 
     def natural_span(self) -> Number:
-        """0.2 sqrt(L/g) longer than until the tail is off the circle."""
+        """Until the tail has left the circle, and 0.2 sqrt(L/g) more."""
         length, g = self.parameters["L"], self.parameters["g"]
         return float(self._exact.event_times()[2]) + 0.2 * sqrt(float(length / g))
 
@@ -196,7 +196,7 @@ class ChainQuarterCircle(Case):
         return tuple(Event(t, name, (s, v), (s, v)) for name, t, s, v in rows if t <= self.span)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """When the tail is off the circle, and how fast the chain is then."""
+        """The time at which the tail leaves the circle, and the speed then."""
         return {
             "leaving_time": self._exact.event_times(digits)[2],
             "leaving_speed": self._exact.event_speeds(digits)[2],
@@ -204,13 +204,13 @@ class ChainQuarterCircle(Case):
 
 
 def chain_force(t: float, s: float, parameters: tuple[float, ...]) -> float:
-    """Over the mass: what the depths of front and tail pull."""
+    """The force over the mass, from the depths of front and tail."""
     g, length, radius = parameters
     return g / length * (_depth(s, radius) - _depth(s - length, radius))
 
 
 def _depth(s: float, radius: float) -> float:
-    """Of a point of the chain below the table."""
+    """Depth of a point of the chain below the table (m)."""
     around = min(max(s, 0.0), math.pi * radius / 2)
     return radius * (1 - cos(around / radius)) + max(s - math.pi * radius / 2, 0.0)
 

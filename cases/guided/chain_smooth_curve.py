@@ -1,4 +1,4 @@
-"""A uniform chain on a smooth cycloid: isochronous, whatever its length."""
+"""A uniform chain on a smooth cycloid: isochronous for every length."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.rail_scene import railed
+from gnomon.cases.core.point_scene import railed
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.harmonic_oscillator import HarmonicMotion
@@ -32,7 +32,7 @@ def chain_potential(t: Any, q: Values, parameters: Values) -> Values:
 
 
 def chain_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Over the mass, from the lowest position."""
+    """Energy over the mass, zero at the lowest position."""
     s, v = state
     g, a, _ = parameters
     return (v * v / 2 + g * s * s / (8 * a),)
@@ -67,7 +67,7 @@ class ChainSmoothCurve(Case):
     )
     variants = (
         Variant("cusp_to_cusp", "the ends of the chain just reach the cusps", initial_state=(1, 0)),
-        Variant("short", "L = 1e-9 m: the heights of its ends cancel", {"L": "1e-9"}),
+        Variant("short", "L = 1e-9 m: the difference of the heights of its ends cancels", {"L": "1e-9"}),
         Variant("long_1e5", "100,000 periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(chain_energy)}

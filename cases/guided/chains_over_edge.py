@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.rail_scene import railed
+from gnomon.cases.core.point_scene import railed
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.guided.chains_over_edge import SlidingChain
 from gnomon.reference.numerics.precision import Number, quantity
@@ -55,7 +55,7 @@ def goes_on(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def table_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Over the mass, from all of it on the table; what hangs, min(s, L), without a branch. Friction takes of it."""
+    """Energy over the mass, zero if all of it is on the table; min(s, L) without a branch. It decays by friction."""
     s, v = state
     g, length, _mu = parameters
     hangs = (s + length - sqrt((s - length) * (s - length))) / 2
@@ -63,23 +63,23 @@ def table_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def pulley_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Over the mass, from balance."""
+    """Energy over the mass, zero in equilibrium."""
     s, v = state
     g, length = parameters
     over = (s + length / 2 - sqrt((s - length / 2) * (s - length / 2))) / 2
     return (v * v / 2 - g * (over * over / length + s - over),)
 
 
-def on_the_table(t: Any, state: Values, parameters: Values) -> str:
+def table_mode(t: Any, state: Values, parameters: Values) -> str:
     return "sliding" if state[0] < parameters[1] else "falling"
 
 
-def on_the_pulley(t: Any, state: Values, parameters: Values) -> str:
+def pulley_mode(t: Any, state: Values, parameters: Values) -> str:
     return "sliding" if state[0] < parameters[1] / 2 else "falling"
 
 
 def table_force(t: float, s: float, parameters: tuple[float, ...]) -> float:
-    """Over the mass, on the table and off it."""
+    """The force over the mass, on the table and off it."""
     mode = sliding_off if s < parameters[1] else free_fall
     return float(mode(t, (s, 0.0), parameters)[1])
 
@@ -90,7 +90,7 @@ def pulley_force(t: float, s: float, parameters: tuple[float, ...]) -> float:
 
 
 class _ChainOverEdge(Case):
-    """A chain that leaves its support in one event, `leaves`, and falls freely from there on."""
+    """A chain that leaves its support at one event, `leaves`, and then falls freely."""
 
     state = (Coordinate("s", "m", "length"), Coordinate("v", "m/s", "velocity"))
 
@@ -125,11 +125,11 @@ class _ChainOverEdge(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time in which the chain's motion grows e times."""
+        """The time in which the chain's motion grows by e."""
         return 1 / sqrt(float(self._exact.square))
 
     def natural_span(self) -> Number:
-        """Until well after the end has left; ten time scales in equilibrium."""
+        """Until well after the event; ten time scales in equilibrium."""
         if self._exact.rests:
             return 10 * self.time_scale
         return 1.15 * float(self._exact.end_time()) + 0.1 * self.time_scale
@@ -142,7 +142,7 @@ class _ChainOverEdge(Case):
         return (Event(motion.end_time(digits), "leaves", with_end, with_end),)
 
     def same_course(self, other: Case) -> bool:
-        """One double off the equilibrium the chain runs away."""
+        """A chain that is not exactly in equilibrium runs off."""
         return isinstance(other, _ChainOverEdge) and other._exact.rests == self._exact.rests
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
@@ -163,8 +163,8 @@ class ChainOffTable(_ChainOverEdge):
     title = "Chain sliding off a smooth table edge"
     section = "8.12"
     conventions = (
-        "s overhanging length; chain inextensible, guided at the edge; the friction mu acts on the part on the table. "
-        "From s = L on the whole chain falls freely and s is the depth of its lower end."
+        "s is the overhanging length; the chain is inextensible and guided at the edge; the friction mu acts on the part "
+        "on the table. From s = L the whole chain falls freely and s is the depth of its lower end."
     )
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
@@ -186,13 +186,15 @@ class ChainOffTable(_ChainOverEdge):
         ),
     )
     variants = (
-        Variant("hair", "1e-12 m hang over: leaves after 28 e-foldings of that", initial_state=("1e-12", 0)),
+        Variant("hair", "an overhang of 1e-12 m: leaves after 28 e-foldings", initial_state=("1e-12", 0)),
         Variant("pushed", "starts with speed and nothing over the edge", initial_state=(0, "0.5")),
         Variant("friction", "mu = 0.3", {"mu": "0.3"}),
-        Variant("friction_limit", "exactly the overhang that friction holds: must not creep", {"mu": 1}, ("0.5", 0)),
+        Variant(
+            "friction_limit", "exactly the largest overhang that friction holds: must not creep", {"mu": 1}, ("0.5", 0)
+        ),
         Variant(
             "friction_limit_above",
-            "one double more than friction holds: leaves after 37 e-foldings of that",
+            "one double more than friction holds: leaves after 37 e-foldings",
             {"mu": 1},
             (0.5000000000000001, 0),
         ),
@@ -200,7 +202,7 @@ class ChainOffTable(_ChainOverEdge):
     invariants: ClassVar = {"energy": Invariant(table_energy, "decays")}
     _SLIDING = Mode("sliding", sliding_off)
     _END = staticmethod(to_table_end)
-    _START = staticmethod(on_the_table)
+    _START = staticmethod(table_mode)
     _SCENE = railed(table_force)
 
     @cached_property
@@ -209,9 +211,9 @@ class ChainOffTable(_ChainOverEdge):
         return SlidingChain(g * (1 + mu) / length, mu * length / (1 + mu), length, g, *self.initial_state)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Tension at the edge over the mass per length, (1 + mu) (L - s) g s/L (m^2/s^2), at the start and at its largest.
+        """Tension at the edge over the mass per length, (1 + mu) (L - s) g s/L (m^2/s^2), at the start and its maximum.
 
-        It is largest where half of the chain hangs, or at the start where more does.
+        The maximum is where half of the chain hangs, or at the start if more than half hangs there.
         """
         g, length, mu = self.parameter_values()
         s = self.initial_state[0]
@@ -232,8 +234,8 @@ class ChainOverPulley(_ChainOverEdge):
     title = "Chain running off a small smooth pulley"
     section = "8.12"
     conventions = (
-        "s: by how much each end has moved from balance, L/2 on either side; the pulley is a point and keeps the chain "
-        "to itself. From s = L/2 on the whole chain falls freely."
+        "s is the displacement from equilibrium, in which L/2 hangs on either side; the pulley is a point, and the chain "
+        "stays on it. From s = L/2 the whole chain falls freely."
     )
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
@@ -250,13 +252,13 @@ class ChainOverPulley(_ChainOverEdge):
         (Rule("s <= L/2 (the chain lies over the pulley)", lambda n: 2 * n["s"] <= n["L"]),),
     )
     variants = (
-        Variant("balanced", "exactly balanced: must not run", initial_state=(0, 0)),
-        Variant("hair", "1e-12 m off balance: runs off after 28 e-foldings of that", initial_state=("1e-12", 0)),
+        Variant("balanced", "exactly in equilibrium: must not move", initial_state=(0, 0)),
+        Variant("hair", "1e-12 m from equilibrium: runs off after 28 e-foldings", initial_state=("1e-12", 0)),
     )
     invariants: ClassVar = {"energy": Invariant(pulley_energy)}
     _SLIDING = Mode("sliding", over_pulley)
     _END = staticmethod(to_pulley_end)
-    _START = staticmethod(on_the_pulley)
+    _START = staticmethod(pulley_mode)
     _SCENE = railed(pulley_force)
 
     @cached_property

@@ -65,7 +65,7 @@ def loop_force(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def sphere_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Over the mass, from the top of the sphere."""
+    """Energy over the mass, zero at the top of the sphere."""
     theta, h, omega, u = state
     g, radius = parameters
     r, half = radius + h, sin(theta / 2)
@@ -73,7 +73,7 @@ def sphere_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def loop_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Over the mass, from the bottom of the loop."""
+    """Energy over the mass, zero at the bottom of the loop."""
     theta, h, omega, u = state
     g, radius = parameters
     r, half = radius - h, sin(theta / 2)
@@ -85,18 +85,18 @@ def as_it_is(t: Any, state: Values, parameters: Values) -> Values:
     return theta, h, omega, u
 
 
-def sphere_start(t: Any, state: Values, parameters: Values) -> str:
+def sphere_mode(t: Any, state: Values, parameters: Values) -> str:
     return "contact" if state[1] == 0 and state[3] == 0 else "flight"
 
 
 def _carries(n: Mapping[str, Fraction]) -> bool:
-    """Whether the sphere still pushes at the start, decided with 60 digits."""
+    """Whether the sphere carries the particle at the start, decided with 60 digits."""
     with working(60) as mp:
         return bool(mp.mpf(n["g"]) * mp.cos(mp.mpf(n["theta"])) > mp.mpf(n["R"] * n["omega"] ** 2))
 
 
 def _leaves_the_top(n: Mapping[str, Fraction]) -> bool:
-    """138 e-foldings from the top at most: what comes from nearer takes hundreds of digits."""
+    """Whether the start is at most 138 e-foldings from the top: closer ones need hundreds of digits."""
     away = n["theta"] ** 2 + n["R"] * n["omega"] ** 2 / n["g"]
     return away == 0 or away >= Fraction(1, 10**120)
 
@@ -132,7 +132,7 @@ class _ContactLossCase(Case):
         return (
             Hybrid(
                 modes=(kind._SLIDES, kind._FLIES),
-                start=sphere_start,
+                start=sphere_mode,
                 transitions=(Transition("leaves", "contact", kind._FORCE, -1, as_it_is, "flight"),),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"flight"}),
@@ -176,7 +176,7 @@ class BeadLeavingSphere(_ContactLossCase):
     name = "bead_leaving_sphere"
     title = "Particle sliding off a smooth sphere, contact-loss event"
     section = "6.3.4, 7.5, 7.11.1"
-    conventions = "theta from the top. h is the height over the surface, zero until contact is lost, and u its rate."
+    conventions = "theta from the top. h is the height above the surface, zero until contact is lost, and u its rate."
     default_state = ("0.1", 0, 0, 0)
     domain = Domain(
         {
@@ -188,14 +188,14 @@ class BeadLeavingSphere(_ContactLossCase):
             "u": Range(0.0, 0.0, typical=(0.0, 0.0)),
         },
         (
-            Rule("R omega^2 < g cos(theta) (the sphere still carries)", _carries),
-            Rule("theta = omega = 0, or theta^2 + R omega^2/g >= 1e-120 (it leaves the top in time)", _leaves_the_top),
+            Rule("R omega^2 < g cos(theta) (the sphere carries the particle at the start)", _carries),
+            Rule("theta = omega = 0, or theta^2 + R omega^2/g >= 1e-120 (at most 138 e-foldings)", _leaves_the_top),
         ),
     )
     variants = (
         Variant(
             "near_top",
-            "released 1e-9 rad from the top: 21 e-foldings before anything moves",
+            "released 1e-9 rad from the top: 21 e-foldings before it visibly moves",
             initial_state=("1e-9", 0, 0, 0),
         ),
         Variant("at_top", "exactly at the top: must not slide", initial_state=(0, 0, 0, 0)),
@@ -235,14 +235,14 @@ class AmusementPark(_ContactLossCase):
         }
     )
     variants: ClassVar[tuple[Variant, ...]] = (
-        Variant("through", "fast enough: contact is kept all round", initial_state=(0, 0, "7.2", 0)),
+        Variant("through", "fast enough: contact lasts all round", initial_state=(0, 0, "7.2", 0)),
         Variant(
             "just_short",
-            "1e-9 below sqrt(5 g/R): leaves 1e-4 rad before the top, where the force only touches zero",
+            "1e-9 below sqrt(5 g/R): leaves 1e-4 rad before the top, where the force reaches zero as a tangent",
             {"g": 5},
             (0, 0, "4.999999995", 0),
         ),
-        Variant("swings", "too slow to reach the side: a pendulum", initial_state=(0, 0, 4, 0)),
+        Variant("swings", "too slow to reach the side: swings like a pendulum", initial_state=(0, 0, 4, 0)),
     )
     invariants: ClassVar = {"energy": Invariant(loop_energy)}
     _INSIDE = True
@@ -260,7 +260,7 @@ class AmusementPark(_ContactLossCase):
             )
 
     def natural_span(self) -> Number:
-        """Nine tenths of the flight; ten time scales where contact is kept."""
+        """Until nine tenths of the flight; ten time scales if contact lasts."""
         motion = self._exact
         if not motion.leaves:
             return 10 * self.time_scale
@@ -278,8 +278,8 @@ class PendulumOnString(AmusementPark):
     title = "Pendulum on a string that goes slack"
     section = "7.10"
     conventions = (
-        "theta from the downward vertical. h is by how much the mass is nearer than the string is long, zero while that is "
-        "taut, and u its rate: the motion of the loop-the-loop. It ends before the string is taut again."
+        "theta from the downward vertical. h is the string's length less the distance of the mass from the pivot, zero while "
+        "the string is taut, and u its rate: the same motion as amusement_park. It ends before the string is taut again."
     )
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
@@ -290,7 +290,7 @@ class PendulumOnString(AmusementPark):
         Variant("through", "fast enough: the string stays taut all round", initial_state=(0, 0, "7.2", 0)),
         Variant(
             "just_short",
-            "1e-9 below sqrt(5 g/R): the tension only touches zero, 1e-4 rad before the top",
+            "1e-9 below sqrt(5 g/R): the tension reaches zero as a tangent, 1e-4 rad before the top",
             {"g": 5},
             (0, 0, "4.999999995", 0),
         ),
@@ -304,7 +304,7 @@ class PendulumOnString(AmusementPark):
     )
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`tension_start` over the mass (m/s^2); times and angle of `leaving` are those at which the string goes slack."""
+        """`tension_start` over the mass (m/s^2); at `leaving` the string goes slack."""
         theta, _, omega, _ = self.initial_state
         g, radius = self.parameter_values()
         tension = quantity(digits, lambda mp: mp.mpf(radius * omega**2) + mp.mpf(g) * mp.cos(mp.mpf(theta)))

@@ -1,4 +1,4 @@
-"""A particle on a circle that it can leave, as a physics engine would be given it: a guide that holds from one side.
+"""Scene of a particle on a circle that it can leave: a guide that holds on one side.
 
 Tokens `curved_guide` and `loss_of_contact`.
 """
@@ -14,7 +14,7 @@ NEEDS = frozenset({"curved_guide", "loss_of_contact"})
 
 
 def _one_sided(up: int) -> SceneForm:
-    """`up` is 1 where theta is counted from the top and the particle is free outside, -1 from the bottom and inside."""
+    """`up` is 1 if theta is measured from the top and the particle leaves outward, -1 if from the bottom and inward."""
 
     def build(state: Values, parameters: Values) -> Scene:
         theta, h, omega, u = state

@@ -11,7 +11,7 @@ from functools import cached_property
 from math import asinh, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Invariant, Level, Variant
+from gnomon.cases.core.case import Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Equations, FirstOrder, Form, Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import Body, Guide, Readings, Scene, SceneForm, Vector
@@ -67,7 +67,7 @@ def catenary_potential(t: Any, q: Values, parameters: Values) -> Values:
 
 
 def catenary_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """From the bottom."""
+    """Energy over the mass, zero at the bottom."""
     s, v = state
     g, c = parameters
     return (v * v / 2 + g * s * s / (sqrt(c * c + s * s) + c),)
@@ -99,7 +99,7 @@ class _Curve(WellCase):
     """Curvature at the bottom as a function of the curve's size; 0 for the quartic."""
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`normal_force_bottom` is over the mass: g + v^2 curvature there (m/s^2)."""
+        """`normal_force_bottom`: over the mass, g + v^2 times the curvature at the bottom (m/s^2)."""
         motion = self._exact
         g, size = self.parameter_values()
         curvature = self._CURVATURE(size)
@@ -118,7 +118,7 @@ class _Curve(WellCase):
         if not curvature:
             return ()
         shallow = HarmonicOscillator(initial_state=self.initial_state, span=self.span, m=1, k=g * curvature)
-        return (Level(shallow, lambda states: states, "restoring force proportional to the displacement"),)
+        return (Level(shallow, same, "restoring force proportional to the displacement"),)
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         q, v = state
@@ -126,13 +126,13 @@ class _Curve(WellCase):
 
 
 def _low(place: str, size: str, energy: Equations, most: int) -> Rule:
-    """On a curve so small against the swing, the bottom is a kink: no series follows the motion through it."""
+    """Bounds the height over the size of the curve: on a much smaller curve the bottom is like a kink to the series."""
 
     def holds(n: Mapping[str, Fraction]) -> bool:
         (reached,) = energy(0, (n[place], n["v"]), (n["g"], n[size]))
         return bool(reached <= most * n["g"] * n[size])
 
-    return Rule(f"the bead rises at most {most} {size}", holds)
+    return Rule(f"the bead rises by at most {most} {size}", holds)
 
 
 class CurveSlidingSmall(_Curve):
@@ -157,7 +157,7 @@ class CurveSlidingSmall(_Curve):
         Variant(
             "shallow", "amplitude 1e-3 p: the period is within 1e-7 of the harmonic one", initial_state=("5e-4", 0)
         ),
-        Variant("steep", "released 10 p from the axis: turns sharply at the bottom", {"p": "0.1"}),
+        Variant("steep", "released 10 p from the axis: changes direction sharply at the bottom", {"p": "0.1"}),
         Variant("long_1e4", "10,000 periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(parabola_energy)}
@@ -196,8 +196,8 @@ class CurveSlidingQuartic(_Curve):
         (_low("x", "a", quartic_energy, 50_000),),
     )
     variants = (
-        Variant("flat", "amplitude 1e-3 a: a force of third order only", initial_state=("2e-3", 0)),
-        Variant("launched", "thrown up the walls from the bottom", initial_state=(0, 4)),
+        Variant("flat", "amplitude 1e-3 a: the force is proportional to x^3", initial_state=("2e-3", 0)),
+        Variant("launched", "starts at the bottom with speed", initial_state=(0, 4)),
     )
     invariants: ClassVar = {"energy": Invariant(quartic_energy)}
     _CURVATURE = staticmethod(lambda a: 0)
@@ -237,7 +237,7 @@ class CurveSlidingCatenary(_Curve):
         Variant(
             "shallow", "amplitude 1e-3 c: the period is within 1e-6 of the harmonic one", initial_state=("5e-4", 0)
         ),
-        Variant("deep", "amplitude 10 c: free fall along either side, turned round at the bottom", {"c": "0.1"}),
+        Variant("deep", "amplitude 10 c: free fall along either side, a sharp turn at the bottom", {"c": "0.1"}),
     )
     invariants: ClassVar = {"energy": Invariant(catenary_energy)}
     _CURVATURE = staticmethod(lambda c: 1 / c)

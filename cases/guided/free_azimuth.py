@@ -1,4 +1,4 @@
-"""What a governor and a bead on a free hoop share: a coordinate in a well, and an azimuth whose momentum is kept."""
+"""Base class of governor and bead on a free hoop: one coordinate in a well, an azimuth with constant momentum."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from gnomon.reference.guided.free_azimuth import Governor
 from gnomon.reference.numerics.precision import Number
 
 HEAVIER = 2**40
-"""A spindle or hoop so many times heavier keeps its rate to twelve digits."""
+"""The rate of a spindle or hoop that is heavier by this factor is constant to twelve digits."""
 
 
 class FreeAzimuthCase(WellCase):
-    """State (theta, phi, rate, spin); a parameter I is the moment of what turns about the vertical."""
+    """State (theta, phi, rate, spin); the parameter I is the moment of the spindle or hoop about the vertical."""
 
     state = (
         Coordinate("theta", "rad", "angle"),
@@ -28,7 +28,7 @@ class FreeAzimuthCase(WellCase):
     )
     _PERIODS: ClassVar = {"long_1e4": 10000.37}
     _DRIVEN: ClassVar[str]
-    """The effect of the rung whose I is too large for the rate to change."""
+    """The effect of the level whose I is so large that the rate is constant."""
 
     @cached_property
     def _exact(self) -> Governor:
@@ -36,7 +36,7 @@ class FreeAzimuthCase(WellCase):
 
     @cached_property
     def time_scale(self) -> float:  # type: ignore[override]
-        """The period of theta over 2 pi, or a radian of the fastest turn where that is shorter."""
+        """The period of theta over 2 pi, or the time of a radian of the fastest rotation if that is shorter."""
         slow, fastest = super().time_scale, float(self._exact.fastest_spin())
         return min(slow, 1 / fastest) if fastest else slow
 
@@ -46,7 +46,7 @@ class FreeAzimuthCase(WellCase):
         return 10 if self._exact.rests else periods * float(self._exact.period())
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`azimuth`: by which phi grows in one period; `small_frequency` is that about the steady angle."""
+        """`azimuth`: by how much phi grows in a period (rad); `small_frequency`: that about the steady angle (rad/s)."""
         motion = self._exact
         found = {"steady_angle": motion.steady_angle(digits), "momentum": motion.momentum(digits)}
         if motion.rests:
@@ -59,7 +59,7 @@ class FreeAzimuthCase(WellCase):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """A constant rate first: something too heavy to be slowed."""
+        """The model with a constant rate: a spindle or hoop too heavy to be slowed."""
         numbers = self.numbers | {"I": self.parameters["I"] * HEAVIER}
         if self.parameters["I"] > HEAVIER or not self.domain.admits(numbers):
             return ()

@@ -22,7 +22,7 @@ from gnomon.reference.numerics.precision import Number, publish, working
 
 
 def cone_equations(t: Any, state: Values, parameters: Values) -> Values:
-    """On a cone of half angle alpha: unrolled, a plane with a constant pull towards the tip."""
+    """On a cone of half angle alpha; unrolled, it is a plane with a constant force towards the tip."""
     s, _phi, vs, w = state
     alpha, g = parameters
     flat = sin(alpha) * w
@@ -30,7 +30,7 @@ def cone_equations(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def cone_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Energy over the mass, from the tip."""
+    """Energy over the mass, zero at the tip."""
     s, _phi, vs, w = state
     alpha, g = parameters
     across = s * sin(alpha) * w
@@ -66,7 +66,7 @@ def paraboloid_momentum(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def torus_equations(t: Any, state: Values, parameters: Values) -> Values:
-    """theta around the tube: 0 outside, -pi/2 at the bottom."""
+    """theta around the tube: 0 on the outer side, -pi/2 at the bottom."""
     theta, _phi, rate, w = state
     ring, tube, g = parameters
     sine, cosine = sin(theta), cos(theta)
@@ -105,7 +105,7 @@ def torus_place(theta: float, parameters: Values) -> tuple[float, float, float, 
 
 
 def torus_angle(radius: float, height: float, parameters: Values) -> float:
-    """By the height where that tells most: in a thin tube the distance from the axis has few digits of it."""
+    """From the height where that determines it best: in a thin tube the distance from the axis has few digits of it."""
     ring, tube, _g = parameters
     if tube * tube > 2 * height * height:
         return asin(height / tube) if radius > ring else -pi - asin(height / tube)
@@ -115,7 +115,7 @@ def torus_angle(radius: float, height: float, parameters: Values) -> float:
 CONE_SCENE = on_surface(cone_place, lambda radius, height, parameters: hypot(radius, height))
 PARABOLOID_SCENE = on_surface(paraboloid_place, lambda radius, height, parameters: radius)
 TORUS_SCENE = on_surface(torus_place, torus_angle)
-ROUND = Rule("it goes round the axis (w is not 0), else it would pass the tip or the axis", lambda n: n["w"] != 0)
+ROUND = Rule("the particle moves round the axis (w is not 0, else it meets the tip or the axis)", lambda n: n["w"] != 0)
 
 
 class _OnSurface(WellCase):
@@ -129,7 +129,7 @@ class _OnSurface(WellCase):
 
     @cached_property
     def time_scale(self) -> float:  # type: ignore[override]
-        """The period over 2 pi, or a radian of the azimuth next to the axis, if that is shorter."""
+        """The period over 2 pi, or the time of a radian of the azimuth closest to the axis if that is shorter."""
         fastest = float(self._exact.fastest_turn())
         turn = 1 / fastest if fastest else inf
         return turn if self._exact.rests else min(turn, float(self._exact.period()) / tau)
@@ -140,7 +140,7 @@ class _OnSurface(WellCase):
         return periods * (tau * self.time_scale if self._exact.rests else float(self._exact.period()))
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`apsidal_angle`: by which phi grows from the least to the largest distance."""
+        """`apsidal_angle`: by how much phi grows from the least to the largest distance (rad)."""
         found = super().quantities(digits) | {"momentum": self._exact.momentum(digits)}
         if self._exact.rests:
             return found
@@ -156,7 +156,7 @@ class _OnSurface(WellCase):
 class ParticleOnCone(_OnSurface):
     name = "ignorable_coordinates"
     title = "Particle in a smooth cone: the azimuth is ignorable"
-    conventions = "s from the tip along the wall, phi about the upright axis, alpha between axis and wall."
+    conventions = "s from the tip along the wall, phi about the vertical axis, alpha between axis and wall."
     state = (
         Coordinate("s", "m", "length"),
         Coordinate("phi", "rad", "angle"),
@@ -181,10 +181,12 @@ class ParticleOnCone(_OnSurface):
     )
     variants = (
         Variant(
-            "near_tip", "comes within a few per cent of the tip: the azimuth jumps", initial_state=(1, 0, 0, "0.5")
+            "near_tip",
+            "comes within a few per cent of the tip: the azimuth changes fast",
+            initial_state=(1, 0, 0, "0.5"),
         ),
-        Variant("parallel", "next to the parallel circle: a small radial vibration", initial_state=(1, 0, 0, "6.1201")),
-        Variant("flat", "a cone that is almost a plane: gravity hardly draws it in", {"alpha": "1.5607963"}),
+        Variant("parallel", "close to a parallel circle: a small radial vibration", initial_state=(1, 0, 0, "6.1201")),
+        Variant("flat", "a cone that is almost a plane: the force towards the tip is weak", {"alpha": "1.5607963"}),
         Variant("long_1e4", "10,000 periods: phase errors of both coordinates"),
     )
     _PERIODS: ClassVar = {"long_1e4": 10000.37}
@@ -205,7 +207,7 @@ class ParticleOnCone(_OnSurface):
         return CONE_SCENE
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """The rate at which the start's height is a parallel circle; that of its radial vibration."""
+        """The rate of the parallel circle at the start's height, and the frequency of radial vibrations about it (rad/s)."""
         with working(digits + 10) as mp:
             alpha, g, s = mp.mpf(self.parameters["alpha"]), mp.mpf(self.parameters["g"]), mp.mpf(self.initial_state[0])
             rate = mp.sqrt(g * mp.cos(alpha) / s) / mp.sin(alpha)
@@ -216,7 +218,7 @@ class ParticleOnCone(_OnSurface):
 class ParticleOnParaboloid(_OnSurface):
     name = "particle_on_paraboloid"
     title = "Particle in a smooth paraboloid: the azimuth is ignorable"
-    conventions = "r from the upright axis, phi about it; the surface is z = r^2/(2 p)."
+    conventions = "r from the vertical axis, phi about it; the surface is z = r^2/(2 p)."
     state = (
         Coordinate("r", "m", "length"),
         Coordinate("phi", "rad", "angle"),
@@ -242,10 +244,10 @@ class ParticleOnParaboloid(_OnSurface):
     variants = (
         Variant(
             "near_axis",
-            "passes the bottom at a few per cent of its radius: the azimuth jumps",
+            "passes the bottom at a few per cent of its largest radius: the azimuth changes fast",
             initial_state=(1, 0, 0, "0.2"),
         ),
-        Variant("circle", "on any parallel circle the rate is sqrt(g/p): exactly so here", {"g": 9}, (2, 0, 0, 3)),
+        Variant("circle", "exactly a parallel circle, whose rate is sqrt(g/p) at any height", {"g": 9}, (2, 0, 0, 3)),
         Variant("long_1e4", "10,000 periods: phase errors of both coordinates"),
     )
     _PERIODS: ClassVar = {"long_1e4": 10000.37}
@@ -279,7 +281,7 @@ class ParticleOnTorus(_OnSurface):
     name = "particle_on_torus"
     title = "Particle in a smooth ring tube: the azimuth is ignorable"
     conventions = (
-        "theta around the tube, 0 on the outer side, -pi/2 at the bottom; phi about the upright axis; R the radius of "
+        "theta around the tube, 0 on the outer side, -pi/2 at the bottom; phi about the vertical axis; R the radius of "
         "the ring's middle circle, a of the tube. The surface holds the particle on both sides."
     )
     state = (
@@ -305,18 +307,20 @@ class ParticleOnTorus(_OnSurface):
             "w": Range(typical=(0.5, 2.5)),
         },
         (
-            Rule("the tube leaves a hole, a < R", lambda n: n["a"] < n["R"]),
+            Rule("the ring has a hole, a < R", lambda n: n["a"] < n["R"]),
             Rule(
-                "it swings in the outer lower half: too slow for the top and for the inner side",
+                "the particle swings: it is too slow to pass the top or the innermost circle",
                 lambda n: _on_torus(n).swings,
             ),
         ),
     )
     variants = (
         Variant("inner", "climbs to the inner side, where the azimuth turns fastest", initial_state=("-2.4", 0, 0, 2)),
-        Variant("plane", "no turn about the axis: a pendulum in the tube", initial_state=("-0.1", 0, 0, 0)),
-        Variant("fast", "flung outward: a small vibration about the outer side", initial_state=("-0.1", 0, 0, 30)),
-        Variant("thin", "a thin tube, a = 1e-4 R: swings 420 times in a turn", {"a": "2e-4"}, ("-0.6", 0, 0, "0.5")),
+        Variant("plane", "no motion about the axis: a pendulum in the tube", initial_state=("-0.1", 0, 0, 0)),
+        Variant(
+            "fast", "fast about the axis: a small vibration about the outer side", initial_state=("-0.1", 0, 0, 30)
+        ),
+        Variant("thin", "a thin tube, a = 1e-4 R: 420 swings in a turn", {"a": "2e-4"}, ("-0.6", 0, 0, "0.5")),
         Variant("long_1e4", "10,000 periods: phase errors of both coordinates"),
     )
     _PERIODS: ClassVar = {"long_1e4": 10000.37}

@@ -38,7 +38,7 @@ def free_hoop_equations(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def free_hoop_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """From the bottom."""
+    """Energy, zero at the bottom."""
     theta, _phi, rate, spin = state
     g, radius, m, inertia = parameters
     sine, half = sin(theta), sin(theta / 2)
@@ -48,7 +48,7 @@ def free_hoop_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def free_hoop_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """(I + m R^2 sin^2(theta)) phi', conjugate to the azimuth."""
+    """(I + m R^2 sin^2(theta)) phi', the momentum conjugate to the azimuth."""
     theta, _phi, _rate, spin = state
     _g, radius, m, inertia = parameters
     sine = sin(theta)
@@ -56,7 +56,7 @@ def free_hoop_momentum(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def swept_acceleration(t: Any, q: Values, parameters: Values) -> Values:
-    """The rate at t is Om + sweep t; its change pushes the bead across the hoop only."""
+    """The rate at t is Om + sweep t; the force due to its change is perpendicular to the hoop."""
     g, radius, rate, sweep = parameters
     now = rate + sweep * t
     return hoop_acceleration(q[0], g / radius, now * now)
@@ -70,7 +70,7 @@ SWEPT = hinged_point(swept_equations, "time_force", token="position_force")
 
 
 def _motion(n: Mapping[str, Fraction]) -> Governor:
-    """A governor without a sleeve, its two balls together as heavy as the bead."""
+    """The motion of a governor without a sleeve, with two balls together as heavy as the bead."""
     return Governor(n["g"], n["m"] / 2, Fraction(0), n["R"], n["I"], n["theta"], n["phi"], n["rate"], n["spin"])
 
 
@@ -99,12 +99,12 @@ class RotatingPendulumFreeHoop(FreeAzimuthCase):
             "rate": Range(typical=(-0.3, 0.3)),
             "spin": Range(typical=(3.0, 5.0)),
         },
-        (Rule("the energy is below that of the bead at the top (it swings)", lambda n: _motion(n).swings),),
+        (Rule("the energy is below that at the top (the bead swings)", lambda n: _motion(n).swings),),
     )
     variants = (
-        Variant("heavy_hoop", "I = 1e8 m R^2: as if the rate were prescribed", {"I": 10**8}),
-        Variant("light_hoop", "I = 1e-4 m R^2: almost thrice as fast when the bead comes in", {"I": "1e-4"}, ("0.5", 0, 0, 2)),
-        Variant("slow", "too slow to lift the bead off the bottom", {}, ("0.5", 0, 0, 1)),
+        Variant("heavy_hoop", "I = 1e8 m R^2: nearly a prescribed rate", {"I": 10**8}),
+        Variant("light_hoop", "I = 1e-4 m R^2: the rate almost triples when the bead comes in", {"I": "1e-4"}, ("0.5", 0, 0, 2)),
+        Variant("slow", "too slow to lift the bead from the bottom", {}, ("0.5", 0, 0, 1)),
         Variant("through", "swings through the bottom to the other side and back", {}, ("0.3", 0, "-2", 4)),
         Variant("long_1e4", "10,000 swings: phase errors of swing and azimuth"),
     )  # fmt: skip
@@ -125,7 +125,7 @@ class RotatingPendulumFreeHoop(FreeAzimuthCase):
 
 
 class RotatingPendulumSwept(IntegratedCase):
-    """Through the bifurcation at Om^2 = g/R, which the bead notices late."""
+    """The rate passes the bifurcation at Om^2 = g/R; the bead leaves the bottom with a delay."""
 
     name = "rotating_pendulum_swept"
     title = "Bead on a hoop whose rate is swept slowly through the bifurcation (certified Taylor)"
@@ -146,7 +146,7 @@ class RotatingPendulumSwept(IntegratedCase):
         | {"theta": Range(typical=(-1.0, 1.0)), "omega": Range(typical=(-0.5, 0.5))}
     )
     variants = (
-        Variant("late", "1e-6 rad off the bottom: leaves it long after the bifurcation", {}, ("1e-6", 0), "14.1"),
+        Variant("late", "1e-6 rad from the bottom: leaves it long after the bifurcation", {}, ("1e-6", 0), "14.1"),
         Variant("down", "slowed: from the tilted equilibrium to swings about the bottom", {"Om": 5, "sweep": "-0.25"}, ("1.1678", 0)),
         Variant("slow", "sweep = 1e-3: the frequency follows, the amplitude adapts", {"Om": 4, "sweep": "1e-3"}, ("0.5", 0)),
     )  # fmt: skip
@@ -161,7 +161,7 @@ class RotatingPendulumSwept(IntegratedCase):
 
     @property
     def time_scale(self) -> float:
-        """Of a small swing, or a radian of the hoop where that is shorter."""
+        """The time of a small swing, or of a radian of the hoop if that is shorter."""
         g, radius, rate, sweep = map(float, self.parameter_values())
         fastest = max(abs(rate), abs(rate + sweep * float(self.default_span)))
         return 1 / sqrt(g / radius + fastest * fastest)
@@ -170,7 +170,7 @@ class RotatingPendulumSwept(IntegratedCase):
         return self.default_span
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`bifurcation_time`, at which the rate is sqrt(g/R)."""
+        """`bifurcation_time`: when the rate is sqrt(g/R) (s)."""
         g, radius, rate, sweep = self.parameter_values()
         with working(digits + 10) as mp:
             critical = mp.sqrt(mp.mpf(g / radius))
@@ -183,4 +183,4 @@ class RotatingPendulumSwept(IntegratedCase):
     def hierarchy(self) -> tuple[Level, ...]:
         numbers: dict[str, Any] = {name: self.parameters[name] for name in ("g", "R", "Om")}
         still = RotatingPendulum(initial_state=self.initial_state, span=self.span, **numbers)
-        return (Level(still, same, "a constant rate, that of the start"),)
+        return (Level(still, same, "a constant rate, the one at the start"),)

@@ -1,7 +1,7 @@
-"""The pendulum in a rotating plane as a physics engine is given it: a hinge in the plane, and the centrifugal force.
+"""Scenes of pendulums in a rotating plane: a hinge in the plane, and the centrifugal force.
 
-Coriolis forces are across the plane: the hinge takes them. A hoop or a spindle that turns freely is a hinge that
-carries the other hinges (token `chained_hinges`).
+Coriolis forces are perpendicular to the plane, and the hinge takes them. A hoop or a spindle that turns freely is a
+hinge that carries the other hinges (token `chained_hinges`).
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def free_hoop_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> 
 
 
 def governor_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
-    """Of the linkage one arm stands for both: the other, the links and the sleeve follow it (token `linkage`)."""
+    """One arm represents the linkage: the other arm, the links and the sleeve follow it (token `linkage`)."""
     theta, phi, rate, spin = state
     g, m, sleeve, length, inertia = parameters
     bodies = (Body("hoop", 1.0, (inertia, inertia, inertia)), Body("ball", m, ORIGIN), Body("sleeve", sleeve, ORIGIN))

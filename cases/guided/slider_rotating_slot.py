@@ -1,4 +1,4 @@
-"""A slider in a radial slot of a turning table."""
+"""A slider in a radial slot of a rotating table."""
 
 from __future__ import annotations
 
@@ -52,14 +52,14 @@ def smooth_slot_potential(t: Any, q: Values, parameters: Values) -> Values:
 
 
 def jacobi_integral(t: Any, state: Values, parameters: Values) -> Values:
-    """Energy over the mass on the turning table, the centrifugal potential included; friction lets it decay."""
+    """Energy over the mass in the rotating frame, the centrifugal potential included; friction makes it decay."""
     r, v = state
     m, k, r0, Om, _ = parameters
     return ((v * v - Om * Om * r * r + (k / m) * (r - r0) * (r - r0)) / 2,)
 
 
 ROUGH_SCENE, SMOOTH_SCENE = railed_point(slot_equations), railed_pull(smooth_slot)
-"""In the frame of the table: a fixed rail, with the centrifugal force and the friction that the Coriolis force makes."""
+"""In the frame of the table: a fixed rail with the centrifugal force and the friction due to the Coriolis force."""
 
 
 class SliderRotatingSlot(Case):
@@ -67,14 +67,14 @@ class SliderRotatingSlot(Case):
     title = "Slider block in a radial slot of a steadily rotating table: free, spring controlled, wall friction"
     section = "6.9.1, 6.9.2"
     conventions = (
-        "spring natural position r0; friction acts through the Coriolis wall force, so it is linear damping for either "
-        "sign of v; mu=0 smooth. Om >= 0. The slot runs through the axis: r may change its sign."
+        "The spring is unstretched at r0. Friction follows from the Coriolis force on the wall: linear damping for either "
+        "sign of v. Om >= 0. The slot passes through the axis: r may change its sign."
     )
     state = (Coordinate("r", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
         Parameter("m", "kg", 1, "mass of the slider"),
         Parameter("k", "N/m", 20, "stiffness of the spring"),
-        Parameter("r0", "m", "0.2", "natural position of the spring"),
+        Parameter("r0", "m", "0.2", "position at which the spring is unstretched"),
         Parameter("Om", "rad/s", 3, "rate of the table"),
         Parameter("mu", "1", "0.1", "coefficient of friction on the wall"),
     )
@@ -85,12 +85,12 @@ class SliderRotatingSlot(Case):
         | {"r": Range(typical=(-1.0, 1.0)), "v": Range(typical=(-2.0, 2.0))}
     )
     variants = (
-        Variant("free", "no spring: flung out as e^(Om t)", {"k": 0, "mu": 0}),
+        Variant("free", "no spring: moves outward as e^(Om t)", {"k": 0, "mu": 0}),
         Variant("smooth", "no friction: harmonic about a shifted centre", {"mu": 0}),
         Variant("critical", "k/m = Om^2: uniformly accelerated", {"k": 9, "mu": 0}),
         Variant("below_critical", "k/m - Om^2 = 1e-12: a period of 73 days", {"k": "9.000000000001", "mu": 0}),
-        Variant("above_critical", "k/m - Om^2 = -1e-12: grows e times in 12 days", {"k": "8.999999999999", "mu": 0}),
-        Variant("growth", "flung out by e^50", {"k": 0, "mu": 0}, span="16.67"),
+        Variant("above_critical", "k/m - Om^2 = -1e-12: grows by e in 12 days", {"k": "8.999999999999", "mu": 0}),
+        Variant("growth", "moves outward by a factor e^50", {"k": 0, "mu": 0}, span="16.67"),
         Variant("rough", "mu = 2: overdamped by the wall", {"mu": 2}),
     )
     invariants: ClassVar = {"jacobi": Invariant(jacobi_integral, "decays")}
@@ -104,7 +104,7 @@ class SliderRotatingSlot(Case):
 
     @property
     def forms(self) -> tuple[Form, ...]:
-        """Without friction there is a potential."""
+        """Separable without friction."""
         linear = SemiLinear(slot_equations, slot_jacobian, linear=slot_matrix, rest=spring_offset)
         return (linear,) if self.parameters["mu"] else (Separable(smooth_slot, smooth_slot_potential), linear)
 
@@ -114,12 +114,12 @@ class SliderRotatingSlot(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time of the fastest of what the table, the spring and the friction do; 1 s without any."""
+        """The shortest time of table, spring and friction; 1 s without any."""
         m, k, _, Om, mu = map(float, self.parameter_values())
         return 1 / (sqrt(max(Om * Om, k / m)) + 2 * mu * Om or 1.0)
 
     def natural_span(self) -> Number:
-        """10.37 periods or decay times; growth by e^10; 10 radians of the table at and near the critical speed."""
+        """10.37 periods or decay times; a growth by e^10; 10 radians of the table at or near the critical speed."""
         motion = self._exact
         growth, pull = float(motion.rates()[0]), float(motion.pull)
         Om = float(motion.rate)
@@ -131,7 +131,7 @@ class SliderRotatingSlot(Case):
         return 10.37 * (tau / sqrt(turning) if turning > 0.01 else min(1 / max(-growth, 0.01), 10.0))
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`wall_force` is that at the start, 2 m Om v."""
+        """`wall_force` at the start, 2 m Om v (N)."""
         motion = self._exact
         fast, slow = motion.rates(digits)
         force = 2 * motion.mass * motion.rate * motion.v0

@@ -1,4 +1,4 @@
-"""A particle that a smooth surface of revolution holds, as a physics engine is given it: engines know planes only."""
+"""Scene of a particle on a smooth surface of revolution. Most engines have only planes (token `curved_surface`)."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from gnomon.cases.core.forms import Values
 from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 
 Place = Callable[[float, Values], tuple[float, float, float, float]]
-"""(x, parameters) -> distance from the axis and height on the meridian, and their slopes."""
+"""(x, parameters) -> distance from the axis and height on the meridian, and their derivatives by x."""
 
 
 def on_surface(place: Place, coordinate: Callable[[float, float, Values], float]) -> SceneForm:
-    """State (x, phi, x', phi'); `coordinate` gives x back from distance and height; g is the last parameter."""
+    """State (x, phi, x', phi'); `coordinate` gives x from distance and height; g is the last parameter."""
 
     def build(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
         x, phi, rate, w = state

@@ -1,1 +1,1 @@
-"""Cases. Motions about a centre of force, and of two and three bodies."""
+"""Cases: motions about a centre of force, and of two and three bodies."""

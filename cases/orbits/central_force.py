@@ -66,7 +66,7 @@ def spring_dumbbell_equations(t: Any, state: Values, parameters: Values) -> Valu
 
 
 def spring_dumbbell_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Over the reduced mass."""
+    """Energy over the reduced mass."""
     r, _, vr, omega = state
     m1, m2, k, length = parameters
     return ((vr * vr + r * r * omega * omega + k * (1 / m1 + 1 / m2) * (r - length) * (r - length)) / 2,)
@@ -116,12 +116,14 @@ ISOTROPIC = SceneForm(isotropic_scene, isotropic_reading, frozenset({"position_f
 
 
 class CentralForceConservation(Case):
-    """A mass on a spring without natural length, in a plane: an ellipse about the centre."""
+    """A mass in a plane on a spring of natural length zero: an ellipse about the centre."""
 
     name = "central_force_conservation"
     title = "Central force: the isotropic oscillator"
     section = "7.8"
-    conventions = "The attraction is -k r towards the origin; the orbit is an ellipse about it, run in equal times."
+    conventions = (
+        "The force is -k r towards the origin; the orbit is an ellipse about it, with the same period for all."
+    )
     state = (
         Coordinate("x", "m", "length"),
         Coordinate("y", "m", "length"),
@@ -135,7 +137,9 @@ class CentralForceConservation(Case):
     )
     variants = (
         Variant(
-            "thin", "passes 5e-7 m from the centre: the angle turns within 5e-7 rad", initial_state=(1, 0, 0, "1e-6")
+            "thin",
+            "passes 5e-7 m from the centre: the direction turns by pi within 5e-7 rad of phase",
+            initial_state=(1, 0, 0, "1e-6"),
         ),
         Variant("long_1e5", "100,000 periods: phase error"),
     )
@@ -183,7 +187,7 @@ class _Central(WellCase):
     )
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`apsidal_angle`: by which theta grows from the least to the largest distance."""
+        """`apsidal_angle`: by how much theta grows from the least to the largest distance (rad)."""
         if self._exact.rests:
             return {}
         angle = self._exact.carried_over_period(0, digits + 5)
@@ -195,7 +199,7 @@ class _Central(WellCase):
 
 
 class CentralForceHangingMass(_Central):
-    """A mass on a smooth table, on a string that runs through a hole to a hanging mass."""
+    """A mass on a smooth table, joined to a hanging mass by a string through a hole."""
 
     name = "central_force_hanging_mass"
     title = "Mass on a table, string through a hole, hanging mass"
@@ -224,7 +228,7 @@ class CentralForceHangingMass(_Central):
         Variant(
             "near_hole", "passes 0.1 m from the hole, where it turns 100 times faster", initial_state=(1, 0, 0, "0.3")
         ),
-        Variant("light", "m2 = 1e-6 m1: nearly free motion, out to 47 m and back", {"m2": "1e-6"}, (1, 0, 0, "0.03")),
+        Variant("light", "m2 = 1e-6 m1: nearly free motion, to 47 m and back", {"m2": "1e-6"}, (1, 0, 0, "0.03")),
     )
     invariants: ClassVar = {"energy": Invariant(hanging_energy), "areal_spin": Invariant(areal_spin)}
 
@@ -247,7 +251,9 @@ class CentralForceLogarithmic(_Central):
     name = "central_force_logarithmic"
     title = "Central force k/r: the logarithmic potential"
     section = "7.8"
-    conventions = "Polar coordinates; the attraction per unit mass is k/r, the circular speed sqrt(k) everywhere."
+    conventions = (
+        "Polar coordinates; the attraction per unit mass is k/r, so the circular speed is sqrt(k) at any radius."
+    )
     parameter_list = (Parameter("k", "m^2/s^2", 1, "attraction times distance, per unit mass"),)
     default_state = (1, 0, "0.5", "0.8")
     domain = Domain(
@@ -284,12 +290,12 @@ class CentralForceLogarithmic(_Central):
 
 
 class DumbbellSpring(_Central):
-    """Two masses on a spring in free flight, that turn and vibrate about each other."""
+    """Two masses joined by a spring in free flight, which rotate and vibrate about each other."""
 
     name = "dumbbell_spring"
     title = "Rotating vibrating dumbbell: two masses on a spring of natural length l"
     section = "8.6, 8.7"
-    conventions = "Distance and direction of m2 as seen from m1; the centre of mass moves as a free particle."
+    conventions = "Distance and direction of m2 relative to m1; the centre of mass moves like a free particle."
     parameter_list = (
         Parameter("m1", "kg", 1, "mass 1"),
         Parameter("m2", "kg", 2, "mass 2"),
@@ -311,8 +317,13 @@ class DumbbellSpring(_Central):
         (TURNS,),
     )
     variants = (
-        Variant("steady", "turns at exactly the stretch that its spin holds", {"m2": 1, "k": 4}, (2, 0, 0, 2)),
-        Variant("stiff", "k = 1e10 N/m: vibrates 4e4 times in one turn", {"k": 10**10}, ("1.0001", 0, 0, 3)),
+        Variant(
+            "steady",
+            "rotates with exactly the stretch that balances the centrifugal force",
+            {"m2": 1, "k": 4},
+            (2, 0, 0, 2),
+        ),
+        Variant("stiff", "k = 1e10 N/m: 4e4 vibrations in one turn", {"k": 10**10}, ("1.0001", 0, 0, 3)),
         Variant("ellipse", "no natural length: an ellipse about the centre", {"l": 0}),
     )
     invariants: ClassVar = {"energy": Invariant(spring_dumbbell_energy), "areal_spin": Invariant(areal_spin)}

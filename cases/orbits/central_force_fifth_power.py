@@ -1,4 +1,4 @@
-"""An attraction as the inverse fifth power of the distance: circles through the centre, and unstable circles about it."""
+"""Attraction by the inverse fifth power of the distance: circles through the centre, unstable circles about it."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ class CentralForceFifthPower(IntegratedCase):
     title = "Central force k/r^5: a circle through the centre of force"
     section = "7.8"
     conventions = (
-        "The centre is the origin. With k = 2 r^4 v^2 and v across r the energy is zero and the orbit a circle of diameter "
-        "r through the centre, which it reaches after pi r/(4 v): the motion ends there."
+        "The centre is the origin. With k = 2 r^4 v^2 and v perpendicular to r the energy is zero and the orbit a circle of "
+        "diameter r through the centre, which it reaches after pi r/(4 v): the motion ends there."
     )
     state = (
         Coordinate("x", "m", "length"),
@@ -84,13 +84,19 @@ class CentralForceFifthPower(IntegratedCase):
         (Rule("x^2 + y^2 > 0 (the start is not at the centre)", _off_centre),),
     )
     variants = (
-        Variant("near_centre", "until 4e-4 s before the centre: r = 0.1, 90 times as fast", span="0.785"),
+        Variant("near_centre", "until 4e-4 s before the centre: r = 0.1, 90 times the initial speed", span="0.785"),
+        Variant("circle", "k = r^4 v^2, exactly the circle about the centre: unstable, errors grow", {"k": 1}, span=6),
+        Variant("spirals_out", "1e-4 faster than on the circle: spirals outward", {"k": 1}, (1, 0, 0, "1.0001"), 9),
         Variant(
-            "circle", "k = r^4 v^2, exactly the circle about the centre: unstable, any error grows", {"k": 1}, span=6
+            "spirals_in", "1e-4 slower than on the circle: falls into the centre", {"k": 1}, (1, 0, 0, "0.9999"), "5.4"
         ),
-        Variant("spirals_out", "1e-4 faster than the circle: leaves it for good", {"k": 1}, (1, 0, 0, "1.0001"), 9),
-        Variant("spirals_in", "1e-4 slower: falls into the centre", {"k": 1}, (1, 0, 0, "0.9999"), "5.4"),
-        Variant("flyby", "comes in just outside what is captured, and whirls round", {"k": 1}, (-6, "1.2", 1, 0), 13),
+        Variant(
+            "flyby",
+            "arrives with little more than the momentum of capture, and turns round the centre",
+            {"k": 1},
+            (-6, "1.2", 1, 0),
+            13,
+        ),
     )
     invariants: ClassVar = {"energy": Invariant(fifth_power_energy), "angular_momentum": Invariant(isotropic_spin)}
 
@@ -104,19 +110,19 @@ class CentralForceFifthPower(IntegratedCase):
 
     @property
     def time_scale(self) -> float:
-        """The distance over the speed, or r^3/sqrt(k) where that is shorter."""
+        """The distance over the speed, or r^3/sqrt(k) if that is shorter."""
         x, y, vx, vy = map(float, self.initial_state)
         r, speed = hypot(x, y), hypot(vx, vy)
         fall = r**3 / sqrt(float(self.parameters["k"]))
         return min(fall, r / speed) if speed else fall
 
     def natural_span(self) -> Number:
-        """Of a start of one's own a third of the time scale: no collision comes sooner than that."""
+        """0.3 of the time scale if start or k are not the defaults: no collision is earlier."""
         own = self.initial_state != tuple(map(Fraction, (1, 0, 0, 1))) or self.parameters["k"] != 2
         return 0.3 * self.time_scale if own else self.default_span
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`circle_speed` at the start's distance; of the circle through the centre its diameter and its end."""
+        """`circle_speed` at the initial distance; diameter and end time of the circle through the centre."""
         x, y, vx, vy = self.initial_state
         k, square, speed = self.parameters["k"], x * x + y * y, vx * vx + vy * vy
         with working(digits + 10) as mp:

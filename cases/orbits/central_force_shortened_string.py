@@ -1,4 +1,4 @@
-"""A mass on a table, on a string drawn through a hole at a given speed: its moment of momentum stays, its energy does not."""
+"""A mass on a table, its string drawn through a hole at a given speed: moment of momentum is constant, energy is not."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ class CentralForceShortenedString(Case):
     title = "Mass on a table, its string drawn through a hole at a given speed"
     section = "7.8"
     conventions = (
-        "Polar angle of the mass about the hole; its distance is prescribed, r = r0 - c t. The moment of momentum stays, "
-        "the string does work. The motion ends before the mass reaches the hole; c < 0 lets the string out."
+        "Polar angle of the mass about the hole; its distance is prescribed, r = r0 - c t. The moment of momentum is "
+        "constant, the string does work. The motion ends before the mass reaches the hole; c < 0 lets the string out."
     )
     state = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
     parameter_list = (
@@ -58,7 +58,7 @@ class CentralForceShortenedString(Case):
     variants = (
         Variant(
             "to_the_hole",
-            "drawn in to 1e-3 of the first distance: turns 1e6 times as fast at the end",
+            "drawn in to 1e-3 of the initial distance: turns 1e6 times as fast at the end",
             {"c": 1},
             (0, "0.5"),
             span="0.999",
@@ -96,28 +96,28 @@ class CentralForceShortenedString(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time of a radian at the mean rate; of a mass that does not turn, the time of its way to the hole, or 1 s."""
+        """The time of a radian at the mean rate; without rotation the time until the hole, or 1 s."""
         r0, c = self.parameters["r0"], self.parameters["c"]
         mean = abs(self.initial_state[1]) * r0 / self._exact.radius(self.span)
         return float(1 / mean if mean else r0 / abs(c) if c else Fraction(1))
 
     @property
     def fastest_time(self) -> float:
-        """The shortest time of a radian, or in which the distance changes e times."""
+        """The shortest time of a radian, or in which the distance changes by e."""
         r0, c, omega = self.parameters["r0"], self.parameters["c"], self.initial_state[1]
         nearest = min(r0, self._exact.radius(self.span))
         rates = (abs(omega) * (r0 / nearest) ** 2, abs(c) / nearest)
         return min([self.time_scale] + [float(1 / rate) for rate in rates if rate])
 
     def natural_span(self) -> Number:
-        """Until a quarter of the first distance is left; let out, to four times that; without c 5.37 turns, or 1 s."""
+        """Until the distance is a quarter of the initial one, or four times that if c < 0; if c = 0 5.37 turns, or 1 s."""
         r0, c, omega = self.parameters["r0"], self.parameters["c"], self.initial_state[1]
         if c:
             return r0 / c * Fraction(3, 4) if c > 0 else -3 * r0 / c
         return 5.37 * tau / abs(float(omega)) if omega else 1
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Tension of the string at both ends of the span, and the work that it does, all kinetic energy of the mass."""
+        """Tension of the string at start and end of the span (N), and its work, which becomes kinetic energy (J)."""
         motion, end = self._exact, self.span
         exact = {
             "tension_start": motion.tension(Fraction(0)),

@@ -1,4 +1,4 @@
-"""Three bodies under their mutual attraction: Lagrange's equilateral triangle, and what becomes of starts beside it."""
+"""Three bodies under mutual attraction: Lagrange's equilateral triangle, and starts that are close to one."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def three_states(found: tuple[Values, ...]) -> Values:
 def turning_triangle(turn: Number, centre: Sequence[Number] = (0, 0, 0), growth: Number = 0) -> tuple[Fraction, ...]:
     """Corners (1, 0, 0), (0, 1, 0), (0, 0, 1) less `centre`; each moves at turn (1, 1, 1) x r + growth r.
 
-    Each number is rounded to 20 binary places, so that every product is exact in binary64.
+    Each number is rounded to 20 binary places, so that products are exact in binary64.
     """
     rate, wide, *middle = (Fraction(round(Fraction(value) * 2**20), 2**20) for value in (turn, growth, *centre))
     places = [[Fraction(int(i == j)) - middle[j] for j in range(3)] for i in range(3)]
@@ -129,9 +129,9 @@ class EquilateralThreeBody(IntegratedCase):
     title = "Three bodies in Lagrange's equilateral triangle"
     section = "8.9.2"
     conventions = (
-        "In space, because there a triangle with exactly equal sides has rational corners: (1, 0, 0), (0, 1, 0), "
-        "(0, 0, 1), moved. A start that is exactly such a triangle has a closed form; any other, as the neighbours that "
-        "conditioning asks for, is integrated. Each body's place and velocity count relative to their own size."
+        "In space, because there a triangle with exactly equal sides has rational corners: (1, 0, 0), (0, 1, 0), (0, 0, 1), "
+        "shifted. A start that is exactly such a triangle has a closed form; any other, such as those for the conditioning, "
+        "is integrated. Errors of each body's position and velocity are relative to their own size."
     )
     state = tuple(
         Coordinate(f"{letter}{axis}{n}", unit, kind, f"{kind} of body {n}")
@@ -156,12 +156,12 @@ class EquilateralThreeBody(IntegratedCase):
         | {f"{axis}{n}": Range(typical=(-0.2, 0.2)) for axis in "xyz" for n in (1, 2, 3)}
         | {f"{'xyz'[n - 1]}{n}": Range(typical=(0.8, 1.2)) for n in (1, 2, 3)}
         | {f"v{axis}{n}": Range(typical=(-0.3, 0.3)) for axis in "xyz" for n in (1, 2, 3)},
-        (Rule("no two bodies stand at the same place", _apart),),
+        (Rule("no two bodies are at the same position", _apart),),
     )
     variants = (
         Variant(
             "equal",
-            "equal masses on nearly one circle: any error grows 85-fold in each turn",
+            "equal masses on nearly one circle: errors grow 85-fold in each turn",
             {"m1": 1, "m2": 1, "m3": 1},
             turning_triangle("0.594604", ("0.3333333", "0.3333333", "0.3333333")),
         ),
@@ -172,25 +172,25 @@ class EquilateralThreeBody(IntegratedCase):
         ),
         Variant(
             "routh_stable",
-            "a heavy body and two light ones, within Routh's limit: errors grow only in phase",
+            "a heavy body and two light ones, within Routh's limit: only phase errors grow",
             {"m2": "0.0009765625", "m3": "0.00000095367431640625"},
             turning_triangle("0.34375", ("0.999023", "0.000976", "0.000001")),
         ),
         Variant(
             "trojan",
-            "the third body has no mass, as an asteroid sixty degrees ahead of Jupiter",
+            "the third body has no mass, like an asteroid sixty degrees ahead of Jupiter",
             {"m2": "0.0009765625", "m3": 0},
             turning_triangle("0.34375", ("0.999023", "0.000976", 0)),
         ),
         Variant(
             "escape",
-            "unbound: the triangle grows for ever",
+            "unbound: the triangle grows without end",
             initial_state=turning_triangle("0.40625", ("0.5", "0.3125", "0.1875"), "1.25"),
             span=20,
         ),
         Variant(
             "beside",
-            "1e-6 beside the triangle, where no formula is known: the error grows as that of the triangle does",
+            "1e-6 from the triangle, where no formula is known: errors grow as for the triangle",
             initial_state=(
                 Fraction("0.500001"),
                 *turning_triangle("0.40625", ("0.5", "0.3125", "0.1875"))[1:],
@@ -211,7 +211,7 @@ class EquilateralThreeBody(IntegratedCase):
 
     @cached_property
     def triangle(self) -> Homographic | None:
-        """The closed form, where the start is exactly an equilateral triangle that keeps its shape."""
+        """The closed form if the start is exactly an equilateral triangle that keeps its shape, else None."""
         G, *masses = self.parameter_values()
         vectors = [self.initial_state[i : i + 3] for i in range(0, 18, 3)]
         if not keeps_its_shape(vectors[:3], vectors[3:]):
@@ -231,20 +231,20 @@ class EquilateralThreeBody(IntegratedCase):
 
     @cached_property
     def time_scale(self) -> float:  # type: ignore[override]
-        """sqrt(s^3/GM) with the shortest side at the start: a radian of a triangle that turns in a circle."""
+        """sqrt(s^3/GM), s the shortest side at the start: a radian of a triangle on a circle."""
         G, *masses = map(float, self.parameter_values())
         corners = np.array([float(x) for x in self.initial_state[:9]]).reshape(3, 3)
         side = min(float(np.linalg.norm(a - b)) for a, b in combinations(corners, 2))
         return sqrt(side**3 / (G * sum(masses)))
 
     def natural_span(self) -> Number:
-        """2.37 turns; of an unbound triangle, or none, 8 time scales."""
+        """2.37 turns; 8 time scales if the triangle is unbound or the start is not a triangle."""
         if self.triangle is None or self.triangle.conic <= 0:
             return 8 * self.time_scale
         return float(self.triangle.period()) * float(self._TURNS.get(self.variant or "", "2.37"))
 
     def scales(self) -> dict[str, float]:
-        """On a grid, and at the first pericentre of the triangle, where the speeds have a peak sharper than it."""
+        """On a grid, and at the first pericentre, where the speeds have a peak narrower than the grid spacing."""
         found = accuracy.grid_scales(self)
         moment = 0.0 if self.triangle is None else float(self.triangle.pericentre_time())
         if 0 < moment < self.times[-1]:
@@ -255,9 +255,9 @@ class EquilateralThreeBody(IntegratedCase):
         return found
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`routh` is 27 (m1 m2 + m2 m3 + m3 m1)/(m1 + m2 + m3)^2: a circular triangle is stable where it is below 1.
+        """`routh`: 27 (m1 m2 + m2 m3 + m3 m1)/(m1 + m2 + m3)^2; a circular triangle is stable if it is below 1.
 
-        `growth_a_turn`: by how much a small error grows in each turn of a circular one that is not.
+        `growth_a_turn`: the factor by which a small error grows in each turn of an unstable circular triangle.
         """
         _, m1, m2, m3 = self.parameter_values()
         routh = 27 * (m1 * m2 + m2 * m3 + m3 * m1) / (m1 + m2 + m3) ** 2

@@ -87,7 +87,7 @@ def bodies(state: Values) -> tuple[Values, ...]:
 
 
 def relative(found: tuple[Values, ...]) -> Values:
-    """The particle as seen from the centre."""
+    """The particle relative to the centre."""
     centre, particle = found
     return tuple(particle[i] - centre[i] for i in (0, 1, 3, 4))
 
@@ -101,12 +101,12 @@ def without_clock(y: Floats, parameters: Sequence[float]) -> Floats:
 
 
 def upright(states: Floats) -> Floats:
-    """From (across, up) to this case's axes, where x is up."""
+    """From (horizontal, up) to the axes of this case, where x is up."""
     return states[:, [1, 0, 3, 2]]
 
 
 def pericentre_start(e: float) -> tuple[Number, ...]:
-    """a = 1, mu = 1, at pericentre; the numbers are rounded here, and it is the rounded ones that count."""
+    """The state at pericentre for a = 1, mu = 1, rounded here to binary64; the case has these rounded numbers."""
     distance = Fraction(str(e))
     return 1 - distance, 0, 0, math.sqrt((1 + distance) / (1 - distance))
 
@@ -143,25 +143,25 @@ class KeplerOrbit(Case):
             "e = 0.999999: nearly a collision, steps shrink 1e9 times",
             initial_state=pericentre_start(0.999999),
         ),
-        Variant("hyperbolic", "a flyby: arrives, swings round, leaves", initial_state=(-20, 0.5, 1.5, 0), span=30),
+        Variant("hyperbolic", "a flyby on a hyperbola", initial_state=(-20, 0.5, 1.5, 0), span=30),
         Variant("parabolic", "exactly the escape speed: no period, alpha = 0", {"mu": 2}, (1, 0, 0, 2), span=100),
         Variant(
             "near_parabolic_bound",
-            "1e-12 below the escape speed: an ellipse that formulas for e < 1 lose",
+            "1e-12 below the escape speed: an ellipse for which formulas for e < 1 lose digits",
             {"mu": 2},
             (1, 0, 0, 2 * (1 - 1e-12)),
             span=100,
         ),
         Variant(
             "near_parabolic_unbound",
-            "1e-12 above the escape speed: a hyperbola that formulas for e > 1 lose",
+            "1e-12 above the escape speed: a hyperbola for which formulas for e > 1 lose digits",
             {"mu": 2},
             (1, 0, 0, 2 * (1 + 1e-12)),
             span=100,
         ),
         Variant(
             "throw",
-            "a throw at the surface of the Earth: the orbit that a parabola is taken for",
+            "a throw at the surface of the Earth: an orbit that is nearly a parabola",
             {"mu": "3.986004418e14"},
             (6371000, 0, 300, 400),
             span=61,
@@ -169,12 +169,12 @@ class KeplerOrbit(Case):
         Variant("plunge", "falls from rest until 0.07 % before the collision", initial_state=(1, 0, 0, 0), span="1.11"),
         # Spans whose 64 samples, rounded to 20 bits, fall on evenly spread phases.
         Variant("orbits_1e4", "1e4 orbits: growth of the phase error", span=62833.4375),
-        Variant("orbits_1e6", "1e6 orbits: the drift of round-off itself", span=6283192),
-        Variant("engines", "the orbit of the engine tables: 10 orbits at e = 0.6", span=10 * TURN),
-        Variant("speed_e06", "the orbit of the timing tables: 100.37 periods at e = 0.6", span=100.37 * TURN),
+        Variant("orbits_1e6", "1e6 orbits: drift by round-off", span=6283192),
+        Variant("engines", "the parameters of the engine tables: 10 orbits at e = 0.6", span=10 * TURN),
+        Variant("speed_e06", "the parameters of the timing tables: 100.37 periods at e = 0.6", span=100.37 * TURN),
         Variant(
             "speed_e099",
-            "the orbit of the timing tables: 100.37 periods at e = 0.99",
+            "the parameters of the timing tables: 100.37 periods at e = 0.99",
             initial_state=pericentre_start(0.99),
             span=100.37 * TURN,
         ),
@@ -211,7 +211,7 @@ class KeplerOrbit(Case):
         motion = self.motion()
         end = float(self.times[-1])
         moments = [0.0, end]
-        first = float(motion.pericentre_time())  # of a plunge: the collision, which is beyond the end
+        first = float(motion.pericentre_time())  # for a radial fall the collision, which is after the end
         if 0 < first < end:
             moments.append(first)
         if motion.conic > 0:
@@ -227,7 +227,7 @@ class KeplerOrbit(Case):
 
     @property
     def time_scale(self) -> float:
-        """The period over 2 pi; where the span holds no period, the time of one radian at pericentre."""
+        """The period over 2 pi; if the span holds no period, the time of one radian at pericentre."""
         motion = self.motion()
         if motion.conic > 0 and (motion.period() <= self.span or not motion.angular_momentum):
             return float(motion.period()) / TURN
@@ -236,7 +236,7 @@ class KeplerOrbit(Case):
         return math.sqrt(math.hypot(*map(float, self.initial_state[:2])) ** 3 / float(self.parameters["mu"]))
 
     def natural_span(self) -> Number:
-        """10.37 periods; of an unbound orbit through the pericentre and out; of a plunge until close to the end."""
+        """10.37 periods; an unbound orbit passes its pericentre; a radial fall ends close to the collision."""
         motion = self.motion()
         collision = motion.collision_time(20)
         if collision is not None:
@@ -265,7 +265,7 @@ class KeplerOrbit(Case):
 
     @property
     def formulations(self) -> tuple[Formulation, ...]:
-        """Sundman time, dt/ds = r: equal steps in s follow the pericentre passage."""
+        """Sundman time, dt/ds = r: equal steps in s are short in time at the pericentre."""
         return (
             Formulation(
                 "sundman", (FirstOrder(sundman_equations),), with_clock, without_clock, 4, self.motion().sundman
@@ -274,7 +274,7 @@ class KeplerOrbit(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """Uniform gravity, for a throw from the x axis that is short beside an orbit."""
+        """Uniform gravity, for a throw from the x axis that is short compared with an orbit."""
         x, y, vx, vy = self.initial_state
         mu = self.parameters["mu"]
         if y != 0 or x <= 0 or self.span**2 * mu > x**3 / 10:

@@ -1,4 +1,4 @@
-"""The Kepler orbit as a physics engine is given it: a free point mass and the attraction as a force where it stands."""
+"""Scene of the Kepler orbit: a free point mass with the attraction as a force."""
 
 from __future__ import annotations
 

@@ -66,19 +66,25 @@ class RadialFallInverseSquare(Case):
     domain = Domain({"mu": positive(), "r": positive(0.5, 5.0), "v": Range(typical=(-2.0, 2.0))})
     variants = (
         Variant(
-            "plunge", "to 1e-5 of the time before the collision: speed without bound", {"mu": 1}, (1, 0), "1.11071"
+            "plunge",
+            "until 1e-5 of the fall is left before the collision: the speed grows without bound",
+            {"mu": 1},
+            (1, 0),
+            "1.11071",
         ),
         Variant(
             "collision",
-            "to 1.2e-16 of the time before the collision: the next double is after it",
+            "until 1.2e-16 of the fall is left before the collision: the next double is after it",
             {"mu": 1.2337005501361695},
             (1, 0),
             1,
         ),
-        Variant("escape", "exactly at the escape speed: the parabola between two regimes", {"mu": 2}, (1, 2), 1000),
+        Variant("escape", "exactly at the escape speed: the limit between two regimes", {"mu": 2}, (1, 2), 1000),
         Variant("above_escape", "1e-12 above the escape speed", {"mu": 2}, (1, "2.000000000002"), 1000),
-        Variant("below_escape", "1e-12 below it: will come back in 1e18 s", {"mu": 2}, (1, "1.999999999998"), 1000),
-        Variant("thrown", "thrown up: turns and falls", {"mu": 1}, ("0.2", 3)),
+        Variant(
+            "below_escape", "1e-12 below the escape speed: returns after 1e18 s", {"mu": 2}, (1, "1.999999999998"), 1000
+        ),
+        Variant("thrown", "thrown up: turns back and falls", {"mu": 1}, ("0.2", 3)),
     )
     invariants: ClassVar = {"energy": Invariant(radial_energy)}
 
@@ -102,12 +108,12 @@ class RadialFallInverseSquare(Case):
 
     @property
     def time_scale(self) -> float:
-        """sqrt(r0^3/mu), or the time to fly r0 where that is shorter."""
+        """sqrt(r0^3/mu), or r0 over the speed if that is shorter."""
         mu, (r, v) = float(self.parameters["mu"]), map(float, self.initial_state)
         return min(math.sqrt(r**3 / mu), abs(r / v) if v else math.inf)
 
     def natural_span(self) -> Number:
-        """0.93 of the time to the collision; 20.7 time scales where there is none, or where it is farther."""
+        """0.93 of the time to the collision; 20.7 time scales if there is none or it is later."""
         collision = self._exact.collision_time()
         far = 20.7 * self.time_scale
         return far if collision is None else min(0.93 * float(collision), far)

@@ -50,14 +50,14 @@ def momentum_y(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def total_angular_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """About the origin."""
+    """Angular momentum about the origin."""
     x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
     _, m1, m2 = parameters
     return (m1 * (x1 * vy1 - y1 * vx1) + m2 * (x2 * vy2 - y2 * vx2),)
 
 
 def centre_start_x(t: Any, state: Values, parameters: Values) -> Values:
-    """x_C - V_C t: the centre of mass moves uniformly."""
+    """x_C - V_C t, constant: the centre of mass moves uniformly."""
     _, m1, m2 = parameters
     return ((m1 * (state[0] - state[4] * t) + m2 * (state[2] - state[6] * t)) / (m1 + m2),)
 
@@ -92,7 +92,7 @@ class TwoBody(Case):
     name = "two_body"
     title = "Two-body problem (Kepler's corrected third law)"
     section = "8.3"
-    conventions = "Both bodies move in the plane; each body's place and velocity count relative to their own size."
+    conventions = "A plane motion; errors of each body's position and velocity are relative to their own size."
     state = tuple(
         Coordinate(f"{letter}{axis}{n}", unit, kind, f"{kind} of body {n}")
         for letter, unit, kind in (("", "m", "length"), ("v", "m/s", "velocity"))
@@ -119,7 +119,7 @@ class TwoBody(Case):
     variants = (
         Variant(
             "planet",
-            "m2/m1 = 1e-9: the heavy body moves by 1e-9 of the distance, and that is what counts",
+            "m2/m1 = 1e-9: the heavy body moves by 1e-9 of the distance, and its error counts relative to that",
             {"m2": "1e-9"},
             (0, 0, 1, 0, 0, 0, 0, "1.2"),
         ),
@@ -134,7 +134,7 @@ class TwoBody(Case):
         Variant("orbits_1e5", "100,000 orbits: phase error"),
         Variant(
             "drifting",
-            "the centre of mass moves at 1e6 m/s: the orbit is lost in the last digits",
+            "the centre of mass moves at 1e6 m/s: few digits of the state are left for the orbit",
             initial_state=(0, 0, 1, 0, 10**6, "-0.25", 10**6, "0.75"),
         ),
     )
@@ -171,19 +171,19 @@ class TwoBody(Case):
 
     @property
     def time_scale(self) -> float:
-        """The period over 2 pi; of an unbound orbit the time of a radian at the pericentre."""
+        """The period over 2 pi; for an unbound orbit the time of a radian at the pericentre."""
         if self.orbit.conic > 0:
             return float(self.orbit.period()) / (2 * pi)
         return float(self.orbit.pericentre() ** 2) / abs(float(self.orbit.angular_momentum))
 
     def natural_span(self) -> Number:
-        """10.37 periods; of an unbound orbit through the pericentre and out."""
+        """10.37 periods; an unbound orbit passes its pericentre."""
         if self.orbit.conic > 0:
             return (100_000.37 if self.variant == "orbits_1e5" else 10.37) * float(self.orbit.period())
         return 40 * self.time_scale + 2 * abs(float(self.orbit.pericentre_time()))
 
     def scales(self) -> dict[str, float]:
-        """On a grid, and at the pericentre, where the speeds have a peak sharper than it."""
+        """On a grid, and at the pericentre, where the speeds have a peak narrower than the grid spacing."""
         found = accuracy.grid_scales(self)
         moment = float(self.orbit.pericentre_time())
         if 0 < moment < self.times[-1]:
@@ -194,7 +194,7 @@ class TwoBody(Case):
         return found
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`third_law_factor`: T^2 mu1 / (4 pi^2 a^3) with mu1 = G m1 is 1/(1 + m2/m1), where Kepler has 1."""
+        """`third_law_factor`: T^2 mu1 / (4 pi^2 a^3) with mu1 = G m1, which is 1/(1 + m2/m1); Kepler's law has 1."""
         found = {
             "eccentricity": self.orbit.eccentricity(digits),
             "pericentre": self.orbit.pericentre(digits),
@@ -206,7 +206,7 @@ class TwoBody(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """Body 1 fixed where it starts: Kepler's third law uncorrected."""
+        """Body 1 fixed at its initial position: Kepler's third law without the correction."""
         if self.initial_state[4] != 0 or self.initial_state[5] != 0:
             return ()
         G, m1, _ = self.parameter_values()

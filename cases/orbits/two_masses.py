@@ -96,7 +96,7 @@ def spin(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def dumbbell_equations(t: Any, state: Values, parameters: Values) -> Values:
-    """The rod pulls mass 1 with m1 m2/(m1 + m2) l omega^2 along itself; omega' = 0."""
+    """The rod pulls mass 1 with m1 m2/(m1 + m2) l omega^2; omega' = 0."""
     _, _, theta, vx, vy, omega = state
     g, m1, m2, length = parameters
     pull = m2 / (m1 + m2) * length * omega * omega
@@ -206,12 +206,12 @@ class TwoMassSpring(Case):
 
 
 class CenterOfMassMotion(Case):
-    """Two masses joined by a spring without natural length, thrown in a vertical plane."""
+    """Two masses joined by a spring of natural length zero, thrown in a vertical plane."""
 
     name = "center_of_mass_motion"
     title = "Two masses on a spring, thrown: parabola of the centre of mass and vibration about it"
     section = "8.2, 8.4"
-    conventions = "y upward; the spring has no natural length, so the pair vibrates harmonically in both directions."
+    conventions = "y upward; the spring's natural length is zero, so the pair vibrates harmonically in both directions."
     state = tuple(
         Coordinate(f"{letter}{axis}{n}", unit, kind)
         for letter, unit, kind in (("", "m", "length"), ("v", "m/s", "velocity"))
@@ -231,7 +231,7 @@ class CenterOfMassMotion(Case):
     )
     variants = (
         Variant("stiff", "k = 1e10 N/m inside a slow parabola: 3.6e4 vibrations", {"k": 10**10}, span="1.87"),
-        Variant("unequal", "m2/m1 = 1e-9: the light mass moves about the heavy one", {"m2": "1e-9"}),
+        Variant("unequal", "m2/m1 = 1e-9: almost only the light mass vibrates", {"m2": "1e-9"}),
         Variant("long_1e5", "100,000 periods: phase error beside a fall of 3e9 m"),
     )
     invariants: ClassVar = {
@@ -291,7 +291,7 @@ class DumbbellFreeFlight(Case):
     title = "Dumbbell in free flight: parabola of the centre of mass and uniform rotation"
     section = "8.6, 8.7"
     conventions = (
-        "y upward; the state is the place of mass 1 and the angle of the rod from the x axis, seen from there."
+        "y upward; the state is the position of mass 1 and the angle from the x axis of the rod from mass 1 to mass 2."
     )
     state = (
         Coordinate("x1", "m", "length"),
@@ -315,7 +315,7 @@ class DumbbellFreeFlight(Case):
     )
     variants = (
         Variant("fast_spin", "1e5 turns in one flight", initial_state=(0, 0, 0, 2, 8, 314159)),
-        Variant("light_end", "mass 1 is 1e-9 of mass 2: it is whirled round", {"m1": "2e-9"}),
+        Variant("light_end", "mass 1 is 1e-9 of mass 2: mass 1 moves on a circle about mass 2", {"m1": "2e-9"}),
     )
     invariants: ClassVar = {
         "energy": Invariant(dumbbell_energy),
@@ -342,16 +342,16 @@ class DumbbellFreeFlight(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time of one radian; without spin sqrt(1 m/g), or 1 s."""
+        """The time of one radian; without rotation sqrt(1 m/g), or 1 s."""
         omega, g = abs(float(self.initial_state[5])), float(self.parameters["g"])
         return 1 / max(omega, sqrt(g), 0.1)
 
     def natural_span(self) -> Number:
-        """A flight of 2.03 s; 10.37 turns where those take longer."""
+        """2.03 s, or 10.37 turns if those take longer."""
         return 2.03 if self.time_scale * 65 < 2.03 or self.initial_state[5] == 0 else 10.37 * tau * self.time_scale
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """The tension of the rod, constant."""
+        """The tension of the rod, which is constant (N)."""
         return {"tension": self._exact.tension(digits)}
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:

@@ -1,1 +1,1 @@
-"""Cases. Oscillators: free, damped, forced, nonlinear, coupled."""
+"""Cases: oscillators: free, damped, forced, nonlinear, coupled."""

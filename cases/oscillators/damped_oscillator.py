@@ -49,7 +49,7 @@ class DampedOscillator(Case):
     name = "damped_oscillator"
     title = "Free vibration with viscous damping"
     section = "6.11, 11.13-11.14"
-    conventions = "x from the equilibrium; the damper pulls with -c v."
+    conventions = "x from the equilibrium; the damper's force is -c v."
     state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
         Parameter("m", "kg", 1, "mass"),
@@ -75,9 +75,9 @@ class DampedOscillator(Case):
             {"c": 3.9999999999999996, "k": 4},
             (1, 1),
         ),
-        Variant("stiff_1e6", "rates 1 and 1e6: the fast mode dies at once", {"c": 10**6 + 1, "k": 10**6}, (1, 0)),
-        Variant("stiff_1e9", "rates 1 and 1e9: the fast mode dies at once", {"c": 10**9 + 1, "k": 10**9}, (1, 0)),
-        Variant("stiff_1e12", "rates 1 and 1e12: the fast mode dies at once", {"c": 10**12 + 1, "k": 10**12}, (1, 0)),
+        Variant("stiff_1e6", "rates 1 and 1e6: the fast mode decays at once", {"c": 10**6 + 1, "k": 10**6}, (1, 0)),
+        Variant("stiff_1e9", "rates 1 and 1e9: the fast mode decays at once", {"c": 10**9 + 1, "k": 10**9}, (1, 0)),
+        Variant("stiff_1e12", "rates 1 and 1e12: the fast mode decays at once", {"c": 10**12 + 1, "k": 10**12}, (1, 0)),
         Variant(
             "long_1e5",
             "100,000 cycles at damping ratio 1e-6: phase error under a slow decay",
@@ -105,7 +105,7 @@ class DampedOscillator(Case):
 
     @property
     def time_scale(self) -> float:
-        """sqrt(m/k); where overdamped the time of the slow mode, which is left when the fast one is dead."""
+        """sqrt(m/k); if overdamped, the time of the slow mode, which remains when the fast one has decayed."""
         m, _, k = map(float, self.parameter_values())
         if self._exact.regime == DampedMotion.OVERDAMPED:
             return 1 / float(self._exact.rates()[0])
@@ -116,7 +116,7 @@ class DampedOscillator(Case):
         return min(self.time_scale, 1 / float(self._exact.decay)) if self._exact.decay > 0 else self.time_scale
 
     def natural_span(self) -> Number:
-        """10.37 damped periods, at most 10 decay times; 10 decay times of the slow mode where nothing oscillates."""
+        """10.37 damped periods, at most 10 decay times; 10 decay times of the slow mode if nothing oscillates."""
         if self._exact.regime != DampedMotion.UNDERDAMPED:
             return 10 / float(self._exact.rates()[0])
         cycles = 10.37 * float(self._exact.period())
@@ -135,6 +135,6 @@ class DampedOscillator(Case):
         return found if overshoot is None else found | {"overshoot_time": overshoot}
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
-        """Only without damping: reversed damping would feed energy in."""
+        """Only without damping: reversed damping would add energy."""
         x, v = state
         return ((x, -v), self.parameters) if self.parameters["c"] == 0 else None

@@ -1,4 +1,4 @@
-"""The damped oscillator as a physics engine is given it: a mass on a slider, spring and damper as one force."""
+"""Scene of the damped oscillator: a mass on a slider, with spring and damper as one force."""
 
 from __future__ import annotations
 
@@ -23,4 +23,4 @@ def damped_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[f
 
 
 SCENE = SceneForm(damped_scene, damped_reading, frozenset({"slider", "velocity_force"}), conservative=False)
-"""Not staggered: the damper's force depends on the velocity."""
+"""Not conservative: the damper's force depends on the velocity."""

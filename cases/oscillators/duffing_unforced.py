@@ -60,17 +60,17 @@ class DuffingUnforced(Case):
     default_state = (1, "0.5")
     domain = Domain(
         {name: Range(typical=(-2.0, 2.0)) for name in ("alpha", "beta", "x", "v")},
-        (Rule("the motion is bounded (no softening spring is left, no linear spring pushes)", _bounded),),
+        (Rule("the motion is bounded (with beta < 0 it does not escape; alpha < 0 needs beta > 0)", _bounded),),
     )
     variants = (
         Variant("soft", "sn: softening spring", {"beta": "-0.25"}, ("1.2", "0.3")),
         Variant("one_well", "dn: stays in one of two wells", {"alpha": -1}, ("1.2", "0.1")),
         Variant("across_wells", "cn: swings across both wells", {"alpha": -1}, ("1.6", 0)),
-        Variant("homoclinic", "sech: exactly the energy of the saddle", {"alpha": -1, "beta": 2}, (1, 0)),
-        Variant("heteroclinic", "tanh: exactly the energy of escape", {"beta": "-0.5"}, (0, 1)),
-        Variant("near_escape", "1e-12 below the speed of escape", {"beta": "-0.5"}, (0, "0.999999999999")),
-        Variant("saddle_1e_8", "released 1e-8 off the saddle", {"alpha": -1}, ("1e-8", 0)),
-        Variant("saddle_1e_12", "released 1e-12 off the saddle", {"alpha": -1}, ("1e-12", 0)),
+        Variant("homoclinic", "sech: exactly the energy at the saddle", {"alpha": -1, "beta": 2}, (1, 0)),
+        Variant("heteroclinic", "tanh: exactly the energy for escape", {"beta": "-0.5"}, (0, 1)),
+        Variant("near_escape", "1e-12 below the escape speed", {"beta": "-0.5"}, (0, "0.999999999999")),
+        Variant("saddle_1e_8", "released 1e-8 m from the saddle", {"alpha": -1}, ("1e-8", 0)),
+        Variant("saddle_1e_12", "released 1e-12 m from the saddle", {"alpha": -1}, ("1e-12", 0)),
         Variant("long_1e4", "10,000 periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(quartic_energy)}
@@ -81,7 +81,7 @@ class DuffingUnforced(Case):
         "saddle_1e_8": 0.9,
         "saddle_1e_12": 0.9,
     }
-    """Spans in periods; next to a saddle as long as binary64 can follow."""
+    """Spans in periods; close to a saddle as long as binary64 can follow the motion."""
 
     @cached_property
     def _exact(self) -> DuffingMotion:
@@ -100,7 +100,7 @@ class DuffingUnforced(Case):
 
     @property
     def time_scale(self) -> float:
-        """One over the root of the largest stiffness |alpha| + 3 |beta| x^2 on the way; 1 s where there is none."""
+        """One over the root of the largest stiffness |alpha| + 3 |beta| x^2 of the motion; 1 s if that is zero."""
         alpha, beta = map(float, self.parameter_values())
         reach = max(abs(float(x)) for x in self._exact.turning_points())
         stiffness = abs(alpha) + 3 * abs(beta) * reach**2
@@ -115,7 +115,7 @@ class DuffingUnforced(Case):
         return 9 / sqrt(abs(float(self.parameters["alpha"])))
 
     def scales(self) -> dict[str, float]:
-        """Lengths in closed form where the motion completes a period: next to a separatrix the peaks are sharp."""
+        """That of x in closed form if the span holds a period: close to a separatrix the peaks are narrow."""
         found = accuracy.grid_scales(self)
         if self._exact.periodic and self.span >= self._exact.period():
             found["length"] = max(abs(float(x)) for x in self._exact.turning_points())
@@ -126,7 +126,7 @@ class DuffingUnforced(Case):
         least, largest = motion.turning_points(digits)
         found = {"least_x": least, "largest_x": largest, "energy": motion.energy(digits)}
         alpha, beta = self.parameters["alpha"], self.parameters["beta"]
-        if alpha > 0 > beta:  # a softening spring lets go at the hilltops x^2 = alpha/|beta|
+        if alpha > 0 > beta:  # with a softening spring the motion escapes over the maxima at x^2 = alpha/|beta|
             with working(digits + 10) as mp:
                 found["escape_energy"] = publish([mp.mpf(-(alpha**2) / (4 * beta))], digits)[0]
         if motion.periodic:

@@ -45,7 +45,7 @@ def harmonic_force(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def linear_times(damping: float, stiffness: float) -> tuple[float, float]:
-    """The characteristic and the shortest time of x'' + 2b x' + c x = 0; infinite where it has none."""
+    """The characteristic and the shortest time of x'' + 2b x' + c x = 0 (s); infinite if b = c = 0."""
     square = damping**2 - stiffness
     if square <= 0:
         natural = 1 / math.sqrt(stiffness) if stiffness else math.inf
@@ -65,8 +65,8 @@ class ForcedOscillator(Case):
     title = "Harmonically forced oscillator: resonance, beats, damped steady state"
     section = "6.6, 6.12"
     conventions = (
-        "x from the equilibrium; force F0 cos(w t). Unbalance: F0 = m_e e w^2. Base moved by Y cos(w t), x "
-        "relative to it: F0 = m Y w^2."
+        "x from the equilibrium; force F0 cos(w t). Unbalance: F0 = m_e e w^2. For a base that moves by Y cos(w t), x is "
+        "relative to it and F0 = m Y w^2."
     )
     state = LINE
     parameter_list = (
@@ -74,7 +74,7 @@ class ForcedOscillator(Case):
         Parameter("c", "N s/m", "0.4", "damping constant"),
         Parameter("k", "N/m", 20, "stiffness of the spring"),
         Parameter("F0", "N", 2, "amplitude of the force"),
-        Parameter("w", "rad/s", 3, "its frequency"),
+        Parameter("w", "rad/s", 3, "frequency of the force"),
     )
     default_state = ("0.5", 0)
     domain = Domain(
@@ -90,17 +90,17 @@ class ForcedOscillator(Case):
         Variant("resonance", "undamped, w = w0 exactly: the amplitude grows with t", {"c": 0, "k": 9}),
         Variant(
             "near_resonance",
-            "w - w0 = 1e-10: a beat of 2000 years, the textbook formula divides by its square",
+            "w - w0 = 1e-10: a beat of 2000 years, the textbook formula divides by nearly zero",
             {"c": 0, "k": 9, "w": "3.0000000001"},
         ),
-        Variant("beats", "w 1 % off w0: a whole beat", {"c": 0, "k": 9, "w": "3.03"}, (0, 0), "231.7"),
+        Variant("beats", "w differs from w0 by 1 %: one whole beat", {"c": 0, "k": 9, "w": "3.03"}, (0, 0), "231.7"),
         Variant("long_1e5", "100,000 periods of weakly damped vibration", {"c": "1e-5"}, span="209440.3"),
         Variant("stiff", "rates 1e-3 and 1e6 beside w = 3", {"c": 10**6, "k": 10**3}),
         Variant("critical", "critically damped, exactly", {"c": 4, "k": 4}),
-        Variant("engines", "the numbers of engine tests, 10 s", span=10),
+        Variant("engines", "the parameters of engine tests, 10 s", span=10),
         Variant(
             "speed",
-            "the numbers of the speed tables: x'' + 0.04 x' + x = 0.5 cos(1.3 t)",
+            "the parameters of the speed tables: x'' + 0.04 x' + x = 0.5 cos(1.3 t)",
             {"c": "0.04", "k": 1, "F0": "0.5", "w": "1.3"},
             (1, 0),
             200,
@@ -132,7 +132,7 @@ class ForcedOscillator(Case):
 
     @property
     def time_scale(self) -> float:
-        """One radian of the drive or of the free vibration, the shorter."""
+        """One radian of the force or of the free vibration, whichever is shorter."""
         return self._times[0]
 
     @property
@@ -140,14 +140,14 @@ class ForcedOscillator(Case):
         return self._times[1]
 
     def natural_span(self) -> Number:
-        """10.37 periods of the drive, or of the free vibration where there is no drive."""
+        """10.37 periods of the force, or of the free vibration if there is no force."""
         w = float(self.parameters["w"])
         return 10.37 * 2 * math.pi * (1 / w if w else self.time_scale)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`transmissibility`: force passed on over F0, and motion over that of a moved base.
+        """`transmissibility`: transmitted force over F0; with a moving base, motion over that of the base.
 
-        `unbalance_ratio`: m X/(m_e e), and motion relative to a moved base over that of the base.
+        `unbalance_ratio`: m X/(m_e e); with a moving base, relative motion over that of the base.
         """
         motion = self._exact
         found = {"natural_frequency": motion.natural_rate(digits)}
@@ -190,7 +190,7 @@ class SecondOrderLinearOde(Case):
     name = "second_order_linear_ode"
     title = "The linear equation of second order with constant coefficients"
     section = "6.6"
-    conventions = "x'' + 2b x' + c x = h0 + h1 e^(rt) cos(pt): constant, harmonic and exponential loads in one."
+    conventions = "x'' + 2b x' + c x = h0 + h1 e^(rt) cos(pt): a constant load plus a harmonic and exponential one."
     state = LINE
     parameter_list = (
         Parameter("b", "1/s", "0.3", "half the damping; negative: growth"),
@@ -216,7 +216,7 @@ class SecondOrderLinearOde(Case):
         Variant("repulsive", "c < 0: cosh and sinh", {"b": 0, "c": -1, "r": 0, "h1": 0}, (1, "-0.5"), 10),
         Variant(
             "exponential_resonance",
-            "the load decays at a rate of the equation itself: t e^(-t)",
+            "the load decays at a rate of the free motion: t e^(-t)",
             {"b": 2, "c": 3, "r": -1, "p": 0},
         ),
         Variant(
@@ -259,7 +259,7 @@ class SecondOrderLinearOde(Case):
         return shortest if shortest < math.inf else 1.0
 
     def natural_span(self) -> Number:
-        """20.7 characteristic times; 5 where anything grows, so that the end is no larger than e^5 times the start."""
+        """20.7 characteristic times; 5 if the motion or the load grows, so that it grows at most e^5 times."""
         b, c, _h0, _h1, r, _p = map(float, self.parameter_values())
         return (5 if b < 0 or c < 0 or r > 0 else 20.7) * self.time_scale
 
@@ -285,13 +285,13 @@ def as_before(t: Any, state: Values, parameters: Values) -> Values:
     return state
 
 
-def before_the_switch(t: Any, state: Values, parameters: Values) -> str:
+def switch_mode(t: Any, state: Values, parameters: Values) -> str:
     off = parameters[5]
     return "driven" if t < off else "coasting"
 
 
 def force_until_off(t: float, state: Values, parameters: Values) -> Values:
-    """Both modes in one, for a scene's force."""
+    """The force in both modes, for a scene."""
     return (driven_mass if t < parameters[5] else coasting_mass)(t, state, parameters)
 
 
@@ -302,15 +302,15 @@ class TimeVaryingForce(Case):
     name = "time_varying_force"
     title = "A mass under a force that depends on time, switched off at a given time"
     section = "6.4.1"
-    conventions = "m x'' = e^(-dt) (S sin wt + C cos wt) until `off`, an event in time; then uniform motion."
+    conventions = "m x'' = e^(-dt) (S sin wt + C cos wt) until the time `off`, an event; then uniform motion."
     state = LINE
     parameter_list = (
         Parameter("m", "kg", 1, "mass"),
         Parameter("S", "N", 2, "amplitude of the sine"),
-        Parameter("C", "N", 0, "amplitude of the cosine, of the exponential for w = 0"),
+        Parameter("C", "N", 0, "amplitude of the cosine; for w = 0 of the exponential"),
         Parameter("w", "rad/s", 3, "frequency"),
         Parameter("d", "1/s", 0, "rate of decay of the force"),
-        Parameter("off", "s", "17.3", "when the force ends"),
+        Parameter("off", "s", "17.3", "time at which the force ends"),
     )
     default_state = (0, 0)
     domain = Domain(
@@ -325,7 +325,7 @@ class TimeVaryingForce(Case):
     variants = (
         Variant(
             "drift",
-            "w = 1e6: steps for the slow drift F0/(m w) see 1e5 turns of the force",
+            "w = 1e6: a step that suits the slow drift F0/(m w) spans 1e5 cycles of the force",
             {"w": 10**6, "off": 10},
             span="0.6283",
         ),
@@ -334,7 +334,7 @@ class TimeVaryingForce(Case):
         ),
         Variant(
             "short_pulse",
-            "a half sine of 1e-6 s in a run of 10 s: easily stepped over",
+            "a half sine of 1e-6 s in a span of 10 s: easily stepped over",
             {"S": 10**6, "w": "3141592.6", "off": "1e-6"},
             (0, 0),
             10,
@@ -352,13 +352,13 @@ class TimeVaryingForce(Case):
 
     @property
     def forms(self) -> tuple[Form, ...]:
-        """Smooth where the force outlasts the span."""
+        """Without modes if the force lasts beyond the span."""
         if self.parameters["off"] > self.span:
             return (FirstOrder(driven_mass),)
         return (
             Hybrid(
                 modes=(Mode("driven", driven_mass), Mode("coasting", coasting_mass)),
-                start=before_the_switch,
+                start=switch_mode,
                 transitions=(Transition("off", "driven", switch_time, 1, as_before, "coasting"),),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"coasting"}),
@@ -371,7 +371,7 @@ class TimeVaryingForce(Case):
 
     @property
     def time_scale(self) -> float:
-        """One radian of the force, its decay or its duration, the shortest."""
+        """One radian of the force, its decay time or its duration, whichever is shortest."""
         w, d, off = (abs(float(self.parameters[name])) for name in ("w", "d", "off"))
         return min([1 / rate for rate in (w, d) if rate] + [off])
 
@@ -387,7 +387,7 @@ class TimeVaryingForce(Case):
         return (Event(self._exact.off_time(digits), "off", there, there),)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`impulse`: of the force until it ends. `drift`: under a steady oscillation, the mean velocity v0 + S/(m w)."""
+        """`impulse` of the force until it ends (N s). `drift`: the mean velocity v0 + S/(m w) under a steady oscillation."""
         found = {
             "final_velocity": self.exact(self.parameters["off"], digits)[1],
             "impulse": self._exact.impulse(self.parameters["m"], digits),

@@ -18,7 +18,7 @@ from gnomon.reference.oscillators.hanging_springs import HangingSprings
 
 
 def hanging_acceleration(t: Any, q: Values, parameters: Values) -> Values:
-    """Gravity less the pull of both springs, each stretched by its share."""
+    """Gravity less the force of both springs, each stretched by its share."""
     (x,) = q
     m, k1, k2, g = parameters
     return (g - (k1 * k2 / (k1 + k2)) * x / m,)
@@ -57,10 +57,10 @@ class HangingSpringsCase(Case):
         | {name: Range(typical=(-5.0, 5.0)) for name in ("x", "v")}
     )
     variants = (
-        Variant("unlike", "springs 1e12 apart in stiffness: in series the soft one alone", {"k1": 10**12, "k2": 1}),
+        Variant("unlike", "stiffnesses 1e12 apart: in series the soft spring alone counts", {"k1": 10**12, "k2": 1}),
         Variant(
             "sagged",
-            "2e-7 above its equilibrium: a small swing on a large offset",
+            "released 2e-7 m above its equilibrium: a small vibration on a large offset",
             {"k2": 100, "g": 10},
             ("0.3999998", 0),
         ),

@@ -43,7 +43,7 @@ class HarmonicOscillator(Case):
     title = "Harmonic oscillator"
     section = "6.7"
     conventions = (
-        "x from the equilibrium: for a hanging spring that is m g/k below its free end. "
+        "x from the equilibrium, which for a hanging spring is m g/k below its free end. "
         "Springs in parallel add k, springs in series add 1/k."
     )
     state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
@@ -52,7 +52,7 @@ class HarmonicOscillator(Case):
     domain = Domain({"m": positive(), "k": positive()} | {name: Range(typical=(-5.0, 5.0)) for name in ("x", "v")})
     variants = (
         Variant("long_1e6", "1,000,000 periods: phase error", span="3141654.57"),
-        Variant("fast", "w = 1e8 rad/s: times far from 1 s", {"k": 10**16}),
+        Variant("fast", "w = 1e8 rad/s: times far below 1 s", {"k": 10**16}),
     )
     invariants: ClassVar = {"energy": Invariant(spring_energy)}
 

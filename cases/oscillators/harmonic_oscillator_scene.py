@@ -1,4 +1,4 @@
-"""The harmonic oscillator as a physics engine is given it: a mass on a slider, the spring as a force."""
+"""Scene of the harmonic oscillator: a mass on a slider, with the spring as a force."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def nothing_else(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def as_row(parameters: Values) -> Values:
-    """Masses, springs to the ground and between, then the dampers in the same order."""
+    """Masses, springs to the ground and between the masses, dampers to the ground and between the masses."""
     m1, m2, k1, k2, k3, c1, c2, c3 = parameters
     return m1, m2, k1, k3, k2, c1, c3, c2
 
@@ -90,26 +90,26 @@ class RayleighDissipation(Case):
     variants = (
         Variant(
             "proportional",
-            "C = M/4 + K/8: the undamped modes stay modes",
+            "C = M/4 + K/8: the modes are those without damping",
             {"m1": 1, "m2": 1, "k1": 2, "k2": 4, "k3": 2, "c1": "0.5", "c2": "0.5", "c3": "0.5"},
         ),
         Variant(
             "defective",
-            "both modes exactly critical, at different rates: no basis of eigenvectors",
+            "both modes exactly critical, at different rates: eigenvectors form no basis",
             {"m1": 1, "m2": 1, "k1": 1, "k2": 12, "k3": 1, "c1": 2, "c2": 4, "c3": 2},
         ),
         Variant(
             "near_defective",
-            "a double beside it: eigenvectors equal to eight digits",
+            "a double next to the critical one: eigenvectors equal to eight digits",
             {"m1": 1, "m2": 1, "k1": 1, "k2": 12, "k3": 1, "c1": 2.0000000000000004, "c2": 4, "c3": 2},
         ),
         Variant(
             "overdamped_stiff",
-            "a damper of 1e6 between the masses: a rate of 2e6 beside a swing that hardly fades",
+            "a damper of 1e6 between the masses: a rate of 2e6 beside a vibration that hardly decays",
             {"m1": 1, "m2": 1, "k1": 1, "k2": 0, "k3": 2, "c1": 0, "c2": 10**6, "c3": 0},
             (1, 0, 0, 0),
         ),
-        Variant("undamped", "all dampers off: energy must stay", {"c1": 0, "c2": 0, "c3": 0}),
+        Variant("undamped", "no dampers: energy must stay constant", {"c1": 0, "c2": 0, "c3": 0}),
     )
     invariants: ClassVar = {"energy": Invariant(rayleigh_energy, "decays")}
 
@@ -146,7 +146,7 @@ class RayleighDissipation(Case):
         return min(cycles, 20 / decay) if decay > 0 else cycles
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Of each mode its decay (1/s) and its frequency (rad/s; 0 where it does not swing)."""
+        """The decay rate (1/s) and the frequency (rad/s; 0 if it does not oscillate) of each mode."""
         found: dict[str, Any] = {}
         for i, (decay, frequency) in enumerate(self._exact.rates(digits), start=1):
             found |= {f"decay_{i}": decay, f"frequency_{i}": frequency}

@@ -12,7 +12,7 @@ from math import log, pi
 from typing import Any, ClassVar
 
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.case import Case, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import FirstOrder, Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.oscillators.well import WellCase
@@ -68,7 +68,7 @@ def _holds(n: Mapping[str, Fraction]) -> bool:
 
 
 class RubberTubeThin(Case):
-    """No scene: a wall that deforms is no set of rigid bodies."""
+    """No scene: rigid bodies do not express a wall that deforms."""
 
     name = "rubber_tube_thin"
     title = "Radial oscillation of a thin-walled incompressible (neo-Hookean/Mooney-Rivlin) tube: Ermakov-Pinney"
@@ -110,7 +110,7 @@ class RubberTubeThin(Case):
 
     @property
     def fastest_time(self) -> float:
-        """The time of the turn where the tube is narrowest."""
+        """The time in which the motion turns where the tube is narrowest."""
         return 1 / (float(self._exact.largest()) ** 2 * float(self.parameters["w"]))
 
     def natural_span(self) -> Number:
@@ -118,7 +118,7 @@ class RubberTubeThin(Case):
         return (100_000.37 if self.variant == "long_1e5" else 10.37) * 2 * pi * self.time_scale
 
     def scales(self) -> dict[str, float]:
-        """In closed form where the motion completes a period: the peaks of the rate are sharp."""
+        """In closed form if the span holds a period: the peaks of the rate are narrow."""
         found = accuracy.grid_scales(self)
         if self.span >= self._exact.period():
             largest, speed = float(self._exact.largest()), float(self._exact.top_speed())
@@ -142,15 +142,15 @@ class RubberTubeThin(Case):
 
 
 class RubberTubeThick(WellCase):
-    """No scene: a wall that deforms is no set of rigid bodies."""
+    """No scene: rigid bodies do not express a wall that deforms."""
 
     name = "rubber_tube_thick"
     title = "Knowles thick-walled incompressible Mooney-Rivlin tube, radial oscillation: quadrature"
     section = "6.13.2"
     conventions = (
-        "x=a/A inner-radius stretch, gam=B^2/A^2-1, w^2=mu/(rho A^2); energy M v^2/2+V const. A particle at "
-        "radius R in the unstressed wall stands at sqrt(R^2 + a^2 - A^2). An inner pressure applied at once adds "
-        "-p (x^2 - 1)/2 to V."
+        "x = a/A is the stretch of the inner radius, gam = B^2/A^2 - 1, w^2 = mu/(rho A^2); the energy M v^2/2 + V is "
+        "constant. A particle at radius R in the unstressed wall moves to sqrt(R^2 + a^2 - A^2). An inner pressure "
+        "applied suddenly adds -p (x^2 - 1)/2 to V."
     )
     state = STRETCH
     parameter_list = (
@@ -167,18 +167,21 @@ class RubberTubeThick(WellCase):
             "v": Range(typical=(-0.2, 0.2)),
             "p": Range(typical=(-0.1, 0.1)),
         },
-        (Rule("the wall holds the pressure: p < w^2 ln(1 + gam)", _holds),),
+        (Rule("the wall withstands the pressure: p < w^2 ln(1 + gam)", _holds),),
     )
     variants = (
         Variant(
             "thin_wall", "gam = 1e-6: differences of logarithms that nearly cancel; the thin tube", {"gam": "1e-6"}
         ),
-        Variant("thick_wall", "gam = 1e3: the inertia is that of a body of fluid", {"gam": 1000}),
+        Variant("thick_wall", "gam = 1e3: the inertia depends on x as that of a large body of fluid", {"gam": 1000}),
         Variant("squeezed", "released at x = 0.2: a sharp turn where the tube is narrow", initial_state=("0.2", 0)),
         Variant("small", "amplitude 1e-6 about x = 1", initial_state=("1.000001", 0)),
-        Variant("pressure", "pressure applied at once to the tube at rest", {"p": 2}, (1, 0)),
+        Variant("pressure", "pressure applied suddenly to the tube at rest", {"p": 2}, (1, 0)),
         Variant(
-            "near_burst", "1 % below the pressure that no wall holds: stretches 15-fold and back", {"p": "5.49"}, (1, 0)
+            "near_burst",
+            "1 % below the pressure that the wall cannot withstand: stretches 15-fold and back",
+            {"p": "5.49"},
+            (1, 0),
         ),
     )
     invariants: ClassVar = {"energy": Invariant(thick_energy)}
@@ -194,7 +197,7 @@ class RubberTubeThick(WellCase):
         return (FirstOrder(thick_equations),)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`balance` is the stretch that holds the pressure at rest."""
+        """`balance`: the stretch at which the tube is in equilibrium with the pressure."""
         return super().quantities(digits) | {"balance": self._exact.balance(digits)}
 
     @property
@@ -203,7 +206,7 @@ class RubberTubeThick(WellCase):
         if self.parameters["p"]:
             return ()
         thin = RubberTubeThin(initial_state=self.initial_state, span=self.span, w=self.parameters["w"])
-        return (Level(thin, lambda states: states, "a wall without thickness: isochronous"),)
+        return (Level(thin, same, "a wall without thickness: isochronous"),)
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         x, v = state

@@ -74,7 +74,7 @@ def chain_matrix(parameters: Values) -> Values:
 
 
 def row_matrix(parameters: Values) -> Values:
-    """The first three rows say x' = v."""
+    """The matrix of the first-order equations, row by row; the first three rows are x' = v."""
     m1, m2, m3, k1, k2, k3, k12, k23 = parameters
     return (
         *(0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1),
@@ -98,13 +98,13 @@ ROW_SCENE = masses_in_a_row(3, lambda parameters: parameters)
 
 
 class _Vibrating(Case):
-    """What the two cases share: a motion of three modes."""
+    """Base of the two cases: a motion of three modes."""
 
     section = "11.13"
     state = STATE
 
     _CYCLES: ClassVar[dict[str, float]] = {}
-    """Spans in periods of the slowest mode that moves, 10.37 where none is named."""
+    """Spans by variant, in periods of the slowest mode with a frequency above zero; others last 10.37 periods."""
 
     @cached_property
     def _exact(self) -> Vibrations:
@@ -115,12 +115,12 @@ class _Vibrating(Case):
 
     @cached_property
     def _moving(self) -> list[float]:
-        """Frequencies above zero; 1 rad/s where there is none."""
+        """The frequencies above zero (rad/s); 1 rad/s if there is none."""
         return [w for w in map(float, self._exact.frequencies()) if w > 0] or [1.0]
 
     @property
     def time_scale(self) -> float:
-        """One radian of the slowest mode that moves."""
+        """One radian of the slowest mode with a frequency above zero."""
         return 1 / self._moving[0]
 
     @property
@@ -150,7 +150,7 @@ class SmallVibrationsChain(_Vibrating):
     variants = (
         Variant(
             "slow_mode",
-            "the slowest mode but for a rounding: its shape is irrational, so both other modes stir at 1e-16",
+            "the slowest mode up to rounding: its shape is irrational, so both other modes have amplitudes of 1e-16",
             initial_state=(1, 1.4142135623730951, 1, 0, 0, 0),
         ),
         Variant("middle_mode", "the middle mass stays at rest", initial_state=(1, 0, -1, 0, 0, 0)),
@@ -182,8 +182,8 @@ class SmallVibrations(_Vibrating):
     name = "small_vibrations_mdof"
     title = "Small vibrations of three masses: beats, molecules, stiff couplings"
     conventions = (
-        "x1, x2, x3 from the equilibrium; k1, k2, k3 tie each mass to the ground, k12 and k23 to its neighbour. "
-        "A small pendulum of mass m is a spring m g/L to the ground."
+        "x1, x2, x3 from the equilibrium; springs k1, k2, k3 join each mass to the ground, k12 and k23 join neighbours. "
+        "A pendulum of mass m with small swings is like a spring m g/L to the ground."
     )
     parameter_list = (
         Parameter("m1", "kg", 1, "first mass"),
@@ -204,7 +204,7 @@ class SmallVibrations(_Vibrating):
     variants = (
         Variant(
             "beats",
-            "equal pendulums, coupled at 1e-3: the motion passes from one to the next and back over 2000 swings",
+            "equal pendulums, coupled at 1e-3: the motion passes to the next one and back in 2000 swings",
             {"m1": 1, "m2": 1, "m3": 1, "k1": 1, "k2": 1, "k3": 1, "k12": "0.001", "k23": "0.001"},
             (1, 0, 0, 0, 0, 0),
         ),
@@ -216,7 +216,7 @@ class SmallVibrations(_Vibrating):
         ),
         Variant(
             "carbon_dioxide",
-            "masses 16:12:16 on two springs: a zero mode, in which the molecule drifts",
+            "masses 16:12:16 on two springs: a mode of frequency zero, in which the molecule drifts",
             {"m1": 16, "m2": 12, "m3": 16, "k1": 0, "k2": 0, "k3": 0, "k12": 1400, "k23": 1400},
             ("0.1", 0, "-0.05", "0.5", 0, 0),
         ),
@@ -228,7 +228,7 @@ class SmallVibrations(_Vibrating):
         ),
         Variant(
             "free",
-            "no spring at all: a triple zero mode",
+            "no springs: all three modes have frequency zero",
             dict.fromkeys(("k1", "k2", "k3", "k12", "k23"), 0),
             (1, 2, 3, 1, 0, -1),
         ),

@@ -1,4 +1,4 @@
-"""What cases with one coordinate in a well share: span, time scale, period, turning points, reversal."""
+"""Base class of cases with one coordinate in a potential well: span, time scale, period, turning points, reversal."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from gnomon.reference.numerics.well import WellMotion
 
 
 class WellCase(Case):
-    """Motions of reference/numerics/well.py, periodic but for what they carry along."""
+    """A case whose motion is a WellMotion (reference/numerics/well.py): periodic, except for coordinates that advance."""
 
     _PERIODS: ClassVar[Mapping[str, float]] = {}
     _REST_TIME: ClassVar[float] = 1.0
-    """The time scale of a start in equilibrium (s)."""
+    """The time scale if the start is an equilibrium (s)."""
 
     @cached_property
     def _exact(self) -> WellMotion:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.rail_scene import railed
+from gnomon.cases.core.point_scene import railed
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.work_energy_spring_block import SpringBlock
@@ -39,20 +39,20 @@ def unchanged(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def spring_block_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """From the free end of the spring, which pushes only: (y - sqrt(y^2))/2 is its compression."""
+    """Energy, zero at the free end of the spring; the spring only pushes, its compression is -(y - sqrt(y^2))/2."""
     y, v = state
     g, m, k = parameters
     squeezed = (y - sqrt(y * y)) / 2
     return ((m * v * v + k * squeezed * squeezed) / 2 + m * g * y,)
 
 
-def which_side(t: Any, state: Values, parameters: Values) -> str:
+def spring_block_mode(t: Any, state: Values, parameters: Values) -> str:
     y, v = state
     return "spring" if y < 0 or (y == 0 and v <= 0) else "flight"
 
 
 class WorkEnergySpringBlock(Case):
-    """A block that drops on an upright spring, is thrown up and drops again."""
+    """A block that drops on a vertical spring, is thrown up and drops again."""
 
     name = "work_energy_spring_block"
     title = "Block dropped on a spring"
@@ -77,10 +77,10 @@ class WorkEnergySpringBlock(Case):
     variants = (
         Variant("stiff", "k = 1e9 N/m: a contact of 1e-4 s between flights of 0.6 s", {"k": 10**9}),
         Variant(
-            "soft", "released at the end of the spring: comes back to it at rest and never leaves", initial_state=(0, 0)
+            "soft", "released at the end of the spring: returns to it at rest and never leaves", initial_state=(0, 0)
         ),
-        Variant("on_spring", "starts compressed and is thrown off", initial_state=("-0.2", 0)),
-        Variant("long_1e3", "2,000 events: every error of an event's time stays"),
+        Variant("on_spring", "starts on the compressed spring, which throws it up", initial_state=("-0.2", 0)),
+        Variant("long_1e3", "2,000 events: errors of event times add up"),
     )
     invariants: ClassVar = {"energy": Invariant(spring_block_energy)}
     _PERIODS: ClassVar = {"long_1e3": 1000.37}
@@ -99,7 +99,7 @@ class WorkEnergySpringBlock(Case):
         return (
             Hybrid(
                 modes=(Mode("flight", free_block), Mode("spring", block_on_spring)),
-                start=which_side,
+                start=spring_block_mode,
                 transitions=(
                     Transition("touch", "flight", spring_end, -1, unchanged, "spring"),
                     Transition("lift", "spring", spring_end, 1, unchanged, "flight"),
@@ -122,7 +122,7 @@ class WorkEnergySpringBlock(Case):
         return self._PERIODS.get(self.variant or "", 5.37) * float(self._exact.period())
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
-        """`touch` and `lift` in turn."""
+        """`touch` and `lift` alternate."""
         motion, found, n = self._exact, list[Event](), 1
         if not motion.leaves:
             return ()

@@ -1,1 +1,1 @@
-"""Cases. Pendulums: plane, spherical, on carts and springs, Foucault's."""
+"""Cases: pendulums: plane, spherical, on carts and springs, Foucault's."""

@@ -1,4 +1,4 @@
-"""Impulses, as a physics engine would be given them: a bullet in a block, a blow on an arm, a burst."""
+"""Scenes with an impulse: a bullet that hits a hanging block, an arm that is struck, a projectile that bursts."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from gnomon.cases.pendulums.pendulum_simple_scene import pendulum_reading
 Values = tuple[float, ...]
 ORIGIN = (0.0, 0.0, 0.0)
 ACROSS = (0.0, -1.0, 0.0)
-"""The axis about which what hangs turns to the side of x."""
+"""The hinge axis about which a positive angle turns a hanging body towards +x."""
 
 
 def ballistic_scene(state: Values, parameters: Values) -> Scene:
-    """The bullet on a rail, without weight until it is in the block, to which it sticks (token `adhesion`)."""
+    """The bullet moves on a rail without weight until it sticks to the block (token `adhesion`)."""
     x, theta, u, omega = state
     g, length, m, M = parameters
     bodies = (Body("bullet", m, NO_INERTIA), Body("block", M, NO_INERTIA))
@@ -39,7 +39,7 @@ def arm_scene(state: Values, parameters: Values) -> Scene:
 
 
 def fragments_scene(state: Values, parameters: Values) -> Scene:
-    """The parts fly together until the burst, opposite impulses on both at a given time."""
+    """The parts fly together until the burst: opposite impulses on both at a given time."""
     x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
     g, m1, m2, *_ = parameters
     bodies = (

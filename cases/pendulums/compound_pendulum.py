@@ -11,7 +11,7 @@ from functools import cached_property
 from math import cos, sin, sqrt, tau
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import IDENTITY, Body, Guide, Hinge, Readings, Scene, SceneForm, Vector
@@ -59,7 +59,7 @@ def bowl_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def compound_scene(state: Values, parameters: Values) -> Scene:
-    """The engine wants the moment about the centre of mass, I - m l^2 by Steiner."""
+    """Engines take the moment about the centre of mass, I - m l^2 by Steiner's theorem."""
     theta, omega = state
     inertia, m, g, arm = parameters
     own = max(inertia - m * arm * arm, 0.0)
@@ -69,7 +69,7 @@ def compound_scene(state: Values, parameters: Values) -> Scene:
 
 
 def bowl_scene(state: Values, parameters: Values) -> Scene:
-    """The sphere's centre runs on a circle; that it rolls there is a token of its own."""
+    """The sphere's centre moves on a circle; a separate token states that the sphere rolls."""
     theta, omega = state
     g, bowl, radius = parameters
     way, moment = bowl - radius, 2 * radius * radius / 5
@@ -89,12 +89,8 @@ COMPOUND_SCENE = SceneForm(compound_scene, pendulum_reading, frozenset({"hinge"}
 BOWL_SCENE = SceneForm(bowl_scene, bowl_reading, frozenset({"curved_guide", "rolling_without_slip"}))
 
 
-def _unchanged(states: Floats) -> Floats:
-    return states
-
-
 class _Swinging(Case):
-    """A subclass states the square of the small frequency."""
+    """A pendulum whose subclass states the square of the frequency of small swings."""
 
     state = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
     _CYCLES: ClassVar[dict[str, str]] = {}
@@ -112,7 +108,7 @@ class _Swinging(Case):
 
     @property
     def time_scale(self) -> float:
-        """That of a small swing; in fast rotation the time of a radian."""
+        """The time scale of a small swing; in fast rotation the time of a radian."""
         return min(1 / sqrt(float(self.square())), float(self._exact.period()) / tau)
 
     def natural_span(self) -> Number:
@@ -165,14 +161,14 @@ class CompoundPendulum(_Swinging):
     variants = (
         Variant("rotation", "turns over the top", initial_state=("0.5", 12)),
         Variant("point", "I = m l^2: all mass in one point, the simple pendulum", {"I": "0.25"}),
-        Variant("near_axis", "l = 1e-6: hung almost at its centre of mass, a slow swing", {"l": "1e-6"}),
+        Variant("near_axis", "l = 1e-6: the axis almost at the centre of mass, a slow swing", {"l": "1e-6"}),
         Variant(
             "separatrix",
-            "exactly the energy of the top, numbers exact in binary",
+            "exactly the energy at the top, numbers exact in binary",
             {"I": "0.5", "m": 1, "g": 8, "l": "0.25"},
             (0, 4),
         ),
-        Variant("upright", "released at rest 1e-12 rad off the top", initial_state=("3.141592653588793", 0)),
+        Variant("upright", "released at rest 1e-12 rad from the top", initial_state=("3.141592653588793", 0)),
         Variant("long_1e4", "10,000 periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(body_energy_over_inertia)}
@@ -192,13 +188,13 @@ class CompoundPendulum(_Swinging):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """The simple pendulum of the length l, as if all mass stood in its centre."""
+        """The simple pendulum of length l: all mass at the centre of mass."""
         _inertia, _m, g, arm = self.parameter_values()
         point = PendulumSimple(initial_state=self.initial_state, span=self.span, g=g, L=arm)
-        return (Level(point, _unchanged, "all mass in its centre"),)
+        return (Level(point, same, "all mass at the centre of mass"),)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`center_of_percussion` from the axis, I/(m l); reactions of the axis at the start (N)."""
+        """`center_of_percussion`: its distance from the axis, I/(m l) (m). Reactions of the axis at the start (N)."""
         inertia, m, g, arm = self.parameter_values()
         theta, omega = self.initial_state
         with working(digits + 10) as mp:
@@ -220,7 +216,7 @@ class RollingSphereInBowl(_Swinging):
     section = "10.12, 10.19"
     conventions = (
         "[inferred] A solid sphere rolls without slip in a vertical plane of the bowl; theta is the angle of the line "
-        "of centres from the downward vertical, and the sphere is taken to keep contact."
+        "of centres from the downward vertical; contact is assumed to last."
     )
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),

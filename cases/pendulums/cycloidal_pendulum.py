@@ -44,7 +44,7 @@ def arc_potential(t: Any, q: Values, parameters: Values) -> Values:
 
 
 def cycloid_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Energy over the mass, from the bottom: s'^2/2 + g y, with s' = 2 a cos(phi/2) phi' and y = 2 a sin^2(phi/2)."""
+    """Energy over the mass, zero at the bottom: s'^2/2 + g y, s' = 2 a cos(phi/2) phi', y = 2 a sin^2(phi/2)."""
     phi, rate = state
     a, g = parameters
     square = sin(phi / 2) * sin(phi / 2)
@@ -58,7 +58,7 @@ def arc_from_angle(mp: Any, state: Sequence[Any], parameters: Sequence[Any]) -> 
 
 
 def angle_from_arc(y: Floats, parameters: Sequence[float]) -> Floats:
-    """nan beyond the cusp, which no angle reaches."""
+    """The angle; nan beyond the cusp, where there is none."""
     a = parameters[0]
     sine = y[..., 0] / (4 * a)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -67,7 +67,7 @@ def angle_from_arc(y: Floats, parameters: Sequence[float]) -> Floats:
 
 
 class CycloidalPendulum(Case):
-    """A bead on a smooth cycloid, or a string between cycloidal jaws of the same size, its length 4 a."""
+    """A bead on a smooth cycloid, or a string of length 4 a between cycloidal jaws of the same size."""
 
     name = "cycloidal_pendulum"
     title = "Huygens' isochronous cycloidal pendulum"
@@ -83,7 +83,7 @@ class CycloidalPendulum(Case):
         {
             "a": positive(),
             "g": positive(),
-            # The largest double below pi is pi rounded.
+            # The double nearest to pi is below pi.
             "phi": Range(low=-pi, high=pi, typical=(-3.0, 3.0)),
             "phidot": Range(typical=(-5.0, 5.0)),
         },
@@ -92,7 +92,7 @@ class CycloidalPendulum(Case):
     variants = (
         Variant("small", "amplitude 0.01 rad: the period is that of every other amplitude", initial_state=("0.01", 0)),
         Variant("wide", "amplitude 3 rad: the period is that of every other amplitude", initial_state=(3, 0)),
-        Variant("launched", "thrown through the bottom", initial_state=("0.5", 5)),
+        Variant("launched", "starts with speed and passes the bottom", initial_state=("0.5", 5)),
         Variant(
             "near_cusp",
             "released 1e-4 rad from the cusp: the angle turns sharply, the arc length does not",
@@ -100,13 +100,13 @@ class CycloidalPendulum(Case):
         ),
         Variant(
             "nearer_cusp",
-            "released 1e-8 rad from the cusp: the angle turns within 1e-8 of a period; of the energy to reach the cusp "
-            "2.5e-17 is missing, less than binary64 tells apart",
+            "released 1e-8 rad from the cusp: the angle turns within 1e-8 of a period; 2.5e-17 of the energy to reach the "
+            "cusp is missing, less than binary64 resolves",
             initial_state=("3.141592643589793", 0),
         ),
         Variant(
             "cusp_to_cusp",
-            "released at the last double before the cusp, s = 4a after rounding; ends just before the other one",
+            "released at the last double before the cusp, s = 4a after rounding; ends just before the other cusp",
             initial_state=(pi, 0),
         ),
     )
@@ -140,16 +140,16 @@ class CycloidalPendulum(Case):
 
     @property
     def fastest_time(self) -> float:
-        """The time in which the angle turns next to the cusp."""
+        """The time in which the angle turns close to the cusp."""
         return self.time_scale * cos(float(self._exact.angle_amplitude()) / 2)
 
     def natural_span(self) -> Number:
-        """10.37 periods; 0.47 from cusp to cusp, where the angle ends."""
+        """10.37 periods; 0.47 periods between cusps, where the angle is not defined."""
         periods = 0.47 if self.variant == "cusp_to_cusp" else 10.37
         return periods * 2 * pi * self.time_scale
 
     def scales(self) -> dict[str, float]:
-        """In closed form where the motion completes a period: next to the cusp the peaks are sharp."""
+        """In closed form if the span holds a period: close to the cusp the peaks are narrow."""
         found = accuracy.grid_scales(self)
         motion = self._exact
         if self.span >= motion.period() and motion.energy() > 0:
@@ -159,7 +159,7 @@ class CycloidalPendulum(Case):
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """Normal forces are over the mass (m/s^2): g cos(phi/2) + v^2/(4a cos(phi/2)), v = 2a cos(phi/2) phi'.
 
-        As a string between jaws of the same shape, its evolute, the pendulum is 4 a long.
+        As a string between jaws of the same shape, the evolute of the cycloid, the pendulum has length 4 a.
         """
         motion = self._exact
         a, g = self.parameter_values()

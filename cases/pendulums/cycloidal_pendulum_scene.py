@@ -1,4 +1,4 @@
-"""The cycloidal pendulum as a physics engine would be given it: a bead on a guide of that shape."""
+"""Scene of the cycloidal pendulum: a bead on a guide of that shape."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ def double_pendulum_equations(t: Any, state: Values, parameters: Values) -> Valu
 
 
 def double_pendulum_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Energy, from the pivot."""
+    """Energy (J); potential energy is zero at the pivot."""
     th1, th2, w1, w2 = state
     m1, m2, l1, l2, g = parameters
     first, second = l1 * w1, l2 * w2
@@ -86,22 +86,22 @@ class DoublePendulum(IntegratedCase):
         | {name: Range(typical=(-2.0, 2.0)) for name in ("th1", "th2", "w1", "w2")}
     )
     variants = (
-        Variant("small", "small swings: two modes, as good as linear", initial_state=("1e-3", "-1e-3", 0, 0)),
+        Variant("small", "small swings: two modes, almost linear", initial_state=("1e-3", "-1e-3", 0, 0)),
         Variant(
             "upright",
-            "released 1e-8 off the top: a long exponential phase first",
+            "released 1e-8 rad from the top: a long exponential phase first",
             initial_state=("3.14159264", "3.1415926", 0, 0),
         ),
-        Variant("light_below", "a lower mass of 1e-6: hardly moves the upper, whips itself", {"m2": "1e-6"}),
+        Variant("light_below", "a lower mass of 1e-6: it whips and hardly moves the upper mass", {"m2": "1e-6"}),
         Variant(
             "light_above",
-            "an upper mass of 0.01: whirls twenty times faster than the lower swings",
+            "an upper mass of 0.01: turns twenty times faster than the lower mass swings",
             {"m1": "0.01"},
             (1, "1.1", 0, 0),
         ),
         Variant(
             "engines",
-            "the small slow mode of the engine tables, 1e-4 rad, but for a rounding",
+            "the slow mode of the engine tables, 1e-4 rad, up to rounding",
             initial_state=("1e-4", 1.4142135623730951e-4, 0, 0),
             span=20,
         ),
@@ -120,7 +120,7 @@ class DoublePendulum(IntegratedCase):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """Small swings: two masses in a row on springs, in their horizontal displacements; a third stands apart."""
+        """Small swings: horizontal displacements of two masses in a row on springs; the third mass stays at rest."""
         m1, m2, l1, l2, g = self.parameter_values()
         th1, th2, w1, w2 = self.initial_state
         springs: dict[str, Any] = {"k1": (m1 + m2) * g / l1, "k2": 0, "k3": g, "k12": m2 * g / l2, "k23": 0}
@@ -135,7 +135,7 @@ class DoublePendulum(IntegratedCase):
         return (Level(small, swung, "small swings: two modes"),)
 
     def _frequencies(self, digits: int = 15) -> tuple[Any, ...]:
-        """Of small swings: roots of m1 w^4 - (m1 + m2) g (1/l1 + 1/l2) w^2 + (m1 + m2) g^2/(l1 l2) = 0."""
+        """Small-swing frequencies: roots of m1 w^4 - (m1 + m2) g (1/l1 + 1/l2) w^2 + (m1 + m2) g^2/(l1 l2) = 0."""
         with working(digits + 10) as mp:
             m1, m2, l1, l2, g = map(mp.mpf, self.parameter_values())
             total = (m1 + m2) / m1
@@ -153,7 +153,7 @@ class DoublePendulum(IntegratedCase):
         return 1 / float(self._frequencies()[1])
 
     def natural_span(self) -> Number:
-        """10.37 radians of the slow small swing: chaos has not set in yet."""
+        """10.37 radians of the slow small swing, which is too short for chaos."""
         return self._SCALES.get(self.variant or "", 10.37) * self.time_scale
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:

@@ -36,7 +36,7 @@ def tube_potential(t: Any, q: Values, parameters: Values) -> Values:
 
 
 def tube_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Over m R^2, from the rest position."""
+    """Energy over m R^2, zero at the rest position."""
     theta, omega = state
     g, length, radius = parameters
     height = 2 * sin(theta / 2) * sin(theta / 2)
@@ -57,7 +57,7 @@ def carried_potential(t: Any, q: Values, parameters: Values) -> Values:
 
 
 def carried_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Energy over m L^2 as seen from the support, where gravity is apparent."""
+    """Energy over m L^2 relative to the support, in the apparent gravity."""
     theta, omega = state
     g, length, ax, ay = parameters
     return (omega * omega / 2 - ((g + ay) / length) * cos(theta) + (ax / length) * sin(theta),)
@@ -76,7 +76,7 @@ class _Pendulum(Case):
 
     @property
     def time_scale(self) -> float:
-        """1/W, the time of a small swing; in fast rotation the time of a radian."""
+        """1/W, W the frequency of small swings; in fast rotation the time of a radian."""
         return min(1 / float(self._exact.frequency()), float(self._exact.pendulum().period()) / tau)
 
     def natural_span(self) -> Number:
@@ -84,7 +84,7 @@ class _Pendulum(Case):
         return float(self._exact.pendulum().period(20)) * self._PERIODS.get(self.variant or "", 10.37)
 
     def scales(self) -> dict[str, float]:
-        """In closed form where the motion completes a period: next to the top the peaks are sharp."""
+        """In closed form if the span holds a period: close to the top the peaks are narrow."""
         found = accuracy.grid_scales(self)
         pendulum = self._exact.pendulum()
         if self.span >= pendulum.period() and pendulum.regime != Pendulum.REST:
@@ -108,7 +108,7 @@ class _Pendulum(Case):
 
 
 def _shorter_than_the_tube(length: Fraction, radius: Fraction) -> bool:
-    """Decided with digits enough: 2 pi R is not rational."""
+    """Decided with enough digits: 2 pi R is not rational."""
     with working(60) as mp:
         return bool(mp.mpf(length / radius) < 2 * mp.pi)
 
@@ -137,11 +137,11 @@ class ChainInCircularTube(_Pendulum):
         (Rule("L < 2 pi R (the chain fits into the tube)", lambda n: _shorter_than_the_tube(n["L"], n["R"])),),
     )
     variants = (
-        Variant("short", "a chain of 1e-6 R: a bead", {"L": "1e-6"}),
-        Variant("rotation", "the chain runs round and round", initial_state=(0, 6)),
+        Variant("short", "a chain of 1e-6 m: nearly a bead", {"L": "1e-6"}),
+        Variant("rotation", "the chain runs around the tube without stopping", initial_state=(0, 6)),
         Variant(
             "neutral",
-            "L is the double next to 2 pi R: hardly any restoring force, a period of 4e8 s",
+            "L is the double just below 2 pi R: hardly any restoring force, a period of 4e8 s",
             {"L": 6.283185307179586},
             (2, 0),
         ),
@@ -163,7 +163,7 @@ class ChainInCircularTube(_Pendulum):
         return TUBE
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`pendulum_length`: L/(2 sin(L/2R)) of the pendulum with the same motion."""
+        """`pendulum_length`: L/(2 sin(L/2R)), the length of the simple pendulum with the same motion (m)."""
         g = self.parameters["g"]
         rate = self._exact.frequency(digits + 5)
         length = quantity(digits, lambda mp: mp.mpf(g) / mp.mpf(rate) ** 2)
@@ -171,14 +171,14 @@ class ChainInCircularTube(_Pendulum):
 
 
 class MomentOfMomentumPendulum(_Pendulum):
-    """A pendulum whose support has a constant acceleration: moment of momentum about a moving point."""
+    """A pendulum whose support has a constant acceleration; an example of moment of momentum about a moving point."""
 
     name = "moment_of_momentum_pendulum"
     title = "Pendulum on an accelerated support"
     section = "6.10"
     conventions = (
-        "theta from the downward vertical, as seen from the support, whose acceleration is ax to the side to which "
-        "theta grows, ay upward; both constant."
+        "theta from the downward vertical, relative to the support; its constant acceleration is ax towards growing theta "
+        "and ay upward."
     )
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
@@ -205,7 +205,11 @@ class MomentOfMomentumPendulum(_Pendulum):
     )
     variants = (
         Variant("braked", "released at rest along the true vertical", initial_state=(0, 0)),
-        Variant("falling", "falls with 1.0001 g: stands upright in a gravity of 1e-4 g", {"ax": 0, "ay": "-9.810981"}),
+        Variant(
+            "falling",
+            "the support falls with 1.0001 g: apparent gravity of 1e-4 g upward",
+            {"ax": 0, "ay": "-9.810981"},
+        ),
         Variant("sideways", "10 g to the side", {"ax": "98.1", "ay": 0}),
         Variant("long_1e4", "10,000 periods: phase error"),
     )

@@ -1,4 +1,4 @@
-"""The pendulum on an accelerated support as a physics engine is given it: a hinge at rest in the apparent gravity."""
+"""Scenes of a pendulum on an accelerated support (a hinge at rest in the apparent gravity) and a chain in a tube."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def carried_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Sc
     g, length, ax, ay = parameters
     bob = Body("bob", 1.0, (0.0, 0.0, 0.0))
     hinge = Hinge("pivot", "bob", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -length), theta, omega)
-    # theta grows to the side of -x, to which the support is accelerated.
+    # theta grows towards -x, the direction in which the support is accelerated.
     return Scene((ax, 0.0, -(g + ay)), (bob,), hinges=(hinge,))
 
 
@@ -25,7 +25,7 @@ def tube_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene
     theta, omega = state
     g, length, radius = parameters
     arm = 2 * radius * radius / length * sin(length / (2 * radius))
-    moment = max(radius * radius - arm * arm, 0.0)  # a short chain is a bead
+    moment = max(radius * radius - arm * arm, 0.0)  # rounding makes it negative for a very short chain
     arc = Body("arc", 1.0, (moment, moment, moment))
     hinge = Hinge("pivot", "arc", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -arm), theta, omega)
     return Scene((0.0, 0.0, -g), (arc,), hinges=(hinge,))

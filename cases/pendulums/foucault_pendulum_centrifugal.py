@@ -8,12 +8,12 @@ from functools import cached_property
 from math import sin, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import free_point
 from gnomon.cases.core.scene import SceneForm
-from gnomon.cases.pendulums.foucault_pendulum_linear import FoucaultLinear, FoucaultPrecession, no_load, unchanged
+from gnomon.cases.pendulums.foucault_pendulum_linear import FoucaultLinear, FoucaultPrecession, no_load
 from gnomon.reference.numerics.precision import publish, working
 from gnomon.reference.pendulums.foucault_pendulum_centrifugal import FoucaultCentrifugal
 
@@ -49,8 +49,8 @@ class FoucaultInPlaneCentrifugal(Case):
     title = "Foucault pendulum, small amplitudes, with the centrifugal terms of the horizontal plane"
     section = "6.17.2-6.17.4"
     conventions = (
-        "As foucault_pendulum_linear, with Om^2 x east and Om^2 sin^2(lat) y north kept; g is the apparent one at the "
-        "point of rest. Off the pole the two axes differ."
+        "As foucault_pendulum_linear, with the terms Om^2 x east and Om^2 sin^2(lat) y north; g is the apparent gravity at "
+        "the point of rest. Except at the poles the two axes differ."
     )
     state = FoucaultLinear.state
     parameter_list: ClassVar[tuple[Parameter, ...]] = FoucaultLinear.parameter_list
@@ -61,7 +61,7 @@ class FoucaultInPlaneCentrifugal(Case):
         (Rule("the pendulum is bound (Om^2 < g/L)", lambda n: n["Om"] ** 2 * n["L"] < n["g"]),),
     )
     variants = (
-        Variant("day", "24 h: the axes differ by 1e-8 of the stiffness, which the swing sums up", span=86400),
+        Variant("day", "24 h: the axes differ by 1e-8 of the stiffness, whose effect accumulates", span=86400),
         Variant("equator", "no precession, two frequencies", {"lat": 0}, (2, 2, 0, 0)),
         Variant(
             "turntable",
@@ -96,7 +96,7 @@ class FoucaultInPlaneCentrifugal(Case):
         return 1 / (sqrt(g / length) + abs(rate))
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Rate of the plane of swing, and by how much east is softer than north, over the stiffness."""
+        """Rate of the plane of swing (rad/s), and the difference of stiffness of north and east over the stiffness."""
         with working(digits + 10) as mp:
             g, length, rate, lat = map(mp.mpf, self.parameter_values())
             found = publish((-rate * mp.sin(lat), (rate * mp.cos(lat)) ** 2 * length / g), digits)
@@ -112,16 +112,16 @@ class FoucaultInPlaneCentrifugal(Case):
         rest: dict[str, Any] = numbers | {"Om": 0}
         start, span = self.initial_state, self.span
         return (
-            Level(FoucaultPrecession(initial_state=start, span=span, **rest), unchanged, "a plane that stands still"),
+            Level(FoucaultPrecession(initial_state=start, span=span, **rest), same, "a fixed plane"),
             Level(
                 FoucaultPrecession(initial_state=start, span=span, **numbers),
-                unchanged,
+                same,
                 "the plane turns at -Om sin(lat)",
             ),
-            Level(FoucaultLinear(initial_state=start, span=span, **numbers), unchanged, "Coriolis force in full"),
+            Level(FoucaultLinear(initial_state=start, span=span, **numbers), same, "Coriolis force in full"),
         )
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Backwards the Earth turns the other way."""
+        """Time reversal changes the sign of the Earth's rate."""
         x, y, vx, vy = state
         return (x, y, -vx, -vy), self.parameters | {"Om": -self.parameters["Om"]}

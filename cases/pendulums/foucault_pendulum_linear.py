@@ -11,7 +11,7 @@ from fractions import Fraction
 from math import sin
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Form, SemiLinear, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import free_point
@@ -33,7 +33,7 @@ def foucault_equations(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def precession_equations(t: Any, state: Values, parameters: Values) -> Values:
-    """The same with the term that makes the turning of the plane the only effect."""
+    """The same with an added term, with which precession of the plane is the only effect of rotation."""
     x, y, vx, vy = state
     g, length, rate, lat = parameters
     turn = rate * sin(lat)
@@ -73,14 +73,10 @@ def precession_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def foucault_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """Angular momentum per unit mass about the vertical in the frame at rest."""
+    """Angular momentum per unit mass about the vertical in the inertial frame."""
     x, y, vx, vy = state
     _g, _length, rate, lat = parameters
     return (x * vy - y * vx + rate * sin(lat) * (x * x + y * y),)
-
-
-def unchanged(states: Floats) -> Floats:
-    return states
 
 
 PRECESSION_SCENE = free_point(precession_equations, (0, 1))
@@ -121,10 +117,10 @@ class FoucaultLinear(Case):
         Variant(
             "two_days", "48 h on 1 m: the drift of the plane over 9e4 swings", {"L": 1}, ("0.1", 0, 0, 0), span=172800
         ),
-        Variant("equator", "no precession: the component across stays exactly zero", {"lat": 0}),
+        Variant("equator", "no precession: the other component stays exactly zero", {"lat": 0}),
         Variant(
             "turntable",
-            "a fast turntable: the frame turns six times faster than the pendulum swings",
+            "a fast turntable: the frame rotates six times faster than the pendulum swings",
             {"L": 1, "Om": 20, "lat": 1.5707963267948966},
             ("0.1", 0, 0, 0),
             span=21,
@@ -157,7 +153,7 @@ class FoucaultLinear(Case):
         return 1 / max(abs(float(rate)) for rate in self.motion().circles()[2:])
 
     def scales(self) -> dict[str, float]:
-        """Two circular motions: their radii and speeds add up within half a swing."""
+        """The sums of the radii and of the speeds of the two circular motions, which are reached within half a swing."""
         motion = self.motion()
         if float(self.times[-1]) < float(motion.swing_period()) / 2:
             return super().scales()
@@ -166,7 +162,7 @@ class FoucaultLinear(Case):
         return {name: size if size > 0 else 1.0 for name, size in sizes.items()}
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`closest`: how near the bob comes to the point of rest; from rest |W/s| of the amplitude."""
+        """`closest`: the least distance from the point of rest; |W/s| of the amplitude if released from rest."""
         motion = self.motion()
         return {
             "precession_rate": motion.precession_rate(digits),
@@ -182,12 +178,12 @@ class FoucaultLinear(Case):
             )
 
         return (
-            Level(level(Om=0), unchanged, "swings in a plane that stands still"),
-            Level(level(), unchanged, "the plane turns at -Om sin(lat)"),
+            Level(level(Om=0), same, "swings in a fixed plane"),
+            Level(level(), same, "the plane turns at -Om sin(lat)"),
         )
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Backwards the Earth turns the other way."""
+        """Time reversal changes the sign of the Earth's rate."""
         x, y, vx, vy = state
         return (x, y, -vx, -vy), self.parameters | {"Om": -self.parameters["Om"]}
 
@@ -195,7 +191,7 @@ class FoucaultLinear(Case):
 class FoucaultPrecession(FoucaultLinear):
     name = "foucault_precession"
     title = "Foucault pendulum, precession only"
-    conventions = "As foucault_pendulum_linear, with the term Om^2 sin^2(lat) r that leaves the swing as it is at rest."
+    conventions = "As foucault_pendulum_linear, with a term Om^2 sin^2(lat) r: the swing is as on an Earth at rest."
     variants = ()
     invariants: ClassVar[Mapping[str, Invariant]] = {
         "energy": Invariant(precession_energy),

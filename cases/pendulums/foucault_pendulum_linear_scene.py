@@ -1,6 +1,6 @@
-"""The small-amplitude Foucault pendulum as a physics engine is given it: a free point mass in the horizontal plane.
+"""Scene of the small-amplitude Foucault pendulum: a free point mass in the horizontal plane.
 
-The pull to the centre and the Coriolis force are one force on it.
+One force holds the attraction to the centre and the Coriolis force.
 """
 
 from __future__ import annotations
@@ -28,4 +28,4 @@ def foucault_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple
 
 
 SCENE = SceneForm(foucault_scene, foucault_reading, frozenset({"velocity_force"}), conservative=False)
-"""Not staggered: the Coriolis force depends on the velocity."""
+"""Not conservative: the Coriolis force depends on the velocity."""

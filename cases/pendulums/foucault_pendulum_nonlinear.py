@@ -1,4 +1,4 @@
-"""Foucault's pendulum at any amplitude: a spherical pendulum under Coriolis' force."""
+"""Foucault's pendulum at any amplitude: a spherical pendulum with the Coriolis force."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from gnomon.reference.numerics.precision import Number, publish, working
 
 
 def foucault_sphere(t: Any, state: Values, parameters: Values) -> Values:
-    """e'' = f + lam e, f = (0, 0, -g/L) - 2 Om x e', with the lam that keeps e.e' as it is."""
+    """e'' = f + lam e, f = (0, 0, -g/L) - 2 Om x e', with lam such that e.e' stays constant."""
     ex, ey, ez, vx, vy, vz = state
     g, length, rate, lat = parameters
     oy, oz = rate * cos(lat), rate * sin(lat)
@@ -47,7 +47,7 @@ def radial_rate(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def bob_scene(state: Values, parameters: Values) -> Scene:
-    """A point mass on a ball joint at the origin, under Coriolis' force."""
+    """A point mass on a ball joint at the origin, with the Coriolis force."""
     ex, ey, ez, vx, vy, vz = state
     g, length, rate, lat = parameters
 
@@ -68,16 +68,16 @@ def bob_reading(readings: Readings, parameters: Values) -> Values:
 
 SCENE = SceneForm(bob_scene, bob_reading, frozenset({"ball_joint", "velocity_force"}), conservative=False)
 POLE = math.nextafter(math.pi / 2, 2)
-"""The double beyond pi/2, so that pi/2 to more digits is admitted."""
+"""The double just above pi/2, so that pi/2 to more digits is admitted."""
 
 
 class FoucaultNonlinear(IntegratedCase):
     name = "foucault_pendulum_nonlinear"
-    title = "Foucault pendulum at any amplitude, with Coriolis' force at a latitude (certified Taylor)"
+    title = "Foucault pendulum at any amplitude, with the Coriolis force at a latitude (certified Taylor)"
     section = "6.17.1"
     conventions = (
-        "e is the direction of the bob from its support: x east, y north, z up; centrifugal acceleration is in g. The "
-        "multiplier is divided by e.e, so that a start rounded off the sphere stays where it is; starts have e.e' = 0."
+        "e is the direction of the bob from its support: x east, y north, z up; g includes the centrifugal acceleration. "
+        "The multiplier is divided by e.e, so that a start rounded off the unit sphere keeps its |e|; starts have e.e' = 0."
     )
     state = (
         *(Coordinate(f"e{axis}", "1", "dimensionless") for axis in "xyz"),
@@ -105,20 +105,20 @@ class FoucaultNonlinear(IntegratedCase):
     )
     variants = (
         Variant(
-            "wide", "swings of 74 degrees: far from any small-angle formula", {"L": 1}, ("0.96", 0, "-0.28", 0, 0, 0)
+            "wide", "swings of 74 degrees: small-angle formulas do not hold", {"L": 1}, ("0.96", 0, "-0.28", 0, 0, 0)
         ),
         Variant(
             "ellipse",
-            "a wide ellipse whose axes turn by themselves, against the Earth's turning",
+            "a wide ellipse whose own precession is opposite to that due to the Earth's rotation",
             {"L": 1},
             ("0.28", 0, "-0.96", 0, "0.4", 0),
             "4.9",
         ),
-        Variant("turntable", "turns as fast as it swings", {"L": 1, "Om": 3}, span="3.7"),
+        Variant("turntable", "rotates as fast as the pendulum swings", {"L": 1, "Om": 3}, span="3.7"),
         Variant("equator", "only the vertical Coriolis force is left", {"L": 1, "lat": 0}, span="3.3"),
         Variant(
             "pole",
-            "at the pole: the height is an elliptic function, the plane turns with all of Om",
+            "at the pole: the height is an elliptic function, the plane turns at the full rate of the planet",
             {"L": 1, "Om": "0.5", "lat": math.pi / 2},
             span="5.3",
         ),
@@ -145,12 +145,12 @@ class FoucaultNonlinear(IntegratedCase):
         return min(math.sqrt(length / g), 1 / abs(2 * rate) if rate else math.inf)
 
     def natural_span(self) -> Number:
-        """3.37 small swings: the integration is dear."""
+        """3.37 small swings: the integration is expensive."""
         g, length, *_ = map(float, self.parameter_values())
         return 3.37 * 2 * math.pi * math.sqrt(length / g)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Of small swings: the period, the turning of the plane, and the ellipse's own 3/8 ab sqrt(g/L)."""
+        """Of small swings: the period (s), the rate of the plane and the ellipse's own precession 3/8 ab sqrt(g/L) (rad/s)."""
         with working(digits + 10) as mp:
             g, length, rate, lat = map(mp.mpf, self.parameter_values())
             ex, ey, _ez, vx, vy, _vz = map(mp.mpf, self.initial_state)
@@ -161,13 +161,13 @@ class FoucaultNonlinear(IntegratedCase):
             )
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Backwards the Earth turns the other way."""
+        """Time reversal changes the sign of the Earth's rate."""
         ex, ey, ez, vx, vy, vz = state
         return (ex, ey, ez, -vx, -vy, -vz), self.parameters | {"Om": -self.parameters["Om"]}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """Models in the horizontal plane, lifted to the sphere; for swings below the support."""
+        """Models in the horizontal plane, their states projected onto the sphere; only for swings below the support."""
         ex, ey, ez, vx, vy, _vz = self.initial_state
         if ez >= 0:
             return ()
@@ -182,6 +182,6 @@ class FoucaultNonlinear(IntegratedCase):
             return np.stack([x, y, height, u, w, -(x * u + y * w) / height], axis=1)
 
         return (
-            Level(FoucaultPrecession(**plane), lifted, "small swings, their plane turning"),
-            Level(FoucaultLinear(**plane), lifted, "small swings, exactly"),
+            Level(FoucaultPrecession(**plane), lifted, "small swings, with precession only"),
+            Level(FoucaultLinear(**plane), lifted, "small swings, with the full Coriolis force"),
         )

@@ -17,7 +17,7 @@ from gnomon.reference.pendulums.holonomic_constraint_dae import CartesianPendulu
 
 
 def cartesian_pendulum_equations(t: Any, state: Values, parameters: Values) -> Values:
-    """r'' = g - lam r, where lam makes the second derivative of the constraint vanish."""
+    """r'' = g - lam r, with lam such that the second derivative of the constraint vanishes."""
     x, y, vx, vy = state
     (g,) = parameters
     lam = (vx * vx + vy * vy - g * y) / (x * x + y * y)
@@ -40,7 +40,7 @@ def circle_gradient(t: Any, place: Values, parameters: Values) -> Values:
 
 
 def cartesian_pendulum_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Energy over the mass, from the pivot."""
+    """Energy over the mass; potential energy is zero at the pivot."""
     _x, y, vx, vy = state
     (g,) = parameters
     return ((vx * vx + vy * vy) / 2 + g * y,)
@@ -53,13 +53,13 @@ def squared_length(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def radial_velocity(t: Any, state: Values, parameters: Values) -> Values:
-    """The constraint on velocities, x vx + y vy: zero."""
+    """The constraint on velocities, x vx + y vy = 0."""
     x, y, vx, vy = state
     return (x * vx + y * vy,)
 
 
 def on_a_rod(state: Values, parameters: Values) -> Scene:
-    """A free point that a rod holds, as long as the start is far from the pivot (token `rod`)."""
+    """A free point on a rod, whose length is the distance of the start from the pivot (token `rod`)."""
     x, y, vx, vy = state
     bob = Body("bob", 1.0, (0.0, 0.0, 0.0), (x, 0.0, y), velocity=(vx, 0.0, vy))
     return Scene((0.0, 0.0, -parameters[0]), (bob,))
@@ -78,15 +78,15 @@ def _consistent(numbers: Mapping[str, Fraction]) -> bool:
 
 
 class HolonomicConstraintDae(Case):
-    """A mass on a rod: index 3 in its constraint, stated here with the index reduced and the multiplier eliminated."""
+    """A mass on a rod: a constraint of index 3, stated with reduced index and the multiplier eliminated."""
 
     name = "holonomic_constraint_dae"
     title = "Pendulum in Cartesian coordinates with a multiplier"
     section = "11.2.1"
     conventions = (
-        "x right and y up from the pivot; the rod's length is that of the start. Index reduced: drift off the "
-        "constraint x^2 + y^2 = L^2 grows linearly in time and is shown as the drift of `squared_length`. Starts are "
-        "consistent: x vx + y vy = 0 exactly, as on triangles 3-4-5."
+        "x right and y up from the pivot; the rod's length is the start's distance from it. The index is reduced: the "
+        "departure from the constraint x^2 + y^2 = L^2 grows linearly in time, as the drift of `squared_length` shows. "
+        "Starts are consistent: x vx + y vy = 0 exactly, as on triangles 3-4-5."
     )
     state = (
         Coordinate("x", "m", "length"),
@@ -101,7 +101,9 @@ class HolonomicConstraintDae(Case):
         | {name: Range(typical=(-2.0, 2.0)) for name in ("x", "y")}
         | {name: Range(typical=(0.0, 0.0)) for name in ("vx", "vy")},
         (
-            Rule("the rod has a length (x, y not both 0)", lambda numbers: numbers["x"] != 0 or numbers["y"] != 0),
+            Rule(
+                "the rod's length is not zero (x, y not both 0)", lambda numbers: numbers["x"] != 0 or numbers["y"] != 0
+            ),
             Rule("the velocity is along the circle (x vx + y vy = 0)", _consistent),
         ),
     )
@@ -109,11 +111,11 @@ class HolonomicConstraintDae(Case):
         Variant(
             "released", "released at rest above the pivot: the multiplier changes sign", initial_state=(4, 3, 0, 0)
         ),
-        Variant("rotation", "turns over the top: the constraint force never rests", initial_state=(3, -4, 16, 12)),
+        Variant("rotation", "turns over the top: the constraint force always acts", initial_state=(3, -4, 16, 12)),
         Variant(
-            "upright", "released 1e-6 rad off the top: the rod pushes for a long time", initial_state=("1e-6", 1, 0, 0)
+            "upright", "released 1e-6 rad from the top: the rod pushes for a long time", initial_state=("1e-6", 1, 0, 0)
         ),
-        Variant("long_1e3", "1000 periods: the drift off the constraint adds up"),
+        Variant("long_1e3", "1000 periods: departures from the constraint add up"),
     )
     invariants: ClassVar = {
         "energy": Invariant(cartesian_pendulum_energy),
@@ -147,13 +149,13 @@ class HolonomicConstraintDae(Case):
         return small if self._exact.on_separatrix else min(small, float(self._exact.period()) / (2 * pi))
 
     def natural_span(self) -> Number:
-        """10.37 periods; less than one from next to the top; 9 sqrt(L/g) on the separatrix and at rest."""
+        """10.37 periods; less than one if released close to the top; 9 sqrt(L/g) on the separatrix and at rest."""
         if self._exact.on_separatrix or self._exact.rests:
             return 9 * self.time_scale
         periods = {"long_1e3": 1000.37, "upright": 0.9}.get(self.variant or "", 10.37)
         return periods * float(self._exact.period())
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`multiplier` is that of the start: the rod's pull over mass and length (1/s^2)."""
+        """`multiplier`: its value at the start, the rod's tension over mass and length (1/s^2)."""
         found = {"multiplier": self._exact.multiplier(digits)}
         return found if self._exact.on_separatrix else found | {"period": self._exact.period(digits)}

@@ -1,4 +1,4 @@
-"""A pendulum under a cart that is free to roll: the centre of mass goes its own way."""
+"""A pendulum under a cart that is free to roll: the centre of mass moves uniformly along the rail."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class PendulumOnCart(WellCase):
     title = "Pendulum on a cart that is free to roll"
     section = "8.10, 8.11"
     conventions = (
-        "[inferred] The book names the scene; the model is a point mass m on a massless rod L, hinged to a cart M on a "
+        "[inferred] The book names the system; the model is a point mass m on a massless rod L, hinged to a cart M on a "
         "smooth straight rail. theta from the downward vertical; the pendulum swings and does not turn over."
     )
     state = (
@@ -77,17 +77,17 @@ class PendulumOnCart(WellCase):
             "vx": Range(typical=(-2.0, 2.0)),
             "omega": Range(typical=(-1.0, 1.0)),
         },
-        (Rule("the energy is below that of the top (the pendulum swings)", _swings),),
+        (Rule("the energy is below that at the top (the pendulum swings)", _swings),),
     )
     variants = (
         Variant(
             "light_cart",
-            "M = 0.1 m: the mass falls almost straight, the cart is jerked through below the hinge",
+            "M = 0.1 m: the mass falls almost straight, the cart moves fast while the mass passes below the hinge",
             {"M": "0.1"},
         ),
         Variant(
             "bare_cart",
-            "m/M = 1e8: for some 1e-9 s of each swing the cart is jerked through below the hinge at 5e4 m/s",
+            "m/M = 1e8: for about 1e-9 s of each swing the cart moves at 5e4 m/s, when the mass passes below the hinge",
             {"M": "1e-8"},
             span="4.1",
         ),
@@ -114,20 +114,20 @@ class PendulumOnCart(WellCase):
 
     @property
     def fastest_time(self) -> float:
-        """A light cart passes below the hinge while the pendulum turns by sqrt(M/m) rad."""
+        """The time in which the pendulum turns by sqrt(M/m) rad at the bottom, where a light cart moves fast."""
         rate = self._bottom_rate()
         m, M = float(self.parameters["m"]), float(self.parameters["M"])
         return min(self.time_scale, sqrt(M / m) / rate) if rate else self.time_scale
 
     def _bottom_rate(self) -> float:
-        """theta' at the bottom, by the energy."""
+        """theta' at the bottom, from the energy (rad/s)."""
         if self._exact.rests:
             return 0.0
         g, m, M, length = map(float, self.parameter_values())
         return 2 * sin(float(self._exact.turning_points()[1]) / 2) * sqrt(g * (M + m) / (M * length))
 
     def scales(self) -> dict[str, float]:
-        """On a grid, and at the bottom, where the speeds have a peak that may be sharper than it."""
+        """On a grid, and at the bottom, where the speeds have a peak that may be narrower than the grid spacing."""
         found = accuracy.grid_scales(self)
         if not self._exact.rests and self.span >= self._exact.period() / 2:
             _g, m, M, length = map(float, self.parameter_values())

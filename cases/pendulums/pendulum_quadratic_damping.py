@@ -20,7 +20,7 @@ from mpmath import mpf
 
 
 def dragged_swing(t: Any, state: Values, parameters: Values) -> Values:
-    """v' = -w2 sin(theta) - side c v^2; the side, 1 forward and -1 backward, belongs to the mode."""
+    """v' = -w2 sin(theta) - side c v^2; `side`, 1 forward and -1 backward, is a constant of the mode."""
     theta, v = state
     w2, c, side = parameters
     return v, -w2 * sin(theta) - side * c * v * v
@@ -37,20 +37,20 @@ def at_rest(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def dragged_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Over m L^2, from the lowest position."""
+    """Energy over m L^2, zero at the lowest position."""
     theta, v = state
     w2, _c = parameters
     return (v * v / 2 + 2 * w2 * sin(theta / 2) * sin(theta / 2),)
 
 
-def way_of_the_swing(t: Any, state: Values, parameters: Values) -> str:
+def swing_mode(t: Any, state: Values, parameters: Values) -> str:
     theta, v = map(exact, state)
     forward = v > 0 if v else math.sin(theta) < 0
     return "forward" if forward else "backward"
 
 
 def dragged_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
-    """A unit mass on a rod of 1 m: drag -c |u| u on the bob."""
+    """A unit mass on a rod of 1 m, with drag -c |u| u at its velocity u."""
     theta, v = state
     w2, c = parameters
 
@@ -75,18 +75,18 @@ def _moves(n: Mapping[str, Fraction]) -> bool:
     return n["w2"] * n["theta"] ** 2 + n["v"] ** 2 >= n["w2"] * LEAST**2
 
 
-def _no_crawl(n: Mapping[str, Fraction]) -> bool:
+def _not_too_slow(n: Mapping[str, Fraction]) -> bool:
     return n["v"] == 0 or n["v"] ** 2 >= n["w2"] * SLOWEST**2
 
 
 SLOWEST = Fraction(1, 10**50)
-"""Of sqrt(w2): a start so slow is at rest for any double, and what it adds to the time is no integral worth the digits."""
+"""Fraction of sqrt(w2): binary64 does not resolve a slower start from rest, and its time integral needs many digits."""
 LEAST = Fraction(1, 10**15)
-"""Of rad: what drag takes from a swing is 8 c/3 of its amplitude, so from smaller ones nothing that binary64 shows."""
+"""Amplitude in rad: drag takes 8 c/3 of a swing's amplitude from it, below this less than binary64 resolves."""
 
 
 MOST_RESTS = 500
-"""Within a span: each costs two integrals."""
+"""Most events within a span: each takes two integrals."""
 
 
 class PendulumQuadraticDamping(Case):
@@ -94,9 +94,9 @@ class PendulumQuadraticDamping(Case):
     title = "Pendulum with quadratic damping: a first integral for each half swing"
     section = "6.13.1"
     conventions = (
-        "theta from the downward vertical, rad, not wrapped; drag -c v |v|, whose second derivative jumps where the "
-        "pendulum rests: an event. v^2 = K exp(-2 c theta) + A (cos theta - 2 c sin theta), A = 2 w2/(1 + 4 c^2), while "
-        "v > 0; time by quadrature between the rests."
+        "theta from the downward vertical, rad, not wrapped; the second derivative of the drag -c v |v| jumps where the "
+        "pendulum comes to rest: an event. v^2 = K exp(-2 c theta) + A (cos theta - 2 c sin theta), A = 2 w2/(1 + 4 c^2), "
+        "while v > 0; time by quadrature between these events."
     )
     state = (Coordinate("theta", "rad", "angle"), Coordinate("v", "rad/s", "angular velocity"))
     parameter_list = (
@@ -108,33 +108,35 @@ class PendulumQuadraticDamping(Case):
         {
             "w2": positive(1.0, 10.0),
             "c": Range(low=0.0, high=4.0, low_open=True, typical=(0.02, 0.5)),
-            # beyond, a double is too coarse to tell where between two tops it is
+            # beyond it, binary64 hardly resolves the position between two tops
             "theta": Range(-1e9, 1e9, typical=(-2.5, 2.5)),
             "v": Range(typical=(-8.0, 8.0)),
         },
         (
             Rule("w2 theta^2 + v^2 >= 1e-30 w2 (the pendulum swings by 1e-15 rad or more)", _moves),
-            Rule("v = 0 or v^2 >= 1e-100 w2 (it starts from rest, or at 1e-50 of its natural rate or more)", _no_crawl),
+            Rule(
+                "v = 0 or v^2 >= 1e-100 w2 (it starts at rest, or at 1e-50 of its natural rate or more)", _not_too_slow
+            ),
         ),
     )
     variants = (
-        Variant("turns", "goes over the top 5 times before it swings", {"c": "0.05"}, (0, 20)),
-        Variant("weak", "c = 1e-8: nearly the pendulum, whose turning points differ by 1e-8", {"c": "1e-8"}),
+        Variant("turns", "turns over the top 5 times before it swings", {"c": "0.05"}, (0, 20)),
+        Variant("weak", "c = 1e-8: nearly undamped, turning points differ by 1e-8", {"c": "1e-8"}),
         Variant("strong", "c = 2: each swing is 0.6 of the one before", {"c": 2}, ("-1.5", 0)),
         Variant(
             "just_over",
-            "thrown 1e-9 too fast to stop at the top: creeps over it, then round",
+            "thrown 1e-9 too fast to stop at the top: passes it slowly, then turns round",
             {"w2": 1, "c": "0.125"},
             (0, 2.45170962707798 * (1 + 1e-9)),
         ),
         Variant(
             "just_under",
-            "thrown 1e-9 too slowly: rests 4e-5 rad short of the top and falls back",
+            "thrown 1e-9 too slowly: comes to rest 4e-5 rad before the top and falls back",
             {"w2": 1, "c": "0.125"},
             (0, 2.45170962707798 * (1 - 1e-9)),
         ),
-        Variant("upright", "released at rest 1e-9 off the top", initial_state=("3.14159265458979", 0)),
-        Variant("many", "60 half swings: amplitudes fall as 1 over their number, not exponentially"),
+        Variant("upright", "released at rest 1e-9 rad from the top", initial_state=("3.14159265458979", 0)),
+        Variant("many", "60 half swings: amplitudes fall as 1/n, not exponentially"),
     )
     invariants: ClassVar = {"energy": Invariant(dragged_energy, "decays")}
     _RESTS: ClassVar = {"many": 60, "just_over": 2, "just_under": 2, "upright": 3}
@@ -151,7 +153,7 @@ class PendulumQuadraticDamping(Case):
         return (
             Hybrid(
                 modes=(Mode("forward", dragged_swing, (1.0,)), Mode("backward", dragged_swing, (-1.0,))),
-                start=way_of_the_swing,
+                start=swing_mode,
                 transitions=(
                     Transition("rest", "forward", swing_rate, -1, at_rest, "backward"),
                     Transition("rest", "backward", swing_rate, 1, at_rest, "forward"),
@@ -166,18 +168,18 @@ class PendulumQuadraticDamping(Case):
 
     @property
     def time_scale(self) -> float:
-        """1/sqrt(w2), of a small swing; the time of a radian of the start where that is shorter."""
+        """1/sqrt(w2), the time of a small swing; the time of a radian at the start if that is shorter."""
         w2, _c = map(float, self.parameter_values())
         return 1 / max(math.sqrt(w2), abs(float(self.initial_state[1])))
 
     def natural_span(self) -> Number:
-        """0.37 of a small half swing beyond the tenth rest."""
+        """Until the pendulum has come to rest ten times, and 0.37 of a small half swing more."""
         wanted = self._RESTS.get(self.variant or "", 10)
         half = math.pi / math.sqrt(float(self.parameters["w2"]))
         return float(self._exact.turning_point(wanted)[0]) + 0.37 * half
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
-        """The rests, at most one a small half swing."""
+        """The times at which the pendulum comes to rest: at most one in the time of a small half swing."""
         self._few(float(self.span) * math.sqrt(float(self.parameters["w2"])) / math.pi, MOST_RESTS)
         found: list[Event] = []
         while True:
@@ -191,7 +193,7 @@ class PendulumQuadraticDamping(Case):
         return (theirs.forward, theirs.turns) == (self._exact.forward, self._exact.turns)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`turns`: over the top before it swings. The first rests: the second is below the first by about (4/3) c a^2."""
+        """`turns`: how often it passes the top before it swings. The first two amplitudes: they differ by (4/3) c a^2 or so."""
         time, first = self._exact.turning_point(1, digits)
         found = {"turns": mpf(self._exact.turns), "first_rest": first, "first_rest_time": time}
         return found | {"second_rest": self._exact.turning_point(2, digits)[1]}

@@ -34,7 +34,7 @@ def potential(t: Any, q: Values, parameters: Values) -> Values:
 
 
 def energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Energy over m L^2, from the rest position: omega^2/2 + 2 (g/L) sin^2(theta/2)."""
+    """Energy over m L^2, zero at the rest position: omega^2/2 + 2 (g/L) sin^2(theta/2)."""
     theta, omega = state
     g, length = parameters
     return (omega * omega / 2 + 2 * (g / length) * sin(theta / 2) * sin(theta / 2),)
@@ -65,33 +65,33 @@ class PendulumSimple(Case):
         Variant("rotation", "turns over the top: theta grows without bound", initial_state=("0.5", 7)),
         Variant(
             "separatrix",
-            "exactly the energy of the top, which it reaches after infinite time; errors grow as e^(2 w t)",
+            "exactly the energy at the top, which it reaches after infinite time; errors grow as e^(2 w t)",
             {"L": "9.81"},
             (0, 2),
         ),
         Variant(
             "near_separatrix_below",
-            "1 - m = 1e-12: turns back 2e-6 rad short of the top",
+            "1 - m = 1e-12: turns back 2e-6 rad before the top",
             {"L": "9.81"},
             (0, "1.999999999999"),
         ),
         Variant(
             "near_separatrix_above",
-            "1 - m = -1e-12: creeps over the top",
+            "1 - m = -1e-12: passes the top slowly",
             {"L": "9.81"},
             (0, "2.000000000001"),
         ),
         Variant(
             "upright",
-            "released at rest 1e-12 rad off the top: an exponential phase of 9 time scales for each 4 digits",
+            "released at rest 1e-12 rad from the top: an exponential phase, 9 time scales for each 4 digits",
             initial_state=("3.141592653588793", 0),
         ),
         Variant("long_1e4", "10,000 periods: phase error"),
         Variant("long_1e6", "1,000,000 periods: phase error"),
-        Variant("engines", "the numbers of engine tests: released at 2.5 rad, 10 periods", initial_state=("2.5", 0)),
+        Variant("engines", "the parameters of engine tests: released at 2.5 rad, 10 periods", initial_state=("2.5", 0)),
         Variant(
             "speed",
-            "the numbers of speed tests: released at 2.5 rad, 100.37 periods",
+            "the parameters of speed tests: released at 2.5 rad, 100.37 periods",
             {"g": 1, "L": 1},
             ("2.5", 0),
         ),
@@ -107,7 +107,7 @@ class PendulumSimple(Case):
         "engines": "10",
         "speed": "100.37",
     }
-    """Spans in periods. Away from the top 10.37; next to it as long as binary64 can follow."""
+    """Spans in periods, of variants without one of 10.37. Close to the top as long as binary64 can follow the motion."""
 
     @cached_property
     def _exact(self) -> Pendulum:
@@ -139,7 +139,7 @@ class PendulumSimple(Case):
         return float(self._exact.period(20)) * float(self._PERIODS.get(self.variant or "", "10.37"))
 
     def scales(self) -> dict[str, float]:
-        """In closed form where the motion completes a period: next to the separatrix the peaks are sharp."""
+        """In closed form if the span holds a period: close to the separatrix the peaks are narrow."""
         found = accuracy.grid_scales(self)
         motion = self._exact
         if self.span >= motion.period() and motion.regime != Pendulum.REST:
@@ -148,7 +148,7 @@ class PendulumSimple(Case):
         return found
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Tensions are of the rod over the mass (m/s^2), at the lowest and the highest point reached."""
+        """Tensions of the rod over the mass (m/s^2) at the lowest and at the highest point reached, and others."""
         motion = self._exact
         found = {
             "small_swing_period": motion.small_swing_period(digits),
@@ -168,7 +168,7 @@ class PendulumSimple(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """The linear and the quartic model of a swing; the quartic one only where its motion is bounded."""
+        """The models with a linear and with a cubic restoring force; the cubic one only if its motion is bounded."""
         g, length = self.parameter_values()
         if self._exact.regime != Pendulum.LIBRATION or abs(self.initial_state[0]) > pi:
             return ()
@@ -178,7 +178,7 @@ class PendulumSimple(Case):
         numbers = {"alpha": alpha, "beta": beta} | dict(zip("xv", self.initial_state, strict=True))
         if DuffingUnforced.domain.admits(numbers):
             quartic = DuffingUnforced(initial_state=self.initial_state, span=self.span, alpha=alpha, beta=beta)
-            levels.append(Level(quartic, same, "softening: period grows with amplitude squared"))
+            levels.append(Level(quartic, same, "softening: the period grows with the amplitude squared"))
         return tuple(levels)
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:

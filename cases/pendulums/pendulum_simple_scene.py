@@ -1,4 +1,4 @@
-"""The simple pendulum as a physics engine is given it: a point mass on a hinge."""
+"""Scene of the simple pendulum: a point mass on a hinge."""
 
 from __future__ import annotations
 

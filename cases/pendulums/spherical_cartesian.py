@@ -1,4 +1,4 @@
-"""The spherical pendulum in Cartesian coordinates, its rod a constraint: nothing special happens near the poles."""
+"""The spherical pendulum in Cartesian coordinates with its rod as a constraint: regular at the poles."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 
 def sphere_equations(t: Any, state: Values, parameters: Values) -> Values:
-    """r'' = g - lam r, z up from the point of suspension, lam so that r stays on the sphere."""
+    """r'' = g - lam r, z up from the point of suspension, with lam such that r stays on the sphere."""
     x, y, z, vx, vy, vz = state
     g, _length, _h = parameters
     lam = (vx * vx + vy * vy + vz * vz - g * z) / (x * x + y * y + z * z)
@@ -37,7 +37,7 @@ def sphere_gradient(t: Any, place: Values, parameters: Values) -> Values:
 
 
 def on_the_sphere(mp: Any, state: Sequence[Any], parameters: Sequence[Any]) -> tuple[Any, ...]:
-    """Place and velocity from the angles, their rate and the momentum h."""
+    """Position and velocity from the angles, the polar rate and the momentum h."""
     theta, omega, phi = state
     _g, length, h = parameters
     s, c, cosine, sine = mp.sin(theta), mp.cos(theta), mp.cos(phi), mp.sin(phi)
@@ -53,7 +53,7 @@ def on_the_sphere(mp: Any, state: Sequence[Any], parameters: Sequence[Any]) -> t
 
 
 def from_the_sphere(y: Floats, parameters: Sequence[float]) -> Floats:
-    """The angles and the rate of the polar one."""
+    """The angles and the polar rate."""
     x1, x2, x3, v1, v2, v3 = np.moveaxis(y, -1, 0)
     radius = np.hypot(x1, x2)
     outward = (x1 * v1 + x2 * v2) / radius

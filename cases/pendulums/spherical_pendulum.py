@@ -1,4 +1,4 @@
-"""The spherical pendulum, in angles; also the nonlinear Foucault pendulum at the pole, after phi -> phi - Om t."""
+"""The spherical pendulum in angles. With phi -> phi - Om t it is also the nonlinear Foucault pendulum at the pole."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def spherical_equations(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def flat_start(state: Sequence[Fraction], parameters: Sequence[Fraction]) -> tuple[float, ...]:
-    """Place and velocity across, as seen from above."""
+    """Horizontal position and velocity."""
     theta, omega, phi = map(float, state)
     _g, length, h = map(float, parameters)
     c, s, outward, around = cos(phi), sin(phi), length * cos(theta) * omega, length * h / sin(theta)
@@ -40,7 +40,7 @@ def flat_start(state: Sequence[Fraction], parameters: Sequence[Fraction]) -> tup
 
 
 def spherical_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Over m L^2, from the lowest point."""
+    """Energy over m L^2, zero at the lowest point."""
     theta, omega, _phi = state
     g, length, h = parameters
     s, half = sin(theta), sin(theta / 2)
@@ -71,14 +71,16 @@ class SphericalPendulumCase(Case):
             "theta": Range(0.0, math.pi, low_open=True, typical=(0.1, 3.0)),
             "omega": Range(typical=(-5.0, 5.0)),
         },
-        (Rule("h is not 0 (a plane swing is pendulum_simple)", lambda n: n["h"] != 0),),
+        (Rule("h is not 0 (a plane swing is the case pendulum_simple)", lambda n: n["h"] != 0),),
     )
     variants = (
-        Variant("near_pole", "h = 1e-6: passes 3e-7 rad from the lowest point, phi jumps by pi", {"h": "1e-6"}),
+        Variant(
+            "near_pole", "h = 1e-6: passes 3e-7 rad from the lowest point, where phi changes fast by pi", {"h": "1e-6"}
+        ),
         Variant("over_the_top", "passes close to both poles", {"h": "0.01"}, (1, 7, 0)),
-        Variant("conical", "a circle to 1e-6: two roots nearly coincide", {"h": "3.01713"}),
-        Variant("thin_ellipse", "amplitude 0.01: precesses by (3/8)(ab/L^2) a radian", {"h": "1e-5"}, ("0.01", 0, 0)),
-        Variant("upper_half", "circles above the point of suspension at first", {"h": 1}, ("2.5", 1, 0)),
+        Variant("conical", "a circle up to 1e-6: two roots nearly coincide", {"h": "3.01713"}),
+        Variant("thin_ellipse", "amplitude 0.01: precesses by (3/8)(ab/L^2) per radian", {"h": "1e-5"}, ("0.01", 0, 0)),
+        Variant("upper_half", "starts above the point of suspension", {"h": 1}, ("2.5", 1, 0)),
         Variant("long_1e4", "10,000 polar periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(spherical_energy)}
@@ -105,7 +107,7 @@ class SphericalPendulumCase(Case):
 
     @property
     def time_scale(self) -> float:
-        """Of a small swing, or of the azimuth where it is fastest, next to a pole."""
+        """The time of a small swing, or of a radian of the azimuth where that is fastest, close to a pole."""
         g, length, h = map(float, self.parameter_values())
         low, high = self._exact.heights(30) or (0, 0)
         nearest = min(float((1 - low) * (1 + low)), float((1 - high) * (1 + high)))
@@ -117,7 +119,7 @@ class SphericalPendulumCase(Case):
         return float(self._exact.nutation_period(20) or 1) * cycles
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`azimuth_advance` is per polar period; pi in the limit of a thin ellipse."""
+        """`azimuth_advance`: by how much phi grows in a polar period (rad); pi in the limit of a thin ellipse."""
         motion = self._exact
         return {
             "polar_period": motion.nutation_period(digits),
@@ -126,7 +128,7 @@ class SphericalPendulumCase(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """Harmonic across in both directions, then the swing in the plane of the start, without h; below the side only."""
+        """Two horizontal oscillators, then the plane swing without h; only for starts below the height of the support."""
         g, length, _h = self.parameter_values()
         theta, omega, phi = self.initial_state
         if float(theta) >= math.pi / 2:
@@ -151,8 +153,8 @@ class SphericalPendulumCase(Case):
             return np.stack([tilt, side * rate, azimuth], axis=-1)
 
         return (
-            Level(flat, from_above, "small swings: an ellipse that does not turn"),
-            Level(plane, in_the_plane, "swing of any size, in a plane"),
+            Level(flat, from_above, "small swings: an ellipse without precession"),
+            Level(plane, in_the_plane, "swings of any amplitude, in a plane"),
         )
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:

@@ -1,4 +1,4 @@
-"""The spherical pendulum as a physics engine would be given it: a point mass on a ball joint (token `ball_joint`)."""
+"""Scene of the spherical pendulum: a point mass on a ball joint (token `ball_joint`)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gnomon.cases.pendulums.spherical_cartesian import from_the_sphere, on_the_s
 
 
 def ball_joint_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
-    """The joint is at the origin; in the lowest point, where no azimuth is, the bob is taken at rest."""
+    """The joint is at the origin; at the lowest point, where the azimuth is not defined, the bob starts at rest."""
     g, length, _h = parameters
     placed = on_the_sphere(mpmath.fp, state, parameters) if sin(state[0]) else (0.0, 0.0, -length, 0.0, 0.0, 0.0)
     x, y, z, vx, vy, vz = map(float, placed)

@@ -21,7 +21,7 @@ from gnomon.reference.numerics.precision import Number, publish, working
 
 
 def spring_pendulum_acceleration(t: Any, q: Values, parameters: Values) -> Values:
-    """The spring pulls along itself by k times its stretch; gravity along -y."""
+    """The spring pulls along itself with k times its stretch; gravity acts along -y."""
     x, y = q
     m, k, length, g = parameters
     pull = (k / m) * (1 - length / sqrt(x * x + y * y))
@@ -53,9 +53,7 @@ class SpringPendulum(IntegratedCase):
     name = "spring_pendulum"
     title = "Spring pendulum (no closed form; certified Taylor)"
     section = "11.9"
-    conventions = (
-        "x right and y up from the pivot; the spring can be pushed as well as pulled, and never passes the pivot."
-    )
+    conventions = "x right and y up from the pivot; the spring pushes when compressed; the mass never passes the pivot."
     state = (
         Coordinate("x", "m", "length"),
         Coordinate("y", "m", "length"),
@@ -78,19 +76,17 @@ class SpringPendulum(IntegratedCase):
     variants = (
         Variant(
             "resonance",
-            "k L = 3 m g: the spring beats at twice the swing's rate, and the energy passes from one to the other",
+            "k L = 3 m g: the spring's frequency is twice the swing's, and energy passes between them",
             {"k": "29.43"},
             ("0.05", "-1.4", 0, 0),
         ),
         Variant(
             "stiff",
-            "k = 1e4: nearly a rod, with a fast vibration of 1e-3 of its length on the swing",
+            "k = 1e4: nearly a rod, with a fast vibration of 1e-3 of its length",
             {"k": 10**4},
             ("0.8", "-0.6", 0, 0),
         ),
-        Variant(
-            "vertical", "along the spring only: the component across stays exactly zero", initial_state=(0, -1, 0, 0)
-        ),
+        Variant("vertical", "vertical motion only: x stays exactly zero", initial_state=(0, -1, 0, 0)),
     )
     invariants: ClassVar = {"energy": Invariant(spring_pendulum_energy)}
 
@@ -119,7 +115,7 @@ class SpringPendulum(IntegratedCase):
         return self._SCALES.get(self.variant or "", 12.3) * self.time_scale
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Length at rest under the weight, and the angular frequencies of small swings and of the spring."""
+        """Length in equilibrium (m), and the frequencies of small swings and of the spring (rad/s)."""
         with working(digits + 10) as mp:
             m, k, length, g = map(mp.mpf, self.parameter_values())
             hanging = length + m * g / k
@@ -128,7 +124,7 @@ class SpringPendulum(IntegratedCase):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """About the hanging rest swing and spring are two oscillators apart (a third mass stands idle); then a rod."""
+        """Two uncoupled oscillators about the equilibrium, swing and spring (a third mass stays at rest); then a rod."""
         m, k, length, g = self.parameter_values()
         x, y, vx, vy = self.initial_state
         hanging = length + m * g / k
@@ -141,7 +137,7 @@ class SpringPendulum(IntegratedCase):
         def hung(states: Floats) -> Floats:
             return np.stack([states[:, 0], states[:, 1] - rest, states[:, 3], states[:, 4]], axis=1)
 
-        smallest = Level(small, hung, "small swings: spring and swing apart")
+        smallest = Level(small, hung, "small swings: spring and swing uncoupled")
         if not x and not vx:
             return (smallest,)
         away, begin = math.hypot(float(x), float(y)), math.atan2(float(x), -float(y))
@@ -153,7 +149,7 @@ class SpringPendulum(IntegratedCase):
             s, c = np.sin(angle), np.cos(angle)
             return rest * np.stack([s, -c, rate * c, rate * s], axis=1)
 
-        return (smallest, Level(rod, on_the_circle, "swings of any size, a rod instead of the spring"))
+        return (smallest, Level(rod, on_the_circle, "swings of any amplitude, a rod instead of the spring"))
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         x, y, vx, vy = state

@@ -1,4 +1,4 @@
-"""The swinging Atwood machine: a weight that pulls a pendulum's string over a pulley."""
+"""The swinging Atwood machine: a hanging mass pulls the string of a pendulum over a pulley."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gnomon.reference.numerics.precision import Number
 
 
 def swinging_atwood_equations(t: Any, state: Values, parameters: Values) -> Values:
-    """Mass 1 swings on the string's end at r, theta; the other mass mu hangs."""
+    """The unit mass swings at (r, theta); the mass mu hangs."""
     r, theta, vr, w = state
     mu, g = parameters
     return vr, w, (r * w * w + g * (cos(theta) - mu)) / (1 + mu), -(2 * vr * w + g * sin(theta)) / r
@@ -31,7 +31,7 @@ def swinging_atwood_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def tufillaro_integral(t: Any, state: Values, parameters: Values) -> Values:
-    """The second integral, constant for mu = 3 alone (Tufillaro, J. Physique 46 (1985) 1495)."""
+    """The second integral, constant only for mu = 3 (Tufillaro, J. Physique 46 (1985) 1495)."""
     r, theta, vr, w = state
     _mu, g = parameters
     half, c = sin(theta / 2), cos(theta / 2)
@@ -44,7 +44,7 @@ class SwingingAtwood(IntegratedCase):
     section = "8.8-8.9"
     conventions = (
         "r from the pulley (a point) to the swinging mass, theta from the downward vertical; mu is the hanging mass "
-        "over the swinging one. Integrable at mu = 3 alone."
+        "over the swinging one. Integrable only at mu = 3."
     )
     state = (
         Coordinate("r", "m", "length"),
@@ -71,7 +71,7 @@ class SwingingAtwood(IntegratedCase):
         Variant("integrable", "mu = 3: a second integral exists", {"mu": 3}, (1, "1.5", 0, "0.5")),
         Variant(
             "near_pulley",
-            "passes the pulley at a tenth of its length: a sharp turn",
+            "passes the pulley at a tenth of the initial distance: a sharp turn",
             {"mu": "2.5"},
             (1, "0.3", 0, "0.5"),
         ),
@@ -94,12 +94,12 @@ class SwingingAtwood(IntegratedCase):
 
     @property
     def time_scale(self) -> float:
-        """A third of sqrt(r/g): the string is short on the way."""
+        """A third of sqrt(r/g): the string becomes short during the motion."""
         return sqrt(float(self.initial_state[0]) / float(self.parameters["g"])) / 3
 
     @property
     def fastest_time(self) -> float:
-        """A heavy weight pulls the mass past the pulley at r/sqrt(mu), where it turns by sqrt(mu) rad at once."""
+        """The time of a radian at r/sqrt(mu) from the pulley, which the mass passes if mu is large."""
         return self.time_scale / max(1.0, sqrt(float(self.parameters["mu"])) / 2)
 
     def natural_span(self) -> Number:

@@ -1,1 +1,1 @@
-"""Cases. Rigid bodies: free, tops, rolling, in a resisting medium, machines."""
+"""Cases: rigid bodies: free, tops, rolling, in a resisting medium, machines."""

@@ -1,4 +1,4 @@
-"""The rolling disc as a physics engine would be given it: the rim of a thin disc on a plane that does not let it slip."""
+"""Scene of the rolling disc: the rim of a thin disc on a plane on which it cannot slip."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from gnomon.cases.rigid_bodies.euler_top_scene import in_body, matrix, quaternio
 
 
 def disc_scene(state: Values, parameters: Values) -> Scene:
-    """Axes of the disc: along the tangent, the steepest radius and the axle, turned by the roll psi about the last."""
+    """The disc's axes: along the tangent, the steepest radius and the axle, rotated by the roll psi about the axle."""
     x, y, theta, phi, psi, w1, w2, w3 = state
     g, a = parameters
     ct, st, cf, sf, cp, sp = cos(theta), sin(theta), cos(phi), sin(phi), cos(psi), sin(psi)
     tangent, radius, axle = (cf, sf, 0.0), (-ct * sf, ct * cf, st), (st * sf, -st * cf, ct)
     spin = tuple(w1 * t + w2 * r + w3 * n for t, r, n in zip(tangent, radius, axle, strict=True))
-    # The centre stands a up the steepest radius from the point of contact, which is at rest in the disc: v = w x a r.
+    # The centre is at a up the steepest radius from the point of contact, which has velocity zero: v = w x a r.
     arm = tuple(a * r for r in radius)
     velocity = (
         spin[1] * arm[2] - spin[2] * arm[1],

@@ -10,16 +10,16 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import Equations, FirstOrder, Values, euler_equations
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 from gnomon.cases.rigid_bodies.euler_top import (
     ORTHOGONAL,
+    TRIANGLE,
     EulerTopCase,
     momentum_x,
     momentum_y,
     momentum_z,
     spinning,
-    triangle,
     twice_energy,
 )
 from gnomon.cases.rigid_bodies.euler_top_scene import euler_top_scene, in_body, matrix
@@ -34,13 +34,13 @@ def thrown_body(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def thrown_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Of the centre, per unit mass."""
+    """Energy of the centre of mass, per unit mass."""
     g = parameters[0]
     return ((state[3] * state[3] + state[4] * state[4] + state[5] * state[5]) / 2 + g * state[2],)
 
 
 def thrown_spin_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Twice the energy of the rotation."""
+    """Twice the energy of rotation."""
     return twice_energy(t, state[6:], parameters[1:])
 
 
@@ -102,13 +102,13 @@ class DynamicsOfFreeRigidBodyInGravity(Case):
         | {name: positive(0.8, 1.5) for name in ("I1", "I2", "I3")}
         | {name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")}
         | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)},
-        (Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >= I2", triangle),),
+        (TRIANGLE,),
     )
     default_span = "1.7"
     variants = (
         Variant(
             "racket",
-            "a racket flung about its middle axis: it flips on the way",
+            "a racket thrown with rotation about its middle axis: it flips in flight",
             {"I1": 1, "I2": 2, "I3": "2.8"},
             (0, 0, 1, 1, 0, 8, *spinning("0.001", 15, "0.001")),
         ),
@@ -143,7 +143,7 @@ class DynamicsOfFreeRigidBodyInGravity(Case):
 
     @property
     def time_scale(self) -> float:
-        """One radian at the rate of the start."""
+        """One radian at the initial rate."""
         rate = math.hypot(*map(float, self.initial_state[6:9]))
         return min(1 / rate, 1.0) if rate else 1.0
 

@@ -33,7 +33,7 @@ def governor_equations(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def governor_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """From the arms hanging straight down."""
+    """Energy, zero with the arms hanging straight down."""
     theta, _phi, rate, spin = state
     g, m, sleeve, length, inertia = parameters
     sine, half = sin(theta), sin(theta / 2)
@@ -44,7 +44,7 @@ def governor_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def governor_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """(I + 2 m L^2 sin^2(theta)) phi', conjugate to the ignorable azimuth."""
+    """(I + 2 m L^2 sin^2(theta)) phi', the momentum conjugate to the ignorable azimuth."""
     theta, _phi, _rate, spin = state
     _g, m, _sleeve, length, inertia = parameters
     sine = sin(theta)
@@ -57,7 +57,7 @@ def _motion(n: Mapping[str, Fraction]) -> Governor:
 
 
 class EngineeringDesignAnalysis(FreeAzimuthCase):
-    """Watt's governor (M = 0), or Porter's with its heavy sleeve, cut off from the engine."""
+    """Watt's governor (M = 0), or Porter's with a heavy sleeve, disconnected from the engine."""
 
     name = "engineering_design_analysis"
     title = "Flyball governor on a free spindle: ignorable azimuth"
@@ -87,32 +87,32 @@ class EngineeringDesignAnalysis(FreeAzimuthCase):
             "rate": Range(typical=(-0.3, 0.3)),
             "spin": Range(typical=(14.0, 16.0)),
         },
-        (Rule("the energy is below that of the arms straight up (they swing)", lambda n: _motion(n).swings),),
+        (Rule("the energy is below that with the arms straight up (the arms swing)", lambda n: _motion(n).swings),),
     )
     variants = (
         Variant("watt", "no sleeve: Watt's governor", {"M": 0}, ("0.9", 0, 0, 9)),
         Variant(
             "steady",
-            "the steady angle, as near to it as doubles are: 1 rad, spin^2 = (m + M) g/(m L cos 1)",
+            "the steady angle 1 rad up to rounding: spin^2 = (m + M) g/(m L cos 1)",
             {},
             (1, 0, 0, 14.760691931118897),
         ),
         Variant(
             "heavy_sleeve",
-            "M = 1e4 m: only 800 rad/s lift it, 90 turns in each slow swing of the arms",
+            "M = 1e4 m: lifted only at 800 rad/s, 90 turns in each slow swing of the arms",
             {"M": 10**4},
             ("0.9", 0, 0, 800),
         ),
         Variant(
             "light_spindle",
-            "I = 1e-4 kg m^2: spins up twofold each time the arms come in",
+            "I = 1e-4 kg m^2: the rate doubles each time the arms come in",
             {"I": "1e-4"},
             ("0.9", 0, 0, 9),
         ),
-        Variant("slow", "too slow to lift the arms off the spindle: a pendulum that turns", {}, ("0.5", 0, 0, 4)),
+        Variant("slow", "too slow to lift the arms from the spindle: a rotating pendulum", {}, ("0.5", 0, 0, 4)),
         Variant(
             "through",
-            "released low with much spin: swings over the hill at the spindle, to the other side and back",
+            "released low with a large rate: swings through the spindle's axis to the other side and back",
             {},
             ("0.2", 0, "-1.5", 12),
         ),

@@ -36,7 +36,7 @@ def twice_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def momentum_size(t: Any, state: Values, parameters: Values) -> Values:
-    """|L|, from the components in the body."""
+    """|L|, from body components."""
     w1, w2, w3 = state[:3]
     i1, i2, i3 = parameters
     m1, m2, m3 = i1 * w1, i2 * w2, i3 * w3
@@ -44,7 +44,7 @@ def momentum_size(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def momentum_x(t: Any, state: Values, parameters: Values) -> Values:
-    """L in space, x: it needs the attitude too."""
+    """x-component of L in space, which depends on the attitude too."""
     i1, i2, i3 = parameters
     return (state[3] * i1 * state[0] + state[4] * i2 * state[1] + state[5] * i3 * state[2],)
 
@@ -59,12 +59,16 @@ def momentum_z(t: Any, state: Values, parameters: Values) -> Values:
     return (state[9] * i1 * state[0] + state[10] * i2 * state[1] + state[11] * i3 * state[2],)
 
 
-def triangle(n: Mapping[str, Fraction]) -> bool:
+def _triangle(n: Mapping[str, Fraction]) -> bool:
     return 2 * max(n["I1"], n["I2"], n["I3"]) <= n["I1"] + n["I2"] + n["I3"]
 
 
+TRIANGLE = Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >= I2", _triangle)
+"""Principal moments of a body satisfy it."""
+
+
 def spinning(w1: Number, w2: Number, w3: Number) -> tuple[Number, ...]:
-    """These rates, the body aligned with space."""
+    """The initial state with these body rates and the body axes along those of space."""
     return (w1, w2, w3, 1, 0, 0, 0, 1, 0, 0, 0, 1)
 
 
@@ -94,44 +98,44 @@ class EulerTopCase(Case):
         {name: positive(0.8, 1.5) for name in ("I1", "I2", "I3")}
         | {name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")}
         | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)},
-        (Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >= I2", triangle),),
+        (TRIANGLE,),
     )
     variants = (
         Variant(
             "flips_1e6",
-            "tumbles about the middle axis from 1e-6 beside it: long rests, sudden flips",
+            "tumbles about the middle axis, 1e-6 from it at the start: long steady phases, sudden flips",
             {"I1": 1, "I2": 2, "I3": 3},
             spinning("1e-6", 1, "1e-6"),
         ),
         Variant(
             "flips_1e12",
-            "tumbles from 1e-12 beside the middle axis, 1e-24 in energy: one rounding in the first flip decides the next",
+            "tumbles, 1e-12 from the middle axis at the start, 1e-24 in energy: a rounding in one flip decides the next",
             {"I1": 1, "I2": 2, "I3": 3},
             spinning("1e-12", 1, "1e-12"),
         ),
         Variant(
             "separatrix",
-            "exactly on the separatrix: goes to the unstable axis for ever, errors grow as exp(1.6 t)",
+            "exactly on the separatrix: approaches the unstable axis without end, errors grow as exp(1.6 t)",
             {"I1": 1, "I2": 2, "I3": "2.25"},
             spinning(3, 1, 4),
             span=12,
         ),
         Variant(
             "near_symmetric",
-            "two moments 1e-10 apart: formulas divide by the difference",
+            "two moments differ by 1e-10: formulas divide by the difference",
             {"I1": 1, "I2": "1.0000000001", "I3": "1.5"},
             spinning(1, "0.6", "0.8"),
         ),
         Variant("flat", "a flat body, I3 = I1 + I2", {"I1": 1, "I2": 2, "I3": 3}, spinning(1, "0.6", "0.8")),
         Variant("revolutions_1e4", "1e4 revolutions of w in the body: phase error", span="151902.75"),
-        Variant("revolutions_1e5", "1e5 revolutions of w in the body: drift of round-off", span=1519002),
+        Variant("revolutions_1e5", "1e5 revolutions of w in the body: drift by round-off", span=1519002),
         Variant(
             "oblate", "two equal moments, the third greater", {"I1": 2, "I2": 2, "I3": 3}, spinning(1, "0.6", "0.8")
         ),
         Variant(
             "prolate", "two equal moments, the third smaller", {"I1": 1, "I2": 3, "I3": 3}, spinning(1, "0.6", "0.8")
         ),
-        Variant("sphere", "three equal moments: a turn about a fixed axis", {"I1": 2, "I2": 2, "I3": 2}),
+        Variant("sphere", "three equal moments: rotation about a fixed axis", {"I1": 2, "I2": 2, "I3": 2}),
         Variant(
             "engines",
             "the tumbling body of the engine tables",
@@ -170,12 +174,12 @@ class EulerTopCase(Case):
 
     @property
     def time_scale(self) -> float:
-        """One radian at the rate of the start."""
+        """One radian at the initial rate."""
         rate = math.hypot(*map(float, self.initial_state[:3]))
         return 1 / rate if rate else float(self.span)
 
     def natural_span(self) -> Number:
-        """10.37 body periods (100.37 in the variant speed); where there are none, of turns."""
+        """10.37 body periods (100.37 in the variant speed); as many turns if w is constant in the body."""
         motion = self.motion()
         period = motion.body_period()
         precession = float(motion.precession())

@@ -1,4 +1,4 @@
-"""The torque-free top as a physics engine is given it: one free rigid body. The engine's attitude is a quaternion."""
+"""Scene of the torque-free top: one free rigid body, whose attitude is a quaternion in the engine."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import sqrt
 from gnomon.cases.core.scene import Body, Quaternion, Readings, Scene, SceneForm, Vector
 
 Matrix = tuple[float, ...]
-"""Nine entries, row by row."""
+"""The nine entries of a 3 x 3 matrix, row by row."""
 
 
 def euler_top_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
@@ -36,7 +36,7 @@ def in_body(r: Matrix, vector: Vector) -> Vector:
 
 
 def quaternion(r: Matrix) -> Quaternion:
-    """(x, y, z, w) of a rotation matrix, by the largest of its four components (Shepperd 1978)."""
+    """The quaternion (x, y, z, w) of a rotation matrix, from its largest component (Shepperd 1978)."""
     trace = r[0] + r[4] + r[8]
     squares = (1 + 2 * r[0] - trace, 1 + 2 * r[4] - trace, 1 + 2 * r[8] - trace, 1 + trace)
     largest = squares.index(max(squares))
@@ -52,7 +52,7 @@ def quaternion(r: Matrix) -> Quaternion:
 
 
 def matrix(q: Quaternion) -> Matrix:
-    """The rotation matrix, row by row, of a quaternion (x, y, z, w), normalised here."""
+    """The rotation matrix, row by row, of a quaternion (x, y, z, w) of any length but zero."""
     x, y, z, w = q
     s = 2 / (x * x + y * y + z * z + w * w)
     return (
@@ -63,4 +63,4 @@ def matrix(q: Quaternion) -> Matrix:
 
 
 SCENE = SceneForm(euler_top_scene, euler_top_reading, frozenset({"gyroscopic"}), conservative=False)
-"""Not staggered: angular accelerations depend on the rates."""
+"""Not conservative in the sense of SceneForm: angular accelerations depend on the rates."""

@@ -21,7 +21,7 @@ from mpmath import mpf
 
 
 def belt_slipping(t: Any, state: Values, parameters: Values) -> Values:
-    """The belt's force stands against the slip, whose sign belongs to the mode."""
+    """The belt's force opposes the slip, whose sign is a constant of the mode."""
     i1, i2, r1, r2, force, torque, side = parameters
     return (torque - side * force * r1) / i1, side * force * r2 / i2
 
@@ -80,7 +80,7 @@ def viscous(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def belt_scene(state: Values, parameters: Values) -> Scene:
-    """Two pulleys, each on its axle; the belt between them is a token of its own."""
+    """Two pulleys, each on its axle; a separate token states the belt between them."""
     i1, i2, r1, r2, _force, _torque = parameters
     w1, w2 = state
     up = (0.0, 0.0, 1.0)
@@ -107,8 +107,8 @@ class BeltDrivenMachine(Case):
     title = "Belt-driven machine: the belt slips until both pulleys run together"
     section = "10.12.1"
     conventions = (
-        "[inferred] Two pulleys, a massless belt that transmits the constant force F while it slips, and grips from "
-        "the moment when r1 w1 = r2 w2; a constant torque M drives the first."
+        "[inferred] Two pulleys and a massless belt, which transmits the constant force F while it slips and grips once "
+        "r1 w1 = r2 w2; a constant torque M drives the first pulley."
     )
     state = (
         Coordinate("w1", "rad/s", "angular velocity"),
@@ -135,9 +135,9 @@ class BeltDrivenMachine(Case):
         ),
     )
     variants = (
-        Variant("behind", "the machine drags the motor up", initial_state=(0, 50)),
-        Variant("weak", "the belt barely wins: a long slip", {"F": "8.2", "M": 2}),
-        Variant("grips", "runs together from the start", {"r1": "0.125"}, (100, 50), 10),
+        Variant("behind", "the machine accelerates the motor", initial_state=(0, 50)),
+        Variant("weak", "the belt's force barely suffices: a long slip", {"F": "8.2", "M": 2}),
+        Variant("grips", "no slip from the start", {"r1": "0.125"}, (100, 50), 10),
     )
 
     @cached_property
@@ -149,11 +149,11 @@ class BeltDrivenMachine(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time of the slip."""
+        """The duration of the slip."""
         return float(self._exact.grip_time) or 1.0
 
     def natural_span(self) -> Number:
-        """2.3 times the slip."""
+        """2.3 times the duration of the slip."""
         return 2.3 * self.time_scale
 
     @property
@@ -188,7 +188,7 @@ class BeltDrivenMachine(Case):
         return BeltDrive(*other.parameter_values(), *other.initial_state).side == self._exact.side
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`belt_energy_loss` (J) is what the slip has turned into heat."""
+        """`belt_energy_loss`: the heat that the slip produces (J)."""
         motion = self._exact
         with working(digits + 2) as mp:
             found = publish(map(mp.mpf, (motion.grip_time, motion.gripped[0], motion.belt_energy_loss)), digits)
@@ -225,12 +225,12 @@ class FlywheelCase(Case):
         Variant("start_up", "from rest to the steady state, (M/c) (1 - e^(-c t/I))", {"p": 0}, (0, 0), 100),
         Variant(
             "constant_torque",
-            "c = p = 0: the start about a fixed axis, w = M t/I, which any method of order 2 has exactly",
+            "c = p = 0: the start of rotation about a fixed axis, w = M t/I, exact for any method of order 2",
             {"p": 0, "c": 0},
             (0, 0),
             10,
         ),
-        Variant("fast_cycle", "W = 1e4: a small ripple on a slow rise", {"W": 10000}, span="1.03"),
+        Variant("fast_cycle", "W = 1e4: a small oscillation on a slow rise", {"W": 10000}, span="1.03"),
         Variant("no_drag", "c = 0: rises without bound", {"c": 0}),
         Variant("long", "1e4 cycles: drift of the angle", span="10472.4"),
     )
@@ -252,16 +252,16 @@ class FlywheelCase(Case):
 
     @property
     def time_scale(self) -> float:
-        """A radian of the cycle, or of the wheel, or the time of the drag."""
+        """The shortest time of a radian of the cycle or of the wheel, or of the drag."""
         n = {name: float(value) for name, value in self.parameters.items()}
         return 1 / max(abs(n["W"]), n["c"] / n["I"], 0.1)
 
     def natural_span(self) -> Number:
-        """10.37 cycles, at least ten seconds of a slow one."""
+        """10.37 cycles, but no less than ten seconds if the cycle is slow."""
         return min(10.37 * 2 * math.pi / max(abs(float(self.parameters["W"])), 1.0), 65.0)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`fluctuation` is the amplitude of w in the steady state."""
+        """`fluctuation`: the amplitude of w in the steady state (rad/s)."""
         if not (self.parameters["W"] or self.parameters["c"]):
             return {}
         return {"fluctuation": self._exact.fluctuation(digits)}
@@ -271,7 +271,7 @@ class FlywheelCoastDown(Case):
     name = "flywheel_coast_down"
     title = "Flywheel coasting down under constant friction and drag"
     section = "10.12.2"
-    conventions = "I w' = -M - c w while w > 0; rest from the stop on."
+    conventions = "I w' = -M - c w while w > 0; then the wheel rests."
     state = WHEEL
     parameter_list = (
         Parameter("I", "kg m^2", 10, "moment of inertia"),
@@ -290,7 +290,7 @@ class FlywheelCoastDown(Case):
     )
     variants = (
         Variant("dry", "no drag: the stop is at a rational time", {"c": 0}),
-        Variant("little_friction", "M = 1e-9: the drag leaves a long creep before the stop", {"M": "1e-9", "c": 1}),
+        Variant("little_friction", "M = 1e-9: a long slow phase before the stop", {"M": "1e-9", "c": 1}),
         Variant("rests", "at rest from the start", initial_state=(1, 0), span=10),
     )
     invariants: ClassVar = {"energy": Invariant(wheel_energy, "decays")}
@@ -304,13 +304,13 @@ class FlywheelCoastDown(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time of the stop, of the drag where that is shorter."""
+        """The time until the stop, or that of the drag if it is shorter."""
         n = {name: float(value) for name, value in self.parameters.items()}
         stop = float(self._exact.stop_time()) if self.initial_state[1] else 1.0
         return min(stop, n["I"] / n["c"]) if n["c"] else stop
 
     def natural_span(self) -> Number:
-        """1.3 times the stop."""
+        """1.3 times the time until the stop."""
         return 1.3 * float(self._exact.stop_time()) if self.initial_state[1] else 1.0
 
     @property

@@ -1,4 +1,4 @@
-"""The gyrocompass with a damper, for small angles."""
+"""The gyrocompass with viscous damping, for small angles."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class GyrocompassDamped(Case):
             "exactly critical, numbers exact in binary",
             {"A": 1, "C": 1, "s": 4, "Om": 1, "coslat": 1, "c": 4},
         ),
-        Variant("overdamped", "creeps to north: rates 4e4 apart", {"c": 4}),
+        Variant("overdamped", "approaches north slowly: rates differ by a factor 4e4", {"c": 4}),
         Variant("undamped", "c = 0: never settles", {"c": 0}),
     )
     invariants: ClassVar = {"energy": Invariant(damped_compass_energy, "decays")}
@@ -102,7 +102,7 @@ class GyrocompassDamped(Case):
         return min(self.time_scale, 1 / float(self._exact.decay)) if self._exact.decay else self.time_scale
 
     def natural_span(self) -> Number:
-        """10.37 damped periods, at most 10 decay times; 10 of the slow mode where nothing oscillates."""
+        """10.37 damped periods, at most 10 decay times; 10 decay times of the slow mode if nothing oscillates."""
         if self._exact.regime != DampedMotion.UNDERDAMPED:
             return 10 / float(self._exact.rates()[0])
         cycles, decay = 10.37 * float(self._exact.period()), float(self._exact.decay)

@@ -31,14 +31,14 @@ def damped_at_any_angle(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def damped_jacobi(t: Any, state: Values, parameters: Values) -> Values:
-    """Over A; the damper takes c theta'^2 of it."""
+    """Jacobi's integral over A; damping reduces it."""
     return compass_jacobi(t, state, parameters[:5])
 
 
 def tilting_equations(t: Any, state: Values, parameters: Values) -> Values:
-    """Lagrange's equations of azimuth and tilt, the spin ignored by Routh's method.
+    """Lagrange's equations of azimuth and tilt, the spin eliminated by Routh's method.
 
-    w1, w2, w3: the rates of the axis' frame along the axis, to its left in the level, and upward across both.
+    w1, w2, w3: rates of the frame of the spin axis along it, horizontally to its left, and along the upward normal.
     """
     theta, beta, turn, tip = state
     across, along, spin, earth, lat, weight = parameters
@@ -55,7 +55,7 @@ def tilting_equations(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def tilting_jacobi(t: Any, state: Values, parameters: Values) -> Values:
-    """Jacobi's integral, from the axis level and pointing north."""
+    """Jacobi's integral, zero with the axis horizontal and pointing north."""
     theta, beta, turn, tip = state
     across, along, spin, earth, lat, weight = parameters
     north, up = earth * cos(lat), earth * sin(lat)
@@ -66,13 +66,13 @@ def tilting_jacobi(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def relative_spin(theta: float, beta: float, parameters: Values) -> float:
-    """The rotor's axial rate as seen from the Earth."""
+    """The rotor's axial rate relative to the Earth (rad/s)."""
     _across, _along, spin, earth, lat, _weight = parameters
     return float(spin - earth * (cos(lat) * cos(beta) * cos(theta) + sin(lat) * sin(beta)))
 
 
 def tilting_scene(state: Values, parameters: Values) -> Scene:
-    """In the frame of the Earth: the rotor in its two gimbals, which turn with the Earth (tokens of their own)."""
+    """The rotor in its two gimbals in the frame of the Earth; separate tokens state the Earth's rotation."""
     theta, beta, turn, tip = state
     across, along, *_ = parameters
     axial = relative_spin(theta, beta, parameters) - turn * sin(beta)
@@ -126,16 +126,16 @@ class GyrocompassDampedNonlinear(IntegratedCase):
         }
     )
     variants = (
-        Variant("small", "small angles: as good as the linear one", initial_state=("1e-3", 0)),
-        Variant("turning", "thrown round the compass, until the damper catches it", initial_state=("0.5", 2)),
+        Variant("small", "small angles: almost linear", initial_state=("1e-3", 0)),
+        Variant("turning", "turns all round until damping stops that", initial_state=("0.5", 2)),
         Variant(
             "slow_spin",
-            "C s = A W/2: settles 60 degrees off north",
+            "C s = A W/2: settles at 60 degrees from north",
             {"A": "0.1", "C": "0.1", "s": "0.5", "Om": 1, "coslat": 1, "c": "0.02"},
             ("0.3", 0),
         ),
-        Variant("overdamped", "creeps to north: rates 5e3 apart", {"c": "1.5"}, span="5.7"),
-        Variant("unstable", "released 1e-6 rad off south: a long exponential phase", initial_state=(3.1415916535897933, 0)),
+        Variant("overdamped", "approaches north slowly: rates differ by a factor 5e3", {"c": "1.5"}, span="5.7"),
+        Variant("unstable", "released 1e-6 rad from south: a long exponential phase", initial_state=(3.1415916535897933, 0)),
     )  # fmt: skip
     invariants: ClassVar = {"jacobi": Invariant(damped_jacobi, "decays")}
 
@@ -149,7 +149,7 @@ class GyrocompassDampedNonlinear(IntegratedCase):
 
     @property
     def time_scale(self) -> float:
-        """Of a small swing without damping, or the radian of the start's turn."""
+        """The time of a small swing without damping, or of a radian at the initial rate."""
         across, along, spin, earth, cosine, _c = map(float, self.parameter_values())
         rate = earth * cosine
         return 1 / max(sqrt(abs(along * spin * rate) / across + rate * rate), abs(float(self.initial_state[1])), 1e-3)
@@ -172,18 +172,18 @@ class GyrocompassDampedNonlinear(IntegratedCase):
         free = Gyrocompass(initial_state=self.initial_state, span=self.span, **undamped)
         return (
             Level(linear, same, "small angles, damped"),
-            Level(free, same, "any angle and the square of the Earth's rate, not damped"),
+            Level(free, same, "any angle and the square of the Earth's rate, undamped"),
         )
 
 
 class GyrocompassTilting(IntegratedCase):
     name = "gyrocompass_tilting"
-    title = "Gyrocompass whose axis is free to tilt, held level by a weight (certified Taylor)"
+    title = "Gyrocompass whose axis is free to tilt, with a weight that levels it (certified Taylor)"
     section = "11.12.3"
     conventions = (
-        "[inferred] theta from true north to the spin axis, to the west, beta its tilt above the level; the gimbals "
-        "have no mass but a weight below the axis, whose torque is -K sin(beta). s is the conserved total axial spin; "
-        "A the transverse moment."
+        "[inferred] theta from true north to the spin axis, positive to the west, beta its tilt above the horizontal; the "
+        "gimbals have no mass except a weight below the axis, with torque -K sin(beta). s is the conserved total axial "
+        "spin; A the transverse moment."
     )
     state = (
         Coordinate("theta", "rad", "angle"),
@@ -213,10 +213,12 @@ class GyrocompassTilting(IntegratedCase):
         }
     )
     variants = (
-        Variant("held", "K = 400 N m: hardly tilts, the compass in its plane", {"K": 400}, span="1.3"),
+        Variant(
+            "held", "K = 400 N m: hardly tilts, almost the compass in the horizontal plane", {"K": 400}, span="1.3"
+        ),
         Variant("fast_spin", "nutation 246 times faster than the swing about north", {"s": 100}, span="0.93"),
         Variant("no_weight", "K = 0: the axis keeps its direction in space", {"K": 0}),
-        Variant("high", "released 1 rad above the level", initial_state=("0.5", 1, 0, 0)),
+        Variant("high", "released 1 rad above the horizontal", initial_state=("0.5", 1, 0, 0)),
     )
     invariants: ClassVar = {"jacobi": Invariant(tilting_jacobi)}
 
@@ -230,7 +232,7 @@ class GyrocompassTilting(IntegratedCase):
 
     @property
     def time_scale(self) -> float:
-        """A radian of the nutation, C s/A, or of the tilt under the weight."""
+        """The time of a radian of the nutation, whose rate is C s/A, or of the tilt due to the weight."""
         across, along, spin, earth, _lat, weight = map(float, self.parameter_values())
         return 1 / (abs(along * spin) / across + sqrt(weight / across) + abs(earth) + 1e-3)
 
@@ -238,9 +240,9 @@ class GyrocompassTilting(IntegratedCase):
         return 94.7 * self.time_scale
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`level_tilt`, at which the weight's torque carries the axis along the meridian as fast as north turns away.
+        """`level_tilt`: the tilt of the axis in equilibrium, pointing north (rad). It solves
 
-        C s Om sin(lat - beta) = K sin(beta) + A Om^2 sin(lat - beta) cos(lat - beta), the axis pointing north.
+        C s Om sin(lat - beta) = K sin(beta) + A Om^2 sin(lat - beta) cos(lat - beta).
         """
         with working(digits + 10) as mp:
             across, along, spin, earth, lat, weight = map(mp.mpf, self.parameter_values())
@@ -255,14 +257,14 @@ class GyrocompassTilting(IntegratedCase):
             return dict(zip(found, publish(found.values(), digits), strict=True))
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Backwards rotor and Earth turn the other way."""
+        """Time reversal changes the signs of the rates of rotor and Earth."""
         theta, beta, turn, tip = state
         opposite = {name: -self.parameters[name] for name in ("s", "Om")}
         return (theta, beta, -turn, -tip), self.parameters | opposite
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """The compass in its plane, with the nearest double to the cosine of the latitude."""
+        """The compass in the horizontal plane, with the double nearest to the cosine of the latitude."""
         theta, _beta, turn, _tip = self.initial_state
         numbers: dict[str, Any] = {name: self.parameters[name] for name in ("A", "C", "s", "Om")}
         plane = Gyrocompass(

@@ -45,7 +45,7 @@ def top_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def rising_equations(t: Any, state: Values, parameters: Values) -> Values:
-    """With b = a: nothing is singular at the vertical."""
+    """The equations for b = a, which are regular at the vertical."""
     theta, omega, _phi, _psi = state
     moment, axial, weight, a = parameters
     u = cos(theta)
@@ -59,7 +59,7 @@ def rising_equations(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def rising_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """E - W, which is zero on the homoclinic motion."""
+    """E - W, zero on the homoclinic motion."""
     theta, omega, _phi, _psi = state
     moment, _axial, weight, a = parameters
     half, low = sin(theta / 2), cos(theta / 2)
@@ -73,7 +73,7 @@ def symmetric_moments(parameters: Values) -> Values:
 
 
 def weight_torque(t: Any, state: Values, parameters: Values) -> Values:
-    """The weight acts at a point of the third axis; the vertical stands in the third row of R."""
+    """The torque of the weight at a point of the third axis; the third row of R is the vertical in body components."""
     _moment, _axial, weight = parameters
     return weight * state[10], -weight * state[9], 0
 
@@ -91,13 +91,13 @@ def body_spin(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def body_vertical_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """b: the angular momentum along the vertical."""
+    """b, the angular momentum about the vertical."""
     moment, axial, _weight = parameters
     return (moment * (state[0] * state[9] + state[1] * state[10]) + axial * state[2] * state[11],)
 
 
 class _Angles(Case):
-    """What the cases in Euler angles share."""
+    """Base class of the cases in Euler angles."""
 
     state = ANGLES
     _CYCLES: ClassVar[dict[str, str]] = {}
@@ -112,7 +112,7 @@ class _Angles(Case):
 
     @property
     def time_scale(self) -> float:
-        """Of the fastest of nutation, spin, weight and precession, which is fast next to the vertical."""
+        """The shortest time of nutation, spin, weight and precession, which is fast close to the vertical."""
         moment, axial, weight, a = (float(self.parameters[name]) for name in ("I1", "I3", "W", "a"))
         b = float(self.parameters.get("b", self.parameters["a"]))
         rates = [abs(a) / moment, abs(a) / axial, math.sqrt(weight / moment), abs(float(self.initial_state[1]))]
@@ -123,7 +123,7 @@ class _Angles(Case):
         return 1 / max(rates)
 
     def natural_span(self) -> Number:
-        """10.37 nutations; ten time scales where there are none."""
+        """10.37 nutations; ten time scales if there are none."""
         period = self._exact.nutation_period(20)
         cycles = self._CYCLES.get(self.variant or "", "10.37")
         return 10 * self.time_scale if period is None else float(period) * float(cycles)
@@ -139,7 +139,7 @@ class _Angles(Case):
         return found | self._steady(digits)
 
     def _steady(self, digits: int) -> dict[str, Any]:
-        """Rates of regular precession at the tilt of the start, and the least a with which the top sleeps."""
+        """Rates of regular precession at the initial tilt (rad/s), and the least a of a sleeping top (kg m^2/s)."""
         with working(digits + 20) as mp:
             moment, weight, a = (mp.mpf(self.parameters[name]) for name in ("I1", "W", "a"))
             across = 2 * moment * mp.cos(mp.mpf(self.initial_state[0]))
@@ -162,7 +162,7 @@ class LagrangeTopCase(_Angles):
     section = "11.12.4"
     conventions = (
         "3-1-3 Euler angles, R = Rz(phi) Rx(theta) Rz(psi) body -> space, theta from the upward vertical, phi and psi "
-        "continuous; W = m g l, a = p_psi = I3 w3, b = p_phi; b is not +-a, where theta would pass a pole."
+        "continuous; W = m g l, a = p_psi = I3 w3, b = p_phi; b is neither a nor -a, else theta would pass a pole."
     )
     parameter_list = (*MOMENTS, SPIN, Parameter("b", "kg m^2/s", "0.52", "p_phi, momentum about the vertical"))
     default_state = ("0.6", 0, 0, 0)
@@ -184,27 +184,27 @@ class LagrangeTopCase(_Angles):
         ),
     )
     variants = (
-        Variant("looping", "precession turns back in every nutation", {"b": "0.47"}),
+        Variant("looping", "precession reverses in every nutation", {"b": "0.47"}),
         Variant(
             "near_cuspidal",
-            "b = a cos(theta) to 1e-16: the precession comes to a stop at every turning point",
+            "b = a cos(theta) up to 1e-16: the precession stops at every turning point",
             {"b": 0.495201368945807},
         ),
         Variant(
             "regular",
-            "regular precession to 1e-8: two roots nearly coincide",
+            "regular precession up to 1e-8: two roots nearly coincide",
             {"b": "0.5006428"},
         ),
         Variant(
             "near_vertical",
-            "b - a = 1e-6 a: passes 2e-6 rad from the vertical, where phi and psi jump by half a turn",
+            "b - a = 1e-6 a: passes 2e-6 rad from the vertical, where phi and psi change fast by half a turn",
             {"a": "0.1", "b": "0.1000001"},
             ("1.2", "5", 0, 0),
         ),
         Variant("fast", "a^2/(I1 W) = 1e6: nutation a million times faster than the precession", {"a": 100, "b": 82}),
-        Variant("slow", "too slow to stand: nutates almost to the lowest point", {"a": "0.05", "b": "0.03"}),
+        Variant("slow", "too slow to stay up: nutates almost to the lowest point", {"a": "0.05", "b": "0.03"}),
         Variant("precessions_1e4", "1e4 precessions: phase error"),
-        Variant("weightless_almost", "W = 1e-6: nearly free", {"W": "1e-6"}),
+        Variant("weightless_almost", "W = 1e-6: nearly torque-free", {"W": "1e-6"}),
     )
     invariants: ClassVar = {"energy": Invariant(top_energy)}
     _CYCLES: ClassVar[dict[str, str]] = {"near_vertical": "5.37", "fast": "40.37"}
@@ -219,7 +219,7 @@ class LagrangeTopCase(_Angles):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """The fast top in steady precession, then nutation to first order about the tilt of regular precession."""
+        """The fast top in steady precession, then first-order nutation about the tilt of regular precession."""
         n: dict[str, Any] = dict(self.parameters)
         theta, omega, phi, psi = self.initial_state
         small = LagrangeTopSmallNutation(
@@ -234,7 +234,7 @@ class LagrangeTopCase(_Angles):
         return (Level(steady, same, "steady precession at W/a, no nutation"), nutating)
 
     def _steady_tilt(self) -> float:
-        """The tilt between the turning points at which theta'' vanishes, by bisection in doubles."""
+        """The tilt between the turning points at which theta'' = 0, by bisection in binary64 (rad)."""
         heights = self._exact.heights()
         if heights is None:
             return float(self.initial_state[0])
@@ -255,11 +255,11 @@ class LagrangeTopCase(_Angles):
 
 class LagrangeTopSleepingSeparatrix(_Angles):
     name = "lagrange_top_sleeping_separatrix"
-    title = "Top rising to the vertical: next to the homoclinic motion of the weak sleeping top"
+    title = "Top rising to the vertical: close to the homoclinic motion of the weak sleeping top"
     section = "11.12.4"
     conventions = (
         "As lagrange_top, with b = a: theta passes the vertical and changes its sign there. Exactly homoclinic starts, "
-        "theta = acos(a^2/(2 I1 W) - 1) at rest, are no binary64 numbers: the default is the double below, a "
+        "theta = acos(a^2/(2 I1 W) - 1) at rest, are not binary64 numbers: the default is the double below, a "
         "variant the double above."
     )
     parameter_list = (
@@ -283,7 +283,7 @@ class LagrangeTopSleepingSeparatrix(_Angles):
     variants = (
         Variant(
             "above",
-            "the double above the homoclinic start: stays a moment at the vertical and falls over it",
+            "the double above the homoclinic start: stays at the vertical for a short time and falls to the other side",
             initial_state=(2.418858405776378, 0, 0, 0),
         ),
         Variant(
@@ -297,9 +297,7 @@ class LagrangeTopSleepingSeparatrix(_Angles):
             {"a": 2},
             ("0.01", 0, 0, 0),
         ),
-        Variant(
-            "marginal", "exactly a^2 = 4 I1 W, with numbers exact in binary", {"I1": "0.5", "a": 1}, ("0.01", 0, 0, 0)
-        ),
+        Variant("marginal", "exactly a^2 = 4 I1 W, numbers exact in binary", {"I1": "0.5", "a": 1}, ("0.01", 0, 0, 0)),
         Variant("through", "passes the vertical at full speed", initial_state=(1, 5, 0, 0)),
     )
     invariants: ClassVar = {"energy": Invariant(rising_energy)}
@@ -315,7 +313,7 @@ class LagrangeTopSleepingSeparatrix(_Angles):
 
 
 def tilted(tilt: float, nutation: float, precession: float, spin: float) -> tuple[float, ...]:
-    """The state at phi = psi = 0 from theta and the rates of theta, phi and psi, rounded to doubles."""
+    """The state at phi = psi = 0 from theta and the rates of theta, phi and psi, rounded to binary64."""
     s, c = math.sin(tilt), math.cos(tilt)
     return (nutation, precession * s, spin + precession * c, 1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c)
 
@@ -328,7 +326,7 @@ class LagrangeTopAttitude(Case):
     title = "Heavy symmetric (Lagrange) top as a rigid body"
     section = "11.12.4"
     conventions = (
-        "w are body components, the third along the symmetry axis; R, row by row, takes body to space, z up, "
+        "w are body components, the third along the symmetry axis; R, row by row, maps body components to space, z up, "
         "R' = R hat(w). R(0) need not be orthogonal. W = m g l. The initial state has phi = psi = 0: from th0, thd0, "
         "phd0, psd0 it is w = (thd0, phd0 sin th0, psd0 + phd0 cos th0), R = Rx(th0), rounded."
     )
@@ -349,10 +347,10 @@ class LagrangeTopAttitude(Case):
     )
     variants = (
         Variant("cuspidal", "released without precession: exactly cuspidal", initial_state=tilted(0.6, 0.0, 0.0, 60.0)),
-        Variant("looping", "precession turns back in every nutation", initial_state=tilted(0.6, 0.0, -2.0, 60.0)),
+        Variant("looping", "precession reverses in every nutation", initial_state=tilted(0.6, 0.0, -2.0, 60.0)),
         Variant(
             "near_vertical",
-            "passes 1e-6 rad from the vertical: no angle jumps here",
+            "passes 1e-6 rad from the vertical, where Euler angles would change fast",
             initial_state=tilted(1e-6, 3.0, 0.0, 10.0),
         ),
         Variant(
@@ -360,17 +358,17 @@ class LagrangeTopAttitude(Case):
         ),
         Variant(
             "sleeping",
-            "stands upright, stable by its spin: nothing moves but the spin",
+            "upright, stable by its spin: only the spin moves",
             initial_state=tilted(0.0, 0.0, 0.0, 60.0),
         ),
         Variant(
             "weak_sleeping",
-            "stands upright, too slow: must be kept though unstable",
+            "upright, too slow: must stay upright though unstable",
             initial_state=tilted(0.0, 0.0, 0.0, 10.0),
         ),
         Variant(
             "homoclinic",
-            "exactly homoclinic, numbers exact in binary (R(0) is 5/4 of a rotation): rises to the vertical for ever",
+            "exactly homoclinic, numbers exact in binary (R(0) is 5/4 of a rotation): rises to the vertical without end",
             {"I1": "0.0625", "I3": "0.03125", "W": "1.5625"},
             (3, 4, 16, "1.25", 0, 0, 0, "0.75", -1, 0, 1, "0.75"),
         ),
@@ -379,11 +377,11 @@ class LagrangeTopAttitude(Case):
         ),
         Variant(
             "plane",
-            "no momentum about axis or vertical: a pendulum in a plane, over the top",
+            "no momentum about the axis or the vertical: a plane pendulum, over the top",
             initial_state=tilted(2.0, 12.0, 0.0, 0.0),
         ),
         Variant("fast", "a^2/(I1 W) = 1e6", initial_state=tilted(0.6, 0.0, 0.0, 10000.0)),
-        Variant("precessions_1e4", "1e4 precessions: drift of round-off", span=76000),
+        Variant("precessions_1e4", "1e4 precessions: drift by round-off", span=76000),
         Variant(
             "engines",
             "the heavy top of the engine tables: tilt 30 degrees, 40 rad/s, no precession at the start",
@@ -422,14 +420,14 @@ class LagrangeTopAttitude(Case):
 
     @property
     def time_scale(self) -> float:
-        """One radian at the fastest rate of the start, or of the nutation, or the time of a fall."""
+        """The shortest time of a radian at the initial rates, of a radian of the nutation, and of a fall."""
         moment, axial, weight = map(float, self.parameter_values())
         w1, w2, w3 = map(float, self.initial_state[:3])
         length = math.hypot(*map(float, self.initial_state[9:]))
         return 1 / max(math.hypot(w1, w2, w3), abs(axial * w3) / moment, math.sqrt(weight * length / moment), 1e-3)
 
     def natural_span(self) -> Number:
-        """10.37 nutations; 20 time scales where there are none."""
+        """10.37 nutations; 20 time scales if there are none."""
         period = self._exact.nutation_period(20)
         return 20 * self.time_scale if period is None else float(period) * 10.37
 
@@ -439,7 +437,7 @@ class LagrangeTopAttitude(Case):
 
     @property
     def scene(self) -> SceneForm | None:
-        """None where R(0) is no rotation: engines know no other attitude."""
+        """None if R(0) is not a rotation: engines have no other attitude."""
         rows = [self.initial_state[k : k + 3] for k in (3, 6, 9)]
         lengths = [float(sum(x * x for x in row)) for row in rows]
         return BODY_SCENE if max(abs(length - 1) for length in lengths) < 1e-9 else None

@@ -33,7 +33,7 @@ def sleigh_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def sleigh_turn(t: Any, state: Values, parameters: Values) -> Values:
-    """theta - (q/a) atan(v/(q w)), q^2 = I/m + a^2: the turn left, given by the shares of v and w in the energy."""
+    """theta - (q/a) atan(v/(q w)), constant, q^2 = I/m + a^2; it determines the final direction."""
     v, w, theta = state
     m, inertia, a = parameters
     q = sqrt(inertia / m + a * a)
@@ -65,7 +65,7 @@ def skate_turn(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def on_edge(x: float, y: float, angle: float, speed: float, turn: float, body: tuple[float, float]) -> Body:
-    """A body on an upright knife edge at (x, y): mass and moment about the upright."""
+    """A body on a vertical knife edge at (x, y); `body` is its mass and its moment about the vertical."""
     mass, moment = body
     velocity = (speed * cos(angle), speed * sin(angle), 0.0)
     attitude = (0.0, 0.0, sin(angle / 2), cos(angle / 2))
@@ -73,14 +73,14 @@ def on_edge(x: float, y: float, angle: float, speed: float, turn: float, body: t
 
 
 def read_edge(readings: Readings) -> tuple[float, float, float, float, float]:
-    """x, y, angle, forward speed, turn."""
+    """x, y, angle, forward speed, rate of turn."""
     (x, y, _), (_, _, qz, qw), (vx, vy, _), (_, _, turn) = readings.bodies["edge"]
     angle = 2 * atan2(qz, qw)
     return x, y, angle, vx * cos(angle) + vy * sin(angle), turn
 
 
 def sleigh_scene(state: Values, parameters: Values) -> Scene:
-    """The edge at the origin; the mass a ahead of it goes into the moment."""
+    """The edge is at the origin; the moment accounts for the centre of mass at a ahead of it."""
     v, w, theta = state
     m, inertia, a = parameters
     return Scene((0.0, 0.0, 0.0), (on_edge(0.0, 0.0, theta, v, w, (m, inertia + m * a * a)),))
@@ -111,9 +111,9 @@ class ChaplyginSleighCase(Case):
     title = "Chaplygin sleigh (nonholonomic knife edge)"
     section = "11.2.2"
     conventions = (
-        "v is the forward speed of the edge, the centre of mass a ahead of it; energy is kept, yet the motion tends to "
-        "straight ahead (v = V): no volume is. Where the edge goes follows from the state: x' = v cos(theta), "
-        "y' = v sin(theta)."
+        "v is the forward speed of the edge, with the centre of mass at a ahead of it. Energy is constant, but phase volume "
+        "is not: every motion tends to straight ahead (v = V). The path of the edge follows from the state: "
+        "x' = v cos(theta), y' = v sin(theta)."
     )
     state = (
         Coordinate("v", "m/s", "velocity"),
@@ -133,12 +133,12 @@ class ChaplyginSleighCase(Case):
     variants = (
         Variant(
             "backward",
-            "starts straight back to 1e-12: an unstable line, then a sudden turn",
+            "starts straight backward up to 1e-12: an unstable motion, then a sudden turn",
             initial_state=(-1, "1e-12", 0),
         ),
-        Variant("spin", "starts turning on the spot, fast", initial_state=(0, 20, 0)),
-        Variant("straight", "exactly straight back: stays there, though unstable", initial_state=(-1, 0, 0), span=100),
-        Variant("slow", "the centre of mass almost on the edge: a slow turn", {"a": "1e-4"}),
+        Variant("spin", "starts with a fast rotation and no speed", initial_state=(0, 20, 0)),
+        Variant("straight", "exactly straight backward: stays so, though unstable", initial_state=(-1, 0, 0), span=100),
+        Variant("slow", "the centre of mass almost at the edge: a slow turn", {"a": "1e-4"}),
     )
     invariants: ClassVar = {"energy": Invariant(sleigh_energy), "turn": Invariant(sleigh_turn)}
 
@@ -159,14 +159,14 @@ class ChaplyginSleighCase(Case):
 
     @property
     def time_scale(self) -> float:
-        """q/(a V), in which the turning dies away, or a radian of it where that is shorter."""
+        """q/(a V), the decay time of the rotation, or the time of a radian of it if that is shorter."""
         m, inertia, a = map(float, self.parameter_values())
         square = inertia / m + a * a
         speed = float(self._exact.speed())
         return min(square / (a * speed), math.sqrt(square) / speed) if speed else 1.0
 
     def natural_span(self) -> Number:
-        """Through the turn and 5 decay times on."""
+        """The time of the turn, and 5 decay times more."""
         m, inertia, a = map(float, self.parameter_values())
         speed, w = float(self._exact.speed()), abs(float(self.initial_state[1]))
         if not speed or not w:
@@ -176,7 +176,7 @@ class ChaplyginSleighCase(Case):
         return (until + 5) * square / (a * speed)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`edge_x` and `edge_y`: where the edge is at the end of the span, seen from where it starts."""
+        """`edge_x` and `edge_y`: the position of the edge at the end of the span, relative to its start (m)."""
         x, y = self._exact.path(self.span, digits)
         return {
             "final_speed": self._exact.speed(digits),
@@ -211,10 +211,10 @@ class KnifeEdgeIncline(Case):
         | {name: Range(typical=(-5.0, 5.0)) for name in ("x", "y", "th", "v")}
     )
     variants = (
-        Variant("long_1e4", "10,000 turns: the way across grows, the way down must not", span="89763.5"),
+        Variant("long_1e4", "10,000 turns: the distance across grows, that down the slope must not", span="89763.5"),
         Variant("slow_turn", "w = 1e-8: formulas divide by w^2", {"w": "1e-8"}, span=20),
         Variant("straight", "w = 0: down the slope", {"w": 0}, (0, 0, "0.3", 0), span=20),
-        Variant("launched", "with speed across", initial_state=(0, 0, 1, 3)),
+        Variant("launched", "starts with speed", initial_state=(0, 0, 1, 3)),
     )
     invariants: ClassVar = {
         "energy": Invariant(skate_energy),
@@ -239,17 +239,17 @@ class KnifeEdgeIncline(Case):
 
     @property
     def time_scale(self) -> float:
-        """A radian of the turn."""
+        """The time of a radian of the turn."""
         w = abs(float(self.parameters["w"]))
         return 1 / w if w > 0.01 else 1.0
 
     def natural_span(self) -> Number:
-        """10.37 turns; 10 s where it does not turn."""
+        """10.37 turns; 10 s if it does not turn."""
         w = abs(float(self.parameters["w"]))
         return 10.37 * 2 * math.pi / w if w > 0.01 else 10.0
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`drift` is the mean velocity across the slope, from rest."""
+        """`drift`: the mean velocity across the slope, if started at rest (m/s)."""
         drift = self._exact.drift(digits)
         return {} if drift is None else {"drift": drift}
 

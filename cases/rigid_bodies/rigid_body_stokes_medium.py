@@ -1,4 +1,4 @@
-"""A rigid body turning in a Stokes medium."""
+"""A rigid body that rotates in a Stokes medium."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from functools import cached_property
 from math import exp, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Equations, RigidBody, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import Readings, Scene, SceneForm
 from gnomon.cases.rigid_bodies.euler_top import (
     ORTHOGONAL,
+    TRIANGLE,
     EulerTopCase,
     momentum_x,
     momentum_y,
     momentum_z,
     spinning,
-    triangle,
 )
 from gnomon.cases.rigid_bodies.euler_top_scene import euler_top_reading, euler_top_scene
 from gnomon.reference.numerics.precision import Number
@@ -36,14 +36,14 @@ def stokes_torque(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def stokes_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Twice the energy; it decays as e^(-2 nu t)."""
+    """Twice the energy, which decays as e^(-2 nu t)."""
     w1, w2, w3 = state[:3]
     i1, i2, i3, _nu = parameters
     return (i1 * w1 * w1 + i2 * w2 * w2 + i3 * w3 * w3,)
 
 
 def stokes_ratio(t: Any, state: Values, parameters: Values) -> Values:
-    """T/|H|, over its own decay e^(-nu t) a constant: sqrt(2T)/|H|, in which the decay cancels."""
+    """sqrt(2T)/|H|, constant: both decay as e^(-nu t)."""
     w1, w2, w3 = state[:3]
     i1, i2, i3, _nu = parameters
     m1, m2, m3 = i1 * w1, i2 * w2, i3 * w3
@@ -51,7 +51,7 @@ def stokes_ratio(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def fading(momentum: Equations) -> Equations:
-    """A component of H in space, over its decay e^(-nu t)."""
+    """A component of H in space over its decay e^(-nu t), which is constant."""
 
     def over_its_decay(t: Any, state: Values, parameters: Values) -> Values:
         return (momentum(t, state, parameters[:3])[0] * exp(parameters[3] * t),)
@@ -60,7 +60,7 @@ def fading(momentum: Equations) -> Equations:
 
 
 def stokes_scene(state: Values, parameters: Values) -> Scene:
-    """The medium's torque -nu H is a token of its own: engines damp rates, not momenta."""
+    """A separate token states the medium's torque -nu H: engines damp rates, not momenta."""
     return euler_top_scene(state, parameters[:3])
 
 
@@ -69,11 +69,12 @@ def stokes_reading(readings: Readings, parameters: Values) -> Values:
 
 
 SCENE = SceneForm(stokes_scene, stokes_reading, frozenset({"gyroscopic", "drag_torque"}), conservative=False)
+ROTATES = Rule("the body rotates (w is not zero)", lambda n: any(n[w] != 0 for w in ("w1", "w2", "w3")))
 
 
 class RigidBodyStokesMedium(Case):
     name = "rigid_body_stokes_medium"
-    title = "Rigid body turning in a Stokes medium"
+    title = "Rigid body rotating in a Stokes medium"
     section = "10.22.1-10.22.3"
     conventions = (
         "Drag -nu v per unit mass on every element, so the medium's torque is -nu H. w are body components; R, row by "
@@ -88,23 +89,23 @@ class RigidBodyStokesMedium(Case):
         | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)}
         | {"nu": Range(low=0.0, typical=(0.0, 1.0))},
         (
-            Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >= I2", triangle),
-            Rule("the body turns (w is not zero)", lambda n: any(n[w] != 0 for w in ("w1", "w2", "w3"))),
+            TRIANGLE,
+            ROTATES,
         ),
     )
     variants = (
         Variant(
             "weak_flips",
-            "weak drag on a body that tumbles about its middle axis: the flips come ever later",
+            "weak drag on a body that tumbles about its middle axis: the time between flips grows",
             {"I1": 1, "I2": 2, "I3": 3, "nu": "0.001"},
             spinning("1e-6", 1, "1e-6"),
             span=400,
         ),
-        Variant("dead", "nu t = 60: the rates fade to 1e-26, the attitude stands still", span=600),
-        Variant("strong", "nu = 20: stops within a twentieth of a second", {"nu": 20}),
+        Variant("dead", "nu t = 60: the rates decay to 1e-26, the attitude becomes constant", span=600),
+        Variant("strong", "nu = 20: stops within about 0.05 s", {"nu": 20}),
         Variant(
             "rod",
-            "a thin rod, spinning across: one moment 1e-9 of the others",
+            "a thin rod that rotates about a transverse axis: one moment is 1e-9 of the others",
             {"I1": "1e-9", "I2": 1, "I3": 1},
             spinning(0, 1, "0.5"),
         ),
@@ -138,16 +139,16 @@ class RigidBodyStokesMedium(Case):
 
     @property
     def time_scale(self) -> float:
-        """A radian at the rate of the start, or the time of the drag."""
+        """The time of a radian at the initial rate, or of the drag if that is shorter."""
         return 1 / max(math.hypot(*map(float, self.initial_state[:3])), float(self.parameters["nu"]))
 
     def natural_span(self) -> Number:
-        """Six times 1/nu, at most 100 radians of the start's rate."""
+        """6/nu, at most 100 radians at the initial rate."""
         nu, scale = float(self.parameters["nu"]), self.time_scale
         return min(6 / nu, 100 * scale) if nu else 100 * scale
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`free_time_limit`: the body never turns further than the free one does in this time."""
+        """`free_time_limit`: the body never turns further than the torque-free one in this time (s)."""
         limit = self._exact.final_turn(digits)
         return {} if limit is None else {"free_time_limit": limit}
 
@@ -155,4 +156,4 @@ class RigidBodyStokesMedium(Case):
     def hierarchy(self) -> tuple[Level, ...]:
         moments: dict[str, Any] = {name: self.parameters[name] for name in ("I1", "I2", "I3")}
         free = EulerTopCase(initial_state=self.initial_state, span=self.span, **moments)
-        return (Level(free, lambda states: states, "no medium: the torque-free body"),)
+        return (Level(free, same, "no medium: the torque-free body"),)

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import FirstOrder, RigidBody, Values, euler_equations
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.numbers import Domain, Parameter, Range, positive
 from gnomon.cases.core.scene import Force, Scene, SceneForm, Vector
 from gnomon.cases.rigid_bodies.dynamics_of_free_rigid_body_in_gravity import (
     DynamicsOfFreeRigidBodyInGravity,
@@ -23,14 +23,15 @@ from gnomon.cases.rigid_bodies.dynamics_of_free_rigid_body_in_gravity import (
 )
 from gnomon.cases.rigid_bodies.euler_top import (
     ORTHOGONAL,
+    TRIANGLE,
     EulerTopCase,
     momentum_x,
     momentum_y,
     momentum_z,
     spinning,
-    triangle,
 )
 from gnomon.cases.rigid_bodies.rigid_body_stokes_medium import (
+    ROTATES,
     RigidBodyStokesMedium,
     fading,
     stokes_moments,
@@ -42,9 +43,6 @@ from gnomon.reference.numerics.precision import Number, publish, working
 from gnomon.reference.rigid_bodies.rigid_body_stokes_medium import StokesBody
 from gnomon.reference.rigid_bodies.rigid_body_stokes_medium_falling import FallingStokesBody
 
-TURNS = Rule("the body turns (w is not zero)", lambda n: any(n[w] != 0 for w in ("w1", "w2", "w3")))
-TRIANGLE = Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >= I2", triangle)
-
 
 def falling_in_medium(t: Any, state: Values, parameters: Values) -> Values:
     g, i1, i2, i3, nu = parameters
@@ -54,7 +52,7 @@ def falling_in_medium(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def carried_x(t: Any, state: Values, parameters: Values) -> Values:
-    """vx + nu x: what the drag takes from the velocity it gives to the way."""
+    """vx + nu x, constant: drag reduces the velocity by nu times the distance."""
     return (state[3] + parameters[4] * state[0],)
 
 
@@ -68,12 +66,12 @@ def carried_z(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def falling_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """H_z, over its decay."""
+    """H_z over its decay e^(-nu t), constant."""
     return fading(momentum_z)(t, state[6:], parameters[1:])
 
 
 def turned_torque(t: Any, state: Values, parameters: Values) -> Values:
-    """-nu H, and the torque M along the vertical: M times the third row of R."""
+    """-nu H plus the torque M about the vertical, M times the third row of R."""
     i1, i2, i3, nu, M = parameters
     return (
         M * state[9] - nu * i1 * state[0],
@@ -82,8 +80,8 @@ def turned_torque(t: Any, state: Values, parameters: Values) -> Values:
     )
 
 
-def left_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """(H_z - M/nu) e^(nu t), times nu."""
+def scaled_momentum_excess(t: Any, state: Values, parameters: Values) -> Values:
+    """nu (H_z - M/nu) e^(nu t), constant."""
     nu, M = parameters[3:]
     return ((nu * momentum_z(t, state, parameters[:3])[0] - M) * exp(nu * t),)
 
@@ -93,7 +91,7 @@ def driven_scene(state: Values, parameters: Values) -> Scene:
 
 
 def falling_scene(state: Values, parameters: Values) -> Scene:
-    """The drag on the centre is a force; no token but `drag_torque` says what slows the turning."""
+    """The drag on the centre of mass is a force; the token `drag_torque` states the torque."""
     nu = parameters[4]
 
     def drag(t: float, position: Vector, velocity: Vector) -> Vector:
@@ -125,12 +123,12 @@ class RigidBodyStokesMediumFalling(Case):
     default_state = (0, 0, 1, 3, 0, 8, *spinning(4, "0.5", 1))
     domain = Domain(
         dict(DynamicsOfFreeRigidBodyInGravity.domain.ranges) | {"nu": Range(low=0.0, typical=(0.0, 1.0))},
-        (TRIANGLE, TURNS),
+        (TRIANGLE, ROTATES),
     )
     variants = (
-        Variant("terminal", "falls for 30/nu: the speed is terminal, the turn has stopped", span=75),
+        Variant("terminal", "falls for 30/nu: reaches the terminal speed, the rotation stops", span=75),
         Variant("weak", "nu = 1e-9: formulas divide by nu^2", {"nu": "1e-9"}),
-        Variant("strong", "nu = 1e3: stops at once and creeps down", {"nu": 1000}, span="1.7"),
+        Variant("strong", "nu = 1e3: stops at once and falls slowly", {"nu": 1000}, span="1.7"),
     )
     invariants: ClassVar = {
         "carried_x": Invariant(carried_x),
@@ -161,7 +159,7 @@ class RigidBodyStokesMediumFalling(Case):
 
     @property
     def time_scale(self) -> float:
-        """A radian at the rate of the start, or the time of the drag."""
+        """The time of a radian at the initial rate, or of the drag if that is shorter."""
         rate = math.hypot(*map(float, self.initial_state[6:9]))
         return 1 / max(rate, float(self.parameters["nu"]), 1.0)
 
@@ -179,7 +177,7 @@ class RigidBodyStokesMediumFalling(Case):
     def hierarchy(self) -> tuple[Level, ...]:
         numbers: dict[str, Any] = {name: self.parameters[name] for name in ("g", "I1", "I2", "I3")}
         free = DynamicsOfFreeRigidBodyInGravity(initial_state=self.initial_state, span=self.span, **numbers)
-        return (Level(free, lambda states: states, "no medium"),)
+        return (Level(free, same, "no medium"),)
 
 
 class RigidBodyStokesMediumTorque(IntegratedCase):
@@ -187,8 +185,9 @@ class RigidBodyStokesMediumTorque(IntegratedCase):
     title = "Rigid body driven by a constant torque in a Stokes medium (certified Taylor)"
     section = "10.22.4, 10.22.1"
     conventions = (
-        "[inferred] A torque M along the fixed vertical z, and the medium's -nu H: H' = M - nu H in space, the attitude "
-        "by integration. w are body components; R, row by row, an orthogonal matrix, takes body to space, R' = R hat(w)."
+        "[inferred] A torque M about the fixed vertical z, and the medium's -nu H: H' = M - nu H in space; the attitude "
+        "follows by integration. w are body components; R, row by row, is orthogonal and maps body components to space, "
+        "R' = R hat(w)."
     )
     state = EulerTopCase.state
     parameter_list = (*RigidBodyStokesMedium.parameter_list, Parameter("M", "N m", 1, "torque along the vertical"))
@@ -206,15 +205,15 @@ class RigidBodyStokesMediumTorque(IntegratedCase):
         (TRIANGLE,),
     )
     variants = (
-        Variant("from_rest", "driven about an axis of no symmetry, from rest", initial_state=spinning(0, 0, 0)),
+        Variant("from_rest", "driven from rest about an axis that is not principal", initial_state=spinning(0, 0, 0)),
         Variant("axisymmetric", "two equal moments", {"I1": 2, "I2": 2, "I3": 3}),
-        Variant("rod", "a rod: one moment 1e-2 of the others, about which the torque spins it up", {"I1": "0.01", "I2": 1, "I3": 1}, spinning(0, 1, "0.5"), "2.3"),
-        Variant("settles", "nu t = 20: turns about the vertical with H = M/nu", {"nu": 1}, span=20),
+        Variant("rod", "a rod: the torque accelerates it about the axis of the moment that is 1e-2 of the others", {"I1": "0.01", "I2": 1, "I3": 1}, spinning(0, 1, "0.5"), "2.3"),
+        Variant("settles", "nu t = 20: ends in rotation about the vertical with H = M/nu", {"nu": 1}, span=20),
     )  # fmt: skip
     invariants: ClassVar = {
         "momentum_x": Invariant(fading(momentum_x)),
         "momentum_y": Invariant(fading(momentum_y)),
-        "momentum_left": Invariant(left_momentum),
+        "momentum_left": Invariant(scaled_momentum_excess),
     }
 
     @property
@@ -227,7 +226,7 @@ class RigidBodyStokesMediumTorque(IntegratedCase):
 
     @property
     def time_scale(self) -> float:
-        """A radian at the rate of the start or of the end, or the time of the drag."""
+        """The shortest time of a radian at the initial or the final rate, and of the drag."""
         i1, i2, i3, nu, M = map(float, self.parameter_values())
         rate = math.hypot(*map(float, self.initial_state[:3]))
         return 1 / max(rate, abs(M) / nu / max(i1, i2, i3), nu, 0.1)
@@ -236,7 +235,7 @@ class RigidBodyStokesMediumTorque(IntegratedCase):
         return self.default_span
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`final_momentum`: M/nu, along the vertical."""
+        """`final_momentum`: M/nu, about the vertical (kg m^2/s)."""
         with working(digits + 2) as mp:
             found = publish([mp.mpf(self.parameters["M"] / self.parameters["nu"])], digits)
         return {"final_momentum": found[0]}

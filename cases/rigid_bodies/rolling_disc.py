@@ -17,10 +17,10 @@ from gnomon.reference.numerics.precision import Number, publish, working
 
 
 def disc_equations(t: Any, state: Values, parameters: Values) -> Values:
-    """Euler's equations about the point of contact, on axes along the horizontal tangent, the steepest radius, the axle.
+    """Euler's equations about the point of contact, along the horizontal tangent, the steepest radius and the axle.
 
     5 theta'' = w2^2 cot(theta) - 6 w2 w3 - 4 (g/a) cos(theta), w2' = theta' (2 w3 - w2 cot(theta)),
-    w3' = (2/3) theta' w2; the point of contact runs along the tangent at -a psi', psi' = w3 - w2 cot(theta).
+    w3' = (2/3) theta' w2; the point of contact moves along the tangent at -a psi', psi' = w3 - w2 cot(theta).
     """
     _x, _y, theta, phi, _psi, w1, w2, w3 = state
     g, a = parameters
@@ -40,7 +40,7 @@ def disc_equations(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def disc_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Over the mass and the squared radius: (5 theta'^2 + w2^2 + 6 w3^2)/8 + (g/a) sin(theta)."""
+    """Energy over the mass and the squared radius: (5 theta'^2 + w2^2 + 6 w3^2)/8 + (g/a) sin(theta)."""
     _x, _y, theta, _phi, _psi, w1, w2, w3 = state
     g, a = parameters
     return ((5 * w1 * w1 + w2 * w2 + 6 * w3 * w3) / 8 + g / a * sin(theta),)
@@ -51,16 +51,16 @@ def _is_kept_off_the_plane(n: Mapping[str, Fraction]) -> bool:
 
 
 class RollingDisc(IntegratedCase):
-    """A coin: upright, leaning, in a circle, spinning on the spot."""
+    """A disc such as a coin: upright, tilted, rolling in a circle, or spinning about a diameter."""
 
     name = "rolling_disc"
     title = "Disc that rolls without slip (nonholonomic; certified Taylor)"
     section = "11.2.2"
     conventions = (
-        "A uniform thin disc of radius a. theta is the lean of its plane: pi/2 upright, 0 flat on the ground; phi the "
-        "heading of the horizontal tangent, psi the roll. w1 = theta', w2 = phi' sin(theta) and w3 = psi' + "
+        "A uniform thin disc of radius a. theta is the inclination of its plane: pi/2 upright, 0 flat on the ground; phi "
+        "the direction of the horizontal tangent, psi the roll. w1 = theta', w2 = phi' sin(theta) and w3 = psi' + "
         "phi' cos(theta) are the angular velocity along the tangent, the steepest radius and the axle; (x, y) is the "
-        "point of contact. Energy is kept; no volume in phase space need be."
+        "point of contact. Energy is constant; phase volume need not be."
     )
     state = (
         Coordinate("x", "m", "length"),
@@ -89,7 +89,7 @@ class RollingDisc(IntegratedCase):
         | {name: Range(typical=(-2.0, 2.0)) for name in ("x", "y", "phi", "psi")},
         (
             Rule(
-                "the disc turns or rolls (w2 or w3 is not zero), else it falls flat",
+                "the disc rotates or rolls (w2 or w3 is not zero), else it falls flat",
                 _is_kept_off_the_plane,
             ),
         ),
@@ -97,7 +97,7 @@ class RollingDisc(IntegratedCase):
     variants = (
         Variant(
             "straight_stable",
-            "rolls straight, tilted by 1e-6, 1 % above the limit w3^2 = g/(3 a): wobbles slowly, stays up",
+            "rolls straight, tilted by 1e-6, 1 % above the limit w3^2 = g/(3 a): wobbles slowly, stays upright",
             initial_state=(0, 0, "1.570795", 0, 0, 0, "1e-9", "3.653"),
             span="12.3",
         ),
@@ -109,12 +109,12 @@ class RollingDisc(IntegratedCase):
         ),
         Variant(
             "straight_slow",
-            "rolls straight at half the limit: wobbles over to 65 degrees and back",
+            "rolls straight at half the limit: wobbles to 65 degrees and back",
             initial_state=(0, 0, "1.57", 0, 0, 0, "1e-3", "1.8"),
         ),
         Variant(
             "spinning_stable",
-            "spins on the spot, tilted by 1e-6, 1 % above the limit w2^2 = 4 g/(5 a)",
+            "spins about a diameter, tilted by 1e-6, 1 % above the limit w2^2 = 4 g/(5 a)",
             initial_state=(0, 0, "1.570795", 0, 0, 0, "5.659", 0),
             span="12.3",
         ),
@@ -126,19 +126,19 @@ class RollingDisc(IntegratedCase):
         ),
         Variant(
             "circle",
-            "a steady circle, as near to it as doubles are: theta and the rates must not move",
+            "a steady circle up to rounding: theta and the rates must not change",
             {"g": 10},
             (0, 0, 1, 0, 0, 0, 2, -6.98999987293042),
         ),
         Variant(
             "nearly_flat",
-            "whirls 0.02 rad above the ground before it comes to rest: a coin's last moments, without friction",
+            "spins 0.02 rad above the ground: a coin shortly before it comes to rest, but without friction",
             initial_state=(0, 0, "0.02", 0, 0, 0, "0.9", "0.01"),
             span="0.23",
         ),
         Variant(
             "grazing",
-            "falls with little spin: turns round 0.01 rad above the ground in a few milliseconds",
+            "falls with little spin: turns back 0.01 rad above the ground within milliseconds",
             initial_state=(0, 0, "1.2", 0, 0, 0, "0.1", "0.01"),
             span="0.61",
         ),
@@ -155,21 +155,21 @@ class RollingDisc(IntegratedCase):
 
     @property
     def time_scale(self) -> float:
-        """sqrt(a/g), or one radian of the fastest turn at the start where that is shorter."""
+        """sqrt(a/g), or the time of a radian of the fastest initial rotation if that is shorter."""
         g, a = map(float, self.parameter_values())
         _x, _y, theta, _phi, _psi, w1, w2, w3 = map(float, self.initial_state)
         heading = w2 / sin(theta)
         return 1 / max(sqrt(g / a), abs(w1), abs(heading), abs(w3 - heading * cos(theta)))
 
     def natural_span(self) -> Number:
-        """3.37 times 2 pi sqrt(a/g): the integration is dear."""
+        """3.37 times 2 pi sqrt(a/g): the integration is expensive."""
         g, a = map(float, self.parameter_values())
         return 3.37 * tau * sqrt(a / g)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Limits of stability of an upright disc, rad/s: `rolling_limit` of w3, `spinning_limit` of w2.
+        """Limits of stability of an upright disc: `rolling_limit` of w3, `spinning_limit` of w2 (rad/s).
 
-        `circle_spin` is the w3 with which the disc, leaning and turning as at the start, would run in a circle.
+        `circle_spin`: the w3 with which the disc, tilted and turning as at the start, would roll in a circle (rad/s).
         """
         with working(digits + 10) as mp:
             g, a = map(mp.mpf, self.parameter_values())

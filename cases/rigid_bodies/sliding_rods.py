@@ -27,7 +27,7 @@ def on_wall_and_floor(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def on_floor_alone(t: Any, state: Values, parameters: Values) -> Values:
-    """The centre keeps its horizontal velocity."""
+    """The horizontal velocity of the centre is constant."""
     theta, omega = state
     g, length = parameters
     s = sin(theta)
@@ -58,7 +58,7 @@ def come_to_lie(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def floor_state(t: Any, state: Values, parameters: Values) -> Values:
-    """Where the fall through a state meets the floor, by its energy."""
+    """The state in which the fall through a given state meets the floor, from its energy."""
     theta, omega = state
     g, length = parameters
     s = sin(theta)
@@ -74,7 +74,7 @@ def rod_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def ladder_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Energy of the fall in theta alone: the horizontal velocity of the centre, once free, is not counted."""
+    """Energy of the motion in theta; it excludes the horizontal velocity of the centre after the rod leaves the wall."""
     theta, omega = state
     g, length = parameters
     return (omega * omega / 3 + g / length * cos(theta),)
@@ -89,7 +89,7 @@ def rod_mode(t: Any, state: Values, parameters: Values) -> str:
 
 
 def rod_scene(state: Values, parameters: Values, wall: bool) -> Scene:
-    """A thin rod with smooth ends, its foot on the floor and, with a wall, its head against that."""
+    """A thin rod with smooth ends, its lower end on the floor and, if there is a `wall`, its upper end against it."""
     theta, omega = state
     g, length = parameters
     half, moment = length / 2, length * length / 12
@@ -136,8 +136,8 @@ class SlidingLadderCase(Case):
     title = "Uniform rod sliding between smooth wall and floor until it leaves the wall, and on to the floor"
     section = "10.12.3"
     conventions = (
-        "theta from the vertical; the wall holds while (3g/2L) cos(theta) > omega^2, from rest until cos(theta) = "
-        "(2/3) cos(theta0); then the rod slides on the floor alone, and lies at pi/2 (a plastic impact)."
+        "theta from the vertical; the rod touches the wall while (3g/2L) cos(theta) > omega^2, from rest until cos(theta) = "
+        "(2/3) cos(theta0); then it slides on the floor alone, and comes to rest at pi/2 in a plastic impact."
     )
     state = ROD
     parameter_list = NUMBERS
@@ -151,15 +151,15 @@ class SlidingLadderCase(Case):
         },
         (
             Rule(
-                "the rod starts on the wall: 2 L omega^2 < 3 g cos(theta)",
+                "the rod starts in contact with the wall: 2 L omega^2 < 3 g cos(theta)",
                 lambda n: 2 * n["L"] * n["omega"] ** 2 < 3 * n["g"] * Fraction(math.cos(n["theta"])),
             ),
         ),
     )
     variants = (
-        Variant("upright", "released 1e-9 rad off the vertical: a long exponential phase", initial_state=("1e-9", 0)),
-        Variant("never", "released exactly upright: never starts", initial_state=(0, 0), span=10),
-        Variant("pushed", "pushed off the vertical", initial_state=(0, "0.5")),
+        Variant("upright", "released 1e-9 rad from the vertical: a long exponential phase", initial_state=("1e-9", 0)),
+        Variant("never", "released exactly upright: must not move", initial_state=(0, 0), span=10),
+        Variant("pushed", "starts at the vertical with speed", initial_state=(0, "0.5")),
         Variant("low", "released nearly flat", initial_state=("1.4", 0)),
     )
     invariants: ClassVar = {"energy_on_floor_frame": Invariant(ladder_energy, "decays")}
@@ -177,7 +177,7 @@ class SlidingLadderCase(Case):
         return math.sqrt(2 * float(self.parameters["L"] / self.parameters["g"]) / 3)
 
     def natural_span(self) -> Number:
-        """1.2 times the whole fall."""
+        """1.2 times the time of the whole fall."""
         return 10 * self.time_scale if self._exact.stands else 1.2 * float(self._exact.floor_time())
 
     @property
@@ -210,7 +210,7 @@ class SlidingLadderCase(Case):
         return (not any(other.initial_state)) == self._exact.stands
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`centre_velocity` is the horizontal one, which stays once the wall has let go."""
+        """`centre_velocity`: the horizontal one, constant after the rod has left the wall (m/s)."""
         motion = self._exact
         if motion.stands:
             return {}
@@ -231,7 +231,7 @@ class RigidLinkPlaneMotion(Case):
     section = "10.12.3"
     conventions = (
         "theta from the vertical; the lower end slides without friction, the centre falls straight down, and the rod "
-        "lies at pi/2 (a plastic impact)."
+        "comes to rest at pi/2 in a plastic impact."
     )
     state = ROD
     parameter_list = NUMBERS
@@ -245,8 +245,8 @@ class RigidLinkPlaneMotion(Case):
         }
     )
     variants = (
-        Variant("upright", "released 1e-9 rad off the vertical: a long exponential phase", initial_state=("1e-9", 0)),
-        Variant("never", "released exactly upright: never starts", initial_state=(0, 0), span=10),
+        Variant("upright", "released 1e-9 rad from the vertical: a long exponential phase", initial_state=("1e-9", 0)),
+        Variant("never", "released exactly upright: must not move", initial_state=(0, 0), span=10),
         Variant("low", "released nearly flat", initial_state=("1.5", 0)),
     )
     invariants: ClassVar = {"energy": Invariant(rod_energy, "decays")}
@@ -261,11 +261,11 @@ class RigidLinkPlaneMotion(Case):
 
     @property
     def time_scale(self) -> float:
-        """sqrt(L/6g), in which a fall from near the vertical grows by e."""
+        """sqrt(L/6g), the time in which the angle grows by e close to the vertical."""
         return math.sqrt(float(self.parameters["L"] / self.parameters["g"]) / 6)
 
     def natural_span(self) -> Number:
-        """1.2 times the fall."""
+        """1.2 times the time of the fall."""
         return 10 * self.time_scale if self._exact.stands else 1.2 * float(self._exact.floor_time())
 
     @property
@@ -299,6 +299,6 @@ class RigidLinkPlaneMotion(Case):
 
 
 def lying(motion: SlidingLadder | FallingRod, digits: int) -> Event:
-    """The rod comes to lie."""
+    """The event at which the rod comes to rest on the floor."""
     flat = motion.flat_angle(digits)
     return Event(motion.floor_time(digits), "lies", (flat, motion.floor_rate(digits)), (flat, mpf(0)))

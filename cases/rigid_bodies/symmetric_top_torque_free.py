@@ -1,4 +1,4 @@
-"""The torque-free body with an axis of symmetry: regular precession."""
+"""The torque-free axisymmetric body: regular precession."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class SymmetricTopTorqueFree(Case):
     title = "Torque-free axisymmetric body: regular precession"
     section = "10.17"
     conventions = (
-        "C about the third axis, A across. w are body components; R, row by row, takes body components to space, "
+        "C is the moment about the third axis, A the transverse one. w are body components; R, row by row, maps them to space, "
         "R' = R hat(w). R(0) need not be orthogonal."
     )
     state = EulerTopCase.state
@@ -78,18 +78,18 @@ class SymmetricTopTorqueFree(Case):
         (Rule("the triangle inequality C <= 2 A", lambda n: n["C"] <= 2 * n["A"]),),
     )
     variants = (
-        Variant("prolate", "a rod-like body: precession in space runs with the spin", {"A": 3, "C": "0.3"}),
+        Variant("prolate", "a rod-like body: it precesses in the same sense as it spins", {"A": 3, "C": "0.3"}),
         Variant("disc", "a flat disc, C = 2 A: wobbles twice as fast as it spins", {"C": 4}, spinning("0.01", 0, 2)),
         Variant(
             "earth",
-            "the Earth's free wobble, 305 days, beside its daily turn, over three wobbles",
+            "the Earth's free wobble of 305 days beside its daily rotation, three wobbles long",
             {"A": 1, "C": Fraction(306, 305)},
             spinning("1.458423e-10", 0, "7.292115e-5"),
             span="79100000",
         ),
         Variant("nearly_sphere", "C/A - 1 = 1e-9: the slow wobble is 1e-9 of the spin", {"A": 1, "C": "1.000000001"}),
-        Variant("turns_1e5", "1e5 turns in space: drift of round-off", span=200000),
-        Variant("engines", "the numbers of engine tests", initial_state=spinning("0.5", 0, 3), span=10),
+        Variant("turns_1e5", "1e5 turns in space: drift by round-off", span=200000),
+        Variant("engines", "the parameters of engine tests", initial_state=spinning("0.5", 0, 3), span=10),
     )
     invariants: ClassVar = {
         "twice_energy": Invariant(of_three_moments(twice_energy)),
@@ -119,7 +119,7 @@ class SymmetricTopTorqueFree(Case):
 
     @property
     def time_scale(self) -> float:
-        """One radian at the rate of the start."""
+        """One radian at the initial rate."""
         rate = math.hypot(*map(float, self.initial_state[:3]))
         return 1 / rate if rate else 1.0
 

@@ -54,12 +54,12 @@ def nutating_top(t: Any, state: Values, parameters: Values) -> Values:
 
 
 class LagrangeTopFast(Case):
-    """A model of what the top does, not a body: it has no scene."""
+    """A kinematic model without forces: it has no scene."""
 
     name = "lagrange_top_fast"
     title = "Fast top: steady slow precession at W/a"
     section = "11.12.4"
-    conventions = "As lagrange_top; theta stays as it is, phi' = W/a, psi' = a/I3 - (W/a) cos(theta)."
+    conventions = "As lagrange_top; theta is constant, phi' = W/a, psi' = a/I3 - (W/a) cos(theta)."
     state = ANGLES
     parameter_list = (*MOMENTS[1:], SPIN)
     default_state = ("0.6", 0, 0, 0)
@@ -88,7 +88,7 @@ class LagrangeTopFast(Case):
 
     @property
     def time_scale(self) -> float:
-        """A radian of the spin."""
+        """The time of a radian of the spin."""
         axial, _weight, a = map(float, self.parameter_values())
         return axial / abs(a)
 
@@ -98,10 +98,10 @@ class LagrangeTopFast(Case):
 
 
 class LagrangeTopSmallNutation(Case):
-    """Linear equations that no bodies and forces obey: no scene."""
+    """Linearised equations, which no bodies and forces obey exactly: no scene."""
 
     name = "lagrange_top_small_nutation"
-    title = "Top that nutates little about a tilt"
+    title = "Top with small nutation about a tilt"
     section = "11.12.4"
     conventions = "The equations of lagrange_top to first order in theta - tilt."
     state = ANGLES
@@ -125,7 +125,7 @@ class LagrangeTopSmallNutation(Case):
         }
     )
     variants = (
-        Variant("fast", "a^2/(I1 W) = 1e6: a fast small ripple on the precession", {"a": 100, "b": 82}),
+        Variant("fast", "a^2/(I1 W) = 1e6: a fast small nutation on the precession", {"a": 100, "b": 82}),
         Variant("long_1e4", "10,000 nutations: phase errors"),
     )
     _CYCLES: ClassVar[dict[str, float]] = {"long_1e4": 10000.37}
@@ -144,12 +144,12 @@ class LagrangeTopSmallNutation(Case):
 
     @property
     def time_scale(self) -> float:
-        """The fastest of nutation, spin and weight."""
+        """The shortest time of nutation, spin and weight."""
         moment, axial, weight, a = (float(self.parameters[name]) for name in ("I1", "I3", "W", "a"))
         return 1 / max(abs(a) / moment, abs(a) / axial, math.sqrt(weight / moment))
 
     def natural_span(self) -> Number:
-        """10.37 nutations; ten time scales where the tilt is unstable."""
+        """10.37 nutations; ten time scales if the tilt is unstable."""
         rate = self._exact.nutation_rate()
         cycles = self._CYCLES.get(self.variant or "", 10.37)
         return 10 * self.time_scale if rate is None else cycles * 2 * math.pi / float(rate)

@@ -1,7 +1,7 @@
-"""The heavy top as a physics engine would be given it: a body whose fixed point is a ball joint (token `ball_joint`).
+"""Scene of the heavy top: a body whose fixed point is a ball joint (token `ball_joint`).
 
-Moments about the fixed point are given, and weight times arm, W. The scene takes an arm of 1/8 of the radius of
-gyration, so that the moments about the centre of mass, less m l^2 = I1/64 across, are those of a body.
+A case gives the moments about the fixed point, and W, weight times arm. The scene takes an arm l of 1/8 of the radius
+of gyration, so that the moments about the centre of mass (the transverse ones less m l^2 = I1/64) are possible.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ SHARE = 64
 
 
 def standing(rates: Vector, r: Matrix, moment: float, axial: float, weight: float) -> Scene:
-    """A top of mass 1 that turns about the origin with body rates `rates` and attitude `r`."""
+    """A top of mass 1 that rotates about the origin with body rates `rates` and attitude `r`."""
     arm = sqrt(moment / SHARE)
     x, y, z = rates
     spin = tuple(r[3 * i] * x + r[3 * i + 1] * y + r[3 * i + 2] * z for i in range(3))
@@ -50,7 +50,7 @@ def body_reading(readings: Readings, parameters: Values) -> Values:
 
 
 def angles_scene(state: Values, parameters: Values) -> Scene:
-    """3-1-3 Euler angles; upright, the precession is taken as none."""
+    """3-1-3 Euler angles; if theta is zero, the precession rate is set to zero."""
     theta, omega, phi, psi = state
     moment, axial, weight, a, b = parameters
     s, u = sin(theta), cos(theta)
@@ -76,7 +76,7 @@ def _by_angles(theta: float, omega: float, phi: float, psi: float, across: float
 
 
 def angles_reading(readings: Readings, parameters: Values) -> Values:
-    """theta of no sign: a top that passes the vertical is read with its azimuth turned by half a turn."""
+    """theta is read as positive: after a passage of the vertical the azimuth differs by half a turn."""
     (w1, w2, _), r = read(readings)
     tilt = hypot(r[6], r[7])
     theta = atan2(tilt, r[8])

@@ -17,7 +17,7 @@ from gnomon.reference.pendulums.pendulum_simple import Pendulum
 
 
 def arm_swings(t: Any, state: Values, parameters: Values) -> Values:
-    """theta'' = -(3 g/2 l) sin(theta), of a uniform rod hinged at its end."""
+    """theta'' = -(3 g/2 l) sin(theta), for a uniform rod hinged at its end."""
     theta, omega = state
     g, _m, length, _H, _blow = parameters
     return omega, -3 * g / (2 * length) * sin(theta)
@@ -34,7 +34,7 @@ def arm_is_struck(t: Any, state: Values, parameters: Values) -> Values:
     return theta, omega + 3 * H / (m * length * length)
 
 
-def before_or_after_the_blow(t: Any, state: Values, parameters: Values) -> str:
+def arm_mode(t: Any, state: Values, parameters: Values) -> str:
     return "before" if t < parameters[4] else "after"
 
 
@@ -44,7 +44,7 @@ class TorqueImpulseOnArm(Case):
     section = "7.3"
     conventions = (
         "A uniform rod hinged at one end in a vertical plane, theta from the downward vertical; at t1 a torque impulse H "
-        "about the hinge acts at once, to the side to which theta grows."
+        "acts about the hinge, positive towards growing theta."
     )
     state = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
     parameter_list = (
@@ -67,21 +67,21 @@ class TorqueImpulseOnArm(Case):
         }
     )
     variants = (
-        Variant("at_rest", "nothing moves until the blow", {"H": 4}, (0, 0)),
-        Variant("knocked_over", "swings before the blow, turns over and over after it", {"H": 12}),
+        Variant("at_rest", "at rest until the impulse", {"H": 4}, (0, 0)),
+        Variant("knocked_over", "swings before the impulse, turns over the top repeatedly after it", {"H": 12}),
         Variant(
             "to_the_top",
-            "exactly the energy of the top: an error of the blow decides on which side the arm ends",
+            "exactly the energy at the top: an error at the impulse decides on which side the arm ends",
             {"g": "9.8125", "m": 1, "l": "14.71875", "H": "144.427734375"},
             (0, 0),
         ),
         Variant(
             "stopped",
-            "passes the bottom as the blow takes all but 1e-9 of its rate: what is left cancels",
+            "passes the bottom when the impulse takes all but 1e-9 of its rate: cancellation",
             {"g": 10, "m": 3, "l": "1.5", "H": "-4.4999999955", "t1": "2e-9"},
             (0, 2),
         ),
-        Variant("huge", "1e6 rad/s at once", {"H": 10**6}, span="1.31"),
+        Variant("huge", "the rate jumps by 1e6 rad/s", {"H": 10**6}, span="1.31"),
     )
     autonomous = False
 
@@ -98,7 +98,7 @@ class TorqueImpulseOnArm(Case):
         return (
             Hybrid(
                 modes=(Mode("before", arm_swings), Mode("after", arm_swings)),
-                start=before_or_after_the_blow,
+                start=arm_mode,
                 transitions=(Transition("blow", "before", until_the_blow, 1, arm_is_struck, "after"),),
                 settle=1e-9 * self.time_scale,
                 terminal=frozenset({"after"}),
@@ -111,13 +111,13 @@ class TorqueImpulseOnArm(Case):
 
     @property
     def time_scale(self) -> float:
-        """sqrt(2 l/3 g), or a radian at the largest rate after the blow, whichever is shorter."""
+        """sqrt(2 l/3 g), or the time of a radian at the largest rate after the impulse if that is shorter."""
         small = sqrt(float(self._exact.before.length / self._exact.before.g))
         fastest = float(self._exact.after().top_speed())
         return min(small, 1 / fastest) if fastest else small
 
     def natural_span(self) -> Number:
-        """2.37 periods after the blow; 4 small times where there is no period."""
+        """2.37 periods after the impulse; 4 times sqrt(2 l/3 g) if there is no period."""
         after = self._exact.after()
         small = sqrt(float(self._exact.before.length / self._exact.before.g))
         periodic = after.regime in (Pendulum.LIBRATION, Pendulum.ROTATION)
@@ -133,7 +133,7 @@ class TorqueImpulseOnArm(Case):
         return (Event(time, "blow", (theta, before), (theta, after)),)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`jump` of the rate, H/I; `work` of the impulse, H times the mean of the rates before and after."""
+        """`jump` of the rate, H/I (rad/s); `work` of the impulse, H times the mean of the rates before and after (J)."""
         motion = self._exact
         H, after = self.parameters["H"], motion.after(digits + 60)
         mean = after.omega0 - motion.jump / 2

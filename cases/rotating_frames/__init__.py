@@ -1,1 +1,1 @@
-"""Cases. Falls and tunnels in the frame of a turning planet."""
+"""Cases: falls and tunnels in the frame of a turning planet."""

@@ -12,7 +12,7 @@ from functools import cached_property
 from math import cos, sin
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Charged, Form, SecondOrder, SemiLinear, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range
 from gnomon.cases.core.point_scene import SPACE, free_point
@@ -58,7 +58,7 @@ def fall_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def east_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """vx - 2 (Om x r)_x with the sign of the Coriolis force: what the fall gains eastward."""
+    """vx + 2 (Om x r)_x, constant: the eastward velocity that the fall gains."""
     _x, y, z, vx, _vy, _vz = state
     _g, rate, lat = parameters
     return (vx - 2 * (rate * sin(lat) * y - rate * cos(lat) * z),)
@@ -73,18 +73,14 @@ def jacobi_integral(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def axial_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """Velocity along the axis, less what gravity gave it."""
+    """Velocity along the axis, less the part due to gravity."""
     _x, _y, _z, _vx, vy, vz = state
     g, _rate, lat = parameters
     return (cos(lat) * vy + sin(lat) * vz + g * sin(lat) * t,)
 
 
-def same_state(states: Floats) -> Floats:
-    return states
-
-
 def earth_fields(t: Any, place: Values, parameters: Values) -> Values:
-    """g, and twice the Earth's rate: v x 2 Om is Coriolis' acceleration."""
+    """g, and twice the Earth's rate: v x 2 Om is the Coriolis acceleration."""
     g, rate, lat = parameters
     return 0 * g, 0 * g, -g, 0 * g, 2 * rate * cos(lat), 2 * rate * sin(lat)
 
@@ -121,8 +117,8 @@ class FreeFallRotatingEarth(Case):
     title = "Free fall and projectile relative to the rotating Earth"
     section = "6.15, 6.16, 6.18"
     conventions = (
-        "x east, y north, z up; the centrifugal acceleration is in the constant g. The eastward coordinate, the small "
-        "deflection of a fall, has a scale of its own."
+        "x east, y north, z up; the constant g includes the centrifugal acceleration. The eastward coordinate, the small "
+        "deflection of a fall, has its own scale."
     )
     state = (
         Coordinate("x", "m", "length", "eastward"),
@@ -146,8 +142,10 @@ class FreeFallRotatingEarth(Case):
         }
     )
     variants: ClassVar[tuple[Variant, ...]] = (
-        Variant("day", "24 h thrown upward: twice round in the frame", {}, (0, 0, 0, 100, 200, 300), 86400),
-        Variant("fast", "a turntable at 10 rad/s: gyrations and drift instead of a fall", {"Om": 10}, span=11),
+        Variant(
+            "day", "thrown upward for 24 h: the velocity turns twice in the frame", {}, (0, 0, 0, 100, 200, 300), 86400
+        ),
+        Variant("fast", "a turntable at 10 rad/s: gyration and drift instead of a fall", {"Om": 10}, span=11),
         Variant("slow", "1e-12 rad/s: a deflection of 4e-10 m beside a fall of 158 m", {"Om": "1e-12"}),
         Variant(
             "south",
@@ -156,7 +154,7 @@ class FreeFallRotatingEarth(Case):
             (0, 0, 0, 0, 300, 300),
             60,
         ),
-        Variant("equator", "no northward deflection at all: a component that stays exactly zero", {"lat": 0}),
+        Variant("equator", "no northward deflection: a component that stays exactly zero", {"lat": 0}),
     )
     invariants: ClassVar = {
         "energy": Invariant(fall_energy),
@@ -177,7 +175,7 @@ class FreeFallRotatingEarth(Case):
 
     @property
     def forms(self) -> tuple[Form, ...]:
-        """To a charge in crossed fields the equations are the same."""
+        """The equations are those of a charge in crossed fields."""
         return (Charged(coriolis_fall, fields=earth_fields),)
 
     @property
@@ -186,22 +184,22 @@ class FreeFallRotatingEarth(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time of the fall or of the throw, or half a radian of the frame's turning where that is shorter."""
+        """The time of the fall or of the throw, or of half a radian of the frame's rotation if that is shorter."""
         rate = abs(float(self.parameters["Om"]))
         return min(self._fall_time(), 1 / (2 * rate) if rate else math.inf)
 
     def _fall_time(self) -> float:
-        """sqrt(2 z/g) or v/g, the longer; 1 s where there is neither."""
+        """The longer of sqrt(2 z/g) and v/g; 1 s if both are zero."""
         g = float(self.parameters["g"])
         z, speed = abs(float(self.initial_state[2])), math.hypot(*map(float, self.initial_state[3:]))
         return max(math.sqrt(2 * z / g), speed / g) or 1.0 if g else 1.0
 
     def natural_span(self) -> Number:
-        """The fall, or ten turns of the velocity where they are shorter."""
+        """The time of the fall, or of ten turns of the velocity if that is shorter."""
         return min(self._fall_time(), 10.37 * 2 * math.pi * self.time_scale)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """For a drop from rest: when and where it strikes z = 0; to first order east by g Om cos(lat) t^3/3."""
+        """For a drop from rest: when and where it reaches z = 0; to first order g Om cos(lat) t^3/3 east."""
         if any(self.initial_state[3:]) or self.initial_state[2] <= 0 or not self.parameters["g"]:
             return {}
         time, east, north = self._exact.strike(self._fall_time(), digits)
@@ -209,7 +207,7 @@ class FreeFallRotatingEarth(Case):
         return found | {"first_order_deflection": self._exact.first_order_deflection(digits)}
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Backwards the Earth turns the other way."""
+        """Time reversal changes the sign of the Earth's rate."""
         x, y, z, vx, vy, vz = state
         return (x, y, z, -vx, -vy, -vz), self.parameters | {"Om": -self.parameters["Om"]}
 
@@ -220,20 +218,20 @@ class FreeFallRotatingEarth(Case):
         numbers: dict[str, Any] = self.parameters | dict(zip(("ux", "uy", "uz"), thrown, strict=True))
         first = FreeFallFirstOrder(initial_state=(x, y, z, *thrown), span=self.span, **numbers)
         return (
-            Level(still, same_state, "gravity on an Earth at rest"),
-            Level(first, same_state, "the Coriolis force of the unperturbed velocity"),
+            Level(still, same, "gravity on an Earth at rest"),
+            Level(first, same, "the Coriolis force of the unperturbed velocity"),
         )
 
 
 class FreeFallCentrifugal(FreeFallRotatingEarth):
     name = "free_fall_rotating_frame_centrifugal"
-    title = "Uniform gravity fixed in a uniformly turning frame, with the centrifugal force"
+    title = "Uniform gravity fixed in a uniformly rotating frame, with the centrifugal force"
     section = "5.14-5.17, 6.15, 6.18"
-    conventions = "As free_fall_rotating_earth, the origin on the axis: the centrifugal force varies with the place."
+    conventions = "As free_fall_rotating_earth, the origin on the axis: the centrifugal force varies with position."
     variants: ClassVar[tuple[Variant, ...]] = (
         Variant("fast", "a turntable at 10 rad/s: thrown outward in a spiral", {"Om": 10}, span="5.3"),
         Variant("slow", "1e-12 rad/s: the textbook formula loses 46 digits", {"Om": "1e-12"}),
-        Variant("day", "24 h thrown upward", {}, (0, 0, 0, 100, 200, 300), 86400),
+        Variant("day", "thrown upward for 24 h", {}, (0, 0, 0, 100, 200, 300), 86400),
         Variant("thrown", "thrown north at 424 m/s", {}, (0, 0, 0, 0, 300, 300), 60),
     )
     invariants: ClassVar = {"jacobi": Invariant(jacobi_integral), "axial_momentum": Invariant(axial_momentum)}
@@ -251,7 +249,7 @@ class FreeFallCentrifugal(FreeFallRotatingEarth):
     def hierarchy(self) -> tuple[Level, ...]:
         numbers: dict[str, Any] = dict(self.parameters)
         earth = FreeFallRotatingEarth(initial_state=self.initial_state, span=self.span, **numbers)
-        return (*earth.hierarchy, Level(earth, same_state, "the Coriolis force, exactly"))
+        return (*earth.hierarchy, Level(earth, same, "the Coriolis force, exactly"))
 
 
 def first_order_fall(t: Any, q: Values, parameters: Values) -> Values:
@@ -270,9 +268,9 @@ FIRST_ORDER_SCENE = free_point(first_order_motion, SPACE, token="time_force")
 
 class FreeFallFirstOrder(Case):
     name = "free_fall_first_order"
-    title = "Fall on the turning Earth, Coriolis force of the unperturbed velocity"
+    title = "Fall on the rotating Earth, Coriolis force of the unperturbed velocity"
     section = "6.18"
-    conventions = "As free_fall_rotating_earth, the Coriolis force taken with u + g t; for its first order u = v(0)."
+    conventions = "As free_fall_rotating_earth, with the Coriolis force of u + g t; to first order in Om u = v(0)."
     state = FreeFallRotatingEarth.state
     parameter_list = (
         *FreeFallRotatingEarth.parameter_list,
@@ -329,7 +327,7 @@ def line_jacobi(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def inertial_moment(t: Any, state: Values, parameters: Values) -> Values:
-    """Moment of momentum about the axis in the frame at rest, over the mass."""
+    """Moment of momentum about the axis in the inertial frame, over the mass."""
     x, y, vx, vy = state
     (rate,) = parameters
     return (x * vy - y * vx + rate * (x * x + y * y),)
@@ -340,9 +338,9 @@ LINE_SCENE = free_point(turning_line, (0, 1))
 
 class InertialStraightLine(Case):
     name = "inertial_straight_line"
-    title = "Uniform straight motion seen from a turning frame"
+    title = "Uniform straight motion seen from a rotating frame"
     section = "5.5.2, 5.13"
-    conventions = "x, y turn at Om about the origin; no force in the frame at rest."
+    conventions = "The axes x, y rotate at Om about the origin; no force acts in the inertial frame."
     state = (
         Coordinate("x", "m", "length"),
         Coordinate("y", "m", "length"),
@@ -354,7 +352,9 @@ class InertialStraightLine(Case):
     domain = Domain({"Om": Range(typical=(-5.0, 5.0))})
     variants = (
         Variant(
-            "turns_1e5", "100,000 turns: centrifugal and Coriolis force cancel to a straight line", span="314172.1"
+            "turns_1e5",
+            "100,000 turns: centrifugal and Coriolis force cancel to a straight line in space",
+            span="314172.1",
         ),
         Variant("at_rest", "at rest in space: a circle in the frame, no secular growth", initial_state=(1, 0, 0, -2)),
         Variant("slow_frame", "Om = 1e-9: nearly an inertial frame", {"Om": "1e-9"}, span=10),
@@ -378,7 +378,7 @@ class InertialStraightLine(Case):
 
     @property
     def time_scale(self) -> float:
-        """One radian of the frame's turning."""
+        """One radian of the frame's rotation."""
         rate = abs(float(self.parameters["Om"]))
         return 1 / rate if rate else 1.0
 
@@ -390,6 +390,6 @@ class InertialStraightLine(Case):
         return {"closest_distance": self._exact.closest_distance(digits)}
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Backwards the frame turns the other way."""
+        """Time reversal changes the sign of the frame's rate."""
         x, y, vx, vy = state
         return (x, y, -vx, -vy), {"Om": -self.parameters["Om"]}

@@ -1,4 +1,4 @@
-"""A tunnel through the planet."""
+"""A fall through a straight tunnel in a planet of uniform density, and above its surface."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cached_property
 from math import sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Form, Hybrid, Mode, Separable, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import railed_pull
@@ -39,7 +39,7 @@ def in_the_tunnel(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def above_the_planet(t: Any, state: Values, parameters: Values) -> Values:
-    """x'' = -side g R^2/x^2; the side belongs to the mode."""
+    """x'' = -side g R^2/x^2; `side` is a constant of the mode."""
     x, v = state
     g, radius, side = parameters
     return v, -side * g * radius * radius / (x * x)
@@ -62,7 +62,7 @@ def at_lower_end(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def tunnel_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """v^2/2 + g near^2/(2R) - g R^2/far, near and far the smaller and the larger of |x| and R."""
+    """v^2/2 + g near^2/(2R) - g R^2/far; near and far are the smaller and the larger of |x| and R."""
     x, v = state
     g, radius = parameters
     distance = sqrt(x * x)
@@ -71,25 +71,21 @@ def tunnel_energy(t: Any, state: Values, parameters: Values) -> Values:
     return (v * v / 2 + g * near * near / (2 * radius) - g * radius * radius / far,)
 
 
-def pull_anywhere(t: float, q: Values, parameters: Values) -> Values:
-    """All modes in one, for a scene's force."""
+def tunnel_and_outer_pull(t: float, q: Values, parameters: Values) -> Values:
+    """The acceleration in all modes, for the force of a scene."""
     (x,), (g, radius) = q, parameters
     return (-g / radius * x,) if abs(x) <= radius else (-math.copysign(g * radius * radius / (x * x), x),)
 
 
-SCENE = railed_pull(pull_anywhere)
+SCENE = railed_pull(tunnel_and_outer_pull)
 
 
-def same_tunnel(states: Floats) -> Floats:
-    return states
-
-
-def where_it_starts(t: Any, state: Values, parameters: Values) -> str:
+def tunnel_mode(t: Any, state: Values, parameters: Values) -> str:
     x, radius = state[0], parameters[1]
     return "above" if x > radius else "below" if x < -radius else "inside"
 
 
-def comes_back(n: Any) -> bool:
+def below_escape_speed(n: Any) -> bool:
     """Below the escape speed."""
     x = abs(n["x"])
     if x <= n["R"]:
@@ -102,8 +98,8 @@ class PlanetTunnelCase(Case):
     title = "Through a planet of uniform density, and above its surface"
     section = "5.8"
     conventions = (
-        "x from the centre along a straight tunnel through it; g at the surface; no rotation, no air. The default is dropped "
-        "1000 km above the surface, where the force is continuous and its slope is not."
+        "x from the centre along a straight tunnel through it; g at the surface; no rotation, no air. The default falls from "
+        "1000 km above the surface. At the surface the force is continuous, its slope is not."
     )
     state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
     parameter_list = (
@@ -114,7 +110,7 @@ class PlanetTunnelCase(Case):
     domain = Domain(
         {"g": positive(), "R": positive(1.0, 5.0), "x": Range(typical=(-8.0, 8.0)), "v": Range(typical=(-3.0, 3.0))},
         (
-            Rule("below the escape speed", comes_back),
+            Rule("the speed is below the escape speed", below_escape_speed),
             Rule(
                 "a motion that starts at the surface stays inside (|x| = R only with v = 0)",
                 lambda n: abs(n["x"]) != n["R"] or n["v"] == 0,
@@ -122,8 +118,8 @@ class PlanetTunnelCase(Case):
         ),
     )
     variants = (
-        Variant("inside", "dropped at the surface: harmonic, no event", initial_state=(6_371_000, 0)),
-        Variant("high", "dropped from ten radii: short passages between long falls", initial_state=(63_710_000, 0)),
+        Variant("inside", "released at the surface: harmonic, no event", initial_state=(6_371_000, 0)),
+        Variant("high", "released at ten radii: short passages between long falls", initial_state=(63_710_000, 0)),
         Variant("thrown_out", "leaves the planet from its centre", initial_state=(0, 10_000)),
         Variant("long_1e5", "100,000 periods inside: phase error", {}, (6_371_000, 0), "506364732"),
     )
@@ -139,7 +135,7 @@ class PlanetTunnelCase(Case):
 
     @property
     def forms(self) -> tuple[Form, ...]:
-        """Smooth where the motion stays inside."""
+        """Without modes if the motion stays inside."""
         if self._exact.inside:
             return (Separable(tunnel_pull, tunnel_potential),)
         return (
@@ -149,7 +145,7 @@ class PlanetTunnelCase(Case):
                     Mode("above", above_the_planet, (1.0,)),
                     Mode("below", above_the_planet, (-1.0,)),
                 ),
-                start=where_it_starts,
+                start=tunnel_mode,
                 transitions=(
                     Transition("leaves_up", "inside", upper_end, 1, at_upper_end, "above"),
                     Transition("enters_down", "above", upper_end, -1, at_upper_end, "inside"),
@@ -174,7 +170,7 @@ class PlanetTunnelCase(Case):
         uniform = Level(flat, lambda states: side * states[:, [1, 3]], "uniform gravity")
         if self._exact.inside:
             return (uniform,)
-        return (uniform, Level(linear, same_tunnel, "the pull of the inside, above the surface too"))
+        return (uniform, Level(linear, same, "the force inside the planet, used above the surface too"))
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         x, v = state
@@ -186,7 +182,7 @@ class PlanetTunnelCase(Case):
         return math.sqrt(float(self.parameters["R"] / self.parameters["g"]))
 
     def natural_span(self) -> Number:
-        """10.37 periods; 3.37 where the surface is crossed."""
+        """10.37 periods; 3.37 if the surface is crossed."""
         return (10.37 if self._exact.inside else 3.37) * float(self._exact.period())
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
@@ -208,7 +204,7 @@ class PlanetTunnelCase(Case):
         return theirs.inside == mine.inside and (mine.inside or len(other.events()) == len(self.events()))
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Of a tunnel along any chord the period is the same, 2 pi sqrt(R/g), where the motion stays inside."""
+        """The period, which inside the planet is 2 pi sqrt(R/g) for a tunnel along any chord, and others."""
         motion = self._exact
         found = {"period": motion.period(digits)}
         if motion.inside:

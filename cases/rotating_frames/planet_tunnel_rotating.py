@@ -1,4 +1,4 @@
-"""Free fall inside a turning planet: the top of the ladder of the tunnel."""
+"""Free fall inside a rotating planet: the fullest model in the hierarchy of the tunnel."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def shaft_jacobi(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def shaft_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """Moment of momentum about the axis in the frame at rest, per unit mass."""
+    """Moment of momentum about the axis in the inertial frame, per unit mass."""
     x, y, vx, vy = state
     rate = parameters[2]
     return (x * vy - y * vx + rate * (x * x + y * y),)
@@ -59,11 +59,11 @@ def _inside(n: Mapping[str, Fraction]) -> bool:
 
 class PlanetTunnelRotating(Case):
     name = "planet_tunnel_rotating"
-    title = "Free fall inside a turning planet of uniform density"
+    title = "Free fall inside a rotating planet of uniform density"
     section = "5.8"
     conventions = (
-        "x, y from the centre in the plane of the equator, turning with the planet at Om; g at the surface without its "
-        "turning. No wall holds the body: the shaft is as wide as its path."
+        "x, y from the centre in the plane of the equator, rotating with the planet at Om; g is gravitation at the surface. "
+        "No wall holds the body: the shaft is as wide as its path."
     )
     state = (
         Coordinate("x", "m", "length"),
@@ -84,10 +84,10 @@ class PlanetTunnelRotating(Case):
         (Rule("the body stays inside the planet", _inside),),
     )
     variants = (
-        Variant("day", "24 h: the path turns once round", span=86400),
+        Variant("day", "24 h: the path turns once", span=86400),
         Variant(
             "break_up",
-            "the planet turns at 0.999 of the rate at which it would fly apart: hardly any pull is left",
+            "the planet rotates at 0.999 of the rate at which it would fly apart: hardly any force is left",
             {"g": 1, "R": 1, "Om": "0.999"},
             (1, 0, 0, 0),
             2000,
@@ -122,12 +122,12 @@ class PlanetTunnelRotating(Case):
         return 10.37 * float(self._exact.period())
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`closest`: how far it passes the centre by."""
+        """`closest`: the least distance from the centre (m)."""
         farthest, closest = self._exact.half_axes(digits)
         return {"period": self._exact.period(digits), "farthest": farthest, "closest": closest}
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Backwards the planet turns the other way."""
+        """Time reversal changes the sign of the planet's rate."""
         x, y, vx, vy = state
         return (x, y, -vx, -vy), self.parameters | {"Om": -self.parameters["Om"]}
 
@@ -142,5 +142,5 @@ class PlanetTunnelRotating(Case):
 
         return (
             Level(flat, lambda states: states[:, [1, 0, 3, 2]], "uniform gravity along -x"),
-            Level(still, as_here, "the pull of the inside of a planet at rest"),
+            Level(still, as_here, "the force inside a planet at rest"),
         )

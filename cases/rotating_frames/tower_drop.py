@@ -1,4 +1,4 @@
-"""A fall from a tower on a turning planet: the top of the ladder of falls."""
+"""A fall from a tower on a rotating planet: the fullest model in the hierarchy of falls."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cached_property
 from math import cos, sin, sqrt
 from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Charged, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import SPACE, free_point
@@ -20,7 +20,6 @@ from gnomon.cases.rotating_frames.free_falls_rotating import (
     FreeFallCentrifugal,
     FreeFallFirstOrder,
     FreeFallRotatingEarth,
-    same_state,
 )
 from gnomon.reference.flight.gyration import strike
 from gnomon.reference.numerics.precision import Number
@@ -28,7 +27,7 @@ from gnomon.reference.rotating_frames.tower_drop import TowerDrop
 
 
 def tower_fields(t: Any, place: Values, parameters: Values) -> Values:
-    """Gravitation and centrifugal acceleration, and twice the rate: v x 2 Om is Coriolis' acceleration."""
+    """Gravitation and centrifugal acceleration, and twice the rate: v x 2 Om is the Coriolis acceleration."""
     x, y, z = place
     g, radius, rate, lat = parameters
     oy, oz = rate * cos(lat), rate * sin(lat)
@@ -47,7 +46,7 @@ def tower_equations(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def at_rest(state: Values, parameters: Values) -> Values:
-    """Place from the centre and velocity in the frame at rest, by the axes of the moment."""
+    """Position from the centre and velocity in the inertial frame, along the present axes."""
     x, y, z, vx, vy, vz = state
     _g, radius, rate, lat = parameters
     oy, oz = rate * cos(lat), rate * sin(lat)
@@ -56,14 +55,14 @@ def at_rest(state: Values, parameters: Values) -> Values:
 
 
 def orbit_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """In the frame at rest, per unit mass."""
+    """Energy in the inertial frame, per unit mass."""
     x, y, up, vx, vy, vz = at_rest(state, parameters)
     g, radius, _rate, _lat = parameters
     return ((vx * vx + vy * vy + vz * vz) / 2 - g * radius * radius / sqrt(x * x + y * y + up * up),)
 
 
 def orbit_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """Square of the moment of momentum about the centre in the frame at rest, per unit mass."""
+    """Square of the moment of momentum about the centre in the inertial frame, per unit mass."""
     x, y, up, vx, vy, vz = at_rest(state, parameters)
     east, north, upward = y * vz - up * vy, up * vx - x * vz, x * vy - y * vx
     return (east * east + north * north + upward * upward,)
@@ -89,11 +88,11 @@ SCENE = free_point(tower_equations, SPACE)
 
 class TowerFall(Case):
     name = "tower_drop"
-    title = "Fall from a tower on a turning planet, gravitation by the inverse square"
+    title = "Fall from a tower on a rotating planet, inverse-square gravitation"
     section = "6.16"
     conventions = (
-        "x east, y north, z up from the tower's foot, which is R from the centre of a spherical planet; g is gravitation "
-        "alone, at the foot. The eastward coordinate has a scale of its own. The ground is not part of the motion."
+        "x east, y north, z up from the tower's foot, at R from the centre of a spherical planet; g is gravitation alone, at "
+        "the foot. The eastward coordinate has its own scale. The ground is not part of the motion."
     )
     state = FreeFallRotatingEarth.state
     parameter_list = (
@@ -112,13 +111,15 @@ class TowerFall(Case):
             "z": Range(typical=(0.5, 3.0)),
         }
         | {name: Range(typical=(-2.0, 2.0)) for name in ("x", "y", "vx", "vy", "vz")},
-        (Rule("above the centre and below the escape speed", _bound),),
+        (Rule("the start is above the centre, its speed below the escape speed", _bound),),
     )
     variants = (
-        Variant("high", "from 1000 km: gravity changes by a third on the way", initial_state=(0, 0, 10**6, 0, 0, 0)),
+        Variant(
+            "high", "from 1000 km: gravity changes by a third during the fall", initial_state=(0, 0, 10**6, 0, 0, 0)
+        ),
         Variant(
             "elevator",
-            "let go at 30,000 km over the equator: an orbit that clears the planet",
+            "released at 30,000 km above the equator: an orbit that does not meet the planet",
             {"lat": 0},
             (0, 0, 3 * 10**7, 0, 0, 0),
             86400,
@@ -150,7 +151,7 @@ class TowerFall(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time of the fall or of the throw, a radian of the orbit at most."""
+        """The time of the fall or of the throw, at most a radian of the orbit."""
         g, radius, rate, _lat = map(float, self.parameter_values())
         z, speed = abs(float(self.initial_state[2])), math.hypot(*map(float, self.initial_state[3:]))
         return min(max(math.sqrt(2 * z / g), speed / g) or 1.0, math.sqrt(radius / g), 1 / abs(rate or 1e-300))
@@ -159,7 +160,7 @@ class TowerFall(Case):
         return self.time_scale
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """For a drop from rest to z = 0: when and where it strikes."""
+        """For a drop from rest: when and where it reaches z = 0."""
         g, radius, _rate, _lat = map(float, self.parameter_values())
         z = float(self.initial_state[2])
         if any(self.initial_state[3:]) or not 0 < z < radius / 5:
@@ -168,13 +169,13 @@ class TowerFall(Case):
         return {"fall_time": time, "east_deflection": east, "north_deflection": north}
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Backwards the planet turns the other way."""
+        """Time reversal changes the sign of the planet's rate."""
         x, y, z, vx, vy, vz = state
         return (x, y, z, -vx, -vy, -vz), self.parameters | {"Om": -self.parameters["Om"]}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """Gravity is the apparent one, its small southward part left out, until the centrifugal force is a rung."""
+        """Levels below that of the centrifugal force use the apparent gravity without its small southward part."""
         g, radius, rate, lat = self.parameter_values()
         x, y, z, *thrown = self.initial_state
         weight = float(g) - float(rate) ** 2 * float(radius) * cos(float(lat)) ** 2
@@ -187,16 +188,16 @@ class TowerFall(Case):
             return states - [0.0, 0.0, size, 0.0, 0.0, 0.0]
 
         return (
-            Level(FreeFallRotatingEarth(Om=0, **turning), same_state, "gravity on a planet at rest"),
+            Level(FreeFallRotatingEarth(Om=0, **turning), same, "gravity on a planet at rest"),
             Level(
                 FreeFallFirstOrder(Om=rate, **turning, **drift),
-                same_state,
+                same,
                 "the Coriolis force of the unperturbed velocity",
             ),
-            Level(FreeFallRotatingEarth(Om=rate, **turning), same_state, "the Coriolis force, exactly"),
+            Level(FreeFallRotatingEarth(Om=rate, **turning), same, "the Coriolis force, exactly"),
             Level(
                 FreeFallCentrifugal(g=g, Om=rate, lat=lat, **lifted),
                 lowered,
-                "the centrifugal force, which varies with the place",
+                "the centrifugal force, which varies with position",
             ),
         )

@@ -1,4 +1,4 @@
-"""Makes the helpers in this folder, and the second derivation of every case in `mass_points`, importable by tests."""
+"""Makes the helper modules of this folder (independent_*) importable by tests."""
 
 from __future__ import annotations
 

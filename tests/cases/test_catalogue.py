@@ -1,4 +1,4 @@
-"""Every row of the catalogue is a case or a check: `catalogue_rows.json` held against what is registered."""
+"""Every row of the catalogue is a case or a check: `catalogue_rows.json` is compared with the registry."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_rows_are_numbered_without_gaps():
 
 @pytest.mark.parametrize("name", sorted(LISTED))
 def test_a_case_names_the_section_of_its_row(name):
-    """At least one section, such as 6.17, stands in both."""
+    """At least one section, such as 6.17, is in both."""
     kind = case_class(name) if name in names() else check_class(name)
     for row in ROWS:
         if name in row["names"]:

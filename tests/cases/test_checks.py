@@ -1,4 +1,4 @@
-"""Every check: its closed form against its independent way, over its domain; bad numbers are refused."""
+"""Every check: its closed form agrees with its independent computation over its domain; bad numbers are refused."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ALL = [(name, variant) for name in check_names() for variant in (None, *(v.name 
 
 
 @pytest.mark.parametrize(("name", "variant"), ALL)
-def test_closed_form_agrees_with_its_independent_way(name: str, variant: str | None) -> None:
+def test_closed_form_agrees_with_its_independent_computation(name: str, variant: str | None) -> None:
     certificate = certify_check(get_check(name, variant))
     assert certificate.passed, certificate
     assert certificate.digits >= REQUIRED
@@ -32,7 +32,7 @@ def test_closed_form_holds_over_the_domain(name: str) -> None:
         numbers = {}
         for parameter in kind.parameter_list:
             low, high = kind.domain.ranges.get(parameter.name, Range()).typical
-            # Multiples of 1e-3 of the range: sizes of zero are natural sizes, not 1e-300.
+            # Multiples of 1e-3 of the range, so that numbers are zero or far from it, but not 1e-300.
             numbers[parameter.name] = low + (high - low) * data.draw(st.integers(1, 999)) / 1000
         assume(kind.domain.admits({name: Fraction(value) for name, value in numbers.items()}))
         certificate = certify_check(kind(**numbers))
@@ -50,11 +50,11 @@ def test_closed_form_holds_over_the_domain(name: str) -> None:
         ("inertia_tensor_special_bodies", {"r": 2}, "r <= R"),
         ("inertia_composite_parallel_axis", {"r": "0.2"}, "the hole lies in the box"),
         ("inertia_transformation_principal", {"Izz": 9}, "triangle inequality"),
-        ("inertia_transformation_principal", {"nx": 0, "ny": 0, "nz": 0}, "no zero vector"),
+        ("inertia_transformation_principal", {"nx": 0, "ny": 0, "nz": 0}, r"\(nx, ny, nz\) is not zero"),
         ("moment_equipollent", {"Fx": 0, "Fy": 0, "Fz": 0}, "a couple has no axis"),
         ("gravity_field_particle_body", {"r": "6.4e6"}, "the shell's field jumps"),
         ("com_rigid_body", {"m1": "-0.4"}, "m1 \\+ m2 \\+ m3 is not zero"),
-        ("conservative_force_test", {"X": "1.1", "Y": 0}, "does not pass the origin"),
+        ("conservative_force_test", {"X": "1.1", "Y": 0}, "does not pass through the origin"),
         ("hamilton_action", {"mode": "0.5"}, "mode = 0.5 is outside"),
         ("hamilton_action", {"mode": "1.5"}, "mode is a whole number"),
         ("work_energy_rigid_body", {"I3": 9}, "triangle inequality"),
@@ -66,7 +66,7 @@ def test_bad_numbers_are_named(name: str, numbers: dict[str, object], message: s
         get_check(name, **numbers)
 
 
-def test_unknown_names_are_met_with_the_nearest() -> None:
+def test_an_unknown_name_is_answered_with_the_nearest() -> None:
     with pytest.raises(ValueError, match="did you mean com_rigid_body"):
         get_check("com_rigid_bodies")
     with pytest.raises(ValueError, match="has no variant 'exact_doubel'; did you mean exact_double"):
@@ -105,7 +105,7 @@ def ratio(check: str, variant: str, part: str, whole: str) -> float:
 
 
 def test_variants_do_what_they_say() -> None:
-    """Numbers in the lines of `stresses`; they have one digit or two."""
+    """The numbers in `stresses`, which have one or two digits."""
     assert ratio("rotor_dynamic_balance", "one_bearing_free", "bearing.A", "bearing.B") == pytest.approx(1e-6, rel=0.2)
     assert ratio("work_energy_rigid_body", "slow_turn", "rotational", "kinetic") == pytest.approx(2e-22, rel=0.2)
     assert ratio("work_energy_rigid_body", "fast_top", "top_work", "top_kinetic") == pytest.approx(4e-12, rel=0.2)
@@ -123,7 +123,7 @@ def test_variants_do_what_they_say() -> None:
 
 
 class Wrong(Check):
-    """A check whose two ways differ in the thirtieth digit."""
+    """A check whose two computations differ in the thirtieth digit."""
 
     name = "wrong"
     title = section = ""

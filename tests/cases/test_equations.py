@@ -1,7 +1,7 @@
-"""The equations of motion of every case against a second derivation that shares no formula with them.
+"""The equations of motion of every case agree with a second derivation that shares no formula with them.
 
-The second derivation is d'Alembert's principle on mass points in an inertial Cartesian frame (independent_mechanics):
-a case states there only where its points are and which forces pull at them.
+The second derivation is d'Alembert's principle for mass points in an inertial Cartesian frame (independent_mechanics):
+the modules independent_* state for each case only where its points are and which forces act on them.
 """
 
 from __future__ import annotations
@@ -34,21 +34,21 @@ ONLY_LATER = {
     *(("sliding_ladder", mode) for mode in ("floor", "flat")),
     ("rigid_link_plane_motion", "flat"),
 }
-"""Modes in which no motion starts."""
+"""Modes in which no motion can start."""
 HOLDS: dict[str, tuple[str, Callable[[Any, Any], Any]]] = {
     "block_incline_friction": ("stick", lambda p, force: abs(force) <= p.mu_s * p.g * p.alpha.cos()),
     "coulomb_friction_oscillator": ("stick", lambda p, force: abs(force) <= p.mu_s * p.m * p.g),
     "rolling_bodies": ("roll", lambda p, force: abs(force) <= p.mu * p.g * p.alpha.cos()),
-    # a catch keeps the pin from going back, so that only the force against its way counts
+    # a catch keeps the pin from going back, so only the force against its motion is limited
     "torpedo_firing_pin": ("stopped", lambda p, force: -force <= p.mu * p.m * p.a),
 }
-"""The mode in which dry friction holds, and whether it can exert a force."""
+"""For each case the mode in which dry friction holds, and whether friction exerts a force in it."""
 
 FROM_REST = (
     *("block_incline_friction", "coulomb_friction_oscillator"),
     *("pendulum_quadratic_damping", "vertical_quadratic_drag"),
 )
-"""Whose modes are the sign of a velocity."""
+"""Cases whose modes are given by the sign of a velocity."""
 BY_FLIGHT = (
     "bouncing_ball",
     "bouncing_ball_incline",
@@ -56,7 +56,7 @@ BY_FLIGHT = (
     "sliding_ladder",
     "rigid_link_plane_motion",
 )
-"""Whose nearest state on a guard is where the motion meets it."""
+"""Cases whose nearest state on a guard is the state in which the motion meets it."""
 
 
 @pytest.fixture(autouse=True)
@@ -65,14 +65,14 @@ def _precision() -> Iterator[None]:
         yield
 
 
-def test_every_moving_case_has_a_second_derivation() -> None:
+def test_every_case_has_a_second_derivation() -> None:
     missing = set(names()) - set(MODELS)
     assert not missing, f"state where the points of {', '.join(missing)} are in a module independent_*.py"
     assert set(MODELS) == set(names())
 
 
 @pytest.mark.parametrize("name", names())
-def test_equations_follow_from_the_scene(name: str) -> None:
+def test_equations_follow_from_points_and_forces(name: str) -> None:
     case = get(name)
     regimes: list[tuple[str, Any, tuple[float, ...]]] = [
         (mode.name, mode.equations, mode.constants) for mode in (case.hybrid.modes if case.hybrid else ())
@@ -88,7 +88,7 @@ def test_equations_follow_from_the_scene(name: str) -> None:
 
 @pytest.mark.parametrize("name", HYBRID)
 def test_a_mode_is_where_its_guards_say(name: str) -> None:
-    """Inside a mode, none of its guards has been crossed; and the motion starts in the mode of its start."""
+    """Inside a mode none of its guards has been crossed, and `start` names the mode of a state."""
     hybrid = get(name).hybrid
     assert hybrid is not None
     for mode in hybrid.modes:
@@ -105,7 +105,7 @@ def test_a_mode_is_where_its_guards_say(name: str) -> None:
 
 @pytest.mark.parametrize("name", HYBRID)
 def test_transitions_follow_from_impulses(name: str) -> None:
-    """The guard is zero where the scene says, and the reset is what impulses do there."""
+    """In the states of the second derivation the guard is zero, and the reset follows from impulses."""
     hybrid, model = get(name).hybrid, MODELS[name]
     assert hybrid is not None
     for transition in hybrid.transitions:
@@ -124,7 +124,7 @@ def test_transitions_follow_from_impulses(name: str) -> None:
 
 @pytest.mark.parametrize("name", HOLDS)
 def test_dry_friction_holds_what_it_can(name: str) -> None:
-    """At rest, or without slip, friction holds where the force that this takes is within its limit."""
+    """At rest, or without slip, friction holds if the force that it needs is within its limit."""
     hybrid, model = get(name).hybrid, MODELS[name]
     held, can = HOLDS[name]
     assert hybrid is not None
@@ -145,7 +145,7 @@ def test_dry_friction_holds_what_it_can(name: str) -> None:
 
 @pytest.mark.parametrize("name", FROM_REST)
 def test_a_motion_from_rest_sets_off_the_way_of_its_mode(name: str) -> None:
-    """Started at rest, it is in the mode whose forces, at the least velocity that way, drive it on."""
+    """Started at rest, it is in the mode whose forces accelerate it in the direction of that mode."""
     hybrid, model = get(name).hybrid, MODELS[name]
     assert hybrid is not None
     for seed in range(40):
@@ -159,7 +159,7 @@ def test_a_motion_from_rest_sets_off_the_way_of_its_mode(name: str) -> None:
 
 @pytest.mark.parametrize(("name", "transition"), ONTO, ids=lambda x: x if isinstance(x, str) else x.name)
 def test_the_nearest_state_on_a_guard(name: str, transition: Transition) -> None:
-    """It is on the guard, it is the state itself there; where the motion leads to it, it stays on the way."""
+    """It is on the guard, a state on the guard is not changed; for some cases it is on the motion through the state."""
     p, t, s = drawn(name, f"at {transition.name}", 0)
     same(evaluated(transition.onto, t, s, p), vars(s).values())
     p, t, s = drawn(name, transition.mode, 0)

@@ -1,4 +1,4 @@
-"""What every case promises, over its whole domain: the tests that a new case gets for free."""
+"""Properties of every case over its whole domain; a new case is tested here without further code."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ SMOOTH = tuple(name for name in NAMES if get(name).hybrid is None)
 AUTONOMOUS = tuple(name for name in SMOOTH if case_class(name).autonomous)
 REVERSIBLE = tuple(name for name in SMOOTH if get(name).reversed(get(name).initial_state) is not None)
 AGREED = 40
-"""Digits asked of a random draw, below the 45 of the certificates: its span may hold more growth."""
+"""Digits demanded of a random draw, below the 45 of the certificates: errors may grow more over its span."""
 SHORT = 30
-"""Digits of certified integrations: these are asked for less, over a shorter span, in fewer examples."""
+"""Digits of certified integrations, which are tested to fewer digits, over a shorter span, with fewer examples."""
 fractions = st.fractions(min_value=0, max_value=1, max_denominator=997)
 
 
@@ -36,7 +36,7 @@ def cases(draw: st.DrawFn, name: str) -> Case:
     for label in labels:
         low, high = kind.domain.ranges.get(label, Range()).typical
         number = draw(st.floats(low, high))
-        # Nearer to zero an exact motion is as right as elsewhere, but may need thousands of digits on its way.
+        # Closer to zero an exact motion is correct too, but may need thousands of digits.
         numbers[label] = number if abs(number) > 1e-15 else 0.0
     assume(kind.domain.admits({label: Fraction(value) for label, value in numbers.items()}))
     state = [numbers.pop(c.name) for c in kind.state]
@@ -69,39 +69,39 @@ def agreed(first: Any, second: Any, case: Case) -> float:
 def test_exact_motion_satisfies_the_equations(name: str) -> None:
     @examples(name)
     @given(cases(name), fractions)
-    def check(case: Case, share: Fraction) -> None:
+    def holds(case: Case, share: Fraction) -> None:
         assert agreement.residual(case, agreement.first_order_equations(case), case.span * share) >= enough(case)
         assert certify.start(case) >= enough(case)
 
-    check()
+    holds()
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_digits_asked_for_are_right(name: str) -> None:
     @examples(name)
     @given(cases(name), fractions)
-    def check(case: Case, share: Fraction) -> None:
+    def holds(case: Case, share: Fraction) -> None:
         assert certify.rounding(case, [case.span * share]) >= enough(case)
 
-    check()
+    holds()
 
 
 @pytest.mark.parametrize("name", SMOOTH)
 def test_constant_invariants_stay_constant(name: str) -> None:
     @examples(name)
     @given(cases(name), fractions)
-    def check(case: Case, share: Fraction) -> None:
+    def holds(case: Case, share: Fraction) -> None:
         if any(invariant.law == "constant" for invariant in case.invariants.values()):
             assert certify.invariants(case, [case.span * share]) >= enough(case)
 
-    check()
+    holds()
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_decaying_invariants_do_not_grow(name: str) -> None:
     @examples(name)
     @given(cases(name), fractions, fractions)
-    def check(case: Case, one: Fraction, other: Fraction) -> None:
+    def holds(case: Case, one: Fraction, other: Fraction) -> None:
         parameters = tuple(float(v) for v in case.parameter_values())
         for label, invariant in case.invariants.items():
             if invariant.law != "decays":
@@ -110,37 +110,37 @@ def test_decaying_invariants_do_not_grow(name: str) -> None:
             for t in sorted((case.span * one, case.span * other)):
                 state = tuple(float(x) for x in case.exact(t, 20))
                 values.append(invariant.function(float(t), state, parameters)[0])
-            # evaluated in doubles: a few roundings of its terms
+            # evaluated in binary64: a few roundings of its terms
             assert values[1] <= values[0] + 1e-13 * (abs(values[0]) + sum(x * x for x in agreement.sizes(case))), label
 
-    check()
+    holds()
 
 
 @pytest.mark.parametrize("name", AUTONOMOUS)
 def test_motions_compose(name: str) -> None:
-    """x(t + s) is x(s) from x(t): the state after t, to 100 digits, starts the same motion."""
+    """x(t + s) is the state after s of the motion that starts in x(t), taken to 100 digits."""
 
     @examples(name)
     @given(cases(name), fractions)
-    def check(case: Case, share: Fraction) -> None:
+    def holds(case: Case, share: Fraction) -> None:
         t = case.span * share
         halfway = [exact(x) for x in case.exact(t, 120 if case.certified_digits > SHORT else 44)]
         try:
             rest = case.with_numbers(halfway, case.parameters)
         except ValueError:
-            return  # rounded out of the domain, where the start stands on its edge
+            return  # rounding moves a start at the edge of the domain out of it
         assert agreed(
             rest.exact(case.span - t, agreement.asked(case)), case.exact(case.span, agreement.asked(case)), case
         ) >= enough(case)
 
-    check()
+    holds()
 
 
 @pytest.mark.parametrize("name", REVERSIBLE)
 def test_the_reversed_motion_retraces_it(name: str) -> None:
     @examples(name)
     @given(cases(name), fractions)
-    def check(case: Case, share: Fraction) -> None:
+    def holds(case: Case, share: Fraction) -> None:
         t = case.span * share
         there = case.reversed([exact(x) for x in case.exact(t, 120 if case.certified_digits > SHORT else 44)])
         assert there is not None
@@ -149,7 +149,7 @@ def test_the_reversed_motion_retraces_it(name: str) -> None:
         assert returned is not None
         assert agreed(returned[0], case.initial_state, case) >= enough(case)
 
-    check()
+    holds()
 
 
 @pytest.mark.parametrize("name", NAMES)

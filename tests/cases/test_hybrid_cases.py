@@ -1,4 +1,4 @@
-"""What the ball and the block promise as cases: events, samples clear of them, the metric at a jump, conditioning."""
+"""Hybrid cases: events, samples away from them, the metric at a jump, conditioning."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ ALL = [
     (name, variant)
     for name in ("bouncing_ball", "block_incline_friction")
     for variant in (None, *(v.name for v in case_class(name).variants))
-    if variant != "elastic_1e6"  # a million events: its list takes seconds, and `elastic` shows the same
+    if variant != "elastic_1e6"  # a million events take seconds to list, and `elastic` tests the same
 ]
 every = pytest.mark.parametrize(("name", "variant"), ALL, ids=lambda x: x or "default")
 
 
 @every
 def test_events_satisfy_guard_and_reset(name: str, variant: str | None) -> None:
-    """At each event the guard is zero and the reset maps the state before onto the state after, to 28 digits of 30."""
+    """At each event the guard is zero and the reset maps the state before it to the state after it, to 28 of 30 digits."""
     case = get(name, variant).rounded()
     assert case.hybrid is not None
     by_name = {transition.name: transition for transition in case.hybrid.transitions}
@@ -59,7 +59,7 @@ def test_events_are_where_the_exact_motion_has_them(name: str, variant: str | No
 
 @every
 def test_exact_motion_follows_the_equations_of_its_mode(name: str, variant: str | None) -> None:
-    """Between events: central differences over 1e-20 of the motion to 60 digits against the mode's equations."""
+    """Between events central differences over 1e-20 of the motion, at 60 digits, agree with the mode's equations."""
     case = get(name, variant).rounded()
     hybrid = case.hybrid
     assert hybrid is not None
@@ -76,10 +76,10 @@ def test_exact_motion_follows_the_equations_of_its_mode(name: str, variant: str 
 
 
 @every
-def test_samples_keep_clear_of_every_event(name: str, variant: str | None) -> None:
+def test_samples_stay_away_from_every_event(name: str, variant: str | None) -> None:
     case = get(name, variant).rounded()
     if variant and variant.startswith("engines"):
-        return  # engines want decimal times, which cannot move
+        return  # engines are sampled at decimal times, which are fixed
     events = [0.0, *(float(event.time) for event in case.events(20))]
     gaps = np.diff(events)
     for event, before, after in zip(events[1:], gaps, [*gaps[1:], *gaps[-1:]], strict=True):
@@ -91,16 +91,16 @@ def test_samples_keep_clear_of_every_event(name: str, variant: str | None) -> No
 def test_scales_are_the_largest_norms(name: str, variant: str | None) -> None:
     case = get(name, variant).rounded()
     end = float(case.times[-1])
-    # not so many that a table of the motion is made for them
+    # too few to make a table of the motion
     early = np.linspace(0, min(end, 6 * case.time_scale), 250)[1:]
     states = np.abs(case.sample(np.union1d(np.linspace(0, end, 250)[1:], early)))
     for peak, scale in zip(states.max(axis=0), case.scales().values(), strict=True):
         assert peak <= scale * (1 + 1e-12)
-        assert peak > 0.98 * scale or peak == 0  # samples miss the peaks by a little
+        assert peak > 0.98 * scale or peak == 0  # samples miss the peaks slightly
 
 
 def test_a_late_impact_is_a_small_error() -> None:
-    """1e-3 s late at an impact costs 1e-3 s of the motion, and not the jump of the velocity."""
+    """A motion that is 1e-3 s late at an impact has the error of 1e-3 s of motion, not of the velocity's jump."""
     case = get("bouncing_ball", e=1).rounded()
     first = float(case.quantities()["first_impact"])
     times = np.array([first - 1e-4, first + 3e-4, first + 0.2])
@@ -108,7 +108,7 @@ def test_a_late_impact_is_a_small_error() -> None:
     plain = np.max(list(case.metric.by_group(late, case.sample(times)).values()), axis=0)
     distance = case.metric.distance(late, case.sample(times))
     assert plain[1] > 1.9
-    assert np.all(distance < 1e-3 * 4.5 * 1.5)  # the fastest rate is u = 4.43 heights a second
+    assert np.all(distance < 1e-3 * 4.5 * 1.5)  # the largest rate is u = 4.43 heights per second
     assert np.all(distance > 1e-3)
 
 
@@ -118,7 +118,7 @@ def test_a_state_below_the_plane_that_never_reaches_it_has_a_distance() -> None:
     assert np.all(np.isfinite(case.metric.distance(exact - [10.0, 0.0], exact)))
 
 
-def test_where_events_crowd_only_position_is_scored() -> None:
+def test_only_position_is_scored_at_crowded_times() -> None:
     limit = get("bouncing_ball", "zeno").rounded().quantities()["t_inf"]
     case = get("bouncing_ball", e="0.999", span=float(limit) * (1 - 2.0**-30)).rounded()
     times = case.times
@@ -148,7 +148,7 @@ def test_one_double_decides_whether_the_block_holds(variant: str, held: bool) ->
     stop = hybrid.transitions[0]
     assert stop.lands(1.0, (1.0, 0.0), parameters) == ("stick" if held else "down")
     assert stop.lands(1.0, (1.0, 0.0), tuple(map(mpmath.mpf, parameters))) == ("stick" if held else "down")
-    # a rounding across the limit does the opposite, which is no conditioning
+    # a rounding across the limit gives another motion, which does not measure conditioning
     assert case.conditioning(case.times).max() < 1e-14
 
 
@@ -179,7 +179,7 @@ def test_quantities_of_the_ball() -> None:
     assert len(tenth) == 10
 
 
-def test_the_elastic_ball_retraces_its_way() -> None:
+def test_the_elastic_ball_retraces_its_motion() -> None:
     case: Case = get("bouncing_ball", e=1, initial_state=(1, 2))
     t = Fraction(41, 7)
     there = case.reversed([exact_number(x) for x in case.exact(t, 40)])
@@ -205,13 +205,13 @@ def test_the_tunnel_keeps_its_energy_inside_and_outside(variant: str | None) -> 
 
 
 def test_the_torque_is_the_rate_of_moment_of_momentum_about_both_points() -> None:
-    """About a point at rest, r x F; about the carried support, less its acceleration: 6.10."""
+    """About a point at rest it is r x F; about the accelerated support its acceleration enters (6.10)."""
     case = get("moment_of_momentum_pendulum", span=3)
     with mpmath.workdps(60):
         g, length, ax, ay = (mpmath.mpf(v.numerator) / v.denominator for v in case.parameter_values())
 
     def motion(t: mpmath.mpf) -> tuple[mpmath.mpf, ...]:
-        """Place and velocity of the bob in space, its arm, and the tension's part along x and y."""
+        """Position and velocity of the bob in space, its arm, and the components x and y of the tension."""
         theta, omega = case.exact(t, 50)
         s, c = mpmath.sin(theta), mpmath.cos(theta)
         arm, swing = (length * s, -length * c), (length * omega * c, length * omega * s)
@@ -232,10 +232,10 @@ def test_the_torque_is_the_rate_of_moment_of_momentum_about_both_points() -> Non
         x, y, _vx, _vy, u, w, *_ = motion(t)
         before, after = motion(t - h), motion(t + h)
         acceleration = [(b - a) / (2 * h) for a, b in zip(before[2:4], after[2:4], strict=True)]
-        pull = (acceleration[0], acceleration[1] + g)  # of the rod, over the mass
+        pull = (acceleration[0], acceleration[1] + g)  # tension of the rod over the mass
         about_rest = (fixed(t + h) - fixed(t - h)) / (2 * h)
         assert abs(about_rest - (x * pull[1] - y * pull[0] - x * g)) < mpmath.mpf("1e-25")
         about_support = (carried(t + h) - carried(t - h)) / (2 * h)
-        # the rod's pull passes through the support
+        # the rod's tension passes through the support
         assert abs(u * pull[1] - w * pull[0]) < mpmath.mpf("1e-25")
         assert abs(about_support - (-u * g - (u * ay - w * ax))) < mpmath.mpf("1e-25")

@@ -1,4 +1,4 @@
-"""Invariants of hybrid motions hold through every event: constant ones to the digits asked for, decaying ones in one direction."""
+"""Invariants of hybrid motions at events: constant ones stay so to the digits asked for, decaying ones do not grow."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.harness.certification.agreement import sizes
 
 ASKED = 45
-SCENES = [
+HYBRID_VARIANTS = [
     pytest.param(name, variant, marks=pytest.mark.slow if variant else ())
     for name in names()
     if get(name).hybrid is not None and get(name).invariants and not name.startswith("bouncing_ball")
@@ -19,7 +19,7 @@ SCENES = [
 ]
 
 
-@pytest.mark.parametrize(("name", "variant"), SCENES)
+@pytest.mark.parametrize(("name", "variant"), HYBRID_VARIANTS)
 def test_invariants_hold_through_events(name: str, variant: str | None) -> None:
     case = get(name, variant)
     times = [case.span * k / 7 for k in range(8)]
@@ -30,7 +30,7 @@ def test_invariants_hold_through_events(name: str, variant: str | None) -> None:
             values = [
                 function(mpmath.mpf(t.numerator) / t.denominator, case.exact(t, ASKED), parameters)[0] for t in times
             ]
-            # an error of each coordinate in its last digit changes terms that are quadratic in the sizes, which cancel
+            # errors in the last digits of coordinates change terms that are quadratic in the sizes and cancel
             large = max(abs(v) for v in values) + sum(x * x for x in sizes(case)) * max(map(abs, parameters))
             allowed = large * mpmath.mpf(10) ** (5 - ASKED)
             if invariant.law == "constant":

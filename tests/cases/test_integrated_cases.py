@@ -1,4 +1,4 @@
-"""Cases without a closed form, where one is known after all: special numbers, small swings, a second integral."""
+"""Integrated cases with special numbers for which a closed form is known: small swings, a second integral."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def as_mpf(number):
 
 
 def test_small_double_pendulum_is_a_sum_of_two_modes():
-    """Equal masses and rods: w^2 = (2 -+ sqrt 2) g/l, shapes (1, +-sqrt 2); the cubic terms weigh amplitude squared."""
+    """Equal masses and rods: w^2 = (2 -+ sqrt 2) g/l, shapes (1, +-sqrt 2); errors are of order amplitude squared."""
     amplitude = Fraction(1, 10**8)
     case = get("double_pendulum", initial_state=(amplitude, -amplitude, 0, 0), span=2)
     with mpmath.workdps(40):
@@ -65,7 +65,7 @@ def test_swinging_atwood_has_a_second_integral_at_three():
 
 @pytest.mark.parametrize("t", ["0.5", "2.9"])
 def test_cone_unrolls_to_a_plane_with_a_constant_pull(t):
-    """Cartesian equations in the unrolled plane, where the azimuth is phi sin(alpha), by another integration."""
+    """Another integration: Cartesian equations in the unrolled plane, where the azimuth is phi sin(alpha)."""
     case = get("ignorable_coordinates", alpha="0.5")
     s, phi, _, _ = case.exact(t, 32)
     with mpmath.workdps(60):
@@ -92,7 +92,7 @@ def test_parallel_circles_of_the_paraboloid_share_one_rate():
 
 
 def test_a_stiff_spring_swings_as_a_rod_does():
-    """The spring gives by m g/k, 1e-3 of its length, and its vibration adds sqrt(k/m) times that to the speed, 2 %."""
+    """The spring stretches by m g/k, 1e-3 of its length; its vibration changes the speed by sqrt(k/m) times that, 2 %."""
     case = get("spring_pendulum", "stiff").rounded()
     motion = case.sample(case.times)
     lengths = np.hypot(motion[:, 0], motion[:, 1])

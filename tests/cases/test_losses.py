@@ -1,4 +1,4 @@
-"""A decaying energy is lost to its friction, drag or restitution alone: without these it stays, to all digits."""
+"""A decaying energy decays only by friction, drag or restitution: without these it is constant, to all digits."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import mpmath
 import pytest
 from gnomon.cases import get, names
-from outside import DIGITS, Outside
+from independent_quantities import DIGITS, ObservedMotion
 
 NEARLY_NONE = Fraction(1, 10**25)
 WITHOUT: dict[str, dict[str, Any]] = {
@@ -26,7 +26,7 @@ WITHOUT: dict[str, dict[str, Any]] = {
     "vertical_quadratic_drag": {"k": NEARLY_NONE},
     "flywheel_coast_down": {"c": 0, "M": NEARLY_NONE},
     "billiard_ball_drill": {"mu": NEARLY_NONE},
-    # what they lose they lose at an event
+    # they lose energy only at an event
     **{name: {} for name in ("sliding_ladder", "rigid_link_plane_motion", "ballistic_pendulum")},
 }
 DECAYING = [name for name in names() if any(i.law == "decays" for i in get(name).invariants.values())]
@@ -34,19 +34,21 @@ DECAYING = [name for name in names() if any(i.law == "decays" for i in get(name)
 
 @pytest.mark.parametrize("name", DECAYING)
 def test_nothing_is_lost_without_friction(name: str) -> None:
-    # without friction these would go on for ever
+    # without friction the natural span of these would be infinite
     case = get(name, span=1 if name in ("flywheel_coast_down", "billiard_ball_drill") else None, **WITHOUT[name])
     with mpmath.workdps(DIGITS):
-        look = Outside(case)
-        times = [event.time for event in look.events()] if case.hybrid else []
-        # what goes on at an event of the lossless is no loss either; the others are looked at between events
+        observed = ObservedMotion(case)
+        times = [event.time for event in observed.events()] if case.hybrid else []
+        # without losses, energy is constant through events too; for the other cases it is compared between events
         breaks = times if name == "torpedo_firing_pin" or not WITHOUT[name] else []
-        until = times[0] if name == "sliding_ladder" else look.span  # its law is that of the wall
+        until = (
+            times[0] if name == "sliding_ladder" else observed.span
+        )  # the invariant holds while the rod touches the wall
         for label, invariant in case.invariants.items():
             if invariant.law != "decays":
                 continue
             samples = [until * k / 13 for k in range(13)]
-            found = [(sum(b <= t for b in breaks), look.invariant(label, t)) for t in samples]
+            found = [(sum(b <= t for b in breaks), observed.invariant(label, t)) for t in samples]
             size = max(abs(value) for _, value in found)
             pairs = [(a, b) for (m, a), (n, b) in itertools.pairwise(found) if m == n]
             assert len(pairs) >= 6

@@ -1,4 +1,4 @@
-"""What the pendulum, the springs and the cycloid promise beyond what every case does."""
+"""Properties of pendulum, springs and cycloid beyond those of every case."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ VARIANTS = [(name, variant.name) for name in OSCILLATORS for variant in case_cla
 
 @pytest.mark.parametrize(("name", "variant"), [*((name, None) for name in OSCILLATORS), *VARIANTS])
 def test_samples_leave_no_gap_in_the_phase(name, variant):
-    """Where the motion makes more than one turn, its sampled phases are at most a tenth of a turn apart."""
+    """If the motion has more than one period, its sampled phases are at most a tenth of a turn apart."""
     case = get(name, variant).rounded()
     quantities = case.quantities()
     period = quantities.get("period", quantities.get("turn_time"))
@@ -30,13 +30,13 @@ def test_samples_leave_no_gap_in_the_phase(name, variant):
 
 @pytest.mark.parametrize(("name", "variant"), VARIANTS)
 def test_scales_are_the_largest_norms(name, variant):
-    """No sample exceeds the scale, and one of a fine grid comes near it."""
+    """No sample exceeds the scale, and one of a fine grid comes close to it."""
     case = get(name, variant).rounded()
     fine = case.sample(np.linspace(0, float(case.times[-1]), 2001))
     for group in case.metric.groups:
         largest = np.linalg.norm(fine[:, list(group.indices)], axis=1).max()
         limit = math.pi if group.wrapped else math.inf
-        # A peak between samples of the coarse grid is missed by a few per cent at most.
+        # Samples of the coarse grid miss a peak between them by a few per cent at most.
         assert 0.9 * min(largest, limit) <= group.scale <= min(1.1 * largest, limit) or group.scale == limit
 
 
@@ -59,14 +59,14 @@ def test_speed_variant_has_the_published_numbers():
 @pytest.mark.parametrize(
     ("variant", "gap"), [("near_separatrix_below", 1e-12), ("near_separatrix_above", -1e-12), ("upright", 2.5e-25)]
 )
-def test_hard_pendulums_are_as_near_to_the_separatrix_as_they_say(variant, gap):
-    """Rounding the numbers to binary64 moves 1 - m by 1e-4 of itself, the upright start by 2e-4."""
+def test_variants_of_the_pendulum_are_as_close_to_the_separatrix_as_they_say(variant, gap):
+    """Rounding the numbers to binary64 changes 1 - m by 1e-4 of itself, the upright start by 2e-4."""
     for case in (get("pendulum_simple", variant), get("pendulum_simple", variant).rounded()):
         assert float(case.quantities()["one_minus_modulus_squared"]) == pytest.approx(gap, rel=1e-3)
 
 
 def test_rounded_case_moves_as_the_rounded_numbers_do():
-    """Next to the separatrix a decimal and its double are different motions."""
+    """Close to the separatrix a decimal number and the double nearest to it give different motions."""
     given = get("pendulum_simple", "near_separatrix_below")
     rounded = given.rounded()
     assert all(Fraction(float(x)) == x for x in rounded.numbers.values())
@@ -77,7 +77,7 @@ def test_rounded_case_moves_as_the_rounded_numbers_do():
 
 @pytest.mark.parametrize("amplitude", ["1e-3", "1e-2", "0.1"])
 def test_small_swings_are_harmonic_to_the_amplitude_squared(amplitude):
-    """theta - harmonic = O(a^3) over a span of a few periods: the frequency is off by a^2/16."""
+    """theta - harmonic = O(a^3) over a few periods: the frequencies differ by a^2/16."""
     case = get("pendulum_simple", initial_state=[amplitude, 0])
     linear, quartic = (level.case for level in case.hierarchy)
     t = Fraction(7)
@@ -87,11 +87,11 @@ def test_small_swings_are_harmonic_to_the_amplitude_squared(amplitude):
     first = abs(linear.exact(t, 30)[0] - exact) / a
     second = abs(quartic.exact(t, 30)[0] - exact) / a
     assert 0.01 * a**2 < first < w * 7 * a**2 / 16 + a**2
-    # The next term of the sine, theta^5/120, shifts the frequency by a^4/384.
+    # The next term of the sine, theta^5/120, changes the frequency by a^4/384.
     assert second < w * 7 * a**4 / 384 + a**4
 
 
-def test_ladder_of_the_pendulum_runs_from_crude_to_full():
+def test_hierarchy_of_the_pendulum_goes_from_crude_to_full():
     case = get("pendulum_simple", initial_state=["0.5", 0]).rounded()
     exact = case.sample(case.times)
     errors = [
@@ -102,8 +102,8 @@ def test_ladder_of_the_pendulum_runs_from_crude_to_full():
     assert errors[0] > 50 * errors[1] > 0
 
 
-def test_ladder_leaves_out_what_is_no_model():
-    """Beyond sqrt(6) the quartic potential turns down; a rotation has no small angle."""
+def test_hierarchy_excludes_models_that_do_not_apply():
+    """Beyond sqrt(6) the quartic potential decreases; in a rotation the angle is not small."""
     assert [level.case.name for level in get("pendulum_simple", "engines").hierarchy] == ["harmonic_oscillator"]
     assert get("pendulum_simple", "rotation").hierarchy == ()
 
@@ -128,17 +128,17 @@ def test_arc_length_pushes_forward_to_the_angle(variant, t):
             arc.encode(mp, [mp.mpf(x) for x in case.exact(Fraction(t) + d, 90)], parameters) for d in (-h, 0, h)
         )
         acceleration = rebind(form.acceleration, mpmath_arithmetic(mp))(mp.mpf(0), here[:1], parameters)[0]
-        # differences over 1e-25 err by 1e-50 w^3; next to the cusp 1 - sin^2 costs 8 digits of the rate
+        # differences over 1e-25 have an error of 1e-50 w^3; close to the cusp 1 - sin^2 loses 8 digits of the rate
         assert abs((after[0] - before[0]) / (2 * mp.mpf(h)) - here[1]) < mp.mpf(10) ** -42
         assert abs((after[1] - before[1]) / (2 * mp.mpf(h)) - acceleration) < mp.mpf(10) ** -42
     decoded = arc.decode(np.array([[float(x) for x in here]]), [float(v) for v in case.parameter_values()])[0]
     state = case.exact(t)
-    # Rounding s moves the angle by an ulp over cos(phi/2), the rate by an ulp over its square.
+    # Rounding s changes the angle by an ulp over cos(phi/2), the rate by an ulp over its square.
     cosine = math.cos(float(state[0]) / 2)
     assert decoded == pytest.approx([float(x) for x in state], rel=1e-14 / cosine**2)
 
 
-def test_from_cusp_to_cusp_the_arc_starts_at_its_full_length():
+def test_a_start_at_the_cusp_has_the_full_arc_length():
     case = get("cycloidal_pendulum", "cusp_to_cusp").rounded()
     (arc,) = case.formulations
     with working(60) as mp:
@@ -181,7 +181,7 @@ def test_stiff_rates(variant, rate):
 
 
 def test_escape_energy_is_that_of_the_heteroclinic_motion():
-    """A softening spring lets go at the energy of the hilltops, which the variant has exactly."""
+    """With a softening spring the motion escapes above the energy of the potential's maxima, which the variant has exactly."""
     found = get("duffing_unforced", "heteroclinic").quantities()
     assert found["escape_energy"] == found["energy"] == 0.5
     assert "escape_energy" not in get("duffing_unforced").quantities()

@@ -1,7 +1,7 @@
-"""What errors and times are divided by, against the motion and the equations themselves.
+"""The scales by which errors and times are divided, compared with the motion and its equations.
 
-A size that is wrong by 2 makes every error of its case wrong by as much; a time scale sets steps, spans and the times
-between events below which a sequence ends.
+A scale that is wrong by a factor of 2 makes every error of its case wrong by the same factor; a time scale determines
+steps, spans, and the time between events below which a sequence of events ends.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from scipy.integrate import solve_ivp
 
 Floats = NDArray[np.float64]
 CLOSED = [name for name in names() if case_class(name).scales is not Case.scales]
-"""Cases that state their sizes; of the others they are the largest of many samples."""
+"""Cases that state their scales; those of the others are the largest norms of many samples."""
 ANOTHER_TIME = {
     "ballistic_pendulum": "the flight of the bullet, far shorter than a swing",
-    "billiard_ball_drill": "the time of the sliding, in which friction turns faster and faster",
-    "bouncing_ball_table": "a stroke of the table, many in a flight",
+    "billiard_ball_drill": "the duration of sliding, in which friction changes its direction faster and faster",
+    "bouncing_ball_table": "a radian of the table's vibration, with many in a flight",
     "central_force_shortened_string": "a radian of the azimuth, which follows from the length of the string",
-    "rigid_body_stokes_medium": "a radian at the start; the medium slows it down tenfold",
-    "spherical_pendulum": "a radian of the azimuth where it is fastest, next to a pole",
+    "rigid_body_stokes_medium": "a radian at the start; the medium slows the rotation tenfold",
+    "spherical_pendulum": "a radian of the azimuth where it is fastest, close to a pole",
 }
-"""Cases whose time scale is not that of their equations: what it is."""
+"""Cases whose time scale is not that of their equations, with what it is instead."""
 
 
 def visited(case: Case) -> Floats:
@@ -42,8 +42,8 @@ def visited(case: Case) -> Floats:
 @pytest.mark.parametrize(
     "name", [*CLOSED, *(pytest.param(name, marks=pytest.mark.slow) for name in names() if name not in CLOSED)]
 )
-def test_sizes_are_those_of_the_motion(name: str) -> None:
-    """The largest norm that a group has: 64 samples, with events, come within a sixth of it, and nothing exceeds it."""
+def test_scales_are_those_of_the_motion(name: str) -> None:
+    """A scale is a group's largest norm: 64 samples, with events, reach 5/6 of it, and none exceeds it."""
     case = get(name).rounded()
     states, scales = visited(case), case.scales()
     for group, scale in scales.items():
@@ -70,8 +70,8 @@ def rates(equations: Any, t: float, state: Floats, steps: Floats, parameters: An
 
 
 def usual_rate(case: Case) -> float:
-    """The median of the largest rates along the motion: of a hybrid one in the mode of its start, by its exact states,
-    of others by a rough integration."""
+    """The median of the largest rates along the motion: for a hybrid case from exact states in its first mode, else from
+    a rough integration."""
     parameters = tuple(map(float, case.parameter_values()))
     times, start = case.times[4::8], tuple(map(float, case.initial_state))
     if case.hybrid is not None:
@@ -88,19 +88,19 @@ def usual_rate(case: Case) -> float:
     steps = 1e-5 * np.maximum(np.max(np.abs(states), axis=0), 1e-3)
     found = []
     for t, state in zip(times.tolist(), states, strict=True):
-        with suppress(ZeroDivisionError):  # a ball that rolls has no direction of slip
+        with suppress(ZeroDivisionError):  # without slip the direction of slip is not defined
             found.append(rates(equations, t, state, steps, numbers))
     return float(np.median(found))
 
 
 @pytest.mark.parametrize("name", [name for name in names() if name not in ANOTHER_TIME])
 def test_time_scales_are_those_of_the_equations(name: str) -> None:
-    """A radian, or a factor of e, of what is fastest in the equations linearised along the motion, within a factor of
-    three; of a motion that has no such time, a flight or a fall, the span holds one to a hundred."""
+    """The time of a radian or of growth by e of the fastest mode of the linearised equations, within a factor of three;
+    for a motion without such a time, as a flight, the span holds one to a hundred time scales."""
     case = get(name).rounded()
     rate = usual_rate(case)
     if rate * case.time_scale > 0.05:
         assert 0.32 < rate * case.time_scale < 3.2
     else:
-        assert rate * float(case.span) < 0.7, "the motion has a time, and the time scale is far shorter"
+        assert rate * float(case.span) < 0.7, "the motion has a characteristic time, and the time scale is far shorter"
         assert 0.9 < float(case.span) / case.time_scale < 100

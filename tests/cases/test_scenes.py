@@ -1,4 +1,4 @@
-"""Every scene starts in the state of its case, and an engine's readings of that start give the state back."""
+"""Every scene starts in the state of its case, and an engine's readings of that start give the same state."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ VARIANTS = [
 
 
 def start(scene: Scene) -> Readings:
-    """What an engine without any error would read before the first step."""
+    """The readings of an engine without any error before the first step."""
     joints = {hinge.name: (hinge.angle, hinge.rate) for hinge in scene.hinges}
     joints |= {slider.name: (slider.position, slider.rate) for slider in scene.sliders}
     joints |= {guide.name: (guide.coordinate, guide.rate) for guide in scene.guides}
@@ -36,14 +36,14 @@ def test_start_is_read_back(name: str, label: str | None) -> None:
     scene = form.build(state, parameters)
     found = np.array(form.observe(start(scene), parameters))
     rates = [x for body in scene.bodies for x in (*body.velocity, *body.angular_velocity)]
-    # An attitude goes through a quaternion and back, a height through the ball's radius: a few roundings of the state,
-    # and of the rates that are read.
+    # Conversions (an attitude to a quaternion and back, a height and the ball's radius) round the state and the rates
+    # a few times.
     assert np.max(np.abs(found - state)) <= 8 * EPS * max(1.0, *np.abs([*state, *rates]))
 
 
 @pytest.mark.parametrize("name", sorted({name for name, _ in VARIANTS}))
 def test_a_moving_state_is_read_back(name: str) -> None:
-    """At the third sample, where no rate need be zero: signs and orders of the readings show. Turns are not counted."""
+    """At the third sample, where rates are not zero: it shows wrong signs and sequences. Whole turns are ignored."""
     case = case_class(name)().rounded()
     form = case.scene
     assert form is not None
@@ -55,7 +55,7 @@ def test_a_moving_state_is_read_back(name: str) -> None:
     turn = np.array([2 * np.pi if c.kind == "angle" else np.inf for c in case.state])
     off = found - state
     off -= np.where(np.isfinite(turn), 2 * np.pi * np.round(off / turn), 0.0)
-    # as above, and of an angle the rounding of its turns
+    # as above, and for an angle the rounding of its turns
     assert np.max(np.abs(off)) <= 16 * EPS * max(1.0, *np.abs([*state, *rates]))
 
 
@@ -82,7 +82,7 @@ def test_a_scene_consists_of_the_same_things_in_every_state(name: str, label: st
 
 @pytest.mark.parametrize("name", sorted({name for name, _ in VARIANTS}))
 def test_forces_depend_on_what_their_tokens_say(name: str) -> None:
-    """No force looks at velocity or time without the token; where one is declared, on some setting a force does."""
+    """No force depends on velocity or time without the token; with a token, some force does for some variant."""
     random, seen, declared = np.random.default_rng(5), set(), set()
     for case in (case_class(name)(label).rounded() for each, label in VARIANTS if each == name):
         assert case.scene is not None
@@ -103,7 +103,7 @@ def test_forces_depend_on_what_their_tokens_say(name: str) -> None:
                 }
                 assert found <= case.scene.needs
                 seen |= found
-    # A pulse is over before chance meets it.
+    # Random times miss a short pulse.
     pulses = {"time_force"} if name == "impulse_instantaneous" else set()
     assert declared & {"velocity_force", "time_force"} <= seen | pulses
 

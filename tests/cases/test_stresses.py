@@ -1,4 +1,4 @@
-"""What variants say that they stress, where it is a number: read off the exact motion."""
+"""Numbers in the names and texts of variants, compared with the exact motion."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gnomon.cases.core.forms import FirstOrder
 
 
 def smallest_tilt(case: Any) -> float:
-    """From the vertical, up or down, by the heights between which the axis nutates."""
+    """The smallest tilt from the vertical, up or down, from the heights between which the axis nutates."""
     low, high = case._exact.heights(30)
     return math.sqrt(2 * float(min(1 + low, 1 - high)))
 
@@ -45,7 +45,7 @@ def growth_of_a_shift(case: Case) -> float:
 
 
 def fast_over_slow(case: Any) -> float:
-    """Of small motions about the level equilibrium: the tilt there by Newton's method, then the matrix of slopes."""
+    """The ratio of the frequencies of small motions about equilibrium: its tilt by Newton's method, then the Jacobian."""
     parameters = tuple(map(float, case.parameter_values()))
 
     def rates(y: Any) -> Any:
@@ -66,7 +66,7 @@ def quantity(name: str) -> Callable[[Case], float]:
 
 
 def eccentricity(case: Case) -> float:
-    """From energy and angular momentum of the start; of two bodies that of the relative motion, which turns once."""
+    """From initial energy and angular momentum; for two bodies those of the relative motion."""
     x, y, u, v = (float(value) for value in case.initial_state[:4])
     mu = float(case.parameters["mu"])
     energy, momentum = (u * u + v * v) / 2 - mu / math.hypot(x, y), x * v - y * u
@@ -74,7 +74,7 @@ def eccentricity(case: Case) -> float:
 
 
 def below_escape(case: Case) -> float:
-    """By which share the start is slower than what escapes, exactly: 0 at a parabola."""
+    """The relative difference of the initial speed from the escape speed, exactly: 0 for a parabola."""
     x, y, u, v = case.initial_state
     assert y == u == 0
     return float(1 - v / Fraction(math.isqrt(int(2 * case.parameters["mu"] / x))))
@@ -86,10 +86,12 @@ def beside_the_middle_axis(case: Case) -> float:
 
 
 def ratio_of_rates(case: Case) -> float:
-    """Of the matrix of slopes of the first-order equations, at the start: the largest rate over the smallest."""
+    """The largest over the smallest rate of the Jacobian of the first-order equations at the start."""
     form = next(form for form in case.all_forms() if isinstance(form, FirstOrder))
     parameters, size = tuple(map(float, case.parameter_values())), len(case.state)
-    columns = [form.equations(0.0, tuple(row), parameters) for row in np.eye(size)]  # linear: the columns themselves
+    columns = [
+        form.equations(0.0, tuple(row), parameters) for row in np.eye(size)
+    ]  # the equations are linear, so these are the columns
     rates = np.abs(np.linalg.eigvals(np.array(columns).T))
     return float(rates.max() / rates.min())
 
@@ -194,18 +196,18 @@ NAMED: dict[str, tuple[Callable[[Any], float], float]] = {
     "symmetric_top_torque_free/turns_1e5": (cycles("precession_rate"), 1e5),
     "knife_edge_incline/long_1e4": (lambda case: float(case.span * case.parameters["w"]) / math.tau, 1e4),
 }
-"""What each variant with a number in its name is about, and that number."""
+"""For each variant with a number in its name, a function that measures it, and the number."""
 
 CLAIMS: dict[str, tuple[Callable[[Any], float], float]] = {
     "central_force_hanging_mass/near_hole: passes 0.1 m": (quantity("least"), 0.1),
-    "central_force_hanging_mass/light: out to 47 m": (quantity("largest"), 46.85),
+    "central_force_hanging_mass/light: to 47 m": (quantity("largest"), 46.85),
     "central_force_shortened_string/slow: 1,568 turns": (lambda case: last(case, "theta") / math.tau, 1568),
-    "particle_on_torus/thin: swings 420 times": (lambda case: math.pi / quantity("apsidal_angle")(case), 420),
+    "particle_on_torus/thin: 420 swings": (lambda case: math.pi / quantity("apsidal_angle")(case), 420),
     "chain_quarter_circle/just_longer: L = 1.00004": (
         lambda case: float(case.parameters["L"] / case.parameters["R"]) * 2 / math.pi - 1,
         4e-5,
     ),
-    "engineering_design_analysis/light_spindle: twofold": (ratio_of_spins, 2),
+    "engineering_design_analysis/light_spindle: the rate doubles": (ratio_of_spins, 2),
     "dynamics_of_free_rigid_body_in_gravity/high: 43 turns": (
         lambda case: quantity("precession_rate")(case) * float(case.span) / math.tau,
         43,
@@ -222,8 +224,8 @@ CLAIMS: dict[str, tuple[Callable[[Any], float], float]] = {
         lambda case: last(case, "theta"),
         9.4e-3,
     ),
-    "rolling_disc/straight_slow: over to 65 degrees": (farthest_lean, 65),
-    "bouncing_ball_table/chaotic: 3e12 times": (growth_of_a_shift, 3.35e12),
+    "rolling_disc/straight_slow: to 65 degrees": (farthest_lean, 65),
+    "bouncing_ball_table/chaotic: 3e12-fold": (growth_of_a_shift, 3.35e12),
 }
 
 
@@ -233,17 +235,17 @@ def test_what_a_variant_says_is_so(claim: str) -> None:
     case = get(*name.split("/"))
     stresses = next(v.stresses for v in case.variants if v.name == case.variant)
     assert words in stresses
-    measure, told = CLAIMS[claim]
-    # The words have two digits.
-    assert measure(case) == pytest.approx(told, rel=0.02)
+    measure, stated = CLAIMS[claim]
+    # The texts have two digits.
+    assert measure(case) == pytest.approx(stated, rel=0.02)
 
 
 @pytest.mark.parametrize("variant", NAMED)
 def test_a_variant_is_as_hard_as_its_name_says(variant: str) -> None:
-    """A variant made easier (1e-12 beside the axis become 1e-6) would still run, and say nothing of the hard case."""
-    measure, told = NAMED[variant]
-    # A name has one digit, and spans end off whole periods on purpose.
-    assert measure(get(*variant.split("/"))) == pytest.approx(told, rel=0.05)
+    """A variant that is easier than its name says (1e-6 for 1e-12) would run as well and not test the hard case."""
+    measure, stated = NAMED[variant]
+    # A name has one digit, and spans are deliberately not whole periods.
+    assert measure(get(*variant.split("/"))) == pytest.approx(stated, rel=0.05)
 
 
 def test_every_variant_with_a_number_in_its_name_is_measured() -> None:

@@ -1,4 +1,4 @@
-"""Every structured form of a case states the motion that follows from its scene in space (independent_mechanics)."""
+"""Every structured form of a case agrees with the second derivation of its motion (independent_mechanics)."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _precision() -> Iterator[None]:
 
 
 def gradient(function: Any, t: Any, q: list[Any], p: SimpleNamespace) -> list[Any]:
-    """Of a function of place, by series along each coordinate."""
+    """The gradient of a function of position, by series along each coordinate."""
     found = []
     for i in range(len(q)):
         moved = [flint.arb_series([x, int(i == j)], 3) for j, x in enumerate(q)]
@@ -46,7 +46,7 @@ def gradient(function: Any, t: Any, q: list[Any], p: SimpleNamespace) -> list[An
 
 
 def separable(form: Separable, name: str, p: Any, t: Any, s: Any, rates: list[Any]) -> None:
-    """The acceleration is downhill."""
+    """The acceleration is minus the gradient of the potential."""
     q = first_half(s)
     same([-x for x in gradient(form.potential, t, q, p)], rates[len(q) :])
 
@@ -79,7 +79,7 @@ def charged(form: Charged, name: str, p: Any, t: Any, s: Any, rates: list[Any]) 
 
 
 def constrained(form: Constrained, name: str, p: Any, t: Any, s: Any, rates: list[Any]) -> None:
-    """What the force leaves of the acceleration is along the gradient of the constraint."""
+    """The acceleration less the force is along the gradient of the constraint."""
     q = first_half(s)
     normal = evaluated(form.gradient, t, q, p)
     same(normal, gradient(form.constraint, t, q, p))
@@ -89,7 +89,7 @@ def constrained(form: Constrained, name: str, p: Any, t: Any, s: Any, rates: lis
 
 
 def gravitating(form: NBody, name: str, p: Any, t: Any, s: Any, rates: list[Any]) -> None:
-    """Newton's law of gravitation between the bodies; the state is linear in their places and velocities."""
+    """Newton's law of gravitation between the bodies; the state is linear in their positions and velocities."""
     masses, bodies = parameter_function(form.masses, p), form.bodies(tuple(vars(s).values()))
     path = form.bodies(tuple(flint.arb_series([x, v], 3) for x, v in zip(vars(s).values(), rates, strict=True)))
     same([coefficient(x, 1) for body in path for x in body[:3]], [x for body in bodies for x in body[3:]])
@@ -106,7 +106,7 @@ def gravitating(form: NBody, name: str, p: Any, t: Any, s: Any, rates: list[Any]
 
 
 def impact(form: Impact, name: str, p: Any, t: Any, s: Any, rates: list[Any]) -> None:
-    """Free motion, and a gap that opens at the restitution times the rate at which it closed."""
+    """Free motion, and after an impact the gap opens at the restitution times the rate at which it closed."""
     same(evaluated(form.free, t, s, p), rates)
     p, t, s = drawn(name, "at bounce", 0)
     q = first_half(s)
@@ -120,7 +120,7 @@ def impact(form: Impact, name: str, p: Any, t: Any, s: Any, rates: list[Any]) ->
 
 
 def rubbing(form: Friction, name: str, p: Any, t: Any, s: Any, rates: list[Any]) -> None:
-    """Without friction for side 0; its bounds go with the coefficients of friction."""
+    """Without friction for side 0; the bounds are proportional to the coefficients of friction."""
     free = MODELS[name].rates(SimpleNamespace(**(vars(p) | {"mu_k": flint.arb(0)})), t, s, form.modes[0].name)
     same(evaluated(form.sliding, t, s, p, (0.0,)), free)
     for side in (1.0, -1.0):
@@ -158,14 +158,14 @@ JACOBIANS = [(name, f) for name in names() for f in get(name).all_forms() if isi
 
 
 @pytest.mark.parametrize(("name", "form"), JACOBIANS, ids=lambda x: x if isinstance(x, str) else "jacobian")
-def test_jacobians_are_slopes_of_the_equations(name: str, form: FirstOrder) -> None:
+def test_jacobians_are_derivatives_of_the_equations(name: str, form: FirstOrder) -> None:
     for seed in range(STATES):
         p, t, s = drawn(name, "", seed)
         linearised(form, p, t, s)
 
 
 @pytest.mark.parametrize(("name", "form"), FORMS, ids=lambda x: x if isinstance(x, str) else type(x).__name__)
-def test_the_form_states_the_motion_of_the_scene(name: str, form: Form) -> None:
+def test_the_form_agrees_with_the_second_derivation(name: str, form: Form) -> None:
     mode = form.modes[0].name if isinstance(form, (Impact, Friction)) else ""
     for seed in range(STATES):
         p, t, s = drawn(name, mode, seed)

@@ -351,7 +351,7 @@ TRUTH = (
             function,
             text,
             f"2 * ({text})",
-            (f"{ON_CASES}/test_scales.py::test_sizes_are_those_of_the_motion",),
+            (f"{ON_CASES}/test_scales.py::test_scales_are_those_of_the_motion",),
         )
         for file, function, text in (
             (
@@ -461,7 +461,7 @@ TRUTH = (
         "FoucaultNonlinear.hierarchy",
         "height = -np.sqrt",
         "height = np.sqrt",
-        (f"{ON_CASES}/test_ladders.py",),
+        (f"{ON_CASES}/test_hierarchies.py",),
     ),
     Mutation(
         "ladders: small swings of Foucault's pendulum fall where they should rise",
@@ -469,7 +469,7 @@ TRUTH = (
         "FoucaultNonlinear.hierarchy",
         "-(x * u + y * w) / height",
         "(x * u + y * w) / height",
-        (f"{ON_CASES}/test_ladders.py",),
+        (f"{ON_CASES}/test_hierarchies.py",),
     ),
 )
 

@@ -14,7 +14,7 @@ def own_cache(monkeypatch, tmp_path):
 
 
 def test_conditioning_of_a_known_motion():
-    """y = v t - g t^2 / 2: each effect is a product known by hand."""
+    """y = v t - g t^2 / 2: each effect is a product in closed form."""
     case = cases.get("projectile_parabola", initial_state=(0, 0, 0, 1), g=1, span=4)
     t = np.array([3.0])
     half = {"v": math.ulp(1.0) / 2, "g": math.ulp(1.0) / 2, "t": math.ulp(3.0) / 2}
@@ -29,11 +29,11 @@ def test_conditioning_of_a_known_motion():
 
 
 def test_conditioning_of_an_angle_keeps_its_digits():
-    """theta = 1e-3 cos t for a short while: half an ulp is far below that of a turn, and must not be rounded to it."""
+    """theta = 1e-3 cos t for a short time: half an ulp is far below that of 2 pi, and must not be rounded to that."""
     case = cases.get("pendulum_simple", initial_state=(2.0**-10, 0), g=1, L=1, span=1).rounded()
     half = {"theta": math.ulp(2.0**-10) / 2, "g": math.ulp(1.0) / 2, "t": math.ulp(0.5) / 2}
     sine, cosine, size = math.sin(0.5), math.cos(0.5), 2.0**-10
-    slow = size * 0.5 / 2  # the frequency is sqrt(g/L), of which half an ulp in g moves half
+    slow = size * 0.5 / 2  # the frequency is sqrt(g/L), so its relative change is half of that of g
     scales = case.scales()
     effects = [
         (half["theta"] * cosine, half["theta"] * sine),
@@ -41,12 +41,12 @@ def test_conditioning_of_an_angle_keeps_its_digits():
         (half["t"] * size * sine, half["t"] * size * cosine),
     ]
     expected = math.sqrt(sum(max(a / scales["angle"], v / scales["angular velocity"]) ** 2 for a, v in effects))
-    # the pendulum is not quite linear: the amplitude squared; L also turns the other way, its half ulp is g's
+    # the pendulum is linear up to the amplitude squared; the effect of L is opposite to that of g, of the same size
     assert case.conditioning(np.array([0.5]))[0] == pytest.approx(expected, rel=1e-3)
 
 
 def test_a_phase_error_grows_with_time():
-    """Kepler: half an ulp in the energy moves the period, so the error grows by the number of orbits."""
+    """Kepler orbit: half an ulp in the energy changes the period, so the error grows with the number of orbits."""
     case = cases.get("kepler_orbit", initial_state=(1, 0, 0, 1.25)).rounded()
     period = float(case.quantities()["period"])
     times = np.array([10.2, 100.2]) * period
@@ -54,29 +54,29 @@ def test_a_phase_error_grows_with_time():
     assert late / early == pytest.approx(100.2 / 10.2, rel=0.02)
 
 
-def test_errors_grow_exponentially_beside_the_upright_pendulum():
-    """From an angle d beside the upright the angle is d cosh(w t): an ulp of it grows by e a time unit, w = 1."""
+def test_errors_grow_exponentially_close_to_the_upright_pendulum():
+    """From an angle d from upright the angle is d cosh(w t): an ulp of it grows by e per time unit, w = 1."""
     case = cases.get("pendulum_simple", initial_state=(math.pi - 1e-6, 0), g=1, L=1, span=12).rounded()
     early, late = case.conditioning(np.array([5.0, 8.0]))
     assert late / early == pytest.approx(math.exp(3), rel=0.05)
 
 
-def test_a_number_at_the_edge_of_the_domain_is_moved_inward():
-    # I1 + I2 = I3 exactly: I3 + half an ulp is no body.
+def test_a_number_at_the_edge_of_the_domain_is_changed_inward():
+    # I1 + I2 = I3 exactly: no body has I3 + half an ulp.
     case = cases.get("euler_top", "flat").rounded()
-    moved = [neighbour.parameters for neighbour in accuracy._neighbours(case)]
-    assert {p["I3"] for p in moved if p["I3"] != 3} == {3 - Fraction(math.ulp(3.0)) / 2}
+    perturbed = [neighbour.parameters for neighbour in accuracy._neighbours(case)]
+    assert {p["I3"] for p in perturbed if p["I3"] != 3} == {3 - Fraction(math.ulp(3.0)) / 2}
     assert np.all(case.conditioning(case.times[:2]) > 0)
 
 
-def test_a_zero_is_left_alone():
+def test_a_zero_is_not_changed():
     case = cases.get("projectile_parabola", initial_state=(0, 0, 0, 1), g=1)
     assert len(accuracy._neighbours(case)) == 2
 
 
 def test_floor_is_half_an_ulp_of_the_state():
     case = cases.get("projectile_parabola", initial_state=(1, 0, 0, 0), g=0, span=1)
-    # x = 1 of scale 1 for ever: half the spacing of doubles above 1.
+    # x = 1 with scale 1 at all times: half the spacing of doubles above 1.
     assert case.floor(np.array([0.5]))[0] == 2.0**-53
 
 
@@ -101,17 +101,17 @@ def test_results_are_kept_and_found_again(monkeypatch):
 
 
 def test_what_is_scored_is_part_of_the_key():
-    """The same numbers, all groups scored: the rates alone are better conditioned than rates and attitude."""
+    """With the same numbers but all groups scored: rates alone are better conditioned than rates and attitude."""
     speed = cases.get("euler_top", "speed", span=100)
     times = np.array([90.0])
     whole = cases.get("euler_top", initial_state=speed.initial_state, span=100, **speed.parameters)
     assert whole.conditioning(times)[0] > speed.conditioning(times)[0]
 
 
-def test_roundings_on_the_way_count_where_the_start_is_finer():
-    """1e-12 off the unstable bottom the energy is 1e-24 beside the saddle's: one rounding at full swing decides it all.
+def test_roundings_of_later_states_count_if_the_start_has_a_finer_ulp():
+    """1e-12 rad from the unstable bottom the energy is within 1e-24 of the saddle's: one rounding at full swing decides.
 
-    A start that is as coarse as the rest of the way is restarted nowhere.
+    A start with an ulp like that of later states is not restarted.
     """
     case = cases.get("rotating_pendulum", "near_homoclinic").rounded()
     times = case.times[3::8]

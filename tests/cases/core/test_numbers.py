@@ -1,4 +1,4 @@
-"""What a case is given for a number: exact numbers are taken exactly, all others are refused by name."""
+"""Numbers given to a case: exact numbers are taken exactly, others are refused with the name of the number."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ IMPOSSIBLE = (
 
 
 def places(name: str) -> Iterator[str]:
-    """Every number that a case takes."""
+    """The name of every number that a case takes."""
     kind = case_class(name)
     yield from (parameter.name for parameter in kind.parameter_list)
     yield from (coordinate.name for coordinate in kind.state)
@@ -84,14 +84,14 @@ def test_an_impossible_number_of_a_check_is_refused_by_name(name: str) -> None:
     ],
 )  # fmt: skip
 def test_a_number_is_taken_exactly_whatever_type_it_has(value: Any, wanted: Fraction) -> None:
-    """Through float() each of these would be another number, or none."""
+    """float() would change each of these, or fail."""
     assert exact(value) == wanted
 
 
 OUT_OF_REACH = (
-    ("curve_sliding_small", "p", "1e-6", "the bead rises at most 2000 p"),
-    ("curve_sliding_quartic", "a", "1e-12", "the bead rises at most 50000 a"),
-    ("curve_sliding_catenary", "c", "1e-6", "the bead rises at most 40 c"),
+    ("curve_sliding_small", "p", "1e-6", "the bead rises by at most 2000 p"),
+    ("curve_sliding_quartic", "a", "1e-12", "the bead rises by at most 50000 a"),
+    ("curve_sliding_catenary", "c", "1e-6", "the bead rises by at most 40 c"),
     ("ignorable_coordinates", "alpha", "1e-6", "usual: 0.3 to 1.2"),
     ("central_force_logarithmic", "k", "1e12", "usual: 0.8 to 1.5"),
     ("central_force_logarithmic", "k", "1e-12", "usual: 0.8 to 1.5"),
@@ -107,7 +107,7 @@ OUT_OF_REACH = (
     ("pendulum_quadratic_damping", "theta", "1e30", "[-1e+09, 1e+09]"),
     ("pendulum_quadratic_damping", "theta", "1e-30", "w2 theta^2 + v^2 >= 1e-30 w2"),
     ("bouncing_ball_table", "e", "1e-6", "impacts without end"),
-    ("bead_leaving_sphere", "theta", "1e-300", "it leaves the top in time"),
+    ("bead_leaving_sphere", "theta", "1e-300", "at most 138 e-foldings"),
     ("stick_slip_belt", "span", "1e6", "at most 10,000 are listed"),
     ("planet_tunnel", "span", "1e12", "at most 10,000 are listed"),
     ("work_energy_spring_block", "span", "1e300", "at most 10,000 are listed"),
@@ -120,16 +120,16 @@ OUT_OF_REACH = (
 
 
 def at_the_end(case: Case) -> tuple[Any, ...]:
-    """The state at the last sample of what an integrator would be given."""
+    """The state at the last sample of the rounded case, which an integrator is given."""
     case = case.rounded()
     return case.exact(case.times[-1])
 
 
 @pytest.mark.parametrize(("name", "parameter", "value", "limit"), OUT_OF_REACH)
-def test_what_gives_up_names_the_case_the_number_and_the_limit_at_once(
+def test_an_exact_motion_out_of_reach_names_the_case_the_number_and_the_limit(
     name: str, parameter: str, value: str, limit: str
 ) -> None:
-    """The reason from inside the exact motion speaks of series and balls; whoever gave the number knows neither."""
+    """The inner reason is about series and balls, which the caller does not know; the message names the number too."""
     with pytest.raises(ValueError, match=f"^{name}: ") as refusal:
         at_the_end(given(name, parameter, value))
     shown = {show(Fraction(value)), show(Fraction(float(value)))}
@@ -142,7 +142,7 @@ def test_what_gives_up_names_the_case_the_number_and_the_limit_at_once(
     [("curve_sliding_small", "p", "0.0112"), ("central_force_hanging_mass", "g", "1e6")],
 )
 def test_just_inside_the_limit_the_exact_motion_is_computed(name: str, parameter: str, value: str) -> None:
-    """A motion that is taken as computable at first sight has the terms for 30 digits: energy is kept to them."""
+    """A motion that is not refused has enough terms for 30 digits: energy is constant to 30 digits."""
     case = get(name, **{parameter: value})  # type: ignore[arg-type]
     energy = case.invariants["energy"]
     with working(60) as mp:
@@ -155,8 +155,8 @@ def test_just_inside_the_limit_the_exact_motion_is_computed(name: str, parameter
 
 
 @pytest.mark.parametrize("mass", ["1e-300", "1e-30"])
-def test_turns_without_number_are_counted(mass: str) -> None:
-    """Friction this weak allows 1e29 half cycles and more: they are found by halving, and the first are as without."""
+def test_huge_numbers_of_half_cycles_are_counted(mass: str) -> None:
+    """Friction this weak allows 1e29 half cycles or more: bisection counts them; the first are as without friction."""
     weak = get("coulomb_friction_oscillator", m=mass)
     free = get("harmonic_oscillator", m=mass, k=20, initial_state=("0.5", 0), span=weak.span)
     time = weak.span / 3
@@ -166,19 +166,19 @@ def test_turns_without_number_are_counted(mass: str) -> None:
 
 
 class Undefined(Motion):
-    """A motion whose formula gives no number."""
+    """A motion whose formula gives nan."""
 
     def _state(self, mp: Any, t: Fraction) -> tuple[Any, ...]:
         return mp.mpf(t), mp.nan
 
 
-def test_a_state_that_is_no_number_is_refused() -> None:
+def test_a_state_that_is_not_finite_is_refused() -> None:
     with pytest.raises(ArithmeticError, match=r"no finite state at t = 2 s"):
         Undefined().state(2)
 
 
-def test_a_long_slide_keeps_the_attitude_a_rotation() -> None:
-    """A slick cloth: 800 rad before it rolls, taken by halves. Rotations composed are a rotation."""
+def test_after_a_long_slide_the_attitude_is_a_rotation() -> None:
+    """Low friction: 800 rad before it rolls, composed from halves, each of them a rotation."""
     case = get("billiard_ball_attitude", mu="0.01")
     with mpmath.workdps(35):
         turn = mpmath.matrix(3, 3)
@@ -187,19 +187,19 @@ def test_a_long_slide_keeps_the_attitude_a_rotation() -> None:
         assert mpmath.mnorm(turn * turn.T - mpmath.eye(3)) < mpmath.mpf(10) ** -28
 
 
-def test_an_integration_that_would_take_hours_is_refused_by_its_span() -> None:
+def test_an_integration_that_would_take_hours_is_refused_with_its_span() -> None:
     with pytest.raises(OutOfReachError, match=r"^double_pendulum: .*span = 1e\+06 s .* give at most 172\.791 s"):
         get("double_pendulum", span="1e6")
 
 
 def test_a_span_that_ends_just_after_an_impact_is_refused() -> None:
-    """The samples keep 1e-3 of the flight away from the impact: the flight here lasts 1e174 s."""
+    """Samples must be 1e-3 of the flight away from the impact; here the flight lasts 1e174 s."""
     with pytest.raises(OutOfReachError, match=r"span = 168 s: its samples cannot stay clear of its last event"):
         _ = get("bouncing_ball", initial_state=(1, "-5.6e174"), span=168).times
 
 
 def test_a_state_that_has_decayed_is_a_start() -> None:
-    """An exact motion is continued from its own states, however small they are by then: 1e-434294 here."""
+    """An exact motion can be restarted from its own states even if they are very small: 1e-434294 here."""
     case = get("projectile_stokes_drag", "stiff")
     halfway = case.exact(case.span / 2, 40)
     assert 0 < min(abs(x) for x in halfway if x) < mpmath.mpf(10) ** -1000
@@ -209,17 +209,17 @@ def test_a_state_that_has_decayed_is_a_start() -> None:
 
 
 WIDE = ("0", "-1", "-1e-300", *(f"1e{sign}{size}" for size in (6, 12, 30, 300) for sign in ("", "-")))
-PATIENCE = 20
-"""Seconds of processor time for one number on a slow machine; the dearest integrations take 14."""
+MOST_SECONDS = 20
+"""Processor time for one number on a slow machine (s); the most expensive integrations take 14."""
 
 
 class TooLongError(BaseException):
-    """Nothing that is computed catches it."""
+    """A BaseException, so that no code under test catches it."""
 
 
 @contextmanager
 def limited(seconds: float) -> Iterator[None]:
-    """Ends what is inside after so much processor time."""
+    """Raise TooLongError in the body after `seconds` of processor time."""
 
     def stop(*_: object) -> None:
         raise TooLongError
@@ -234,16 +234,16 @@ def limited(seconds: float) -> Iterator[None]:
 
 
 def what_is_wrong(name: str, place: str, value: str) -> str | None:
-    """Of the exact motion with this number: nothing where it is computed, or refused by case, name and value."""
+    """What is wrong with the exact motion for this number; None if it is computed, or refused by case, name and value."""
     try:
-        with limited(PATIENCE):
+        with limited(MOST_SECONDS):
             case = given(name, place, value).rounded()
             states = [case.exact(case.times[i]) for i in (0, 31, 63)]
     except ValueError as refusal:
         told = str(refusal)
         return None if told.startswith(f"{name}: ") and f"{place} = " in told and "\n" not in told else told
     except TooLongError:
-        return f"takes more than {PATIENCE} s"
+        return f"takes more than {MOST_SECONDS} s"
     return None if all(mpmath.isfinite(x) for state in states for x in state) else f"no finite states: {states}"
 
 
@@ -262,6 +262,6 @@ def test_any_number_of_any_case_is_computed_or_refused_by_name() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", names())
 def test_any_number_is_computed_or_refused_by_name(name: str) -> None:
-    """A seeded eighth of all; an error of another kind than ValueError ends the test where it is raised."""
+    """A seeded eighth of all numbers; an error other than ValueError fails the test."""
     mine = [one for one in EVERY if one[0] == name]
     assert not wrong(random.Random(name).sample(mine, len(mine) // 8))

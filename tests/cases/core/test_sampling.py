@@ -1,4 +1,4 @@
-"""Sampling many times: within 0.51 ulp of mpmath everywhere, and so fast that nearly no state is computed singly."""
+"""Sampling at many times: within 0.51 ulp of mpmath at all of them, and fast, since few states are computed singly."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ CASES = (
     "free_fall_rotating_earth",
     "dumbbell_free_flight",
 )
-"""Of each way to sample at least one: cycles that shift, turn and decay, events, a limit, a collision, exact ties."""
+"""At least one case for each way to sample: cycles that shift, turn and decay, events, a limit, a collision, ties."""
 CLOSED = tuple(name for name in names() if case_class(name).certified_digits > 30)
 NOTHING = Fraction(1, 10**27)
-"""Of the motion's size: a component below it has no digits that the contract of `state` promises."""
+"""Fraction of the motion's size: for components below it the contract of `state` promises no digits."""
 HALF_AND_A_LITTLE = Fraction(51, 100)
 AFEW = 20
-"""Of ten thousand times may lie next to zeros and events: at some milliseconds a state they cost a tenth of a second."""
+"""Of ten thousand times so many may be close to zeros and events: at some ms a state they take 0.1 s."""
 
 
 @pytest.fixture(autouse=True, scope="module")
 def own_cache(tmp_path_factory):
-    """Tables are built here, whatever the user's cache holds."""
+    """Tables are made anew in an empty cache."""
     folder = tmp_path_factory.mktemp("cache")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(diskcache, "folder", lambda: folder)
@@ -65,7 +65,7 @@ def singly(monkeypatch):
 
 
 def crowd(case: Case, times: Any) -> Any:
-    """The sampled states at `times`, sampled together with so many others that the table answers."""
+    """The sampled states at `times`, sampled together with so many others that a table is used."""
     others = np.linspace(0.0, float(case.span), MANY)
     return case.sample(np.concatenate([times, others]))[: len(times)]
 
@@ -83,7 +83,7 @@ def assert_within_the_rule(case: Case, times: Any) -> None:
 
 
 def zeros(case: Case) -> list[float]:
-    """Next to a zero of each component that changes its sign: the nearest double, and a little before."""
+    """Times close to a zero of each component that changes its sign: the nearest double, and a little before it."""
     found = []
     grid = np.linspace(0.0, float(case.span), MANY)
     states = case.sample(grid)
@@ -92,7 +92,7 @@ def zeros(case: Case) -> list[float]:
         if not len(change):
             continue
         low, high = (Fraction(t) for t in grid[change[-1] : change[-1] + 2])
-        for _ in range(6):  # by secants, the last of which end next to it
+        for _ in range(6):  # by secants, which converge to the zero
             below, above = (exact(case.exact(t, 25)[d]) for t in (low, high))
             if above == below:
                 break
@@ -102,8 +102,8 @@ def zeros(case: Case) -> list[float]:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_values_are_within_051_ulp_of_the_truth(name):
-    """At random times, next to zeros, at the very start and on both sides of events."""
+def test_values_are_within_051_ulp_of_the_exact_ones(name):
+    """At random times, close to zeros, at the start and on both sides of events."""
     case = get(name).rounded()
     span = float(case.span)
     moments = [float(event.time) for event in case.events(20)][:4]
@@ -113,8 +113,8 @@ def test_values_are_within_051_ulp_of_the_truth(name):
 
 
 @pytest.mark.parametrize("name", [name for name in CASES if table.cycle_of(get(name).rounded().motion()) is not None])
-def test_far_out_values_are_as_good(name):
-    """A thousand spans away, where a decay has not yet made everything subnormal."""
+def test_values_at_late_times_are_as_accurate(name):
+    """After a thousand spans, if decay has not yet made values subnormal."""
     case = get(name).rounded()
     far = 3 if name == "damped_oscillator" else 1000
     assert_within_the_rule(case, np.random.default_rng(12).uniform(0, far * float(case.span), 12))

@@ -1,4 +1,4 @@
-"""Declared symmetries are true: a turned start has the turned motion."""
+"""Declared symmetries hold: the motion from a turned start is the turned motion."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def test_the_foundation_cases_with_a_rotational_symmetry_declare_it() -> None:
 
 @pytest.mark.parametrize("name", SYMMETRIC)
 def test_the_equations_turn_with_the_state(name: str) -> None:
-    """At random states: f(R y) = R f(y), up to the rounding of either side."""
+    """At random states f(R y) = R f(y), up to rounding on both sides."""
     case = cases.get(name).rounded()
     form = next(form for form in case.all_forms() if isinstance(form, FirstOrder))
     parameters = tuple(map(float, case.parameter_values()))
@@ -35,7 +35,7 @@ def test_the_equations_turn_with_the_state(name: str) -> None:
 
 @pytest.mark.parametrize("name", SYMMETRIC)
 def test_a_turned_start_has_the_turned_motion_of_its_own_rounded_numbers(name: str) -> None:
-    """They differ by what the rounding of the turned start does: the order of the conditioning, and above nothing."""
+    """They differ by the rounding of the turned start: by an amount like the conditioning, and by more than zero."""
     case = cases.get(name).rounded()
     assert case.turning is not None
     times = case.times[[0, 20]]
@@ -47,7 +47,7 @@ def test_a_turned_start_has_the_turned_motion_of_its_own_rounded_numbers(name: s
         turned = case.turning.turned(case, nominal, case.turning.rotation(number))
         distance = case.metric.distance(one.sample(times), turned)
         assert np.all(distance < 100 * case.conditioning(times) + 1e-15)
-        assert np.any(distance > 0), "the numbers are rounded, and so is the motion that they have"
+        assert np.any(distance > 0), "the turned start is rounded, so its motion differs from the turned one"
 
 
 @pytest.mark.parametrize("size", [2, 3])
@@ -62,7 +62,7 @@ def test_rotations_are_rotations_and_differ(size: int) -> None:
     assert min(float(np.abs(rotation - np.eye(size)).max()) for rotation in rotations) > 0.1
 
 
-def test_about_the_vertical_the_vertical_stays() -> None:
+def test_rotations_about_the_vertical_keep_the_vertical() -> None:
     rotation = Turning((("x", "y", "z"),), vertical=True).rotation(2)
     np.testing.assert_array_equal(rotation[2], [0, 0, 1])
     np.testing.assert_array_equal(rotation[:, 2], [0, 0, 1])

@@ -37,7 +37,7 @@ def test_group_property_and_reversal():
     assert case.reversed(back)[0] == case.initial_state
 
 
-def test_the_engines_variant_is_a_throw_of_ten_metres_a_second():
+def test_the_engines_variant_is_a_throw_at_ten_metres_per_second():
     case = cases.get("projectile_parabola", "engines")
     _x, _y, vx, vy = case.initial_state
     assert vx**2 + vy**2 == 100
@@ -50,7 +50,7 @@ def test_quantities():
     assert float(found["apex_height"]) == 11.25
     assert float(found["landing_time"]) == 3
     assert float(found["landing_x"]) == float(found["range"]) == 60
-    # of all throws at 25 m/s: v^2/(2 g) upright, v^2/g at 45 degrees
+    # of all throws at 25 m/s: v^2/(2 g) straight up, v^2/g at 45 degrees
     assert float(found["highest_apex"]) == 31.25
     assert float(found["farthest_range"]) == 62.5
     # far from the origin the range keeps its digits

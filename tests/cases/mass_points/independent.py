@@ -1,4 +1,4 @@
-"""The second derivations of all moving cases together, and how they are compared with the equations of a case."""
+"""The second derivations of all cases together, and how they are compared with the equations of a case."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from gnomon.cases.core.arithmetic import rebind
 from gnomon.reference.numerics.taylor import flint_arithmetic
 from independent_mechanics import DIGITS
 
-SCENES = (
+DERIVATIONS = (
     *(independent_bodies, independent_chains, independent_contact, independent_earth, independent_impacts),
     *(independent_oscillators, independent_particles, independent_pendulums, independent_rolling),
 )
-"""Importing them fills the register of models."""
+"""Importing them fills MODELS."""
 STATES = 3
-"""Random states and numbers, each of every mode and transition."""
+"""The number of random states, with random parameters, for each mode and transition."""
 TOLERANCE = flint.arb("1e-30")
-"""Of the largest component: limits are right to 35 digits, everything else to more than 100."""
+"""Relative to the largest component: limits are accurate to 35 digits, all else to more than 100."""
 ROUNDED = flint.arb("1e-100")
-"""Where all components are zero, what is left of their terms."""
+"""Absolute, for components that are all zero: the round-off of their terms."""
 
 
 @contextmanager
 def many_digits() -> Iterator[None]:
-    """Balls of many digits and series of second order."""
+    """Use balls of many digits, and series of second order."""
     before, cap = flint.ctx.dps, flint.ctx.cap
     flint.ctx.dps, flint.ctx.cap = DIGITS, 3
     try:
@@ -46,14 +46,14 @@ def many_digits() -> Iterator[None]:
 
 
 def evaluated(function: Any, t: Any, s: Any, p: SimpleNamespace, constants: tuple[float, ...] = ()) -> list[Any]:
-    """A function of a case in balls; `s` are names with values, or the values."""
+    """A function of a case in balls; `s` has values by name, or is a sequence of values."""
     state = tuple(vars(s).values()) if isinstance(s, SimpleNamespace) else tuple(s)
     values = *vars(p).values(), *map(flint.arb, constants)
     return list(rebind(function, flint_arithmetic())(t, state, values))
 
 
 def same(found: Any, expected: Any, where: Any = "") -> None:
-    """Component by component, relative to the largest."""
+    """Assert that the components agree, relative to the largest."""
     size = max(abs(float(flint.arb(x))) for x in expected)
     for k, (a, b) in enumerate(zip(found, expected, strict=True)):
         assert abs(flint.arb(a) - b) <= TOLERANCE * size + ROUNDED, (where, k, float(flint.arb(a)), float(flint.arb(b)))

@@ -1,4 +1,4 @@
-"""Scenes of rigid bodies, each a few mass points that have its mass, centre and moments: tops, balls, discs."""
+"""Second derivations for rigid bodies, each made of a few mass points with its mass, centre and moments."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ def solid(
     mass: Any = 0,
     gravity: Sequence[Any] | None = None,
 ) -> list[tuple[Any, Vec]]:
-    """A body with these principal moments about `centre`: points at the distance 1 on its axes, the rest in the centre.
+    """A body with these principal moments about `centre`: points at distance 1 on its axes, the rest at the centre.
 
-    The moments are sums of m (y^2 + z^2): the sum of m x^2 is half the sum of all three less the one about x.
+    The moments are sums of m (y^2 + z^2), so the sum of m x^2 is half the sum of all three less the one about x.
     """
     total = (moments[0] + moments[1] + moments[2]) / 2
     points = [
@@ -50,19 +50,19 @@ def solid(
 
 
 def flat_body(w: World, mass: Any, moment: Any, centre: Vec, angle: Any, gravity: Sequence[Any] | None = None) -> None:
-    """A body in a plane with a moment about its centre."""
+    """A body that moves in a plane, with a moment about its centre."""
     for m, place in ((mass - moment, centre), *((moment / 2, centre + polar(side, angle)) for side in (1, -1))):
         w.mass(m, place, gravity)
 
 
 def rod(w: World, mass: Any, one: Vec, other: Vec, gravity: Sequence[Any]) -> None:
-    """A uniform rod: a sixth of it in each end, the rest in the middle (Simpson's rule)."""
+    """A uniform rod: a sixth of its mass at each end, the rest in the middle (Simpson's rule)."""
     for share, place in ((1, one), (4, (one + other) / 2), (1, other)):
         w.mass(flint.arb(mass) * share / 6, place, gravity)
 
 
 def small_turn(q: Sequence[Any]) -> list[Vec]:
-    """Rows of exp(hat q) to second order about q = 0, which is all that accelerations there need."""
+    """Rows of exp(hat q) to second order about q = 0, which suffices for accelerations there."""
     h = [(0, -q[2], q[1]), (q[2], 0, -q[0]), (-q[1], q[0], 0)]
     return [
         Vec(int(i == j) + h[i][j] + sum(h[i][k] * h[k][j] for k in range(3)) / 2 for j in range(3)) for i in range(3)
@@ -88,7 +88,7 @@ def spin(axes: Sequence[Vec]) -> Vec:
 
 
 def orthogonal(source: Any, p: Any, s: Any, mode: str) -> None:
-    """A random attitude: two turns."""
+    """A random attitude: a product of two rotations."""
     start = [Vec((1, 0, 0)), Vec((0, 1, 0)), Vec((0, 0, 1))]
     for axis in (start[2], Vec((3, 0, 4)) / flint.arb(5)):
         angle = flint.arb(source.uniform(-3, 3))
@@ -103,7 +103,7 @@ def turning_there(p: Any, s: SimpleNamespace) -> Any:
 
 
 def turning_back(p: Any, s: Any, q: Sequence[Any]) -> list[Any]:
-    """w in the body, and R = R(0) exp(hat q) row by row."""
+    """Body components of w, and R = R(0) exp(hat q) row by row."""
     turn = times(attitude(s), small_turn(q))
     in_space = spin(columns(turn))
     w = [dot(in_space, axis) for axis in columns(turn)]
@@ -146,13 +146,13 @@ def braked_body(w: World, p: Any, *q: Any) -> None:
 
 @model("rigid_body_stokes_medium_torque", **BODY)
 def driven_body(w: World, p: Any, *q: Any) -> None:
-    """The torque is a couple of level forces at two points of the body."""
+    """The torque is a couple of horizontal forces at two points of the body."""
     braked_body(w, p, *q)
     couple(w, columns(times(attitude(w.s), small_turn(q))), p.M)
 
 
 def couple(w: World, axes: Sequence[Vec], torque: Any) -> None:
-    """A torque about the vertical: opposite level forces on a body where its axes end, spread over all three."""
+    """A torque about the vertical: opposite horizontal forces at the ends of the body's axes, shared among all three."""
     reach = sum(e[0] * e[0] + e[1] * e[1] for e in axes)
     for e in axes:
         w.force(e, cross((0, 0, 1), [coefficient(x, 0) for x in e]) * (torque / coefficient(reach, 0)))
@@ -181,13 +181,13 @@ def sinking_body(w: World, p: Any, x: Any, y: Any, z: Any, *q: Any) -> None:
 
 
 def spun(axis: Vec, across: Vec, psi: Any) -> tuple[Vec, Vec, Vec]:
-    """Axes of a body whose third is `axis`, turned by psi about it; `across` is at right angles to it."""
+    """Axes of a body whose third axis is `axis`, rotated by psi about it; `across` is perpendicular to it."""
     one = across * cos(psi) + cross(axis, across) * sin(psi)
     return one, cross(axis, one), axis
 
 
 def euler_axes(theta: Any, phi: Any, psi: Any) -> tuple[Vec, Vec, Vec]:
-    """Those of R = Rz(phi) Rx(theta) Rz(psi): about the vertical, the line of nodes, the axis."""
+    """The axes of R = Rz(phi) Rx(theta) Rz(psi): rotations about the vertical, the line of nodes and the axis."""
     nodes = Vec((cos(phi), sin(phi), 0))
     return spun(turned((0, 0, 1), nodes, theta), nodes, psi)
 
@@ -213,7 +213,7 @@ def top(w: World, p: Any, theta: Any, phi: Any, psi: Any) -> None:
 
 
 def fast_top(p: Any, t: Any, s: Any) -> list[Any]:
-    """All angular momentum is a along the axis: the weight turns it about the vertical, at no nutation."""
+    """The angular momentum is a along the axis: the weight turns it about the vertical, without nutation."""
     path = [flint.arb_series([s.theta], 3), flint.arb_series([s.phi, 1], 3), flint.arb_series([s.psi], 3)]
     axis = euler_axes(*path)[2]
     here, turning = Vec(coefficient(x, 0) for x in axis), velocity(axis)

@@ -1,4 +1,4 @@
-"""Scenes of chains on curves and over edges, and of bodies that lose contact with what carries them."""
+"""Second derivations for chains on curves and over edges, and for bodies that lose contact."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from independent_pendulums import hanging
 
 @model("chain_in_circular_tube")
 def chain_in_a_tube(w: World, p: Any, theta: Any) -> None:
-    """Of mass 1: its links are the nodes of a quadrature."""
+    """A chain of mass 1, whose links are the nodes of a quadrature."""
     for x, weight in gauss(48):
         w.mass(weight / 2, hanging(p.R, theta + x * p.L / (2 * p.R)), (0, -p.g))
 
@@ -27,10 +27,10 @@ def chain_on_a_cycloid(w: World, p: Any, s: Any) -> None:
 
 
 def chain(w: World, p: Any, s: Any, pieces: list[tuple[Any, Any, Any]]) -> None:
-    """Of density 1, guided along a path on which its front is at s: every link moves by the same way.
+    """A chain of density 1, guided along a path with its front at s; all links move by the same distance.
 
-    `pieces` are depths below the start of the path, each a function of the place on it, with start and end of the
-    part of the chain that lies there.
+    `pieces`: for each piece of the path the depth below its start as a function of the arc length, and start and end
+    of the part of the chain on it.
     """
     w.mass(p.L, (s,))
     for depth, start, end in pieces:
@@ -44,7 +44,7 @@ def off_the_table(source: Any, p: Any, s: Any, mode: str) -> None:
 
 @model("chain_off_table", prepare=off_the_table)
 def chain_over_an_edge(w: World, p: Any, s: Any) -> None:
-    """Friction on what lies on the table is against its velocity."""
+    """Friction on the part on the table opposes its velocity."""
     on_table = s[0] < p.L
     chain(w, p, s, [(lambda y: y, 0 if on_table else s - p.L, s)])
     if on_table:
@@ -72,7 +72,7 @@ def over_a_quarter(source: Any, p: Any, s: Any, mode: str) -> None:
 
 @model("chain_quarter_circle", prepare=over_a_quarter)
 def chain_over_a_quarter(w: World, p: Any, s: Any) -> None:
-    """A level table, a quarter of a circle, a vertical."""
+    """A horizontal table, a quarter circle and a vertical."""
     quarter, tail, nothing = flint.arb.pi() * p.R / 2, s - p.L, flint.arb(0)
     pieces = []
     if tail[0] < quarter:
@@ -115,7 +115,7 @@ def of_the_rod(source: Any, p: Any, s: Any, mode: str) -> None:
 
 
 def on_the_floor(p: Any, s: SimpleNamespace) -> Any:
-    """Where the lower end stands on the floor is free in the second phase: here, as if it still touched the wall."""
+    """In the second phase the position on the floor is arbitrary: here as if the rod still touched the wall."""
     return [p.L / 2 * sin(s.theta), s.theta], [p.L / 2 * cos(s.theta) * s.omega, s.omega]
 
 
@@ -131,7 +131,7 @@ WALL = {"leaves_wall": lambda p, s, multipliers: multipliers[0] / (p.L / 2 * sin
     guards=WALL,
 )
 def falling_rod(w: World, p: Any, x: Any, theta: Any) -> None:
-    """Of mass 1, its lower end on the floor, its middle at x from the wall."""
+    """A rod of mass 1, its lower end on the floor, its middle at x from the wall."""
     half = Vec((p.L / 2 * sin(theta), -p.L / 2 * cos(theta)))
     middle = Vec((x, p.L / 2 * cos(theta)))
     rod(w, 1, middle + half, middle - half, (0, -p.g))

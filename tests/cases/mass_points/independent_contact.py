@@ -1,4 +1,4 @@
-"""Scenes with dry friction, guides and stops, and machines with belts, ropes and wheels."""
+"""Second derivations for dry friction, guides and stops, and machines with belts, ropes and wheels."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from independent_models import model
 
 
 def friction(w: World, place: Any, most: Any, slip: Any) -> None:
-    """Against the slip, `most` strong."""
+    """A friction force of size `most` against the slip."""
     size = sum(abs(x) for x in slip)
     w.force(place, [-most * x / size for x in slip])
 
 
 def by_sign(source: Any, p: Any, s: Any, mode: str) -> None:
-    """Modes are the sign of the velocity; none is left where it ends."""
+    """Modes are given by the sign of the velocity, which is zero at the end of a mode."""
     signs = {"up": 1, "right": 1, "moving": 1, "slide": 1, "turns": 1, "down": -1, "left": -1}
     name = "w" if hasattr(s, "w") else "v"
     speed = abs(getattr(s, name))
@@ -25,7 +25,7 @@ def by_sign(source: Any, p: Any, s: Any, mode: str) -> None:
 
 
 def on_the_incline(source: Any, p: Any, s: Any, mode: str) -> None:
-    """It sticks on an incline that is less steep than the angle of friction."""
+    """The block sticks on an incline that is less steep than the angle of friction."""
     by_sign(source, p, s, mode)
     if mode == "stick":
         p.alpha = source.random() * p.mu_s / (1 + p.mu_s)
@@ -33,7 +33,7 @@ def on_the_incline(source: Any, p: Any, s: Any, mode: str) -> None:
 
 @model("block_incline_friction", prepare=on_the_incline)
 def block_on_an_incline(w: World, p: Any, s: Any) -> None:
-    """The plane carries the component of the weight across it."""
+    """The normal force is the component of the weight normal to the plane."""
     up, across = Vec((cos(p.alpha), sin(p.alpha))), Vec((-sin(p.alpha), cos(p.alpha)))
     place = up * s
     w.mass(1, place, (0, -p.g))
@@ -60,7 +60,7 @@ def block_on_a_spring(w: World, p: Any, x: Any) -> None:
 
 
 def on_the_belt(source: Any, p: Any, s: Any, mode: str) -> None:
-    """The belt holds the block up to k x = mu_s m g; slipping, the block is slower."""
+    """The belt holds the block until k x = mu_s m g; a slipping block is slower than the belt."""
     s.v = p.V - source.uniform(0.1, 2) if mode == "slip" else p.V
     if mode == "at release":
         s.x = p.mu_s * p.m * p.g / p.k
@@ -86,7 +86,7 @@ def in_the_guide(source: Any, p: Any, s: Any, mode: str) -> None:
 
 @model("torpedo_firing_pin", prepare=in_the_guide)
 def firing_pin(w: World, p: Any, x: Any) -> None:
-    """In the frame of the torpedo, whose deceleration across the guide presses the pin on it with m a."""
+    """In the frame of the torpedo, whose deceleration presses the pin on the guide with m a."""
     w.mass(p.m, (x,))
     w.energy(p.k * (p.d0 - x) * (p.d0 - x) / 2)
     if w.mode == "moving":
@@ -98,7 +98,7 @@ def firing_pin(w: World, p: Any, x: Any) -> None:
 
 
 def warming(source: Any, p: Any, s: Any, mode: str) -> Any:
-    """The can stands on an incline that would hold it; the final lift is what makes it slide or float by then."""
+    """The can is on an incline that would hold it; the final lift P makes it slide or float."""
     s.v = flint.arb(0) if mode in ("stick", "at sets_off") else abs(s.v)
     p.alpha = (0.1 + source.random()) / 2 * p.mu_s / (1 + p.mu_s)
     t, share = p.T * source.uniform(0.2, 2), source.random()
@@ -111,7 +111,7 @@ def warming(source: Any, p: Any, s: Any, mode: str) -> Any:
 
 @model("sliding_can", prepare=warming)
 def can_on_an_incline(w: World, p: Any, s: Any) -> None:
-    """The plane carries the component of the weight across it less the lift of the air, or nothing."""
+    """The normal force is the component of the weight normal to the plane less the lift of the air, or zero."""
     down, across = Vec((cos(p.alpha), -sin(p.alpha))), Vec((sin(p.alpha), cos(p.alpha)))
     w.mass(p.m, down * s, (0, -p.g))
     if w.mode == "slide":
@@ -123,7 +123,7 @@ def can_on_an_incline(w: World, p: Any, s: Any) -> None:
 
 @model("atwood_pulley_systems")
 def atwood(w: World, p: Any, x: Any) -> None:
-    """The pulley is a mass I at the distance 1."""
+    """The pulley is a mass I at distance 1 from its axis."""
     w.mass(p.m1, (-x,), (-p.g,))
     w.mass(p.m2, (x,), (-p.g,))
     w.mass(p.I, polar(1, x / p.R))
@@ -135,12 +135,12 @@ def yo_yo(w: World, p: Any, y: Any) -> None:
 
 
 def wheels(source: Any, p: Any, s: Any, mode: str) -> None:
-    """Ahead: the first rim is the faster one."""
+    """In the mode `ahead` the first rim is the faster one."""
     if mode in ("ahead", "behind"):
         side = 1 if mode == "ahead" else -1
         s.w2 = (p.r1 * s.w1 - side * source.uniform(0.1, 3)) / p.r2
     else:
-        p.r2 = 2 * p.r1  # so that a binary64 state has no slip at all
+        p.r2 = 2 * p.r1  # so that a binary64 state has exactly no slip
         s.w2 = p.r1 * s.w1 / p.r2
 
 
@@ -151,7 +151,7 @@ def wheels(source: Any, p: Any, s: Any, mode: str) -> None:
     back=lambda p, s, q: [rate(q[0]), rate(q[1])],
 )
 def two_pulleys(w: World, p: Any, one: Any, two: Any) -> None:
-    """Masses I at the distance 1; the torque is a force there, the belt pulls at the rims."""
+    """Each wheel is a mass I at distance 1; the torque is a force there, the belt pulls at the rims."""
     rims = polar(p.r1, one), polar(p.r2, two)
     w.mass(p.I1, polar(1, one))
     w.mass(p.I2, polar(1, two))
@@ -166,7 +166,7 @@ def two_pulleys(w: World, p: Any, one: Any, two: Any) -> None:
 
 
 def torque(w: World, angle: Any, moment: Any) -> None:
-    """A force across a wheel at the distance 1."""
+    """A torque on a wheel as a tangential force at distance 1."""
     w.force(polar(1, angle), Vec((-sin(angle), cos(angle))) * moment)
 
 
@@ -194,7 +194,7 @@ def on_the_slope(source: Any, p: Any, s: Any, mode: str) -> None:
         side = 1 if mode == "ahead" else -1
         s.w = (s.v - side * source.uniform(0.1, 2)) / p.R
     else:
-        p.R = flint.arb(1) / 8  # so that a binary64 state has no slip at all
+        p.R = flint.arb(1) / 8  # so that a binary64 state has exactly no slip
         s.w = s.v / p.R
     if mode == "roll":
         p.alpha = source.random() * p.mu / (1 + p.mu)
@@ -207,7 +207,7 @@ def on_the_slope(source: Any, p: Any, s: Any, mode: str) -> None:
     back=lambda p, s, q: [q[0], rate(q[0]), rate(q[1])],
 )
 def body_on_a_slope(w: World, p: Any, s: Any, angle: Any) -> None:
-    """Down the slope to the right, so that it turns clockwise; the force acts at the material point of contact."""
+    """Down the slope is to the right, so the body turns clockwise; friction acts at the material point of contact."""
     down, across = Vec((cos(p.alpha), -sin(p.alpha))), Vec((sin(p.alpha), cos(p.alpha)))
     centre = down * s
     flat_body(w, 1, p.k * p.R * p.R, centre, -angle, (0, -p.g))

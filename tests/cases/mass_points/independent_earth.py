@@ -1,7 +1,7 @@
-"""Scenes on a turning planet: the inertial place of a point is its place on the planet, turned by the time.
+"""Second derivations on a rotating planet: an inertial position is that on the planet, rotated in time.
 
-`g` is apparent gravity in most of these cases: with it goes the force that lets a point at rest on the planet be in
-balance, the mass times the acceleration that such a point has in the inertial frame.
+`g` is apparent gravity in most of these cases: then a force is added with which a point at rest on the planet is in
+equilibrium, the mass times the acceleration of such a point in the inertial frame.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ def in_space(w: World, place: Sequence[Any], axis: Vec, turn: Any) -> Vec:
 
 
 def carried(w: World, place: Sequence[Any], axis: Vec, turn: Any) -> Vec:
-    """The acceleration in space of the point of the planet that is now at a place."""
+    """The acceleration in space of the point of the planet that is now at a position."""
     still = in_space(w, [coefficient(x, 0) for x in place], axis, turn)
     return Vec(2 * coefficient(x, 2) for x in still)
 
 
 def apparent_weight(w: World, p: Any, place: Vec, at: Vec | None = None) -> None:
-    """Of mass 1: g, and what lets a point rest at `at`, the place itself unless another is given."""
+    """For mass 1: g, and the force with which a point rests at `at`, by default at `place` itself."""
     axis = pole(p.lat)
     w.mass(1, in_space(w, place, axis, p.Om))
     w.force(in_space(w, place, axis, p.Om), in_space(w, UP * -p.g, axis, p.Om))
@@ -53,7 +53,7 @@ def falling_about_the_axis(w: World, p: Any, x: Any, y: Any, z: Any) -> None:
 
 @model("free_fall_first_order")
 def falling_with_the_unperturbed_velocity(w: World, p: Any, x: Any, y: Any, z: Any) -> None:
-    """The force that a point feels which moves through the axis with the velocity u + g t."""
+    """The force on a point that moves through the axis with the velocity u + g t."""
     w.mass(1, (x, y, z), (0, 0, -p.g))
     unperturbed = Vec((p.ux, p.uy, p.uz)) - UP * (p.g * w.t[0])
     since = w.t - w.t[0]
@@ -80,21 +80,21 @@ def in_a_shaft(w: World, p: Any, x: Any, y: Any) -> None:
 
 
 def tangent(source: Any, p: Any, s: Any, mode: str) -> None:
-    """Off the unit sphere, as a rounded start may be, with a velocity along its own."""
+    """A point off the unit sphere, as a rounded start may be, with a velocity tangent to the sphere through it."""
     e, v = Vec((s.ex, s.ey, s.ez)), Vec((s.vx, s.vy, s.vz))
     s.vx, s.vy, s.vz = v - e * (dot(e, v) / dot(e, e))
 
 
 @model("foucault_pendulum_nonlinear", prepare=tangent)
 def foucault_pendulum(w: World, p: Any, ex: Any, ey: Any, ez: Any) -> None:
-    """e is the place over the length."""
+    """e is the position over the length."""
     place = Vec((ex, ey, ez)) * p.L
     apparent_weight(w, p, place)
     w.keep(dot(place, place))
 
 
 def below(p: Any, x: Any, y: Any) -> Vec:
-    """On the sphere about the support, which is the origin."""
+    """The position on the sphere about the support, which is the origin."""
     return Vec((x, y, -sqrt(p.L * p.L - x * x - y * y)))
 
 
@@ -111,7 +111,7 @@ def foucault_centrifugal(w: World, p: Any, x: Any, y: Any) -> None:
 
 @model("foucault_precession", about=at_rest)
 def foucault_precession(w: World, p: Any, x: Any, y: Any) -> None:
-    """A swing over ground that turns below it about the local vertical, at the vertical part of the Earth's rate."""
+    """A swing above ground that rotates about the local vertical at the vertical component of the Earth's rate."""
     place = in_space(w, below(p, x, y), UP, p.Om * sin(p.lat))
     w.mass(1, place, (0, 0, -p.g))
 
@@ -121,11 +121,11 @@ COMPASS = {
     "momenta": lambda p: {1: p.C * p.s},
     "back": lambda p, s, q: [q[0], rate(q[0])],
 }
-"""The axial spin is a momentum that nothing changes."""
+"""The axial spin as a constant momentum."""
 
 
 def rotor(w: World, p: Any, axis: Vec, across: Vec, psi: Any, earth: Vec) -> None:
-    """A symmetric body on the turning Earth, about its centre."""
+    """A symmetric body on the rotating Earth, about its centre."""
     solid(w, (p.A, p.A, p.C), [in_space(w, e, earth, p.Om) for e in spun(axis, across, psi)])
 
 
@@ -140,14 +140,14 @@ def gyrocompass(w: World, p: Any, theta: Any, psi: Any) -> None:
 
 
 def slow_earth(p: Any, s: SimpleNamespace, small: Any) -> Any:
-    """A fast spin on an Earth that turns slowly: their product stays, the square of the Earth's rate goes."""
+    """A fast spin on a slowly rotating Earth: their product stays constant, the square of the Earth's rate vanishes."""
     return SimpleNamespace(**(vars(p) | {"Om": p.Om * small, "s": p.s / small})), s
 
 
 @model("gyrocompass_damped_nonlinear", **COMPASS)
 @model("gyrocompass_damped", about=at_rest, limit=slow_earth, **COMPASS)
 def damped_gyrocompass(w: World, p: Any, theta: Any, psi: Any) -> None:
-    """The damper stands on the Earth: at the distance 1 on the axis, its force is c times the velocity over it."""
+    """The damper is fixed to the Earth: at distance 1 on the axis, its force is c times the relative velocity."""
     gyrocompass(w, p, theta, psi)
     end = Vec((sin(theta), cos(theta), 0))
     earth = earth_axis(p)
@@ -163,7 +163,7 @@ def damped_gyrocompass(w: World, p: Any, theta: Any, psi: Any) -> None:
     back=lambda p, s, q: [q[0], q[1], rate(q[0]), rate(q[1])],
 )
 def tilting_gyrocompass(w: World, p: Any, theta: Any, beta: Any, psi: Any) -> None:
-    """theta from north to the west, beta upward; a weight below the axis pulls it level."""
+    """theta from north to the west, beta upward; a weight below the axis pulls it to the horizontal."""
     level = Vec((-sin(theta), cos(theta), 0))
     left = cross(UP, level)
     axis = level * cos(beta) + UP * sin(beta)

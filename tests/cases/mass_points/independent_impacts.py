@@ -1,4 +1,4 @@
-"""Scenes with impacts: the impulse acts along the gap that closes, and opens it with the restitution."""
+"""Second derivations for impacts: the impulse acts along the gap that closes, and opens it with the restitution."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from independent_models import model
 
 
 def on_the_plane(source: Any, p: Any, s: Any, mode: str) -> None:
-    """At a bounce it comes down; at rest and sliding it has no velocity across."""
+    """At a bounce the ball moves down; at rest or sliding it has no normal velocity."""
     height, speed = ("y", "vy") if hasattr(s, "vy") else ("y", "v")
     if mode != "flight":
         setattr(s, height, flint.arb(0))
@@ -28,7 +28,7 @@ def bouncing_ball(w: World, p: Any, y: Any) -> None:
 
 
 def bounces(w: World, gap: Any, restitution: Any) -> None:
-    """Limit: what is left after endless bounces."""
+    """At the limit, after infinitely many bounces, the normal velocity is zero."""
     if w.mode in ("rest", "slide"):
         w.keep(gap)
     if w.mode in ("at bounce", "at limit"):
@@ -59,14 +59,14 @@ def on_the_spring(source: Any, p: Any, s: Any, mode: str) -> None:
 
 @model("work_energy_spring_block", prepare=on_the_spring)
 def block_on_an_upright_spring(w: World, p: Any, y: Any) -> None:
-    """The spring pushes and does not pull."""
+    """The spring only pushes."""
     w.mass(p.m, (y,), (-p.g,))
     if y[0] < 0:
         w.energy(p.k * y * y / 2)
 
 
 def touching(source: Any, p: Any, s: Any, mode: str) -> None:
-    """Balls in a row: those of the impact stand at one place."""
+    """Balls in a row: those that collide have the same coordinate."""
     if mode.startswith("at impact"):
         left, right = mode[-2], mode[-1]
         setattr(s, f"x{right}", getattr(s, f"x{left}"))
@@ -126,7 +126,7 @@ def around_the_burst(source: Any, p: Any, s: Any, mode: str) -> Any:
 
 @model("exploding_projectile", prepare=around_the_burst)
 def two_parts(w: World, p: Any, x1: Any, y1: Any, x2: Any, y2: Any) -> None:
-    """The burst pushes the parts off each other."""
+    """The burst is an impulse between the parts."""
     w.mass(p.m1, (x1, y1), (0, -p.g))
     w.mass(p.m2, (x2, y2), (0, -p.g))
     if w.mode == "at burst":

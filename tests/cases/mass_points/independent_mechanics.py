@@ -1,11 +1,11 @@
-"""Accelerations by d'Alembert's principle from places in an inertial Cartesian frame, differentiated automatically.
+"""Accelerations by d'Alembert's principle from positions in an inertial Cartesian frame, differentiated automatically.
 
-A scene states where the mass points of a system are (a function of its coordinates and of time), the Cartesian forces
-that act on them, potential energies and constraints, and nothing else. Everything is evaluated on series of second
-order in time along a path q(t) = q + v t + a t^2/2: with a = 0, and with a = 1 in one coordinate after another. What
-the second coefficient of a place gains is its displacement with that coordinate, so that sum (m r'' - F) . dr = 0 for
-all displacements that the constraints allow is a linear system for the true a. No acceleration, mass matrix, inertial
-force or equation of motion is written down anywhere.
+A second derivation states the positions of the mass points of a system (functions of its coordinates and of time), the
+Cartesian forces on them, potential energies and constraints, and nothing else. All are evaluated on series of second
+order in time along a path q(t) = q + v t + a t^2/2: with a = 0, and with a = 1 in each coordinate in turn. The change
+of the second coefficient of a position is its displacement with that coordinate, so sum (m r'' - F) . dr = 0 for all
+displacements that the constraints allow is a linear system for the actual a. No acceleration, mass matrix, inertial
+force or equation of motion is written down.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from typing import Any
 import flint
 
 DIGITS = 220
-"""A limit works with numbers of up to 1e70 and divides by `SMALL`; some 80 digits are left."""
+"""Limits use numbers of up to 1e70 and divide by `SMALL`; about 80 digits remain."""
 SMALL = flint.fmpq(1, 10**35)
-"""The small parameter of a limit; its first power is the error, so limits are right to about 35 digits."""
-Scene = Callable[..., None]
+"""The small parameter of a limit; the error is of its first power, so limits are accurate to about 35 digits."""
+Derivation = Callable[..., None]
 
 
 def _function(name: str) -> Callable[[Any], Any]:
@@ -75,12 +75,12 @@ def length(a: Sequence[Any]) -> Any:
 
 
 def velocity(place: Sequence[Any]) -> Vec:
-    """Of a point that moves along the path."""
+    """The velocity of a point that moves along the path."""
     return Vec(coefficient(x, 1) for x in place)
 
 
 def turned(place: Sequence[Any], axis: Sequence[Any], angle: Any) -> Vec:
-    """The place turned about a unit axis through the origin (Rodrigues' formula)."""
+    """The position rotated about a unit axis through the origin (Rodrigues' formula)."""
     c, s = cos(angle), sin(angle)
     return Vec(Vec(place) * c + cross(axis, place) * s + Vec(axis) * (dot(axis, place) * (1 - c)))
 
@@ -90,7 +90,7 @@ def polar(r: Any, angle: Any) -> Vec:
 
 
 def integral(function: Callable[[Any], Any], start: Any, end: Any, nodes: int = 48) -> Any:
-    """Over [start, end] by Gauss' quadrature: exact for polynomials, right to some 60 digits for a sine."""
+    """The integral over [start, end] by Gauss' quadrature: exact for polynomials, to about 60 digits for a sine."""
     half, total = (end - start) / 2, flint.arb(0)
     for x, weight in gauss(nodes):
         total = total + function(start + half * (1 + x)) * weight
@@ -98,7 +98,7 @@ def integral(function: Callable[[Any], Any], start: Any, end: Any, nodes: int = 
 
 
 def gauss(nodes: int) -> list[tuple[Any, Any]]:
-    """Places and weights of Gauss' quadrature on [-1, 1]."""
+    """Nodes and weights of Gauss' quadrature on [-1, 1]."""
     key = nodes, flint.ctx.prec
     if key not in _GAUSS:
         _GAUSS[key] = [flint.arb.legendre_p_root(nodes, k, weight=True) for k in range(nodes)]
@@ -109,7 +109,7 @@ _GAUSS: dict[tuple[int, int], list[tuple[Any, Any]]] = {}
 
 
 class World:
-    """What a scene fills: mass points, forces and constraints along one path.
+    """Mass points, forces and constraints along one path, which a second derivation fills in.
 
     `t` is the time, `s` the state at its start, `mode` the mode of a hybrid case, or `at` and the name of a transition.
     """
@@ -141,31 +141,31 @@ class World:
         self.energy(k * stretch * stretch / 2)
 
     def keep(self, value: Any) -> None:
-        """A holonomic constraint: the value stays as it is."""
+        """A holonomic constraint: the value stays constant."""
         self.kept.append(value)
 
     def no_slip(self, speed: Any) -> None:
-        """A constraint of velocities: the speed, made with `rate`, stays as it is; a transition makes it zero."""
+        """A constraint on velocities: the speed, made with `rate`, stays constant; a transition makes it zero."""
         self.slips.append(speed)
 
     def impulse(self, place: Sequence[Any], vector: Sequence[Any]) -> None:
-        """Of a transition: a given impulse at a place."""
+        """For a transition: a given impulse at a position."""
         self.impulses.append((place, vector))
 
     def kick(self, value: Any, change: Any) -> None:
-        """Of a transition: an impulse and its reaction along `value`, which change its rate by `change`."""
+        """For a transition: an impulse and its reaction along `value`, which change its rate by `change`."""
         self.kicks.append((value, change))
 
     def strike(self, gap: Any, restitution: Any) -> None:
-        """Of a transition: the gap, which closes, opens with the restitution (Newton's law of impact)."""
+        """For a transition: the gap, which closes, opens with the restitution (Newton's law of impact)."""
         self.kick(gap, -(1 + restitution) * coefficient(gap, 1))
 
 
 @dataclass(frozen=True)
 class System:
-    """A scene at a time and a state."""
+    """A second derivation at a time and a state."""
 
-    scene: Scene
+    derivation: Derivation
     p: SimpleNamespace
     t: Any
     s: SimpleNamespace
@@ -173,7 +173,7 @@ class System:
 
     def along(self, q: Sequence[Any], v: Sequence[Any], a: Sequence[Any]) -> World:
         world = World(flint.arb_series([self.t, 1, 0], 3), self.s, self.mode)
-        self.scene(world, self.p, *(flint.arb_series([x, y, z / 2], 3) for x, y, z in zip(q, v, a, strict=True)))
+        self.derivation(world, self.p, *(flint.arb_series([x, y, z / 2], 3) for x, y, z in zip(q, v, a, strict=True)))
         return world
 
     def paths(self, q: Sequence[Any], v: Sequence[Any]) -> tuple[World, list[World]]:
@@ -182,7 +182,7 @@ class System:
         return self.along(q, v, [flint.arb(0)] * n), [self.along(q, v, unit) for unit in units]
 
     def velocities(self, q: Sequence[Any], v: Sequence[Any], momenta: dict[int, Any]) -> list[Any]:
-        """Those that have the given momenta sum m r' . dr/dq_i take the place of what `v` has there."""
+        """`v` with the velocities of some coordinates replaced, so that sum m r' . dr/dq_i are the given momenta."""
         unknown = list(momenta)
         v = [flint.arb(0) if i in unknown else x for i, x in enumerate(v)]
         base, moved = self.paths(q, v)
@@ -195,7 +195,7 @@ class System:
         return v
 
     def accelerations(self, q: Sequence[Any], v: Sequence[Any]) -> tuple[list[Any], list[Any]]:
-        """a, and the multipliers: the forces that hold the constraints, positive where they push their value up."""
+        """a, and the multipliers: the forces of the constraints, positive if they increase the constrained value."""
         base, moved = self.paths(q, v)
         now = [Vec(2 * coefficient(x, 2) for x in place) for _, place in base.masses]
         shifts = [_shifts(base.masses, world.masses) for world in moved]
@@ -218,7 +218,7 @@ class System:
 
 
 def _constraints(base: World, moved: list[World]) -> tuple[list[list[Any]], list[Any]]:
-    """Rows of A and what A a is equal to."""
+    """A, row by row, and the right-hand side of A a = held."""
     rows = [_row([w.kept[k] for w in moved], x) for k, x in enumerate(base.kept)]
     rows += [[coefficient(w.slips[k], 1) - coefficient(x, 1) for w in moved] for k, x in enumerate(base.slips)]
     return rows, [-2 * coefficient(x, 2) for x in base.kept] + [-coefficient(x, 1) for x in base.slips]
@@ -234,12 +234,12 @@ def _constrained(base: World, shifts: Any, loads: Any, rows: Any, held: Any) -> 
 
 
 def _row(moved: Sequence[Any], value: Any) -> list[Any]:
-    """The slope of a value with each coordinate."""
+    """The derivative of a value by each coordinate."""
     return [2 * (coefficient(x, 2) - coefficient(value, 2)) for x in moved]
 
 
 def _load(forces: Any, moved: Any) -> Any:
-    """The work of forces on a displacement of their places."""
+    """The work of forces on a displacement of their positions."""
     pairs = zip(forces, moved, strict=True)
     return sum((dot(_shift(a, b), [coefficient(x, 0) for x in f]) for (a, f), (b, _) in pairs), flint.arb(0))
 

@@ -1,4 +1,4 @@
-"""Which scene is whose: the register of second derivations, and the rates of a state that follow from a scene."""
+"""The second derivation of each case by name, and the rates of the state that follow from it."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from typing import Any
 
 import flint
 from gnomon.cases import case_class
-from independent_mechanics import SMALL, Scene, System, coefficient, rate
+from independent_mechanics import SMALL, Derivation, System, coefficient, rate
 
 
 @dataclass(frozen=True)
 class Model:
-    """A scene, and how the state of a case is read from its coordinates. By default the state is (q..., q'...).
+    """A second derivation, and how the state of a case follows from its coordinates; by default it is (q..., q'...).
 
     `there(p, s)` -> (q, q') and `back(p, s, q)` -> the state, from series of the coordinates; `momenta(p)` -> the
-    momenta that give the velocities of some coordinates. `prepare(random, p, s, mode)` makes a random state one of a
-    mode, or one that stands before a transition (`at` and its name); it returns the time at which it does, or None.
-    `about(p, s)`: the equations are linear about that state; `limit(p, s, small)`: as `small` goes to nothing.
-    `guards[transition](p, s, multipliers)`: what the guard is, where that is a force. `own(p, t, s)`: the rates, where
-    the case is no mechanical system but a law that is stated otherwise.
+    momenta that determine the velocities of some coordinates. `prepare(random, p, s, mode)` changes a random state to one
+    of a mode, or to one at a transition (`at` and its name); it returns the time of that state, or None.
+    `about(p, s)`: the equations are linear about that state; `limit(p, s, small)`: the limit as `small` tends to zero.
+    `guards[transition](p, s, multipliers)`: the guard, if it is a force. `own(p, t, s)`: the rates of a case that is not a
+    mechanical system.
     """
 
-    scene: Scene
+    derivation: Derivation
     there: Callable[..., Any] | None = None
     back: Callable[..., Any] | None = None
     momenta: Callable[..., dict[int, Any]] | None = None
@@ -36,7 +36,7 @@ class Model:
     own: Callable[..., list[Any]] | None = None
 
     def system(self, p: Any, t: Any, s: Any, mode: str) -> tuple[System, list[Any], list[Any]]:
-        found = System(self.scene, p, t, s, mode)
+        found = System(self.derivation, p, t, s, mode)
         values = list(vars(s).values())
         half = len(values) // 2
         q, v = self.there(p, s) if self.there else (values[:half], values[half:])
@@ -83,27 +83,27 @@ class Model:
 MODELS: dict[str, Model] = {}
 
 
-def model(*names: str, **how: Any) -> Callable[[Scene], Scene]:
-    """The scene of the cases of these names."""
+def model(*names: str, **how: Any) -> Callable[[Derivation], Derivation]:
+    """Registers the second derivation of the cases with these names."""
 
-    def keep(scene: Scene) -> Scene:
+    def keep(derivation: Derivation) -> Derivation:
         for name in names:
             assert name not in MODELS, name
-            MODELS[name] = Model(scene, **how)
-        return scene
+            MODELS[name] = Model(derivation, **how)
+        return derivation
 
     return keep
 
 
 def at_rest(p: Any, s: SimpleNamespace) -> SimpleNamespace:
-    """The state in which everything is zero: about which small motions are."""
+    """The state in which everything is zero, about which motions are small."""
     return SimpleNamespace(**{name: flint.arb(0) for name in vars(s)})
 
 
 def drawn(name: str, mode: str, seed: int) -> tuple[SimpleNamespace, Any, SimpleNamespace]:
-    """Random parameters, time and state of a case, as the mode or the transition wants them.
+    """Random parameters, time and state of a case, in the mode or at the transition.
 
-    A coordinate that the domain pins (a start at rest) is drawn all the same.
+    A coordinate whose initial value the domain fixes (a start at rest) is random too.
     """
     kind, source = case_class(name), random.Random(f"{name} {mode} {seed}")
     parameters = [parameter.name for parameter in kind.parameter_list]

@@ -1,4 +1,4 @@
-"""Scenes of masses on a line: springs, dampers, loads that depend on time, and the walls of rubber tubes."""
+"""Second derivations for masses on a line (springs, dampers, loads that depend on time), rubber tubes and drag."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def around_the_pulse(source: Any, p: Any, s: Any, mode: str) -> Any:
 
 @model("impulse_instantaneous", prepare=around_the_pulse)
 def pushed_mass(w: World, p: Any, x: Any) -> None:
-    """The amplitude is that of half a sine with the impulse J."""
+    """The amplitude is that of a half sine with the impulse J."""
     w.mass(p.m, (x,))
     if p.t1 < w.t[0] and w.t[0] < p.t1 + p.T:
         share = (w.t - p.t1) / p.T
@@ -114,7 +114,7 @@ def thrown_pair(w: World, p: Any, x1: Any, y1: Any, x2: Any, y2: Any) -> None:
 
 @model("hanging_springs")
 def two_springs_in_series(w: World, p: Any, x: Any) -> None:
-    """The light joint stands where both springs pull alike."""
+    """The massless joint is where both springs have the same tension."""
     joint = x * (p.k2 / (p.k1 + p.k2))
     w.mass(p.m, (x,), (p.g,))
     w.energy((p.k1 * joint * joint + p.k2 * (x - joint) * (x - joint)) / 2)
@@ -122,16 +122,16 @@ def two_springs_in_series(w: World, p: Any, x: Any) -> None:
 
 @model("rubber_tube_thin")
 def thin_wall(w: World, p: Any, x: Any) -> None:
-    """A neo-Hookean wall of density 1 and radius 1, mu = w^2: stretched by x around and by 1/x through."""
+    """A neo-Hookean wall of density 1 and radius 1, mu = w^2, with stretch x along the circumference and 1/x radially."""
     w.mass(1, (x,))
     w.energy(p.w * p.w * (x * x + 1 / (x * x) - 2) / 2)
 
 
 @model("rubber_tube_thick")
 def thick_wall(w: World, p: Any, x: Any) -> None:
-    """Rings of the wall: R^2 = u of the unstressed one, of mass du, at r^2 = u + x^2 - 1; A = 1, mu = w^2.
+    """Rings of the wall: the one with R^2 = u unstressed has mass du and is at r^2 = u + x^2 - 1; A = 1, mu = w^2.
 
-    The rings are the nodes of a quadrature in log(u + x^2 - 1) at the present x, so that none is near a pole.
+    The rings are the nodes of a quadrature in log(u + x^2 - 1) at the present x, so that none is close to a pole.
     """
     offset = x * x - 1
     inner, outer = log(1 + offset[0]), log(1 + p.gam + offset[0])
@@ -147,7 +147,7 @@ def thick_wall(w: World, p: Any, x: Any) -> None:
 
 
 def drag(w: World, place: Any, factor: Any) -> None:
-    """Quadratic: factor times speed times velocity, against it."""
+    """Quadratic drag: factor times speed times velocity, against the velocity."""
     v = velocity(place)
     w.force(place, -v * (factor * length(v)))
 

@@ -1,4 +1,4 @@
-"""Scenes of particles: projectiles, charges, central forces, bodies that attract each other, beads on curves."""
+"""Second derivations for particles: projectiles, charges, central forces, gravitating bodies, beads on curves."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def in_the_planet(source: Any, p: Any, s: Any, mode: str) -> None:
 
 @model("planet_tunnel", prepare=in_the_planet)
 def fall_through_the_planet(w: World, p: Any, x: Any) -> None:
-    """Inside, only the sphere below pulls: its mass goes with the cube of the distance."""
+    """Inside, only the sphere below attracts; its mass is proportional to the cube of the distance."""
     w.mass(1, (x,))
     distance = abs(x[0])
     inner = distance if distance < p.R else p.R
@@ -157,7 +157,7 @@ def block_on_a_wedge(w: World, p: Any, X: Any, s: Any) -> None:
 
 @model("slider_rotating_slot")
 def slider(w: World, p: Any, r: Any) -> None:
-    """The wall pushes with the mass times the acceleration across the slot; friction is mu times that push."""
+    """The wall's force is the mass times the acceleration normal to the slot; friction is mu times that force."""
     place = polar(r, p.Om * w.t)
     w.mass(p.m, place)
     w.energy(p.k * (r - p.r0) * (r - p.r0) / 2)
@@ -218,7 +218,7 @@ def skating(p: Any, s: SimpleNamespace) -> Any:
     back=lambda p, s, q: [*q, q[0].derivative() * cos(q[2]) + q[1].derivative() * sin(q[2])],
 )
 def skate(w: World, p: Any, x: Any, y: Any, th: Any) -> None:
-    """The edge does not move across itself; its rate of turn stays as it is."""
+    """The edge does not move sideways; its rate of turn stays constant."""
     w.mass(1, (x, y), (p.gs, 0))
     w.mass(1, polar(1, th))
     w.no_slip(y.derivative() * cos(th) - x.derivative() * sin(th))
@@ -235,7 +235,7 @@ def skate(w: World, p: Any, x: Any, y: Any, th: Any) -> None:
     ],
 )
 def sleigh(w: World, p: Any, x: Any, y: Any, theta: Any) -> None:
-    """A mass ahead of the edge, and half the moment of inertia on either side of it, at the distance 1."""
+    """A mass ahead of the edge, and half the moment of inertia on either side of it, at distance 1."""
     centre = Vec((x, y)) + polar(p.a, theta)
     w.mass(p.m - p.I, centre)
     w.mass(p.I / 2, centre + polar(1, theta))

@@ -1,4 +1,4 @@
-"""Scenes of pendulums: on rods, strings and springs, on hoops that turn, on carts, and chains in a vertical plane."""
+"""Second derivations for pendulums: on rods, strings, springs, rotating hoops and carts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from independent_oscillators import drag
 
 
 def hanging(r: Any, theta: Any) -> Vec:
-    """The place at r from the origin, theta from the downward vertical."""
+    """The position at r from the origin, theta from the downward vertical."""
     return Vec((r * sin(theta), -r * cos(theta)))
 
 
@@ -28,7 +28,7 @@ def swinging(source: Any, p: Any, s: Any, mode: str) -> None:
 
 @model("pendulum_quadratic_damping", prepare=swinging)
 def pendulum_in_air(w: World, p: Any, theta: Any) -> None:
-    """Of length and mass 1."""
+    """A pendulum of length and mass 1."""
     w.mass(1, hanging(1, theta), (0, -p.w2))
     drag(w, hanging(1, theta), p.c)
 
@@ -91,14 +91,14 @@ def around_the_blow(source: Any, p: Any, s: Any, mode: str) -> Any:
 
 @model("torque_impulse_on_arm", prepare=around_the_blow)
 def arm(w: World, p: Any, theta: Any) -> None:
-    """The blow is an impulse H/l across the free end."""
+    """The torque impulse is an impulse H/l normal to the arm at its free end."""
     rod(w, p.m, hanging(0, theta), hanging(p.l, theta), (0, -p.g))
     if w.mode == "at blow":
         w.impulse(hanging(p.l, theta), Vec((cos(theta), sin(theta))) * (p.H / p.l))
 
 
 def on_a_hoop(r: Any, theta: Any, phi: Any) -> tuple[Any, Any, Any]:
-    """At theta from the downward vertical, in the plane at the azimuth phi."""
+    """The position at theta from the downward vertical in the plane with azimuth phi."""
     return r * sin(theta) * cos(phi), r * sin(theta) * sin(phi), -r * cos(theta)
 
 
@@ -114,7 +114,7 @@ def bead_on_a_swept_hoop(w: World, p: Any, theta: Any) -> None:
 
 @model("rotating_pendulum_free_hoop")
 def bead_on_a_free_hoop(w: World, p: Any, theta: Any, phi: Any) -> None:
-    """The hoop is a mass I at the distance 1 from the axis."""
+    """The hoop is a mass I at distance 1 from the axis."""
     w.mass(p.m, on_a_hoop(p.R, theta, phi), (0, 0, -p.g))
     w.mass(p.I, polar(1, phi))
 
@@ -141,7 +141,7 @@ def hinged_body(w: World, p: Any, theta: Any) -> None:
 
 @model("engineering_design_analysis")
 def governor(w: World, p: Any, theta: Any, phi: Any) -> None:
-    """Balls on both arms, the sleeve twice as far down as they are; the rotor is a mass I at the distance 1."""
+    """Balls on both arms, the sleeve twice as far down as they are; the rotor is a mass I at distance 1."""
     for side in (0, flint.arb.pi()):
         w.mass(p.m, on_a_hoop(p.L, theta, phi + side), (0, 0, -p.g))
     w.mass(p.M, (-2 * p.L * cos(theta),), (-p.g,))
@@ -154,7 +154,7 @@ def governor(w: World, p: Any, theta: Any, phi: Any) -> None:
     back=lambda p, s, q: [q[0], q[0].derivative()],
 )
 def sphere_in_a_bowl(w: World, p: Any, theta: Any, spin: Any) -> None:
-    """The point of the sphere that touches the bowl keeps its velocity along it, which is zero."""
+    """The velocity of the sphere's point of contact along the bowl stays zero."""
     centre = hanging(p.R - p.r, theta)
     flat_body(w, 1, p.r * p.r * 2 / 5, centre, spin, (0, -p.g))
     tangential = Vec((cos(theta), sin(theta)))
@@ -174,13 +174,13 @@ def before_the_impact(source: Any, p: Any, s: Any, mode: str) -> None:
 
 
 def bullet_from_the_block(p: Any, s: SimpleNamespace) -> Any:
-    """The bullet's velocity is one in space until it is inside, where it is none."""
+    """The bullet's velocity is that in space until the impact, and zero after it."""
     return [s.x, s.theta], [s.u - p.L * s.omega if s.u != 0 else s.u, s.omega]
 
 
 @model("ballistic_pendulum", prepare=before_the_impact, there=bullet_from_the_block)
 def bullet_and_block(w: World, p: Any, x: Any, theta: Any) -> None:
-    """x: from the block, which hangs at rest until the bullet is in it, to the bullet. Its weight counts from then."""
+    """x: from the block, which hangs at rest until the impact, to the bullet. The bullet has weight after the impact."""
     block = hanging(p.L, theta)
     inside = w.mode == "swing"
     w.mass(p.M, block, (0, -p.g))

@@ -1,4 +1,4 @@
-"""Scenes of bodies on a plane, bodies as in independent_bodies: billiard balls that slide and roll, a disc that rolls."""
+"""Second derivations for bodies on a plane, made as in independent_bodies: billiard balls, a rolling disc."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from independent_models import model
 
 
 def ball(w: World, p: Any, q: Sequence[Any]) -> Vec:
-    """A uniform solid sphere of mass 1 on the table; the material point of it that touches there."""
+    """A uniform solid sphere of mass 1 on the table; returns its material point of contact."""
     axes, centre = columns(small_turn(q[2:])), Vec((q[0], q[1], 0))
     moment = p.R * p.R * 2 / 5
     solid(w, (moment, moment, moment), axes, centre, 1)
@@ -38,14 +38,14 @@ def ball_back(p: Any, s: Any, q: Sequence[Any]) -> list[Any]:
 
 
 def sliding(source: Any, p: Any, s: Any, mode: str) -> None:
-    """The slip of the mode is nearest to its axis; at the end of sliding, it has none along that axis."""
+    """The slip is closest to the axis of the mode; at the end of sliding its component along that axis is zero."""
     if hasattr(s, "R11"):
         orthogonal(source, p, s, mode)
     along, across = abs(flint.arb(source.uniform(0.5, 1))), flint.arb(source.uniform(-0.4, 0.4))
     slips = {"east": (along, across), "west": (-along, across), "north": (across, along), "south": (across, -along)}
     sx, sy = slips.get(mode.split("_")[-1], (flint.arb(0), flint.arb(0)))
     if mode == "roll":
-        p.R = flint.arb(1) / 32  # so that a binary64 state has no slip at all
+        p.R = flint.arb(1) / 32  # so that a binary64 state has exactly no slip
     if mode.startswith("at rolls"):
         sx, sy = (flint.arb(0), sy) if mode[9:] in ("east", "west") else (sx, flint.arb(0))
     s.wx, s.wy = (sy - s.vy) / p.R, (s.vx - sx) / p.R
@@ -82,7 +82,7 @@ def couple_at(w: World, centre: Vec, axes: Sequence[Vec], torque: Any) -> None:
 
 
 def disc_there(p: Any, s: SimpleNamespace) -> Any:
-    """The rates of the angles from the components along the disc's axes; the place from rolling."""
+    """The rates of the angles from the components along the disc's axes; the velocity from rolling."""
     turning = [s.w1, s.w2 / sin(s.theta)]
     rates = [0, 0, *turning, s.w3 - turning[1] * cos(s.theta)]
     still = [flint.arb_series([x, v, 0], 3) for x, v in zip((s.x, s.y, s.theta, s.phi, s.psi), rates, strict=True)]
@@ -91,7 +91,7 @@ def disc_there(p: Any, s: SimpleNamespace) -> Any:
 
 
 def disc_axes(theta: Any, phi: Any, psi: Any) -> tuple[Sequence[Vec], Vec]:
-    """Axes that turn with the disc, and the steepest radius."""
+    """Axes that rotate with the disc, and the steepest radius."""
     axes, still = euler_axes(theta, phi, psi), euler_axes(theta, phi, flint.arb(0))
     return axes, still[1]
 
@@ -108,7 +108,7 @@ def disc_slip(p: Any, x: Any, y: Any, theta: Any, phi: Any, psi: Any) -> Vec:
     back=lambda p, s, q: [*q, rate(q[2]), rate(q[3]) * sin(q[2]), rate(q[4]) + rate(q[3]) * cos(q[2])],
 )
 def rolling_disc(w: World, p: Any, x: Any, y: Any, theta: Any, phi: Any, psi: Any) -> None:
-    """A thin disc of mass 1; the point of it that touches the ground has no velocity."""
+    """A thin disc of mass 1; its point of contact has velocity zero."""
     axes, radius = disc_axes(theta, phi, psi)
     square = p.a * p.a
     solid(w, (square / 4, square / 4, square / 2), axes, Vec((x, y, 0)) + radius * p.a, 1, (0, 0, -p.g))

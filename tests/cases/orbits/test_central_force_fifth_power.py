@@ -1,4 +1,4 @@
-"""The attraction k/r^5: the circle through the centre in closed form, and the instability of the one about it."""
+"""The attraction k/r^5: the circle through the centre in closed form, the instability of the circle about it."""
 
 import math
 
@@ -24,13 +24,15 @@ def test_at_zero_energy_the_orbit_is_a_circle_through_the_centre():
     assert math.isclose(float(case.quantities()["collision_time"]), math.pi / 4)
 
 
-def test_a_circle_about_the_centre_stays_and_errors_beside_it_grow():
-    """By e^(sqrt(2) t) and its opposite: delta'' = 2 delta, but for the change of the angular momentum."""
+def test_a_circle_about_the_centre_stays_and_errors_grow():
+    """delta'' = 2 delta at constant angular momentum: errors grow as e^(sqrt(2) t)."""
     circle = get(NAME, "circle")
     found = circle.sample(circle.times)
     assert np.max(np.abs(np.hypot(found[:, 0], found[:, 1]) - 1)) < 3e-16
-    moved = circle.with_numbers((1, 0, 2.0**-30, 1), circle.parameters)  # outward: the momentum is that of the circle
-    path = moved.sample(circle.times)
+    perturbed = circle.with_numbers(
+        (1, 0, 2.0**-30, 1), circle.parameters
+    )  # perturbed outward; its momentum remains close to that of the circle
+    path = perturbed.sample(circle.times)
     off = np.hypot(path[:, 0], path[:, 1]) - 1
     expected = 2.0**-30 * np.sinh(math.sqrt(2) * circle.times) / math.sqrt(2)
     assert np.allclose(off, expected, rtol=1e-4, atol=1e-15)

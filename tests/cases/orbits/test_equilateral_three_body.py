@@ -1,4 +1,4 @@
-"""The triangle's closed form against the integration that its neighbours use, and REBOUND's own equations."""
+"""The closed form of the triangle agrees with the integration that is used for starts close to it."""
 
 import math
 
@@ -18,7 +18,7 @@ def test_rounding_to_doubles_keeps_the_triangle(variant):
     assert case.initial_state == get(NAME, variant).initial_state
 
 
-def test_the_closed_form_is_what_the_equations_integrate_to():
+def test_the_closed_form_agrees_with_the_integrated_equations():
     case = get(NAME, span=3)
     integrated = IntegratedCase.motion(case)
     for t in (1, 3):
@@ -27,7 +27,7 @@ def test_the_closed_form_is_what_the_equations_integrate_to():
 
 
 @pytest.mark.slow
-def test_a_start_beside_the_triangle_leaves_it():
+def test_a_start_close_to_the_triangle_leaves_it():
     """Errors grow by e^(2 pi/sqrt 2) in each turn of a triangle of equal masses."""
     triangle, turn = get(NAME, "equal"), 6.100852
     growth = float(triangle.quantities()["growth_a_turn"])
@@ -35,7 +35,7 @@ def test_a_start_beside_the_triangle_leaves_it():
     start = list(triangle.initial_state)
     start[0] += 2.0**-40
     times = np.array([2 * turn, 3 * turn])
-    moved = triangle.with_numbers(start, triangle.parameters).with_span(3 * turn)
-    apart = np.linalg.norm((moved.sample(times) - triangle.sample(times))[:, :9], axis=1)
-    # The other parts of the error, a drift and a change of period, are a thousandth of the growing one by then.
+    perturbed = triangle.with_numbers(start, triangle.parameters).with_span(3 * turn)
+    apart = np.linalg.norm((perturbed.sample(times) - triangle.sample(times))[:, :9], axis=1)
+    # The other parts of the error, a drift and a change of the period, are then a thousandth of the growing one.
     assert math.isclose(apart[1] / apart[0], growth, rel_tol=0.005)

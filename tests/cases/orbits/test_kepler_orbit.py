@@ -28,7 +28,7 @@ def test_an_ellipse_is_certified_past_its_apocentre():
 def test_the_default_is_e06_and_the_variants_have_their_eccentricity():
     for variant, e in [(None, 0.6), ("e09", 0.9), ("e0999", 0.999), ("e0999999", 0.999999), ("speed_e099", 0.99)]:
         found = cases.get("kepler_orbit", variant).quantities()
-        # e = r v^2 / mu - 1 with the rounded v: two half ulps.
+        # e = r v^2 / mu - 1 with the rounded v: an error of two half ulps.
         assert float(found["eccentricity"]) == pytest.approx(e, abs=4e-16)
         # a = r / (1 - e): that error over 1 - e.
         assert float(found["semi_major_axis"]) == pytest.approx(1, abs=1e-15 / (1 - e))
@@ -44,7 +44,7 @@ def test_samples_are_the_nearest_doubles(variant):
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_no_sample_leaves_the_scales(variant):
-    """Distance and speed reach the scale and never pass it, on a grid that resolves the pericentre."""
+    """On a grid that resolves the pericentre, distance and speed reach the scale and never exceed it."""
     case = cases.get("kepler_orbit", variant)
     scales = case.scales()
     motion = case.motion()
@@ -57,7 +57,7 @@ def test_no_sample_leaves_the_scales(variant):
     assert np.max(np.hypot(states[:, 0], states[:, 1])) == pytest.approx(scales["length"], rel=0.02)
     assert np.max(np.hypot(states[:, 0], states[:, 1])) <= scales["length"] * (1 + 1e-15)
     assert np.max(np.hypot(states[:, 2], states[:, 3])) <= scales["velocity"] * (1 + 1e-15)
-    if variant != "e0999999":  # 1e-9 of the period away, the speed there is still below its peak
+    if variant != "e0999999":  # at 1e-9 of the period from the pericentre the speed is still below its peak
         assert np.max(np.hypot(states[:, 2], states[:, 3])) == pytest.approx(scales["velocity"], rel=0.02)
 
 
@@ -94,7 +94,7 @@ def test_sundman_formulation_carries_time():
     assert float(sundman.independent(period, 30)) == pytest.approx(2 * math.pi, rel=1e-15)
 
 
-def test_bodies_and_back():
+def test_bodies_are_converted_back_to_the_state():
     state = (0.3, 0.4, -1.0, 2.0)
     assert relative(bodies(state)) == state
 
@@ -128,8 +128,8 @@ def test_bad_numbers_are_named(numbers, message):
         cases.get("kepler_orbit", **numbers)
 
 
-def test_sampling_a_million_times_is_right_everywhere():
-    """Against high precision at a few of many times, through the fast path."""
+def test_samples_at_a_million_times_are_right():
+    """The fast way to sample agrees with high precision at a few of the times."""
     for variant in ("orbits_1e4",):
         case = cases.get("kepler_orbit", variant)
         times = np.random.default_rng(5).uniform(0, float(case.span), 4096)

@@ -40,7 +40,7 @@ def test_scales_are_reached_and_not_passed(variant):
     for name, part in (("length", states[:, :2]), ("velocity", states[:, 2:])):
         norms = np.linalg.norm(part, axis=1)
         assert np.max(norms) <= scales[name] * (1 + 1e-14)
-        # Within half a grid step, swing / 256, of a peak: 1 - cos(pi / 128).
+        # A peak is at most half a grid step of swing / 256 away: 1 - cos(pi / 128).
         assert np.max(norms) >= scales[name] * math.cos(math.pi / 128)
 
 
@@ -55,7 +55,7 @@ def test_sample_phases_leave_no_gap(variant):
             assert np.max(np.diff(np.append(phases, phases[0] + 1))) < 0.1
 
 
-def test_the_ladder_climbs_to_the_case():
+def test_each_level_of_the_hierarchy_is_closer_to_the_case():
     case = cases.get("foucault_pendulum_linear", span=20, L=1, Om="0.3")
     exact = case.sample(case.times)
     errors = []
@@ -66,15 +66,15 @@ def test_the_ladder_climbs_to_the_case():
     assert errors[0] > 10 * errors[1] > 0
 
 
-def test_for_slow_rotation_the_rung_misses_the_second_order_only():
+def test_for_slow_rotation_the_precession_level_has_an_error_of_second_order():
     # s - w0 = W^2 / (2 w0): the phase error is that times t.
     case = cases.get("foucault_pendulum_linear", span=3600)
     turn = 7.292115e-5 * math.sin(0.8526)
     phase = turn**2 / (2 * math.sqrt(9.81 / 67)) * float(case.times[-1])
     precession = case.hierarchy[1].case
-    # The rounding of the samples, some 1e-16, is far below the phase of 1e-5.
+    # The rounding of the samples, about 1e-16, is far below the phase of 1e-5.
     error = np.max(case.metric.distance(precession.sample(case.times), case.sample(case.times)))
-    # At rest in the turning Earth is V0 = 0 for both; their amplitudes differ by W/w0, times W/w0 again here.
+    # Both start at rest on the Earth; their amplitudes differ by W/w0, with an effect of (W/w0)^2 here.
     assert error == pytest.approx(phase, rel=0.2)
 
 
@@ -83,7 +83,7 @@ def test_reversal():
     state = case.sample(np.array([7.0]))[0]
     back, parameters = case.reversed(state)
     found = case.with_numbers(back, parameters).sample(np.array([7.0]))[0]
-    # Rounding of the state, times the ratio of the two radii's scales: some tens of ulps.
+    # Rounding of the state times the ratio of the two radii: some tens of ulps.
     np.testing.assert_allclose(found[:2], [0.1, 0], atol=1e-15)
     np.testing.assert_allclose(found[2:], 0, atol=1e-14)
 

@@ -1,4 +1,4 @@
-"""Foucault's pendulum at any amplitude: against closed forms where it has them."""
+"""Foucault's pendulum at any amplitude agrees with closed forms where they exist."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_without_rotation_a_plane_swing_is_the_pendulum() -> None:
             assert ey == vy == 0
             pairs = ((ex, mpmath.sin(theta)), (ez, -mpmath.cos(theta)), (vx, omega * mpmath.cos(theta)))
             for a, b in (*pairs, (vz, omega * mpmath.sin(theta))):
-                # The angle carries 60 digits, states of 36 are compared at rates of some 1/s.
+                # The angle has 60 digits, the states 36; rates are about 1/s.
                 assert abs(a - b) < mpf("1e-34")
 
 
@@ -46,7 +46,7 @@ def test_at_the_pole_the_height_is_an_elliptic_function() -> None:
 
 
 def test_small_swings_follow_the_linear_pendulum() -> None:
-    """Amplitude 1e-4: what is left out is of its third power times the phase of 15 rad."""
+    """Amplitude 1e-4: the error is its third power times the phase of 15 rad."""
     start = ("1e-4", 0, "-0.999999995", 0, 0, 0)
     sphere = get("foucault_pendulum_nonlinear", initial_state=start, Om=1, L=1, span=5)
     linear = get("foucault_pendulum_linear", initial_state=("1e-4", 0, 0, 0), Om=1, L=1, span=5)
@@ -55,7 +55,7 @@ def test_small_swings_follow_the_linear_pendulum() -> None:
 
 
 def test_the_plane_turns_clockwise_in_the_north() -> None:
-    # lat 90 degrees: the plane of a swing through the centre turns by -Om t, seen after whole numbers of half swings.
+    # At 90 degrees the plane of a swing through the centre turns by -Om t, seen after whole numbers of half swings.
     case = get(
         "foucault_pendulum_nonlinear",
         initial_state=("1e-3", 0, "-0.9999995", 0, 0, 0),
@@ -68,7 +68,7 @@ def test_the_plane_turns_clockwise_in_the_north() -> None:
     assert math.isclose(math.atan2(y, x), -0.01 * t, rel_tol=1e-3)
 
 
-def test_the_ladder_climbs() -> None:
+def test_each_level_of_the_hierarchy_is_closer_to_the_case() -> None:
     case = get(
         "foucault_pendulum_nonlinear", initial_state=("0.05", 0, "-0.99874921777190897", 0, 0, 0), L=1, Om="0.5", span=5
     )

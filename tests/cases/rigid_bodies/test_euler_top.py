@@ -41,7 +41,7 @@ def test_the_tumbling_body_flips():
     case = cases.get("euler_top", "flips_1e6")
     flip = float(case.quantities()["flip_interval"])
     rates = case.sample(np.array([0.0, flip, 2 * flip]))[:, 1]
-    # After each interval w2 is reversed, to the rounding of the time times the rate at which w2 changes, 1e-12 here.
+    # After each interval w2 is reversed, up to the rounding of the time times the rate of w2, 1e-12 here.
     np.testing.assert_allclose(rates, [1, -1, 1], atol=1e-9)
 
 
@@ -66,7 +66,7 @@ def test_speed_scores_rates_only():
 
 
 def test_conditioning_grows_exponentially_on_the_separatrix():
-    """Two e-foldings a unit of p t: p = sqrt((I3-I2)(L^2-2T I1)/(I1 I2 I3)) = 1.6159 per second."""
+    """Two e-foldings per unit of p t: p = sqrt((I3-I2)(L^2-2T I1)/(I1 I2 I3)) = 1.6159 per second."""
     case = cases.get("euler_top", "separatrix").rounded()
     early, late = case.conditioning(np.array([6.0, 8.0]))
     assert late / early == pytest.approx(np.exp(1.6159 * 2), rel=0.1)

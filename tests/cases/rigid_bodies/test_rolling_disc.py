@@ -1,4 +1,4 @@
-"""The rolling disc against what is known of it without integration: Legendre functions, small tilts, the circle."""
+"""The rolling disc agrees with what is known without integration: Legendre functions, small tilts, the circle."""
 
 import math
 
@@ -27,7 +27,7 @@ def legendre(theta):
 
 
 def first_integrals(state):
-    """The shares of the two solutions in w3, from w3 and dw3/dtheta = (2/3) w2 (Chaplygin 1897, Appell 1900)."""
+    """The coefficients of the two solutions in w3, from w3 and dw3/dtheta = (2/3) w2 (Chaplygin 1897, Appell 1900)."""
     _, _, theta, _, _, _, w2, w3 = map(mpf, state)
     (p, dp), (q, dq) = legendre(theta)
     slope, determinant = 2 * w2 / 3, p * dq - q * dp
@@ -35,7 +35,7 @@ def first_integrals(state):
 
 
 @pytest.mark.parametrize("variant", [None, "straight_slow", "grazing"])
-def test_legendre_functions_of_the_lean_give_the_spin(variant):
+def test_legendre_functions_of_the_inclination_give_the_spin(variant):
     case = get("rolling_disc", variant)
     case = case.with_span(case.span / 4)
     with mpmath.workdps(40):
@@ -62,18 +62,18 @@ def test_small_tilts_grow_or_swing_as_the_linear_theory_says(variant):
     tilt = case.sample(times)[:, 2] - math.pi / 2
     root, middle = math.sqrt(abs(square)), -push / square
     expected = middle + (first - middle) * (np.cosh(root * times) if square > 0 else np.cos(root * times))
-    # Terms of second order in the tilt, below 3e-4, are left out.
+    # The linear theory omits terms of second order in the tilt, below 3e-4.
     assert np.allclose(tilt, expected, rtol=0, atol=1e-3 * np.max(np.abs(expected)))
 
 
-def test_a_disc_leaning_at_the_circle_spin_stays_so():
+def test_a_disc_with_the_circle_spin_keeps_its_inclination():
     case = get("rolling_disc", "circle")
     spin = case.quantities()["circle_spin"]
     assert abs(float(spin) - float(case.initial_state[7])) < 1e-14
     found = case.sample(case.times)
     # The start is within 1e-15 of the circle, and the circle is stable.
     assert np.max(np.abs(found[:, [2, 5, 6, 7]] - [1, 0, 2, float(spin)])) < 1e-13
-    # On it the point of contact runs with -a psi' and turns with phi': a circle of radius a |psi'/phi'|.
+    # The point of contact moves at -a psi' and its direction turns at phi': a circle of radius a |psi'/phi'|.
     phi, psi = 2 / math.sin(1), float(spin) - 2 / math.tan(1)
     radius = float(case.parameters["a"]) * psi / phi
     x = -radius * np.sin(phi * case.times)
@@ -81,8 +81,8 @@ def test_a_disc_leaning_at_the_circle_spin_stays_so():
     assert np.allclose(found[:, :2], np.stack([x, y], axis=1), atol=1e-12)
 
 
-def test_turns_of_a_wild_answer_can_be_counted_and_stored():
-    """An integrator that blows up may return angles of 1e300, whose turns fit no integer of a database."""
+def test_whole_turns_of_a_diverged_answer_can_be_counted_and_stored():
+    """An integrator that diverges may return angles of 1e300, whose turns exceed the integers of a database."""
     case = get("rolling_disc", "circle", span=1)
     wrong = case.sample(case.times[:2])
     wrong[0, 3] = 1e300

@@ -1,4 +1,7 @@
-"""A case as seen from outside: its motion, what follows from it by differences, its events, its equations; no formula."""
+"""Independent values of derived quantities: the tools that compute them from motion, events and equations of a case.
+
+The modules independent_quantities_* use these: no formula of the case is used, only differences, roots and extremes.
+"""
 
 from __future__ import annotations
 
@@ -14,19 +17,22 @@ from gnomon.harness.certification.agreement import first_order_equations
 
 mp = mpmath.mp
 DIGITS = 40
-"""In which everything here is computed; a motion that is integrated has 33."""
-Oracle = Callable[["Outside", Any], Any]
+"""The precision of all computations here; an integrated motion has 33 digits."""
+Oracle = Callable[["ObservedMotion", Any], Any]
 SMOOTH: dict[str, Oracle] = {}
 HYBRID: dict[str, Oracle] = {}
-"""What each quantity is held against, of motions without and with events; filled by the modules `look_*`."""
+"""The independent computation of each quantity, for motions without and with events.
+
+The modules independent_quantities_* fill both.
+"""
 
 
 def number(value: Any) -> Any:
     return mpmath.mpf(value.numerator) / value.denominator
 
 
-class Outside:
-    """Coordinates and parameters are attributes of `at(t)` and `p`, in the precision of the caller."""
+class ObservedMotion:
+    """A case and its exact motion; coordinates are attributes of `at(t)`, parameters of `p`, in the caller's precision."""
 
     def __init__(self, case: Case) -> None:
         self.case = case
@@ -46,9 +52,9 @@ class Outside:
         return 200 if self.case.certified_digits > 30 else 33
 
     def slope(self, function: Callable[[Any], Any], t: Any = 0) -> Any:
-        """d/dt of a function of time, from one side, so that a start and an event can be differentiated too.
+        """The derivative of a function of time from one side, so also at the start and at an event.
 
-        Over 1e-12 of a time scale the error is 1e-24 of the third derivative, the cancelled digits are 12.
+        The step is 1e-12 time scales: the error is 1e-24 of the third derivative, and 12 digits cancel.
         """
         h = mpmath.mpf(self.case.time_scale) * mpmath.mpf("1e-12")
         return (4 * function(t + h) - 3 * function(t) - function(t + 2 * h)) / (2 * h)
@@ -57,14 +63,14 @@ class Outside:
         return self.slope(lambda s: getattr(self.at(s), name), t)
 
     def equations(self, state: Any, t: Any = 0, **changed: Any) -> tuple[Any, ...]:
-        """The right-hand sides at a state (a mapping fills up the start), with parameters changed at will."""
+        """The right-hand sides at a state (a mapping replaces coordinates of the start), with changed parameters."""
         if isinstance(state, dict):
             state = [state.get(name, x) for name, x in zip(self.names, self.state(0), strict=True)]
         values = [changed.get(name, v) for name, v in vars(self.p).items()]
         return tuple(rebind(first_order_equations(self.case), mpmath_arithmetic(mp))(t, tuple(state), tuple(values)))
 
     def jacobian(self, state: Any, t: Any = 0) -> Any:
-        """By central differences over 1e-12: right to some 24 digits of the third derivative."""
+        """The Jacobian by central differences over 1e-12: the error is about 1e-24 of the third derivative."""
         if isinstance(state, dict):
             state = [state.get(name, x) for name, x in zip(self.names, self.state(0), strict=True)]
         h, columns = mpmath.mpf("1e-12"), []
@@ -80,7 +86,7 @@ class Outside:
         return function(mpmath.mpf(t), self.state(t) if state is None else state, tuple(vars(self.p).values()))[0]
 
     def events(self, name: str = "") -> list[Any]:
-        """Those whose name starts so, states by name."""
+        """The events whose names start with `name`; coordinates of their states are attributes."""
         return [
             SimpleNamespace(
                 time=mpmath.mpf(event.time),
@@ -93,7 +99,7 @@ class Outside:
         ]
 
     def extremes(self, function: Callable[[SimpleNamespace], Any], until: Any = None, steps: int = 48) -> list[Any]:
-        """(t, value) of a function of the state at its ends and where its slope, refined by secants, is zero."""
+        """(t, value) of a function of the state at both ends and at its extremes, refined by secants on its slope."""
         until = mpmath.mpf(self.span if until is None else until)
 
         def slope(t: Any) -> Any:
@@ -104,7 +110,7 @@ class Outside:
         found = [(times[0], values[0]), (times[-1], values[-1])]
         for k in range(1, steps):
             if (values[k] - values[k - 1]) * (values[k + 1] - values[k]) <= 0:
-                # where the slope is a thousandth of a millionth off zero, the value is off by its square
+                # near an extreme the error of the value is the square of that of the time
                 t = mpmath.findroot(slope, (times[k - 1], times[k + 1]), solver="anderson", tol=1e-24, verify=False)
                 found.append((t, function(self.at(t))))
         return sorted(found)
@@ -116,54 +122,54 @@ class Outside:
         return max(value for _, value in self.extremes(function, until, steps))
 
 
-class Late(Outside):
-    """The same motion from a late time on."""
+class LaterMotion(ObservedMotion):
+    """The same motion, with time counted from `late`."""
 
-    def __init__(self, look: Outside, late: Any) -> None:
-        vars(self).update(vars(look))
+    def __init__(self, observed: ObservedMotion, late: Any) -> None:
+        vars(self).update(vars(observed))
         self.late = late
 
     def state(self, t: Any, digits: int = DIGITS) -> tuple[Any, ...]:
         return super().state(t + self.late, digits)
 
 
-def period_of(look: Outside) -> Any:
-    return look.found.get("period") or look.found.get("turn_time") or look.found.get("nutation_period")
+def period_of(observed: ObservedMotion) -> Any:
+    return observed.found.get("period") or observed.found.get("turn_time") or observed.found.get("nutation_period")
 
 
-def swing(look: Outside, rest: Any, coordinate: int = 0) -> Any:
-    """Angular frequency about a rest of a motion in one coordinate."""
-    found = look.jacobian(rest)
-    return mpmath.sqrt(-found[coordinate + len(look.names) // 2, coordinate])
+def swing(observed: ObservedMotion, rest: Any, coordinate: int = 0) -> Any:
+    """Angular frequency about an equilibrium `rest` of a motion in one coordinate."""
+    found = observed.jacobian(rest)
+    return mpmath.sqrt(-found[coordinate + len(observed.names) // 2, coordinate])
 
 
-def angle_at_rest(look: Outside, angle: Any) -> dict[str, Any]:
-    return {look.names[0]: mpmath.mpf(angle), look.names[1]: mpmath.mpf(0)}
+def angle_at_rest(observed: ObservedMotion, angle: Any) -> dict[str, Any]:
+    return {observed.names[0]: mpmath.mpf(angle), observed.names[1]: mpmath.mpf(0)}
 
 
 def close(a: Any, b: Any, digits: float = 18) -> bool:
-    """Half of the 40 digits may go into differences and their cancellation."""
+    """Whether two numbers agree to `digits`: differences and their cancellation may take half of the 40 digits."""
     if mpmath.isinf(a) or mpmath.isinf(b):
         return bool(a == b)
     return bool(a == b or abs(a - b) <= mpmath.mpf(10) ** -digits * max(abs(a), abs(b), mpmath.mpf(10) ** -6))
 
 
-def settings(hybrid: bool) -> list[tuple[str, str | None]]:
+def default_cases(hybrid: bool) -> list[tuple[str, str | None]]:
     """Every case on its defaults."""
     return [(name, None) for name in names() if (get(name).hybrid is not None) is hybrid]
 
 
 def uneven(case: Case) -> Case:
-    """The same with parameters of no special ratio, so that no factor hides in a 1; itself where its domain forbids."""
-    moved = {n: v * Fraction(100 + 3 * k, 100) for k, (n, v) in enumerate(case.parameters.items(), 1)}
+    """The case with parameters without simple ratios, so that a missing factor shows; itself if its domain forbids."""
+    changed = {n: v * Fraction(100 + 3 * k, 100) for k, (n, v) in enumerate(case.parameters.items(), 1)}
     try:
-        return get(case.name, initial_state=case.initial_state, **moved)
+        return get(case.name, initial_state=case.initial_state, **changed)
     except ValueError:
         return case
 
 
 def oracle(*labels: str, of: dict[str, Oracle] = SMOOTH) -> Callable[[Oracle], Oracle]:
-    """What a quantity is to be: its value, or whether it is right; a label may say of which case, `case.label`."""
+    """Registers a function that returns the value of a quantity, or whether a value is right; by `label` or `case.label`."""
 
     def keep(function: Oracle) -> Oracle:
         of.update(dict.fromkeys(labels, function))
@@ -172,18 +178,18 @@ def oracle(*labels: str, of: dict[str, Oracle] = SMOOTH) -> Callable[[Oracle], O
     return keep
 
 
-def label_of(look: Outside, value: Any) -> str:
-    return next(label for label, found in look.found.items() if found is value)
+def label_of(observed: ObservedMotion, value: Any) -> str:
+    return next(label for label, found in observed.found.items() if found is value)
 
 
-def scorer(oracles: dict[str, Oracle], name: str, variant: str | None) -> None:
-    """Every quantity against its oracle, that of the case itself first; a quantity without one fails."""
+def assert_quantities(oracles: dict[str, Oracle], name: str, variant: str | None) -> None:
+    """Compare every quantity with its independent computation, by `case.label` or else `label`; one without fails."""
     with mpmath.workdps(DIGITS):
-        look = Outside(get(name, variant) if variant else uneven(get(name)))
-        for label, value in look.found.items():
+        observed = ObservedMotion(get(name, variant) if variant else uneven(get(name)))
+        for label, value in observed.found.items():
             oracle = oracles.get(f"{name}.{label}") or oracles.get(label)
-            assert oracle is not None, f"{name} has {label}, at which nothing looks"
-            expected = oracle(look, value)
+            assert oracle is not None, f"{name}: no independent computation of the quantity {label}"
+            expected = oracle(observed, value)
             if not isinstance(expected, bool):
                 expected = close(value, expected), expected
                 assert expected[0], (label, value, expected[1])

@@ -1,4 +1,4 @@
-"""A simpler model is lifted to the coordinates of the full one: its start to the start, its way to places and their rates."""
+"""Each level's projection maps its states to those of the full case: the initial state, positions and their rates."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
 from gnomon.cases.core.metric import RATES
 
-LADDERS = [name for name in names() if get(name).hierarchy]
+HIERARCHIES = [name for name in names() if get(name).hierarchy]
 ANOTHER_START = {("spring_pendulum", "pendulum_simple"): "a rod is as long as the spring at rest, which is stretched"}
 OTHER_RATES = {
     ("lagrange_top", "lagrange_top_fast"): "its mean precession is not that of its tilt",
     ("lagrange_top", "lagrange_top_small_nutation"): "precession and spin are linear in the nutation",
     ("spherical_pendulum", "pendulum_simple"): "a plane swing has no azimuth that changes",
 }
-"""Rungs whose model leaves a rate out, or takes it from a formula of its own: why."""
+"""Levels whose model omits a rate or takes it from another formula, with the reason."""
 
 
 def slopes(case: Case) -> Callable[[float, tuple[float, ...]], Any]:
-    """Of a hybrid case those of the mode that it starts in: in all modes places change at the rates of the state."""
+    """The right-hand sides; for a hybrid case those of its first mode: in all modes positions change at the same rates."""
     parameters = tuple(map(float, case.parameter_values()))
     if case.hybrid is None:
         form = next(found for found in map(first_order, case.all_forms()) if found is not None)
@@ -31,10 +31,10 @@ def slopes(case: Case) -> Callable[[float, tuple[float, ...]], Any]:
     return lambda t, state: mode.equations(t, state, parameters + mode.constants)
 
 
-@pytest.mark.parametrize("name", LADDERS)
-def test_a_lifted_motion_starts_at_the_start_and_its_places_change_at_its_rates(name: str) -> None:
-    """What the model gets wrong is how rates change. Places by central differences of 1e-5 time scales: 1e-10 of the
-    rates is left out, and some ulp over 1e-5 is round-off, of far places more."""
+@pytest.mark.parametrize("name", HIERARCHIES)
+def test_a_projected_motion_starts_at_the_start_and_its_positions_change_at_its_rates(name: str) -> None:
+    """A model is wrong only in how rates change. Rates of positions by central differences over 1e-5 time scales: the
+    error is 1e-10 of the rates, plus some ulp of the position over 1e-5 by round-off."""
     full = get(name).rounded()
     start = np.array([list(map(float, full.initial_state))])
     places = [i for i, coordinate in enumerate(full.state) if coordinate.kind not in RATES]
