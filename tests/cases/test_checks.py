@@ -12,7 +12,15 @@ from gnomon.harness.certification.certify_checks import REQUIRED, certify_check
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from gnomon import cases
+
 ALL = [(name, variant) for name in checks() for variant in (None, *(v.name for v in check_class(name).variants))]
+
+
+def test_names_of_checks_are_listed_after_a_check_was_loaded() -> None:
+    """The folder cases/checks has the name of this function: to load it must not replace the function."""
+    check_class("moment_equipollent")
+    assert cases.checks() == checks()
 
 
 @pytest.mark.parametrize(("name", "variant"), ALL)
