@@ -28,7 +28,7 @@ Scenes = dict[str, dict[str, Any]]
 
 
 def work_scenes(run: Run) -> dict[str, Scenes]:
-    """The work-precision data of every scene by case: points, limits, and what it stresses; default scenes first."""
+    """The work-precision data of every problem by case: points, limits, and what it stresses; default variants first."""
     rows = run.reduced.assign(stresses=run.reduced.get("stresses", ""))
     scenes = rows.groupby(SCENE, sort=False)[["conditioning", "floor", "stresses"]].agg(
         {"conditioning": "max", "floor": "max", "stresses": "first"}
@@ -67,16 +67,16 @@ def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
         charts["tolerance"] = figures.tolerance_chart(figures.tolerance_spread(over), run.look)
     levels = run.hierarchies
     if len(levels):
-        charts["hierarchy"] = figures.ladder_chart(levels[levels["error"] > 0])
+        charts["hierarchy"] = figures.hierarchy_chart(levels[levels["error"] > 0])
     if len(run.policies):
         charts["policies"] = figures.policy_chart(run.policies)
     return charts
 
 
 def page_charts(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLevelMixin]) -> dict[str, Any]:
-    """What the page's script draws from: specifications, each scene's points, and the map of verdicts.
+    """The data of the page's script: specifications, the points of each problem, and the map of verdicts.
 
-    The two work-precision specifications hold all integrators; the page cuts them down to those of a scene.
+    The two work-precision specifications have all integrators; the page reduces them to those of a problem.
     """
     specs = {axis: columnar(work_precision(run.look, axis)) for axis in ("time", "calls")}
     cases = {
@@ -97,7 +97,7 @@ def page_charts(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLeve
 
 
 def _hundredths(points: pd.DataFrame) -> dict[str, list[Any]]:
-    """Columns with places in whole hundredths of a decade: a fifth of the size of a mark."""
+    """Columns with positions in whole hundredths of a decade, a fifth of the size of a mark."""
     found = {name: column.tolist() for name, column in points.items()}
     for name in ("time", "calls", "error"):
         found[name] = [None if math.isnan(value) else round(100 * value) for value in found[name]]
@@ -105,9 +105,9 @@ def _hundredths(points: pd.DataFrame) -> dict[str, list[Any]]:
 
 
 def _map(run: Run) -> dict[str, Any]:
-    """Verdicts of every scene, run or not, and integrator, a string a scene with three characters an integrator.
+    """Verdicts of every problem, run or not, and integrator: one string a problem, with three characters an integrator.
 
-    These are the verdict (its place in the list), the digits reached and the digits short of the attainable, both to
+    These are the verdict (its index in the list), the digits reached and the digits short of the attainable, both in
     base 36, `-` where there are none. `why` has the first failure of cells without an ok setting.
     """
     looks = run.look
@@ -141,9 +141,9 @@ def _map(run: Run) -> dict[str, Any]:
 
 
 def write_figures(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLevelMixin], folder: Path) -> None:
-    """Every chart as SVG and PNG: work-precision of the default scenes against time, and all others.
+    """Write every chart as SVG and PNG: work-precision of the default variants against time, and all others.
 
-    What an earlier report wrote and this one does not is removed: the files that its manifest lists, and no others.
+    Figures of an earlier report that this one does not have are removed: the files that its manifest lists, no others.
     """
     specification = work_precision(run.look, "time")
     wanted: dict[str, dict[str, Any]] = {name: chart.to_dict(validate=False) for name, chart in charts.items()}
@@ -152,7 +152,7 @@ def write_figures(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLe
             if not label.startswith("default"):
                 continue
             subtitle = label.removeprefix("default").removeprefix(" · ")
-            title = {"text": run.titles[name], "subtitle": subtitle or "default numbers"}
+            title = {"text": run.titles[name], "subtitle": subtitle or "default variant"}
             wanted[slug(name) + (f"_{slug(subtitle)}" if subtitle else "")] = drawn(
                 specification, scene["points"], scene["limits"]
             ) | {"title": title}
@@ -165,7 +165,7 @@ def write_figures(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLe
 
 
 def slug(text: str) -> str:
-    """A file name for any text: its letters, digits and underscores in lower case; a hash where that is not the text."""
+    """A file name for any text: its letters, digits and underscores in lower case, with a hash if that is another text."""
     plain = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_")
     if plain == text.replace(" ", "_") and 0 < len(plain) <= 60:
         return plain

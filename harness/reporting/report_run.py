@@ -1,4 +1,4 @@
-"""A results file, loaded and reduced once for all that a report says of it."""
+"""A results file, loaded and reduced once for all parts of a report."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from gnomon.harness.studies import model_hierarchy as hierarchies
 from gnomon.harness.studies.drift import rebuilt
 
 DECIMAL_STEPS = (1e-2, 1e-3, 1e-4)
-"""The steps at which engines are compared under their policies."""
+"""The steps (s) at which the policies of an engine are compared."""
 
 
 CHAPTERS = {
@@ -37,7 +37,7 @@ CHAPTERS = {
 
 @dataclass(frozen=True)
 class Run:
-    """The measurements of a results file, and what follows from them."""
+    """The measurements of a results file, and the frames that are computed from them."""
 
     path: Path
     frame: pd.DataFrame
@@ -49,7 +49,7 @@ class Run:
     def read(cls, path: Path, given: Mapping[str, type[Case]] | None = None) -> Run:
         """Raises ValueError for a file that is no results file, or an empty one."""
         frame = analysis.tidy(store.load(path))
-        # A pair that the suite never asked for is no failure of the integrator, and would fill the maps.
+        # Pairs outside the suite are not failures of an integrator, and would fill the maps.
         frame = frame[frame["reason"] != SIBLING[1]]
         if frame.empty:
             raise ValueError(f"{path}: holds no measurement yet; run `gnomon run` first")
@@ -77,7 +77,7 @@ class Run:
 
     @cached_property
     def classes(self) -> dict[str, type[Case]]:
-        """The classes of the cases that are installed or were given. A results file never says what to import."""
+        """The classes of the cases that are installed or were given. Nothing that a results file names is imported."""
         installed = installed_names()
         own = {name: case_class(name) for name in self.names if name in installed}
         return own | {name: found for name, found in self.given.items() if name in self.names}
@@ -114,16 +114,16 @@ class Run:
 
     @cached_property
     def scenes(self) -> pd.DataFrame:
-        """Every scene that was run, in the order of the book, a case's variants together: case, variant, scene."""
+        """Every problem that was run, in the order of the book, variants of a case together: case, variant, scene."""
         ran = tables.with_scenes(self.frame.drop_duplicates(["case", "variant", "formulation"]))
         place = {name: i for i, name in enumerate(self.names)}
         return ran.sort_values("case", key=lambda column: column.map(place), kind="stable")
 
     @cached_property
     def cases(self) -> list[Case]:
-        """The default cases of the run in the order of the book, rebuilt from their stored numbers.
+        """The default variants of the run in the order of the book, rebuilt from their stored parameters.
 
-        What is neither installed nor given is left out.
+        Cases that are neither installed nor given are left out.
         """
         found = []
         own = self.frame[self.frame["variant"] == ""].drop_duplicates("case").set_index("case", drop=False)
@@ -138,7 +138,7 @@ class Run:
 
     @cached_property
     def forms(self) -> dict[str, set[str]]:
-        """The forms that each case offers; of a case that is not known, those in which integrators took it."""
+        """The forms that each case offers; for a case that is not known, those in which integrators accepted it."""
         taken = {str(name): set(forms) for name, forms in self.frame.groupby("case")["form"]}
         return taken | {case.name: {type(form).__name__ for form in case.all_forms()} for case in self.cases}
 
@@ -159,6 +159,6 @@ class Run:
 
 
 def _place(section: str) -> tuple[int, ...]:
-    """The numbers of the first section named, to sort by; last where there is none."""
+    """The numbers of the first section named, as a sort key; a section without numbers is sorted last."""
     first = re.match(r"\d+(\.\d+)*", section)
     return tuple(map(int, first[0].split("."))) if first else (99,)

@@ -13,15 +13,15 @@ from gnomon.harness.results.analysis import NEVER_RAN, SERIES, STATUSES, TARGETS
 
 MEANINGS = {
     "ok": "ran, and its error is a true measure of its accuracy at this setting",
-    "inaccurate": "ran, but its error is above 0.1 of the motion's size and above 10 times the conditioning",
+    "inaccurate": "ran, but its error is above 0.1 of the size of the motion and above 10 times the conditioning",
     "diverged": "not finite, or the error is larger than the motion itself",
-    "refused": "the integrator declined, or gave back the initial state without taking a step",
+    "refused": "the integrator declined, or returned the initial state without a step",
     "timeout": "passed the time limit of a trial and was stopped",
     "crashed": "the process died, raised, or returned the wrong shape",
     "out_of_memory": "needed more memory than a worker may take",
     "interrupted": "the worker was ended from outside, or the machine had no memory or disk left; the next run repeats it",
-    "skipped": "not started: predicted to pass the time limit, or the setting before already had",
-    "unsupported": "the integrator does not take a form that the scene offers, or lacks something it needs",
+    "skipped": "not started: predicted to pass the time limit, or an earlier setting passed it",
+    "unsupported": "the integrator accepts no form that the problem offers, or lacks something that the problem needs",
     "not_installed": "the library is not installed on this machine",
 }
 
@@ -30,7 +30,7 @@ LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "fa
 
 
 def counted(number: int, noun: str) -> str:
-    """A number with its noun, in the plural where it is not one: 1 case, 2 cases, 0 libraries."""
+    """A number with its noun in singular or plural: 1 case, 2 cases, 0 libraries."""
     if number == 1:
         return f"1 {noun}"
     return f"{number} {noun[:-1]}ies" if noun.endswith("y") else f"{number} {noun}s"
@@ -59,24 +59,24 @@ def error_text(error: float) -> str:
 
 
 def short_text(value: float) -> str:
-    """A number to two figures, as it reads most easily: 0.43, 12, 1.2e-9."""
+    """A number to two figures, with an exponent only where it is very large or small: 0.43, 12, 1.2e-9."""
     if not math.isfinite(value):
         return "–"
     return f"{value:.2g}" if 0.01 <= value < 100 else f"{value:.0f}" if 100 <= value < 1000 else error_text(value)
 
 
 def overhead_text(seconds: float) -> str:
-    """The time of a null call, which the time beside it is without; nothing where none was measured."""
+    """The time of a null call, which the time beside it does not include; empty where none was measured."""
     return f" + {time_text(seconds)} a call" if math.isfinite(seconds) else ""
 
 
 def preparation_text(seconds: float) -> str:
-    """What was computed before the time beside it; nothing where none was measured."""
+    """The time of preparation, which the time beside it does not include; empty where none was measured."""
     return f"prepared in {time_text(seconds)}" if math.isfinite(seconds) else ""
 
 
 def spread_text(row: Mapping[str, Any]) -> str:
-    """The range of the error over turned starts, where the error is their median; else nothing."""
+    """The range of the error over turned starts, where the error is their median; else empty."""
     if not row.get("turned_starts", 0) > 0:
         return ""
     worst = error_text(row["error_high"]) if math.isfinite(row["error_high"]) else "not finite"
@@ -84,7 +84,7 @@ def spread_text(row: Mapping[str, Any]) -> str:
 
 
 def digits(error: float) -> int:
-    """The decimal digits that an error leaves right; 17 where it is zero."""
+    """The number of correct decimal digits at this error; 17 where it is zero."""
     return 17 if error == 0 else max(math.floor(-math.log10(error)), 0)
 
 
@@ -96,7 +96,7 @@ def ratio_text(ratio: float) -> str:
 
 
 def scene_name(case: str, variant: str, formulation: str) -> str:
-    """How a scene is written everywhere: case/variant (formulation)."""
+    """The name of a problem in every table: case/variant (formulation)."""
     return case + (f"/{variant}" if variant else "") + (f" ({formulation})" if formulation else "")
 
 
@@ -107,7 +107,7 @@ def with_scenes(table: pd.DataFrame) -> pd.DataFrame:
 
 @dataclass
 class Cell:
-    """A table cell: its text, a small second line, its class for the style sheet, and what a narrow page leaves out."""
+    """A table cell: its text, a small second line, its class for the style sheet, and text that a narrow page omits."""
 
     text: str
     note: str = ""
@@ -126,9 +126,9 @@ class Row:
 
 
 def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]:
-    """Per case and formulation, the fastest integrator at each target, with all that tie with it.
+    """Per case and formulation, the fastest integrator at each target, with those that are on a par with it.
 
-    Times are without the null call, which is named beside them, as is the time of a preparation.
+    Times do not include the null call and the preparation, which are printed beside them.
     """
     own = equal[equal["variant"] == ""].sort_values("seconds")
     found = {key: part.to_dict("records") for key, part in own.groupby(["case", "formulation", "target"], sort=False)}
@@ -151,10 +151,10 @@ def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]
 
 
 def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
-    """Over all default scenes, the integrators that are most often fastest or on a par at some error, and how often.
+    """Over all default variants, the integrators that are most often fastest or on a par at some error, and how often.
 
-    The `shown` first at each error; the note says on how many cases each gets there, and the median of its time over
-    the fastest's there. The row's note is the median time of a preparation, over the cases where it gets to any error.
+    The `shown` first at each error; the note says on how many cases each reaches it, and the median ratio of its time to
+    the fastest's there. The row's note is the median time of a preparation, over the cases where it reaches any error.
     """
     own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     cases = own.groupby("target")["case"].nunique()
@@ -179,7 +179,7 @@ def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
 
 
 def libraries(equal: pd.DataFrame) -> list[Row]:
-    """Each library's fastest against the fastest of all: median ratio over the default scenes that it reached."""
+    """The time of each library's fastest over that of the fastest of all: median over the default variants it reached."""
     own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     rows = []
     for library in own["library"].drop_duplicates():
@@ -198,10 +198,10 @@ def libraries(equal: pd.DataFrame) -> list[Row]:
 
 
 def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, list[Row]]:
-    """By case, time at equal error of every integrator that ran its default scene, fastest at 1e-6 first.
+    """By case, time at equal error of every integrator that ran its default variant, fastest at 1e-6 first.
 
-    Times are without the null call, which is named with the range over launches. The last cell is the median time of a
-    preparation: what is computed there is in none of the others.
+    Times do not include the null call, which is printed with the range over launches. The last cell is the median time
+    of a preparation, which the other cells do not include.
     """
     reached = _by_key(equal[equal["variant"] == ""], *SCENE_AND_NAME, "target")
     ran = reduced[(reduced["variant"] == "") & ~reduced["status"].isin(NEVER_RAN)]
@@ -230,8 +230,8 @@ def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, li
 def stability_rows(
     matrix: pd.DataFrame, trusted: pd.DataFrame, orders: pd.DataFrame, laws: pd.DataFrame, parts: pd.DataFrame
 ) -> dict[str, list[Row]]:
-    """By case, status, best error, order or error over tolerance, its parts and drift of each integrator on the default
-    scene.
+    """By case, status, smallest error, order or error over tolerance, parts of the error and drift of each integrator on
+    the default variant.
 
     The frames are those of `analysis.status_matrix`, `trust`, `orders`, `drift.laws` and `analysis.anatomy`.
     """
@@ -262,7 +262,7 @@ def stability_rows(
 
 
 def _by_key(table: pd.DataFrame, *columns: str) -> dict[tuple[Any, ...], dict[str, Any]]:
-    """The rows by what these columns hold; the first of several."""
+    """The rows by the values of these columns; of several rows with the same values the first."""
     found: dict[tuple[Any, ...], dict[str, Any]] = {}
     for row in table.to_dict("records"):
         found.setdefault(tuple(row[column] for column in columns), {str(name): value for name, value in row.items()})
@@ -288,7 +288,7 @@ def _order(found: dict[str, Any] | None) -> Cell:
 
 
 def _parts(found: dict[str, Any] | None) -> Cell:
-    """The error along the motion and across it, turns that angles lost, events against the exact ones."""
+    """The error along the motion and across it, lost turns of angles, events compared with the exact ones."""
     if found is None:
         return Cell("–", kind="none")
     words, note = [], ""
@@ -306,7 +306,7 @@ def _parts(found: dict[str, Any] | None) -> Cell:
 
 
 def _drift(laws: list[dict[str, Any]] | None) -> list[Cell]:
-    """Two cells: the law of the error's growth, and those of the invariants."""
+    """Two cells: the growth law of the error, and those of the invariants."""
     if laws is None:
         return [Cell("–", kind="none"), Cell("–", kind="none")]
     words = {law["quantity"]: (*_growth(law), error_text(law["size"])) for law in laws}
@@ -323,7 +323,7 @@ def _drift(laws: list[dict[str, Any]] | None) -> list[Cell]:
 
 
 def _growth(found: dict[str, Any]) -> tuple[str, str]:
-    """The law, – where the power's interval holds several, and the power with its interval."""
+    """The law (– if several are within the interval of the power), and the power with its interval."""
     power = ""
     if math.isfinite(found["power"]):
         power = f"power {found['power']:.2f} ({found['low']:.2f} to {found['high']:.2f})"
@@ -331,7 +331,7 @@ def _growth(found: dict[str, Any]) -> tuple[str, str]:
 
 
 def failure_groups(failed: pd.DataFrame) -> list[dict[str, Any]]:
-    """Failures by status, then integrator: how many trials, where, and one reason in its own words."""
+    """Failures by status, then integrator: how many trials, on which problems, and the first two reasons."""
     groups = []
     for status in STATUSES:
         part = failed[failed["status"] == status]

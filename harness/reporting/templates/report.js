@@ -1,12 +1,12 @@
-// Everything beyond the first tables travels compressed, and is built when it is first seen: the page opens at once,
-// however many scenes it holds.
+// All but the first tables is in the page in compressed form, and is built when it is first visible: the page opens at
+// once, however many problems it has.
 (() => {
   const state = { built: 0, failed: 0, ready: false };
   window.gnomonCharts = state;
   const options = { actions: { export: true, source: false, compiled: false, editor: false } };
   const all = (selector, within = document) => [...within.querySelectorAll(selector)];
   const TWO_TICKS = 2.05; // decades
-  const BESIDE = 28; // as many names as stand beside a diagram; more of them stand below it
+  const BESIDE = 28; // the most names of a legend beside a diagram; a longer legend is below it
   let data;
 
   async function unpacked(id) {
@@ -14,7 +14,7 @@
     return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
   }
 
-  // Data travel as columns, repeated words once.
+  // Data are stored as columns, with each repeated word once.
   function rows(columns) {
     const names = Object.keys(columns);
     const values = names.map((name) => {
@@ -24,7 +24,7 @@
     return (values[0] || []).map((_, i) => Object.fromEntries(names.map((name, k) => [name, values[k][i]])));
   }
 
-  // Places in diagrams travel as whole hundredths of a decade.
+  // Positions in diagrams are stored as whole hundredths of a decade.
   function pointsOf(scene) {
     const points = rows(scene.points);
     for (const point of points) for (const name of ["time", "calls", "error"]) if (point[name] !== null) point[name] /= 100;
@@ -37,7 +37,7 @@
     return spec;
   }
 
-  // A scale of all integrators is cut down to those that stand out in this scene, so that the legend has no strangers.
+  // A scale of all integrators is reduced to those in colour on this problem, so that the legend has no others.
   function restrict(node, present) {
     if (!node || typeof node !== "object") return;
     const scale = node.scale;
@@ -49,7 +49,7 @@
     Object.values(node).forEach((child) => restrict(child, present));
   }
 
-  // Layers without a point of their own (no failed trial, no grey line) have no extent: the scales are given theirs.
+  // Layers without points (no failed trial, no grey line) have no extent, so the domains of the scales are set here.
   function span(spec, points, limits, axis) {
     const drawn = points.filter((point) => point[axis] !== null && point.error !== null);
     const across = drawn.map((point) => point[axis]);
@@ -57,7 +57,7 @@
     const domains = { x: [0, 1], y: [Math.min(0, ...down) - 0.8, spec.datasets.margin[0].high] };
     if (across.length) {
       const [low, high] = [Math.min(...across), Math.max(...across)];
-      const beside = Math.max(0.15, (TWO_TICKS - (high - low)) / 2); // a logarithmic axis with one tick says nothing
+      const beside = Math.max(0.15, (TWO_TICKS - (high - low)) / 2); // at least two ticks on a logarithmic axis
       domains.x = [low - beside, high + beside];
     }
     for (const layer of spec.layer) {
@@ -77,7 +77,7 @@
     const axis = pressed("axis");
     const spec = charted(data.work.specs[axis]);
     const points = pointsOf(scene);
-    // Where nothing stands out, all failed, and the legend names these.
+    // If none is in colour, all failed, and the legend names these.
     if (pressed("which") === "all" || !points.some((point) => point.front && point[axis] !== null)) points.forEach((point) => (point.front = 1));
     spec.datasets.points = points;
     spec.datasets.limits = scene.limits;
@@ -118,7 +118,7 @@
     }
   }
 
-  // The maps: a row a case or scene, a column an integrator, three characters a cell (verdict, digits, digits short).
+  // The maps: a row a case or problem, a column an integrator, three characters a cell (verdict, digits, digits short).
   function made(tag, className, text = "", title = "") {
     const element = document.createElement(tag);
     if (className) element.className = className;
@@ -202,7 +202,7 @@
     return row;
   }
 
-  // One cell an integrator: on how many of the scenes no setting was right, and what went wrong most often.
+  // One cell an integrator: on how many of the problems no setting was ok, and the most frequent status of those.
   function brokenRow(map, name, scenes, shown) {
     const row = made("tr");
     shown.forEach((column) => {
@@ -215,8 +215,8 @@
       const broken = words.filter(([, lost]) => lost);
       broken.forEach(([word]) => (counts[word] = (counts[word] ?? 0) + 1));
       const most = Object.keys(counts).sort((a, b) => counts[b] - counts[a])[0];
-      const held = words.every(([word]) => word === "ok") ? "ok" : "partly";
-      const kind = most ?? (missing ? "not_run" : held);
+      const ran = words.every(([word]) => word === "ok") ? "ok" : "partly";
+      const kind = most ?? (missing ? "not_run" : ran);
       const failed = Object.entries(counts).map(([word, count]) => `${count} ${word}`).join(", ") || "none failed";
       const told = `of ${words.length} run ${failed}` + (missing ? `; ${missing} not run` : "");
       row.append(made("td", `s-${kind}`, broken.length || "", `${name}, ${map.series[column]}: ${told}`));
@@ -229,7 +229,7 @@
     const shown = map.series.map((_, i) => i);
     const table = made("table");
     table.append(heading(map, shown));
-    const many = (scenes) => `${scenes.length} scene${scenes.length > 1 ? "s" : ""}`;
+    const many = (scenes) => `${scenes.length} problem${scenes.length > 1 ? "s" : ""}`;
     const scenesOf = byCaseOf(map.rows);
     const caseRow = (name) => {
       const scenes = scenesOf.get(name) ?? [];
@@ -251,7 +251,7 @@
     place.append(table);
   }
 
-  // The contents: chapters with a case that has all the words stay, opened, and in them those cases.
+  // The table of cases: shows the cases that have all the words, and opens their chapters.
   function find(text) {
     const words = text.toLowerCase().replaceAll("_", " ").split(" ").filter(Boolean);
     all("details.chapter").forEach((chapter) => {
@@ -262,7 +262,7 @@
     });
   }
 
-  // A heading sorts by the numbers of its column, and again the other way; rows without a number stay last.
+  // A click on a heading sorts by its column, a second one in the other direction; rows without a number are last.
   function sort(table, column, button) {
     const up = button.getAttribute("aria-sort") === "ascending" ? -1 : 1;
     all("thead button", table).forEach((one) => one.removeAttribute("aria-sort"));
@@ -318,14 +318,14 @@
       }),
     );
     all("a[data-case]").forEach((link) => link.addEventListener("click", () => showCase(link.dataset.case)));
-    // Legends move below the diagram on a narrow page, so a change of width past that point builds it anew.
+    // On a narrow page legends are below the diagram: when the width passes that limit, it is built again.
     let narrow = window.innerWidth < 760;
     window.addEventListener("resize", () => {
       if (narrow === window.innerWidth < 760) return;
       narrow = !narrow;
       showScene();
     });
-    // On paper every chart must be there.
+    // A printed page has every chart.
     window.addEventListener("beforeprint", () => all(".chart").forEach((figure) => figure.dataset.state || build(figure)));
   }
 
