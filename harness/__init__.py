@@ -14,6 +14,7 @@ __all__ = ["compare", "load"]
 def __getattr__(name: str) -> Any:
     """`compare` and `load`, imported on first use: everything else here starts faster without them."""
     if name == "compare":
+        # slow to load: whoever imports a module of the harness goes without
         from gnomon.harness.running.run import compare
 
         return compare

@@ -16,7 +16,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from gnomon.cases import checks, get, names
+from gnomon.cases import check_names, get, names
 from gnomon.cases.core.sampling import SAMPLES
 from gnomon.harness.reporting import style
 from gnomon.harness.results import analysis
@@ -57,7 +57,7 @@ def test_the_digits_of_the_readme_are_those_of_the_certificates() -> None:
     fewer = [each for each in certificates if each["digits"] < closed]
     # What is itself an integration says so, or is followed by one: its cases may promise no more than the smaller number.
     assert all(each["required"] == integrated for each in fewer)
-    assert {each["case"] for each in certificates} == {*names(), *checks()}
+    assert {each["case"] for each in certificates} == {*names(), *check_names()}
 
 
 def test_the_numbers_of_the_readme_are_those_of_the_report(page: dict[str, Any]) -> None:

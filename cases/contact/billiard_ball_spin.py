@@ -24,8 +24,8 @@ from gnomon.cases.core.forms import FirstOrder, Hybrid, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Rule, positive, show
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.rigid_bodies.euler_top import ORTHOGONAL, EulerTopCase
-from gnomon.reference.contact.billiard_attitude import MOST_TURN, BilliardAttitude
-from gnomon.reference.contact.drilling_ball import DrillingBall
+from gnomon.reference.contact.billiard_ball_attitude import MOST_TURN, BilliardAttitude
+from gnomon.reference.contact.billiard_ball_drill import DrillingBall
 from gnomon.reference.numerics.precision import Number
 
 IDENTITY = (1, 0, 0, 0, 1, 0, 0, 0, 1)

@@ -7,9 +7,10 @@ from math import sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.contact.bouncing_ball import BouncingBall
-from gnomon.cases.core.case import Between, Case, Event, Invariant, Variant
+from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Impact, Mode, Transition, Values
 from gnomon.cases.core.impact_scene import INCLINE
+from gnomon.cases.core.interface import Between
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.contact.bouncing_ball_incline import BouncingIncline

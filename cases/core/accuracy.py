@@ -6,22 +6,19 @@ What takes many evaluations of the exact motion is kept on disk, under the exact
 from __future__ import annotations
 
 import hashlib
-import importlib
-import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
+from gnomon.cases.core.interface import SolvedCase
+from gnomon.cases.core.metric import Metric
 from gnomon.reference.numerics.certified import CertifiedMotion
 from gnomon.reference.numerics.precision import nearest_double
-from gnomon.reference.storage.diskcache import Entry, cached, fingerprint
+from gnomon.reference.storage.diskcache import Entry, cached
+from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from gnomon.cases.core.case import Case
 
 Floats = NDArray[np.float64]
 GRID = 257
@@ -32,7 +29,17 @@ CROWDED = 1e6
 """Where the time between events is below this many conditionings of their times, only position is scored."""
 
 
-def grid_scales(case: Case) -> dict[str, float]:
+class MeasuredCase(SolvedCase, Protocol):
+    """A case with the distance between two of its states."""
+
+    @property
+    def metric(self) -> Metric: ...
+
+
+C = TypeVar("C", bound=SolvedCase)
+
+
+def grid_scales(case: SolvedCase) -> dict[str, float]:
     """The maximum norm of each group over 257 equal steps of the span and the sample times (angles: at most pi).
 
     A group that stays zero gets the natural size that the case states, 1 SI unit where it states none.
@@ -53,14 +60,14 @@ def grid_scales(case: Case) -> dict[str, float]:
     return scales
 
 
-def floor(case: Case, times: Floats) -> Floats:
+def floor(case: MeasuredCase, times: Floats) -> Floats:
     """Half an ulp of each component of the exact state, in the metric, shape (len(times),)."""
     half = np.spacing(np.abs(case.sample(times))) / 2
     groups = [group for group in case.metric.groups if group.scored]
     return np.asarray(np.max([np.linalg.norm(half[:, list(g.indices)], axis=1) / g.scale for g in groups], axis=0))
 
 
-def conditioning(case: Case, times: Floats) -> Floats:
+def conditioning(case: MeasuredCase, times: Floats) -> Floats:
     """The typical effect, in the metric, of half an ulp in each number and in the time, shape (len(times),).
 
     The effects are exact differences of exact motions, taken one number at a time, and add as independent errors do:
@@ -73,7 +80,7 @@ def conditioning(case: Case, times: Floats) -> Floats:
     return _kept("conditioning", case, times, lambda: _conditioning(case, times))
 
 
-def _conditioning(case: Case, times: Floats) -> Floats:
+def _conditioning(case: MeasuredCase, times: Floats) -> Floats:
     moments = [Fraction(t) for t in times.tolist()]
     nominal = [case.exact(t, DIGITS) for t in moments]
     later = [case.exact(t + Fraction(math.ulp(t)) / 2, DIGITS) for t in moments]
@@ -88,7 +95,7 @@ def _conditioning(case: Case, times: Floats) -> Floats:
     return np.asarray(np.sqrt(total))
 
 
-def _coarser(case: Case, states: list[tuple[Any, ...]]) -> list[int]:
+def _coarser(case: SolvedCase, states: list[tuple[Any, ...]]) -> list[int]:
     """Up to 8 states, the first of those where a component is large that started above 0 but 1e5 times smaller.
 
     None where the motion cannot be started anywhere (driven, hybrid) or where that is too dear (integrated).
@@ -103,7 +110,7 @@ def _coarser(case: Case, states: list[tuple[Any, ...]]) -> list[int]:
     return sorted(found)[:RESTARTS]
 
 
-def _rounded_there(case: Case, state: tuple[Any, ...]) -> Case | None:
+def _rounded_there(case: C, state: tuple[Any, ...]) -> C | None:
     """The case from a state rounded to binary64; None where that is outside the domain, as off a constraint."""
     try:
         return case.with_numbers([nearest_double(x) for x in state], case.parameters)
@@ -111,9 +118,9 @@ def _rounded_there(case: Case, state: tuple[Any, ...]) -> Case | None:
         return None
 
 
-def _neighbours(case: Case) -> list[Case]:
+def _neighbours(case: C) -> list[C]:
     """The case with one number moved by half an ulp of it, for each number that is not zero."""
-    found = []
+    found: list[C] = []
     states = len(case.state)
     names = list(case.parameters)
     numbers = [*case.initial_state, *case.parameters.values()]
@@ -134,7 +141,7 @@ def _neighbours(case: Case) -> list[Case]:
     return found
 
 
-def _distances(case: Case, states: list[tuple[object, ...]], nominal: list[tuple[object, ...]]) -> Floats:
+def _distances(case: MeasuredCase, states: list[tuple[object, ...]], nominal: list[tuple[object, ...]]) -> Floats:
     """Distances between states that differ far below an ulp: differences first, in high precision."""
     rows = np.array(
         [[nearest_double(x - y) for x, y in zip(a, b, strict=True)] for a, b in zip(states, nominal, strict=True)]  # type: ignore[operator]
@@ -143,7 +150,7 @@ def _distances(case: Case, states: list[tuple[object, ...]], nominal: list[tuple
     return np.asarray(np.max(list(case.metric.by_group(rows, zero).values()), axis=0))
 
 
-def crowded(case: Case) -> frozenset[float]:
+def crowded(case: SolvedCase) -> frozenset[float]:
     """Sample times where the time between events is below 1e6 times the conditioning of the events' times."""
     neighbours, known, found = _neighbours(case), dict[int, float](), set()
     for t in case.times.tolist():
@@ -158,29 +165,19 @@ def crowded(case: Case) -> frozenset[float]:
     return frozenset(found)
 
 
-def _event_conditioning(case: Case, neighbours: list[Case], n: int) -> float:
+def _event_conditioning(case: SolvedCase, neighbours: Sequence[SolvedCase], n: int) -> float:
     """Effect of half an ulp in each number on the time of event n, and of its own, as a root of squares."""
     time = case.event_time(n, 40)
     effects = [nearest_double(other.event_time(n, 40) - time) for other in neighbours]
     return math.hypot(*effects, math.ulp(float(time)) / 2)
 
 
-def _kept(what: str, case: Case, times: Floats, build: Callable[[], Floats]) -> Floats:
+def _kept(what: str, case: SolvedCase, times: Floats, build: Callable[[], Floats]) -> Floats:
     """The array of `build`, from disk where neither the numbers nor the sources have changed since."""
-    code = source_digest(type(case).__module__)
+    code = closure(type(case).__module__)
     if code is None:
         return build()
     numbers = [str(value) for value in (*case.initial_state, *case.parameters.values(), case.span)]
     digest = hashlib.sha256(times.tobytes()).hexdigest()
     key = " ".join([what, type(case).__qualname__, code, *numbers, *case.scored, digest])
     return np.asarray(cached(key, lambda: Entry({what: build()})).arrays[what])
-
-
-@cache
-def source_digest(module: str) -> str | None:
-    """A hash of the packages and of the case's own module; None where that has no source, as in a notebook."""
-    try:
-        own = inspect.getsource(importlib.import_module(module))
-    except (OSError, TypeError):
-        return None
-    return hashlib.sha256(f"{fingerprint('gnomon.reference', 'gnomon.cases')}\n{own}".encode()).hexdigest()

@@ -8,12 +8,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from gnomon.cases.core import accuracy, sampling
 from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, SecondOrder, first_order
 from gnomon.cases.core.formulation import Formulation
+from gnomon.cases.core.interface import Between
 from gnomon.cases.core.metric import Metric
 from gnomon.cases.core.numbers import (
     DURATION,
@@ -30,14 +31,17 @@ from gnomon.cases.core.numbers import (
 )
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.turning import Turning
-from gnomon.reference.numerics.motion import Motion
-from gnomon.reference.numerics.precision import Number, exact
+from gnomon.reference.numerics.motion import MANY, Motion
+from gnomon.reference.numerics.pointwise import SAMPLE_DIGITS
+from gnomon.reference.numerics.precision import Number, exact, nearest_double
 from mpmath import mpf
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 MOST_EVENTS = 10_000
 """Within a span: each costs a millisecond or so."""
+EVENT_DIGITS = 20
+"""Of the times of events, between which the motion is smooth."""
 
 
 @dataclass(frozen=True)
@@ -61,18 +65,6 @@ class Event:
     name: str
     before: tuple[Any, ...]
     after: tuple[Any, ...]
-
-
-class Between(NamedTuple):
-    """Where a time stands among the events: how many are past, the last (0 at first), the next (infinite: none).
-
-    `gap` is the local time between events.
-    """
-
-    past: int
-    last: Any
-    next: Any
-    gap: Any
 
 
 @dataclass(frozen=True)
@@ -311,7 +303,7 @@ class Case:
             _ = copy.time_scale
         return copy
 
-    def with_numbers(self, initial_state: Sequence[Number], parameters: Mapping[str, Number]) -> Case:
+    def with_numbers(self, initial_state: Sequence[Number], parameters: Mapping[str, Number]) -> Self:
         """The same case and span with other numbers."""
         named: dict[str, Any] = dict(parameters)
         copy = type(self)(initial_state=initial_state, span=self.span, **named)
@@ -350,14 +342,23 @@ class Case:
             return sampling.sample_times(self)
 
     def sample(self, times: Floats) -> Floats:
-        """Exact states at `times`, shape (len(times), len(state)), each value within 0.51 ulp; fast for many times."""
+        """Exact states at `times`, shape (len(times), len(state)), each value within 0.51 ulp; fast for many times.
+
+        Next to zeros each value is the nearest double.
+        """
         with self._within_reach():
-            return sampling.sample(self, np.asarray(times, dtype=np.float64))
+            moments = np.asarray(times, dtype=np.float64)
+            if type(self).exact is not Case.exact:  # a case with its own way to the exact state, without a motion
+                return np.array([[nearest_double(x) for x in self.exact(t, SAMPLE_DIGITS)] for t in moments.tolist()])
+            if len(moments) < MANY:
+                return self._motion.sample(moments)
+            breaks = [event.time for event in self.events(EVENT_DIGITS)]
+            return self._motion.sample(moments, float(self.span), breaks)
 
     @cached_property
     def metric(self) -> Metric:
         """The distance between two states."""
-        return Metric.of(self)
+        return Metric.scaled(self, self.scales(), accuracy.crowded(self) if self.hybrid is not None else frozenset())
 
     def floor(self, times: Floats) -> Floats:
         """Half an ulp of the exact state, in the metric, at each time: no binary64 answer can be closer."""

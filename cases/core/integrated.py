@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from functools import cached_property
 from typing import Any, ClassVar
+from uuid import uuid4
 
-from gnomon.cases.core import accuracy
 from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import Equations, FirstOrder
 from gnomon.cases.core.numbers import OutOfReachError
 from gnomon.reference.numerics.certified import CertifiedMotion
 from gnomon.reference.numerics.taylor import ball, flint_arithmetic
+from gnomon.reference.storage.import_closure import closure
 
 
 class IntegratedCase(Case):
@@ -41,7 +42,7 @@ class IntegratedCase(Case):
             return tuple(rebound(t, state, tuple(map(ball, values))))
 
         kind = type(self)
-        source = accuracy.source_digest(kind.__module__) or id(equations)
+        source = closure(kind.__module__) or uuid4().hex  # without a file: no key on disk may be met again
         label = f"{kind.__module__}.{kind.__qualname__} {source} {', '.join(map(str, values))}"
         return CertifiedMotion(label, self.initial_state, self.span, rates)
 

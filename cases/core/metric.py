@@ -5,15 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
-from gnomon.cases.core import accuracy
 from gnomon.cases.core.forms import Hybrid, Transition
+from gnomon.cases.core.interface import StatedCase
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from gnomon.cases.core.case import Case
 
 Floats = NDArray[np.float64]
 RATES = ("velocity", "angular velocity", "rate")
@@ -58,11 +54,7 @@ class Metric:
     """Sample times at which events follow each other so fast that only position is scored."""
 
     @classmethod
-    def of(cls, case: Case) -> Metric:
-        return cls.scaled(case, case.scales(), accuracy.crowded(case) if case.hybrid is not None else frozenset())
-
-    @classmethod
-    def scaled(cls, case: Case, scales: Mapping[str, float], crowded: frozenset[float]) -> Metric:
+    def scaled(cls, case: StatedCase, scales: Mapping[str, float], crowded: frozenset[float]) -> Metric:
         """Of a case whose scales and crowded times are known: finding them takes up to seconds."""
         groups = []
         for name in dict.fromkeys(coordinate.group for coordinate in case.state):
@@ -118,7 +110,7 @@ class Metric:
         return best
 
 
-def _jump(case: Case, hybrid: Hybrid, transition: Transition) -> Callable[[Floats], Floats | None]:
+def _jump(case: StatedCase, hybrid: Hybrid, transition: Transition) -> Callable[[Floats], Floats | None]:
     """state -> (state on the guard, its image), or None where the state is not on its way to the guard."""
     parameters = tuple(float(value) for value in case.parameter_values())
     mode = hybrid.mode(transition.mode)

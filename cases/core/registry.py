@@ -19,8 +19,8 @@ _MODULES = {
     "cycloidal_pendulum": "pendulums.cycloidal_pendulum:CycloidalPendulum",
     "kepler_orbit": "orbits.kepler_orbit:KeplerOrbit",
     "euler_top": "rigid_bodies.euler_top:EulerTopCase",
-    "foucault_pendulum_linear": "pendulums.foucault_linear:FoucaultLinear",
-    "foucault_precession": "pendulums.foucault_linear:FoucaultPrecession",
+    "foucault_pendulum_linear": "pendulums.foucault_pendulum_linear:FoucaultLinear",
+    "foucault_precession": "pendulums.foucault_pendulum_linear:FoucaultPrecession",
     "projectile_parabola": "flight.projectile_parabola:ProjectileParabola",
     "projectile_stokes_drag": "flight.projectile_stokes_drag:ProjectileStokesDrag",
     "projectile_quadratic_drag": "flight.quadratic_drag:ProjectileQuadraticDrag",
@@ -231,7 +231,7 @@ def get(
     return case_class(name)(variant, initial_state, span, **parameters)
 
 
-def checks() -> tuple[str, ...]:
+def check_names() -> tuple[str, ...]:
     """The names of all checks: rows of the catalogue without motion."""
     return tuple(_CHECKS)
 
@@ -239,7 +239,7 @@ def checks() -> tuple[str, ...]:
 def check_class(name: str) -> type[Check]:
     """The class of a check by its name. Raises ValueError for an unknown name, with the nearest valid ones."""
     if name not in _CHECKS:
-        raise ValueError(f"no check is named {name!r}; {nearest(name, checks())}")
+        raise ValueError(f"no check is named {name!r}; {nearest(name, check_names())}")
     module, _, attribute = _CHECKS[name].partition(":")
     found: type[Check] = getattr(importlib.import_module(f"gnomon.cases.{module}"), attribute)
     return found

@@ -1,26 +1,20 @@
-"""When a case is sampled, and its exact states there as doubles."""
+"""When a case is sampled."""
 
 from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import numpy as np
-from gnomon.reference.numerics.motion import MANY, SAMPLE_DIGITS
-from gnomon.reference.numerics.precision import nearest_double
+from gnomon.cases.core.interface import SolvedCase
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from gnomon.cases.core.case import Case
 
 Floats = NDArray[np.float64]
 SAMPLES = 64
 INTERVAL_BITS = 20
-EVENT_DIGITS = 20
 
 
-def sample_times(case: Case) -> Floats:
+def sample_times(case: SolvedCase) -> Floats:
     """64 equally spaced times up to the span: multiples of an interval of 20 significant bits, so exact in binary.
 
     In a hybrid case the interval is lowered by units of its 20th bit until every sample keeps 1e-3 of the time between
@@ -43,32 +37,17 @@ def _interval(length: Fraction) -> tuple[int, int]:
     return round(length / Fraction(2) ** exponent), exponent
 
 
-def _check_last_flight(case: Case) -> None:
+def _check_last_flight(case: SolvedCase) -> None:
     """Raise ArithmeticError where nearly all of the span is so small a part of the last flight that no time is clear."""
     end = case.between(float(case.span))
     if end.past and end.last < float(case.span) / (2 * SAMPLES) and float(case.span) - end.last < end.gap / 1000:
         raise ArithmeticError("its samples cannot stay clear of its last event; give a longer span")
 
 
-def _clear(case: Case, interval: Fraction) -> bool:
+def _clear(case: SolvedCase, interval: Fraction) -> bool:
     for k in range(1, SAMPLES + 1):
         t = float(k * interval)
         near = case.between(t)
         if (near.past > 0 and t - near.last < near.gap / 1000) or near.next - t < near.gap / 1000:
             return False
     return True
-
-
-def sample(case: Case, times: Floats) -> Floats:
-    """Exact states at `times`, shape (len(times), len(case.state)), each value within 0.51 ulp of the truth.
-
-    Next to zeros each value is the nearest double.
-    """
-    from gnomon.cases.core.case import Case
-
-    if type(case).exact is not Case.exact:  # a case with its own way to the exact state, without a motion
-        return np.array([[nearest_double(x) for x in case.exact(float(t), SAMPLE_DIGITS)] for t in times])
-    if len(times) < MANY:
-        return case._motion.sample(times)
-    breaks = [event.time for event in case.events(EVENT_DIGITS)]
-    return case._motion.sample(times, float(case.span), breaks)

@@ -6,13 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import Protocol, TypeVar
 
 import numpy as np
+from gnomon.cases.core.interface import StatedCase
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from gnomon.cases.core.case import Case
 
 Floats = NDArray[np.float64]
 
@@ -54,7 +52,7 @@ class Turning:
             ]
         )
 
-    def turned(self, case: Case, states: Floats, rotation: Floats) -> Floats:
+    def turned(self, case: StatedCase, states: Floats, rotation: Floats) -> Floats:
         """States (..., dim) of a case, turned."""
         names = [coordinate.name for coordinate in case.state]
         found = np.array(states, dtype=np.float64)
@@ -64,7 +62,17 @@ class Turning:
         return found
 
 
-def turned_cases(case: Case, count: int = STARTS) -> list[Case]:
+class SymmetricCase(StatedCase, Protocol):
+    """A case that says whether it has a rotational symmetry."""
+
+    @property
+    def turning(self) -> Turning | None: ...
+
+
+C = TypeVar("C", bound=SymmetricCase)
+
+
+def turned_cases(case: C, count: int = STARTS) -> list[C]:
     """The case from `count` turned starts, each rounded to binary64: the exact motion of each is that of these numbers.
 
     Empty where the case declares no symmetry. Raises ValueError where its domain admits too few turned starts.
@@ -73,7 +81,7 @@ def turned_cases(case: Case, count: int = STARTS) -> list[Case]:
         return []
     start = np.array([float(value) for value in case.initial_state])
     names = [coordinate.name for coordinate in case.state]
-    found: list[Case] = []
+    found: list[C] = []
     for number in range(1, _ATTEMPTS):
         turned: Sequence[float] = case.turning.turned(case, start, case.turning.rotation(number)).tolist()
         if case.domain.admits(case.parameters | {n: Fraction(x) for n, x in zip(names, turned, strict=True)}):

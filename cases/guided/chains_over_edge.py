@@ -13,7 +13,7 @@ from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.rail_scene import railed
 from gnomon.cases.core.scene import SceneForm
-from gnomon.reference.guided.chains_over_edge import Runaway
+from gnomon.reference.guided.chains_over_edge import SlidingChain
 from gnomon.reference.numerics.precision import Number, quantity
 from mpmath import mpf
 
@@ -92,7 +92,7 @@ class _ChainOverEdge(Case):
     state = (Coordinate("s", "m", "length"), Coordinate("v", "m/s", "velocity"))
 
     @cached_property
-    def _exact(self) -> Runaway:
+    def _exact(self) -> SlidingChain:
         raise NotImplementedError
 
     _SLIDING: ClassVar[Mode]
@@ -100,7 +100,7 @@ class _ChainOverEdge(Case):
     _START: ClassVar[Any]
     _SCENE: ClassVar[SceneForm]
 
-    def motion(self) -> Runaway:
+    def motion(self) -> SlidingChain:
         return self._exact
 
     @property
@@ -201,9 +201,9 @@ class ChainOffTable(_ChainOverEdge):
     _SCENE = railed(table_force)
 
     @cached_property
-    def _exact(self) -> Runaway:
+    def _exact(self) -> SlidingChain:
         g, length, mu = self.parameter_values()
-        return Runaway(g * (1 + mu) / length, mu * length / (1 + mu), length, g, *self.initial_state)
+        return SlidingChain(g * (1 + mu) / length, mu * length / (1 + mu), length, g, *self.initial_state)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """Tension at the edge over the mass per length, (1 + mu) (L - s) g s/L (m^2/s^2), at the start and at its largest.
@@ -257,6 +257,6 @@ class ChainOverPulley(_ChainOverEdge):
     _SCENE = railed(pulley_force)
 
     @cached_property
-    def _exact(self) -> Runaway:
+    def _exact(self) -> SlidingChain:
         g, length = self.parameter_values()
-        return Runaway(2 * g / length, Fraction(0), length / 2, g, *self.initial_state)
+        return SlidingChain(2 * g / length, Fraction(0), length / 2, g, *self.initial_state)

@@ -14,8 +14,8 @@ from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule
 from gnomon.cases.core.scene import Body, Guide, Readings, Scene, SceneForm, Vector
 from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
 from gnomon.cases.oscillators.well import WellCase
+from gnomon.reference.guided.curve_sliding import Catenary, Parabola, Quartic
 from gnomon.reference.numerics.well import WellMotion
-from gnomon.reference.numerics.wells import Catenary, Parabola, Quartic
 
 
 def parabola_equations(t: Any, state: Values, parameters: Values) -> Values:

@@ -17,7 +17,7 @@ from gnomon.cases.core.two_masses_scene import polar_pair, polar_point
 from gnomon.cases.oscillators.well import WellCase
 from gnomon.reference.numerics.precision import Number, quantity
 from gnomon.reference.numerics.well import WellMotion
-from gnomon.reference.numerics.wells import HangingMass, Logarithmic, SpringDumbbell
+from gnomon.reference.orbits.central_force import HangingMass, Logarithmic, SpringDumbbell
 from gnomon.reference.orbits.isotropic_oscillator import IsotropicOscillator
 
 TURNS = Rule("omega is not zero (else the mass passes through the centre)", lambda n: n["omega"] != 0)

@@ -13,7 +13,7 @@ from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, posi
 from gnomon.cases.core.row_scene import masses_in_a_row
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
-from gnomon.reference.oscillators.vibrations import Vibrations, chain
+from gnomon.reference.oscillators.small_vibrations import Vibrations, chain
 
 
 def rayleigh_equations(t: Any, state: Values, parameters: Values) -> Values:

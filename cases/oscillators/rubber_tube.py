@@ -14,8 +14,8 @@ from gnomon.cases.core.forms import FirstOrder, Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.oscillators.well import WellCase
 from gnomon.reference.numerics.precision import Number
-from gnomon.reference.numerics.wells import ThickTube
-from gnomon.reference.oscillators.rubber_tube_thick import Pinney
+from gnomon.reference.oscillators.rubber_tube_thick import ThickTube
+from gnomon.reference.oscillators.rubber_tube_thin import Pinney
 
 STRETCH = (Coordinate("x", "1", "dimensionless"), Coordinate("v", "1/s", "rate"))
 

@@ -14,7 +14,7 @@ from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, posi
 from gnomon.cases.core.row_scene import masses_in_a_row
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
-from gnomon.reference.oscillators.vibrations import Matrix, Vibrations, chain
+from gnomon.reference.oscillators.small_vibrations import Matrix, Vibrations, chain
 
 STATE = tuple(
     [Coordinate(f"x{i}", "m", "length") for i in (1, 2, 3)]

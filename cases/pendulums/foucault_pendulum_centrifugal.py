@@ -13,7 +13,7 @@ from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import free_point
 from gnomon.cases.core.scene import SceneForm
-from gnomon.cases.pendulums.foucault_linear import FoucaultLinear, FoucaultPrecession, no_load, unchanged
+from gnomon.cases.pendulums.foucault_pendulum_linear import FoucaultLinear, FoucaultPrecession, no_load, unchanged
 from gnomon.reference.numerics.precision import publish, working
 from gnomon.reference.pendulums.foucault_pendulum_centrifugal import FoucaultCentrifugal
 

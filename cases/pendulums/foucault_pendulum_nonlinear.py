@@ -14,7 +14,7 @@ from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
-from gnomon.cases.pendulums.foucault_linear import FoucaultLinear, FoucaultPrecession
+from gnomon.cases.pendulums.foucault_pendulum_linear import FoucaultLinear, FoucaultPrecession
 from gnomon.reference.numerics.precision import Number, publish, working
 
 

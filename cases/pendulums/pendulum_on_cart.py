@@ -15,8 +15,8 @@ from gnomon.cases.core.forms import FirstOrder, Form, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.oscillators.well import WellCase
-from gnomon.reference.numerics.wells import CartPendulum
 from gnomon.reference.pendulums.light_cart import LightCart
+from gnomon.reference.pendulums.pendulum_on_cart import CartPendulum
 
 
 def cart_equations(t: Any, state: Values, parameters: Values) -> Values:

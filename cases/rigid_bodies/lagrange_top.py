@@ -17,7 +17,7 @@ from gnomon.cases.rigid_bodies.top_models import ANGLES, MOMENTS, SPIN, Lagrange
 from gnomon.cases.rigid_bodies.top_scene import ANGLES_SCENE, BODY_SCENE, RISING_SCENE
 from gnomon.reference.numerics.precision import Number, publish, working
 from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop
-from gnomon.reference.rigid_bodies.top_attitude import TopAttitude
+from gnomon.reference.rigid_bodies.lagrange_top_attitude import TopAttitude
 
 
 def top_equations(t: Any, state: Values, parameters: Values) -> Values:

@@ -36,8 +36,8 @@ from gnomon.cases.rigid_bodies.rigid_body_stokes_medium import (
 )
 from gnomon.reference.flight.projectile_stokes_drag import StokesDrag
 from gnomon.reference.numerics.precision import Number, publish, working
-from gnomon.reference.rigid_bodies.falling_stokes_body import FallingStokesBody
 from gnomon.reference.rigid_bodies.rigid_body_stokes_medium import StokesBody
+from gnomon.reference.rigid_bodies.rigid_body_stokes_medium_falling import FallingStokesBody
 
 TURNS = Rule("the body turns (w is not zero)", lambda n: any(n[w] != 0 for w in ("w1", "w2", "w3")))
 TRIANGLE = Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >= I2", triangle)

@@ -52,7 +52,7 @@ class Taylor(Integrator):
     fast: ClassVar[bool] = False
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
-        import heyoka
+        import heyoka  # without the library the status is `not_installed`
 
         options = {"tol": setting, "fast_math": True} if self.fast else {"tol": setting}
         equations = system(problem, self.fast)

@@ -107,7 +107,7 @@ class Run:
     """`solve` over one world: from each initial state to the states at the sample times."""
 
     def __init__(self, policy: PyBullet, problem: Problem, dt: float) -> None:
-        import pybullet
+        import pybullet  # without the library the status is `not_installed`
 
         if not isinstance(problem.form, SceneForm):
             raise Refused("PyBullet takes scenes only")

@@ -57,7 +57,7 @@ class Native(Integrator):
         return FIRST_STEP * problem.time_scale, [lambda t=t: simulation.integrate(t) for t in times]  # type: ignore[misc]
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
-        import rebound
+        import rebound  # without the library the status is `not_installed`
 
         form, parameters = problem.form, tuple(problem.parameters.tolist())
         assert isinstance(form, NBody)

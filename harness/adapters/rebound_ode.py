@@ -60,7 +60,7 @@ class OdeMode(Integrator):
     sweep = Tolerance(1e-3, 1e-13)
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
-        import rebound
+        import rebound  # without the library the status is `not_installed`
 
         dimension, times, buffer = problem.dimension, problem.times.tolist(), problem.buffer
         options = {"eps_rel": setting, "eps_abs": setting}

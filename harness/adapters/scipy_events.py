@@ -114,7 +114,7 @@ def trajectory(
     problem: Problem, form: Hybrid, sides: Mapping[str, Side], options: Mapping[str, Any], start: Floats, out: Floats
 ) -> tuple[str | None, list[tuple[float, str]]]:
     """Fill `out` (64, dim) from one start; returns why it ended early, if it did, and the located events."""
-    from scipy.integrate import solve_ivp
+    from scipy.integrate import solve_ivp  # slow to load: only the trials of this library wait
 
     times, parameters = problem.times, tuple(problem.parameters.tolist())
     limits = {name: (mode, settled) for name, mode, settled in form.limits}

@@ -66,7 +66,7 @@ class SolveIvp(Integrator):
     takes_jacobian: ClassVar[bool] = False
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
-        from scipy.integrate import solve_ivp
+        from scipy.integrate import solve_ivp  # slow to load: only the trials of this library wait
 
         if setting < SMALLEST:
             raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")

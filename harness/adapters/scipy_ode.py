@@ -45,7 +45,7 @@ class Ode(Integrator):
     """Whether that number is of all calls since the start, or of the last one."""
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
-        from scipy.integrate import ode
+        from scipy.integrate import ode  # slow to load: only the trials of this library wait
 
         options: dict[str, Any] = {"rtol": setting, "atol": ABSOLUTE * setting, "nsteps": STEPS, **self.method}
         solver = ode(right_hand_side_of(problem))

@@ -40,7 +40,7 @@ class Odeint(Integrator):
     sweep = Tolerance(1e-3, 1e-13)
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
-        from scipy.integrate import odeint
+        from scipy.integrate import odeint  # slow to load: only the trials of this library wait
 
         if setting < SMALLEST:
             raise Refused(

@@ -1,1 +1,1 @@
-"""Certificates of exact motions, and independent computations beside checks."""
+"""Certificates of exact motions, and independent computations of the quantities of checks."""

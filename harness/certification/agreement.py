@@ -1,6 +1,6 @@
-"""How agreement is counted: digits of a motion relative to its size, and the two computations that others build on.
+"""Digits of agreement, relative to the size of a motion, and the two computations that all certificates use.
 
-The digits of the residual and those of an integration's end states are what every way of a certificate reduces to.
+These are the residual of the equations, and the comparison with states computed in another way.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from gnomon.reference.numerics.precision import exact, working
 from gnomon.reference.numerics.taylor import Field, ball, flint_arithmetic
 
 DIGITS = 50
-"""Digits to which a motion is evaluated, and beyond which agreement is not counted."""
+"""Digits to which a motion is evaluated; the maximum of a count of agreeing digits."""
 REQUIRED = 45
-"""Of a closed form; an integration states fewer."""
+"""Required digits of a closed form; a motion by integration declares fewer."""
 SPARE = 3
-"""Digits beyond the required ones to which an integration is evaluated: each of them costs time."""
+"""Digits beyond the required ones to which a motion by integration is evaluated; each of them takes time."""
 SIZE_TIMES = 8
 RESIDUAL_DIGITS = 120
-"""Of the states in a residual: 40 for the step leave 80, which stiff equations may use up."""
+"""Digits of the states in a residual: after 40 for the step, 80 are left, which stiff equations may need."""
 
 
 def asked(case: Case) -> int:
-    """Digits to which the case's motion is evaluated."""
+    """Number of digits to which the case's motion is evaluated."""
     return DIGITS if case.certified_digits >= REQUIRED else case.certified_digits + SPARE
 
 
 @lru_cache(maxsize=8)
 def sizes(case: Case) -> tuple[float, ...]:
-    """The size of each coordinate: the largest norm of its group at a few times of the motion."""
+    """The size of each coordinate: the largest norm of its group at nine times of the motion."""
     states = np.array([[float(x) for x in case.exact(case.span * k / SIZE_TIMES)] for k in range(SIZE_TIMES + 1)])
     largest = {}
     for name in {coordinate.group for coordinate in case.state}:
@@ -45,8 +45,8 @@ def sizes(case: Case) -> tuple[float, ...]:
     return tuple(largest[coordinate.group] for coordinate in case.state)
 
 
-def agreed(differences: Iterable[tuple[Any, float]]) -> float:
-    """Decimal digits in which pairs (difference, size) agree, the worst, at most DIGITS."""
+def agreed(differences: Iterable[tuple[Any, Any]]) -> float:
+    """The smallest number of decimal digits in which pairs (difference, size) agree, at most DIGITS."""
     worst = max((abs(difference) / size for difference, size in differences), default=0)
     return float(DIGITS) if worst == 0 else min(float(DIGITS), -float(_log10(worst)))
 
@@ -63,7 +63,7 @@ def first_order_equations(case: Case) -> Equations:
 
 
 def series_field(equations: Equations, values: Sequence[Fraction], offset: Fraction = Fraction(0)) -> Field:
-    """The equations over power series, from the exact parameters; the series' time starts at `offset`."""
+    """The equations for power series, with exact parameters; the series' time starts at `offset`."""
     rebound = rebind(equations, flint_arithmetic())
 
     def field(t: Any, state: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -73,9 +73,10 @@ def series_field(equations: Equations, values: Sequence[Fraction], offset: Fract
 
 
 def residual(case: Case, equations: Equations, t: Fraction, constants: tuple[float, ...] = ()) -> float:
-    """Digits of x'(t) - f(t, x), relative to size over time scale.
+    """Number of digits to which x'(t) = f(t, x), relative to size over time scale.
 
-    A central difference over h time scales cancels log10(1/h) digits and errs by h^2: a third of the digits for h.
+    A central difference over h time scales loses log10(1/h) digits by cancellation and has an error of h^2: log10(1/h)
+    is a third of the digits.
     """
     digits = RESIDUAL_DIGITS if case.certified_digits >= REQUIRED else 2 * asked(case)
     h = exact(case.time_scale) / 10 ** (digits // 3)
@@ -91,7 +92,7 @@ def residual(case: Case, equations: Equations, t: Fraction, constants: tuple[flo
 
 
 def against(case: Case, states: dict[Fraction, tuple[Fraction, ...]]) -> float:
-    """Digits in which the exact motion agrees with states found in another way."""
+    """Digits in which the exact motion agrees with `states`, by time, computed in another way."""
     pairs = []
     for t, state in states.items():
         with working(2 * DIGITS) as mp:

@@ -1,17 +1,16 @@
-"""Certificates: how many digits of each exact motion are confirmed, and by which independent ways.
+"""Certificates: how many digits of each exact motion are confirmed, and in which independent ways.
 
-- `residual`: the equations of motion, with the derivative of the exact motion taken by central differences in more
-  than twice the precision, at random times; and the initial state.
-- `taylor`: a high-precision Taylor integration of the equations, which shares no formula with the exact motion, from
-  the initial state. A hybrid motion is integrated flight by flight, and the guard and the reset are checked at each
-  event.
-- on long spans `windows`: the same from the exact state at 0 and at random times, over ten of the fastest times;
-  `group`: x(2t) is x(t) from x(t), from half the span down to the first window; `seams`: the residual across the places
-  where formulas change their branch.
-- `extrapolation`: for motions that are Taylor integrations themselves, by Gragg's midpoint rule extrapolated.
-- `ball`: elliptic motions enclosed in ball arithmetic by other formulas; the digits are proved.
-- `invariants`: the conserved quantities, at random times.
-- `rounding`: the published digits against an evaluation in three times the precision (guard digits are enough).
+- `residual`: the equations of motion at random times, with the derivative of the exact motion by central differences in
+  more than twice the precision; and the initial state.
+- `taylor`: a Taylor integration of the equations from the initial state in high precision, which shares no formula with
+  the exact motion. A hybrid motion is integrated flight by flight, and guard and reset are verified at each event.
+- for long spans `windows`: the same from the exact states at 0 and at random times, over ten of the fastest times;
+  `group`: x(2t) equals the motion over t from x(t), for t from half the span down to the width of a window; `seams`:
+  the residual across the places where formulas change their branch.
+- `extrapolation`: for motions that are Taylor integrations themselves, the extrapolated midpoint rule of Gragg.
+- `ball`: elliptic motions enclosed in ball arithmetic by other formulas, which proves the digits.
+- `invariants`: the conserved quantities at random times.
+- `rounding`: the digits against an evaluation in three times the precision, which shows that guard digits suffice.
 
 Digits are relative to the size of the motion.
 """
@@ -53,14 +52,14 @@ RANDOM_TIMES = 5
 TAYLOR_STOPS = 4
 BALL_DIGITS = DIGITS + 5
 INTEGRATED_SCALES = 300
-"""Spans up to so many of the fastest times are integrated from start to end."""
+"""Spans of up to this many fastest times are integrated from start to end."""
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """Digits agreed for one case. `ways` holds the digits of each way; `worst` is the way with the fewest.
+    """The confirmed digits of one case. `ways` holds the digits of each way; `worst` is the way with the fewest.
 
-    `note` says what bounds the digits, or why there are none; `seconds` is the processor time that it took.
+    `note` says what limits the digits, or why there are none; `seconds` is the processor time of the certificate.
     """
 
     case: str
@@ -84,7 +83,7 @@ class Certificate:
 
 
 def certify(case: Case) -> Certificate:
-    """Confirm a case's exact motion; the numbers are taken as the case has them."""
+    """Certify a case's exact motion, with the parameters and initial state of the case unrounded."""
     times = _random_times(case)
     ways = {"rounding": rounding(case, times)}
     if case.hybrid is not None:
@@ -108,7 +107,7 @@ def certify(case: Case) -> Certificate:
 
 
 def _note(case: Case, ways: dict[str, float]) -> str:
-    """The conditioning of a motion without a closed form; why a long span is not chained."""
+    """The growth of errors of a motion by integration, or the reason why a long span has no way `group`."""
     motion = case.motion()
     if isinstance(motion, CertifiedMotion):
         return f"integrated: errors grow by 1e{motion.growth(case.span):.0f} over the span"
@@ -120,13 +119,13 @@ def _note(case: Case, ways: dict[str, float]) -> str:
 
 
 def write(certificates: Iterable[Certificate], path: Path) -> None:
-    """The certificates as JSON, one object each with the revision that made it, for the report."""
+    """Write the certificates as JSON for the report: one object for each, with the revision of the sources."""
     revision = environment.describe().get("revision")
     publish.write([asdict(c) | {"passed": c.passed, "revision": revision} for c in certificates], path)
 
 
 def _random_times(case: Case) -> list[Fraction]:
-    """Repeatable times spread over the span, none of them special."""
+    """Random times over the span, the same in every run, one in each of RANDOM_TIMES equal parts."""
     source = random.Random(case.id)
     return [case.span * (k + Fraction(source.random())) / RANDOM_TIMES for k in range(RANDOM_TIMES)]
 
@@ -166,7 +165,7 @@ def _extrapolation(case: Case) -> float:
 
 
 def _ball(case: Case, times: Sequence[Fraction]) -> float | None:
-    """Digits that an enclosure proves: distance to its midpoint plus its radius; None where there is none."""
+    """Digits that an enclosure proves, from distance to its midpoint plus its radius; None if there is no enclosure."""
     pairs = []
     for t in times:
         enclosed = enclosure(case.motion(), t, BALL_DIGITS)
@@ -179,10 +178,10 @@ def _ball(case: Case, times: Sequence[Fraction]) -> float | None:
 
 
 def invariants(case: Case, times: Sequence[Fraction]) -> float:
-    """Drift of the constant invariants from their value at the start.
+    """Digits to which the constant invariants keep their initial value.
 
-    Relative to the invariant, or to its change when one coordinate is off by its own size, whichever is larger: an
-    invariant that happens to be zero has no size of its own.
+    Drift is relative to the larger of the invariant and its change for a change of one coordinate by its size: an
+    invariant that is zero has no size of its own.
     """
     pairs = []
     with working(2 * DIGITS) as mp:
@@ -202,9 +201,9 @@ def invariants(case: Case, times: Sequence[Fraction]) -> float:
 
 
 def _changes(mp: Any, case: Case, function: Equations, t: Fraction, state: Any, parameters: Any) -> Iterable[Any]:
-    """What a change of each coordinate by its size does to an invariant, to first order."""
+    """The change of an invariant for a change of each coordinate by its size, to first order."""
     small = mp.mpf(10) ** -DIGITS
     here = function(mp.mpf(t), state, parameters)[0]
     for index, size in enumerate(sizes(case)):
-        moved = (*state[:index], state[index] + small * size, *state[index + 1 :])
-        yield abs(function(mp.mpf(t), moved, parameters)[0] - here) / small
+        changed = (*state[:index], state[index] + small * size, *state[index + 1 :])
+        yield abs(function(mp.mpf(t), changed, parameters)[0] - here) / small

@@ -1,4 +1,4 @@
-"""Many certificates, in as many processes as asked for; one that cannot be made is a certificate without digits."""
+"""Certificates of many cases and checks, in several processes; a motion that fails has a certificate without digits."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ from gnomon.harness.system.child_process import interrupts_ignored, process_pool
 
 from gnomon import cases
 
-Setting = tuple[str, str | None]
-"""The name of a case (or `package.module:Case`) or of a check, and of its variant."""
+Subject = tuple[str, str | None]
+"""The name of a case (or `package.module:Case`) or of a check, and the name of its variant or None for the default."""
 
 
-def settings(named: Sequence[str], variants: bool) -> list[Setting]:
-    """What the names stand for: case, case/variant, check, check/variant; all variants too where asked.
+def subjects(named: Sequence[str], variants: bool) -> list[Subject]:
+    """The cases and checks with these names: case, case/variant, check or check/variant; all of them for no names.
 
-    Raises ValueError for an unknown name.
+    With `variants`, a name without a variant means all its variants too. Raises ValueError for an unknown name.
     """
-    found: list[Setting] = []
-    for name in named or (*cases.names(), *cases.checks()):
+    found: list[Subject] = []
+    for name in named or (*cases.names(), *cases.check_names()):
         base, slash, variant = name.partition("/")
-        kind = cases.check_class(base) if base in cases.checks() else cases.case_class(base)
+        kind = cases.check_class(base) if base in cases.check_names() else cases.case_class(base)
         if slash:
             found.append((base, None if variant == "default" else variant))
             kind._variant(found[-1][1])
             continue
         found.append((base, None))
         if variants:
-            found += [(base, setting.name) for setting in kind.variants]
+            found += [(base, known.name) for known in kind.variants]
     return found
 
 
-def certificates(chosen: Sequence[Setting], workers: int = 1) -> Iterator[Certificate]:
-    """A certificate of each setting, in order, as they are made."""
+def certificates(chosen: Sequence[Subject], workers: int = 1) -> Iterator[Certificate]:
+    """A certificate of each subject, in the sequence of the subjects."""
     if workers == 1 or len(chosen) == 1:
         yield from map(certificate, chosen)
         return
@@ -46,12 +46,12 @@ def certificates(chosen: Sequence[Setting], workers: int = 1) -> Iterator[Certif
         yield from made
 
 
-def certificate(setting: Setting) -> Certificate:
-    """The certificate of one setting, with the time that it took."""
-    name, variant = setting
+def certificate(subject: Subject) -> Certificate:
+    """The certificate of one subject, with its processor time."""
+    name, variant = subject
     begin = time.process_time()
     try:
-        if name in cases.checks():
+        if name in cases.check_names():
             made: Certificate = certify_check(cases.get_check(name, variant))
         else:
             made = certify(cases.get(name, variant))

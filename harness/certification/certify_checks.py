@@ -1,4 +1,4 @@
-"""Certificates of checks: the closed forms against their independent way, and against themselves with more digits."""
+"""Certificates of checks: closed forms compared with an independent way, and with themselves in more digits."""
 
 from __future__ import annotations
 
@@ -6,17 +6,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from gnomon.cases.core.check import Check
+from gnomon.harness.certification import agreement
 from gnomon.harness.certification.agreement import DIGITS
 from gnomon.harness.certification.certify import Certificate
 from gnomon.reference.numerics.precision import working
 
 REQUIRED = 40
-"""Digits asked of a closed form without motion."""
+"""Required digits of a closed form without motion."""
 
 
 @dataclass(frozen=True)
 class CheckCertificate(Certificate):
-    """Digits agreed for one check, the worst of its quantities."""
+    """The confirmed digits of one check, the fewest of its quantities."""
 
     @property
     def passed(self) -> bool:
@@ -25,7 +26,7 @@ class CheckCertificate(Certificate):
 
 
 def certify_check(check: Check) -> CheckCertificate:
-    """Confirm a check: `independent`, the other way to the same numbers; `rounding`, three times the digits."""
+    """Certify a check: `independent` is another way to the same quantities, `rounding` has three times the digits."""
     exact = check.exact(DIGITS)
     ways = {
         "independent": agreed(check, exact, check.independent(DIGITS)),
@@ -35,10 +36,9 @@ def certify_check(check: Check) -> CheckCertificate:
 
 
 def agreed(check: Check, first: dict[str, Any], second: dict[str, Any]) -> float:
-    """Decimal digits in which two sets of results agree, the worst, at most DIGITS; 0 where names differ."""
+    """The fewest decimal digits in which two sets of results agree, at most DIGITS; 0 if their names differ."""
     if first.keys() != second.keys():
         return 0.0
     sizes = check.sizes(first)
     with working(2 * DIGITS) as mp:
-        worst = max(abs(mp.mpf(first[name]) - mp.mpf(second[name])) / mp.mpf(sizes[name]) for name in first)
-        return float(DIGITS) if worst == 0 else min(float(DIGITS), -float(mp.log10(worst)))
+        return agreement.agreed((mp.mpf(first[name]) - mp.mpf(second[name]), mp.mpf(sizes[name])) for name in first)

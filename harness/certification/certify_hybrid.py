@@ -1,4 +1,4 @@
-"""Certificates of hybrid motions: flight by flight, and the guard and the reset at each event."""
+"""Certificates of hybrid motions: each flight between two events, and guard and reset at each event."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gnomon.reference.numerics.taylor import integrate
 
 
 def flight_ways(case: Case, hybrid: Hybrid) -> dict[str, float]:
-    """`residual` in the middle of flights and `taylor` over them, guards and resets included."""
+    """`residual` in the middle of flights; `taylor` over flights, with guards and resets."""
     flights = list(_flights(case, hybrid))
     return {
         "residual": min(_flight_residual(case, flight) for flight in flights),
@@ -26,7 +26,7 @@ def flight_ways(case: Case, hybrid: Hybrid) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class _Flight:
-    """One smooth stretch of a hybrid motion, from an event's state after to the next event's state before."""
+    """One smooth part of a hybrid motion, from the state after an event to the state before the next one."""
 
     equations: Equations
     constants: tuple[float, ...]
@@ -39,7 +39,7 @@ class _Flight:
 
 
 def _flights(case: Case, hybrid: Hybrid) -> Iterable[_Flight]:
-    """The stretches up to the first `limit` event or the span's end, at most 12 of them, spread over the list."""
+    """The flights up to the first `limit` event or the end of the span, at equal strides if there are many."""
     parameters = tuple(float(v) for v in case.parameter_values())
     mode = hybrid.start(0.0, tuple(map(float, case.initial_state)), parameters)
     begin, start = Fraction(0), tuple(case.initial_state)
@@ -77,7 +77,7 @@ def _flight_residual(case: Case, flight: _Flight) -> float:
 
 
 def _flight_taylor(case: Case, flight: _Flight) -> float:
-    """The flight integrated to its end: the state there, the guard's zero and the reset's image."""
+    """Digits of the state at the end of a flight, by integration, of the guard's zero and of the state after reset."""
     start = [exact(x) for x in flight.start]
     values = (*case.parameter_values(), *map(Fraction, flight.constants))
     field = series_field(flight.equations, values, flight.begin)

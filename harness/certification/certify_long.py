@@ -1,8 +1,8 @@
-"""Certificates of long spans: integrated pieces, the group property that chains to them, and continuity.
+"""Certificates of long spans: integrations over parts, the group property that connects them, and continuity.
 
-A span of many periods is not integrated from start to end. Instead the motion is shown to be a flow, x(2t) being x(t)
-from x(t), from half the span down to a stretch that is integrated; and to have no jump where its formulas change their
-branch, which is where a coordinate or its rate passes zero, or an angle a quarter turn.
+A span of many periods is not integrated from start to end. Instead, the motion is shown to be a flow: x(2t) equals the
+motion over t from x(t), for t from half the span down to a part that is integrated. It is also shown to have no jump
+where its formulas change their branch, that is where a coordinate or its rate passes zero, or an angle a quarter turn.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from gnomon.reference.numerics.taylor import integrate
 
 WINDOW_SCALES = 10
 SEAMS = 6
-"""Places at which continuity is looked at, the last ones of the span."""
+"""Number of places at which continuity is verified, the last ones of the span."""
 GRID = 48
 
 
 def long_ways(case: Case, times: Sequence[Fraction]) -> dict[str, float]:
-    """`windows`, `group` (of an autonomous case) and `seams` (where there are any)."""
+    """Digits by way: `windows`, `group` (of an autonomous case) and `seams` (if there are any)."""
     ways = {"windows": min(window(case, t) for t in (Fraction(0), *times))}
     if case.autonomous:
         ways |= _found("group", group(case))
@@ -50,7 +50,7 @@ def _width(case: Case) -> Fraction:
 
 
 def window(case: Case, begin: Fraction) -> float:
-    """An integration from the exact state at `begin` over a stretch that ends within the span."""
+    """Digits of an integration from the exact state at `begin`, or earlier, so that it ends within the span."""
     width = _width(case)
     begin = min(begin, case.span - width)
     start = [exact(x) for x in case.exact(begin, 2 * DIGITS)]
@@ -60,9 +60,9 @@ def window(case: Case, begin: Fraction) -> float:
 
 
 def group(case: Case) -> float | None:
-    """x(2t) against the motion over t that starts at x(t), for t = span/2, span/4, ... down to a window's width.
+    """Digits of x(2t) against the motion over t from x(t), for t = span/2, span/4, ... down to a window's width.
 
-    None where a rounded state leaves the domain, on whose edge the motion then stands.
+    None if a rounded state is outside the domain: the motion is then on its edge.
     """
     pairs = []
     for halvings in range(1, math.ceil(math.log2(case.span / _width(case))) + 1):
@@ -82,7 +82,8 @@ def group(case: Case) -> float | None:
 
 
 def seams(case: Case) -> float | None:
-    """The residual across the places where formulas may change their branch, at the end of the span."""
+    """Digits of the residual across the last places of the span where formulas may change their branch; None without
+    such places."""
     width = _width(case)
     times = [case.span - width * k / GRID for k in range(GRID + 1, 0, -1)]
     marks = [_marks(case, t, 20) for t in times]
@@ -97,7 +98,7 @@ def seams(case: Case) -> float | None:
 
 
 def _marks(case: Case, t: Fraction, digits: int) -> list[Any]:
-    """What changes its sign at a seam: coordinates, their rates, and the sine of twice an angle."""
+    """The values that change sign at a seam: coordinates, their rates, and the sine of twice an angle."""
     with working(digits + 10) as mp:
         state = tuple(map(mp.mpf, case.exact(t, digits + 10)))
         parameters = tuple(mp.mpf(v) for v in case.parameter_values())
@@ -107,7 +108,7 @@ def _marks(case: Case, t: Fraction, digits: int) -> list[Any]:
 
 
 def _crossing(case: Case, low: Fraction, high: Fraction, index: int) -> Fraction:
-    """The time of a change of sign to far below the step of the residual, by regula falsi (the Illinois rule)."""
+    """The time of a change of sign, with an error far below the step of the residual, by the Illinois method."""
     near = exact(case.time_scale) / 10**DIGITS
     f, g = (_marks(case, t, DIGITS)[index] for t in (low, high))
     for _ in range(200):

@@ -1,4 +1,5 @@
-"""Tops and the spherical pendulum enclosed in balls: the tilt by theta functions, the turns by rigorous quadrature."""
+"""Encloses tops and the spherical pendulum in balls: the tilt by theta functions, precession and spin by rigorous
+quadrature."""
 
 from __future__ import annotations
 
@@ -11,13 +12,13 @@ import flint
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.theta import Jacobi, Values, accumulated, reals
 from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop, SphericalPendulum
-from gnomon.reference.rigid_bodies.top_attitude import TopAttitude
+from gnomon.reference.rigid_bodies.lagrange_top_attitude import TopAttitude
 
 Balls = list[Any]
 
 
 def heavy_top(motion: LagrangeTop, t: Fraction, digits: int) -> Balls | None:
-    """theta by theta functions, precession and spin by quadrature; where theta passes no pole."""
+    """theta by theta functions, precession and spin by quadrature; None for upright, hanging, steady and homoclinic."""
     top = motion._top()
     if _special(top):
         return None
@@ -27,7 +28,7 @@ def heavy_top(motion: LagrangeTop, t: Fraction, digits: int) -> Balls | None:
 
 
 def top_attitude(motion: TopAttitude, t: Fraction, digits: int) -> Balls | None:
-    """The same angles, as rates in the body and a product of matrices of rotation."""
+    """The same angles, converted to rates in the body and a product of rotation matrices."""
     top = motion._top() if motion._square else None
     if top is None or _special(top):
         return None
@@ -48,7 +49,7 @@ def _special(top: Any) -> bool:
 
 
 def _turned(top: Any, axial: Any, tilt: Callable[[Callable[[Any, Any], Any]], Any]) -> tuple[Any, Any]:
-    """Precession and spin since the start."""
+    """The angles of precession and spin since the start."""
     a, b, moment = top.a, top.b, top.moment
     return (
         tilt(lambda above, below: (b - a + a * above) / (moment * above * below)),
@@ -65,17 +66,18 @@ def _euler(phi: Any, theta: Any, psi: Any) -> Any:
 
 
 def spherical_pendulum(motion: SphericalPendulum, t: Fraction, digits: int) -> Balls:
-    """As the heavy top, upside down and without spin."""
+    """Like the heavy top, upside down and without spin."""
     (theta, rate), tilt = _tilt(motion._top(), ball(t), digits)
     turn = tilt(lambda above, below: ball(motion.h) / (above * below))
     return [flint.arb.pi() - theta, -rate, ball(motion.phi) + turn]
 
 
 def _tilt(top: Any, time: Any, digits: int) -> tuple[tuple[Any, Any], Callable[[Callable[[Any, Any], Any]], Any]]:
-    """theta and theta' from the upward vertical, and the integral up to `time` of any function of (1 - u, 1 + u).
+    """theta, from the upward vertical, and theta'; and the integral up to `time` of any function of (1 - u, 1 + u).
 
-    u = cos(theta) obeys u'^2 = 2 (E - W u)(1 - u^2)/I1 - (b - a u)^2/I1^2; the roots are isolated by flint. Next to a
-    pole the squares of cn and sn keep 1 - u and 1 + u away from zero on balls much wider than they are themselves.
+    u = cos(theta) satisfies u'^2 = 2 (E - W u)(1 - u^2)/I1 - (b - a u)^2/I1^2; flint isolates the roots. Next to a
+    pole, 1 - u and 1 + u are computed from the squares of cn and sn: these stay away from zero even on balls much wider
+    than 1 - u or 1 + u.
     """
     i, w, a, b, energy = top.moment, top.weight, top.a, top.b, top.energy
     cubic = flint.arb_poly(
@@ -113,7 +115,7 @@ def _begin(top: Any, functions: Jacobi, roots: tuple[Any, Any, Any]) -> Values:
 
 
 def _real_roots(cubic: Any) -> tuple[Any, Any, Any]:
-    """The three real roots in order; not numbers where more bits are needed to tell them apart."""
+    """The three real roots, ascending; nan if more bits are needed to separate them."""
     try:
         found = sorted((_newton(cubic, x.real) for x in cubic.complex_roots()), key=lambda x: float(x.mid()))
     except ValueError:
@@ -124,7 +126,7 @@ def _real_roots(cubic: Any) -> tuple[Any, Any, Any]:
 
 
 def _newton(f: Any, x: Any) -> Any:
-    """The one root in a ball, by Newton's method on intervals until it gains no more."""
+    """The root in the ball `x`, by interval Newton steps until the radius no longer halves."""
     slope = f.derivative()
     while True:
         centre = x.mid()

@@ -1,8 +1,8 @@
-"""Elliptic motions enclosed: the state as balls that contain it, from formulas that the motions themselves do not use.
+"""Encloses elliptic motions: balls that contain the state, by formulas that the motions themselves do not use.
 
-Jacobi's functions are quotients of theta functions, the start enters by the addition theorems, and the angles of
-precession and spin are rigorous quadratures of their rates: `Motion.state` is held against these balls by
-`gnomon certify`. Balls: Johansson, Numerical integration in arbitrary-precision ball arithmetic, ICMS 2018.
+Jacobi's functions are quotients of theta functions, the initial state enters by addition theorems, and the angles of
+precession and spin are rigorous quadratures of their rates. `gnomon certify` compares `Motion.state` with these balls.
+Source of balls: Johansson, Numerical integration in arbitrary-precision ball arithmetic, ICMS 2018.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from gnomon.reference.numerics.theta import Jacobi, Values, accumulated, reals, 
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop, SphericalPendulum
-from gnomon.reference.rigid_bodies.top_attitude import TopAttitude
+from gnomon.reference.rigid_bodies.lagrange_top_attitude import TopAttitude
 
 SPARE = 5
-"""Digits of a quadrature beyond those asked of the state."""
+"""Digits of a quadrature beyond those required of the state."""
 
 
 def enclosure(motion: Motion, t: Fraction, digits: int) -> tuple[tuple[Fraction, Fraction], ...] | None:
     """(midpoint, radius) of each component of the state at t, proved to `digits` digits of the largest component.
 
-    None for a motion, or a special case of one, that is not enclosed here.
+    None if this module has no enclosure for the motion, or for a special case of it.
     """
     enclose = ENCLOSED.get(type(motion))
     if enclose is None:
@@ -67,7 +67,7 @@ def pendulum(motion: Pendulum, t: Fraction, digits: int) -> Balls:
     side = 1 if motion.omega0 > 0 else -1
     functions = Jacobi(1 / square, -rest / square)
     here = reals(functions.moved(Values(s, c, side * rate / k), side * k * w * time))
-    # theta keeps within a turn each way of its mean growth, and its half is known up to whole turns.
+    # theta differs from its mean growth by less than a turn, and half of theta is known up to whole turns.
     half = 2 * flint.arb.atan2(here.sn, here.cn)
     mean = theta0 - base + side * flint.arb.pi() * k * w * time / functions.quarter
     double = 4 * flint.arb.pi()
@@ -75,7 +75,7 @@ def pendulum(motion: Pendulum, t: Fraction, digits: int) -> Balls:
 
 
 def euler_top(motion: EulerTop, t: Fraction, digits: int) -> Balls:
-    """w by theta functions; R by the quadrature of the turn about L, or by exponentials of matrices."""
+    """w by theta functions; R by quadrature of the rotation about L, or by exponentials of matrices."""
     rates, attitude = [ball(x) for x in motion.rates], flint.arb_mat(3, 3, [ball(x) for x in motion.attitude])
     time = ball(t)
     if motion.kind == "steady":
@@ -88,7 +88,7 @@ def euler_top(motion: EulerTop, t: Fraction, digits: int) -> Balls:
 
 
 def _symmetric(motion: EulerTop, time: Any) -> tuple[Balls, Any]:
-    """w turns about the axis of symmetry while the body turns about L: two exponentials."""
+    """w rotates about the axis of symmetry and the body about L: two exponentials."""
     k = next(k for k in range(3) if motion.moments[k - 1] == motion.moments[k - 2])
     across, along = motion.moments[k - 1], motion.moments[k]
     spin = [ball((along - across) / across * motion.rates[k]) * time if i == k else flint.arb(0) for i in range(3)]
@@ -99,17 +99,17 @@ def _symmetric(motion: EulerTop, time: Any) -> tuple[Balls, Any]:
 
 
 def _asymmetric(motion: EulerTop, time: Any, digits: int) -> tuple[Balls, Any]:
-    """(A cn, B sn, C dn) about the axis nearest to L; the turn about L is the integral of its rate."""
+    """(A cn, B sn, C dn) about the axis nearest to L; the angle about L is the integral of its rate."""
     energy, square = motion.twice_energy, motion.momentum_squared
     order = sorted(range(3), key=lambda k: motion.moments[k])
     if square < energy * motion.moments[order[1]]:
         order.reverse()
     i1, i2, i3 = (motion.moments[k] for k in order)
     start = [ball(motion.rates[k]) for k in order]
-    # An odd order of the axes is a mirror image: sn runs the other way.
+    # An odd permutation of the axes is a mirror image: sn has the opposite sign.
     handed = 1 if tuple(order) in ((0, 1, 2), (1, 2, 0), (2, 0, 1)) else -1
     side = 1 if motion.rates[order[2]] > 0 else -1
-    # On the separatrix cn has one sign, elsewhere it is a phase.
+    # On the separatrix cn has a constant sign; otherwise the sign is part of the phase.
     first = -1 if motion.kind == "separatrix" and start[0] < 0 else 1
     below, above = energy * i3 - square, square - energy * i1
     A, C = first * ball(below / (i1 * (i3 - i1))).sqrt(), side * ball(above / (i3 * (i3 - i1))).sqrt()
@@ -140,7 +140,7 @@ def _asymmetric(motion: EulerTop, time: Any, digits: int) -> tuple[Balls, Any]:
 
 
 def _frame(momentum: Balls, axis: int) -> Any:
-    """Rows: the direction across both L and a body axis, the one that completes it, and that of L."""
+    """Rows: a unit vector perpendicular to L and to a body axis, one that completes the triad, and that of L."""
     size = sum(x * x for x in momentum).sqrt()
     unit = [x / size for x in momentum]
     i, j = (axis + 1) % 3, (axis + 2) % 3

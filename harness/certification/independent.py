@@ -1,4 +1,4 @@
-"""What an opponent of a check is."""
+"""The type of an independent computation of the quantities of a check."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ Numbers = Mapping[str, float]
 
 
 class Unsupported(Exception):  # noqa: N818
-    """Raised by an opponent for numbers that it cannot be given; the message says why."""
+    """Raised by a computation for numbers that it does not accept; the message is the reason."""
 
 
 @dataclass(frozen=True)
 class IndependentComputation:
-    """`compute(numbers)` gives quantities of the check by name, as floats, from its parameters in binary64."""
+    """A numerical way to quantities of a check. `compute(parameters)` returns them as floats by name; the parameters are
+    binary64."""
 
     name: str
     library: str

@@ -1,4 +1,4 @@
-"""Opponents for the action along paths and for the belt's friction: SciPy's quadrature and integrator."""
+"""Independent computations of the action along paths and of a belt's friction: SciPy's quadrature and integrator."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gnomon.harness.certification.independent import IndependentComputation, Num
 
 def action_quad(p: Numbers) -> dict[str, float]:
     """scipy.integrate.quad of the Lagrangian along the true and the varied path, at its default tolerance."""
-    from scipy.integrate import quad
+    from scipy.integrate import quad  # slow to load: only its own computation waits
 
     m, w, g, T, begin, end, eps = (p[name] for name in ("m", "w", "g", "T", "begin", "end", "eps"))
     rate = p["mode"] * math.pi / T
@@ -64,7 +64,7 @@ def belt_ivp(p: Numbers) -> dict[str, float]:
     }
 
 
-OPPONENTS = (
+COMPUTATIONS = (
     IndependentComputation("quad", "scipy", "hamilton_action", action_quad),
     IndependentComputation("solve_ivp", "scipy", "capstan_belt", belt_ivp),
 )

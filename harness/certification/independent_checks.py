@@ -1,7 +1,7 @@
-"""Numerical opponents of the checks: what people would call for the same number, with its error and its time.
+"""Independent computations of checks: common numerical routines for the same quantities, with their errors and times.
 
-An opponent is given the numbers rounded to binary64 and is read against the closed form of those very numbers. Its
-error is relative to the size of the quantity (a vector or a tensor: its largest component).
+A computation gets the parameters rounded to binary64, and is compared with the closed form of these rounded parameters.
+Its error is relative to the size of the quantity (of a vector or a tensor, to its largest component).
 """
 
 from __future__ import annotations
@@ -15,16 +15,19 @@ from pathlib import Path
 from typing import Any
 
 import pandas
-from gnomon.cases import checks, get_check
+from gnomon.cases import check_names, get_check
 from gnomon.cases.core.check import Check
-from gnomon.harness.certification import independent_bodies as opponents_bodies
-from gnomon.harness.certification import independent_fields as opponents_fields
-from gnomon.harness.certification import independent_frames as opponents_frames
-from gnomon.harness.certification import independent_inertia as opponents_inertia
-from gnomon.harness.certification import independent_particles as opponents_particles
-from gnomon.harness.certification import independent_rigid as opponents_rigid
+from gnomon.harness.certification import (
+    independent_bodies,
+    independent_fields,
+    independent_frames,
+    independent_inertia,
+    independent_particles,
+    independent_rigid,
+)
 from gnomon.harness.certification.independent import IndependentComputation, Unsupported
 from gnomon.harness.contract import environment
+from gnomon.harness.contract.status import Status
 from gnomon.harness.results import publish
 from gnomon.reference.numerics.precision import exact, working
 
@@ -32,28 +35,26 @@ REPEATS = 5
 INACCURATE = 0.1
 COLUMNS = ("check", "variant", "computation", "library", "quantity", "error", "seconds", "status", "reason")
 
-OPPONENTS: tuple[IndependentComputation, ...] = (
-    *opponents_inertia.OPPONENTS,
-    *opponents_bodies.OPPONENTS,
-    *opponents_rigid.OPPONENTS,
-    *opponents_fields.OPPONENTS,
-    *opponents_frames.OPPONENTS,
-    *opponents_particles.OPPONENTS,
+COMPUTATIONS: tuple[IndependentComputation, ...] = (
+    *independent_inertia.COMPUTATIONS,
+    *independent_bodies.COMPUTATIONS,
+    *independent_rigid.COMPUTATIONS,
+    *independent_fields.COMPUTATIONS,
+    *independent_frames.COMPUTATIONS,
+    *independent_particles.COMPUTATIONS,
 )
 
 
 def run_checks(
     chosen: Iterable[Check] | None = None,
-    computations: Iterable[IndependentComputation] = OPPONENTS,
+    computations: Iterable[IndependentComputation] = COMPUTATIONS,
     repeats: int = REPEATS,
 ) -> pandas.DataFrame:
-    """Each check (all with their variants where none is given) against the opponents declared for it.
+    """Compare each check (all with their variants for None) with the independent computations declared for it.
 
-    One row for each quantity with columns COLUMNS; `seconds` is the median of `repeats` calls that give all quantities
-    of the row's opponent at once. A failure is a row with its status: `refused` (unsupported by the opponent, with the
-    reason), `crashed` (it
-    raised), `inaccurate` (error above 0.1), `diverged` (not
-    finite), `not_installed`.
+    One row for each quantity, with columns COLUMNS; `seconds` is the median of `repeats` calls, each of which computes
+    all quantities of the computation. A failure is a row with its status: `refused` (it does not accept the numbers,
+    with the reason), `crashed` (it raised), `inaccurate` (error above 0.1), `diverged` (not finite), `not_installed`.
     """
     rows = []
     for check in everything() if chosen is None else chosen:
@@ -67,14 +68,14 @@ def run_checks(
 def everything() -> list[Check]:
     """All checks, each with all its variants."""
     found = []
-    for name in checks():
+    for name in check_names():
         default = get_check(name)
         found += [default, *(get_check(name, variant.name) for variant in default.variants)]
     return found
 
 
 def write(frame: pandas.DataFrame, path: Path) -> None:
-    """The table as JSON, one object each row with the revision that made it, for the report."""
+    """Write the table as JSON for the report: one object for each row, with the revision of the sources."""
     revision = environment.describe().get("revision")
     rows = frame.astype(object).where(frame.notna(), None).to_dict("records")
     publish.write([row | {"revision": revision} for row in rows], path)
@@ -92,29 +93,29 @@ def _measure(check: Check, computation: IndependentComputation, repeats: int) ->
             "quantity": quantity,
             "error": error,
             "seconds": seconds,
-            "status": "ok",
+            "status": Status.OK,
             "reason": "",
         } | rest
 
     if importlib.util.find_spec(computation.library) is None:
-        return [row(status="not_installed", reason=f"{computation.library} is not installed")]
+        return [row(status=Status.NOT_INSTALLED, reason=f"{computation.library} is not installed")]
     numbers = {name: float(value) for name, value in check.parameters.items()}
     try:
-        # Warnings are for people at a prompt; here the error tells the same.
+        # Warnings of libraries are suppressed: the error shows the same.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             found = computation.compute(numbers)
             seconds = _median(lambda: computation.compute(numbers), repeats)
     except Unsupported as refusal:
-        return [row(status="refused", reason=str(refusal))]
-    except Exception as failure:  # whatever a library raises is a result
-        return [row(status="crashed", reason=f"{type(failure).__name__}: {failure}")]
+        return [row(status=Status.REFUSED, reason=str(refusal))]
+    except Exception as failure:  # an exception of a library is a result
+        return [row(status=Status.CRASHED, reason=f"{type(failure).__name__}: {failure}")]
     rows = []
     for name, error in errors(check, found).items():
         if error != error:
-            rows.append(row(name, None, seconds, status="diverged", reason="not finite"))
+            rows.append(row(name, None, seconds, status=Status.DIVERGED, reason="not finite"))
         elif error > INACCURATE:
-            rows.append(row(name, error, seconds, status="inaccurate", reason=f"an error above {INACCURATE}"))
+            rows.append(row(name, error, seconds, status=Status.INACCURATE, reason=f"an error above {INACCURATE}"))
         else:
             rows.append(row(name, error, seconds))
     return rows
@@ -130,7 +131,7 @@ def _median(call: Callable[[], Any], repeats: int) -> float:
 
 
 def errors(check: Check, found: Mapping[str, float]) -> dict[str, float]:
-    """The error of each quantity in `found`, components taken together; NaN where a number is not finite."""
+    """The error of each quantity in `found`, the largest over its components; nan if a number is not finite."""
     reference = check.exact(30)
     sizes = check.sizes(reference)
     worst: dict[str, float] = {}

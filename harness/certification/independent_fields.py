@@ -1,4 +1,5 @@
-"""Opponents for fields and path integrals: SciPy's special functions and quadratures, formulas in doubles."""
+"""Independent computations of fields and path integrals: SciPy's special functions and quadratures, formulas in
+binary64."""
 
 from __future__ import annotations
 
@@ -11,8 +12,8 @@ from gnomon.reference.numerics.vectors import named
 
 
 def ring_special(p: Numbers) -> dict[str, float]:
-    """scipy.special.ellipk and ellipe of m, the usual formula: 1 - m is lost next to the ring."""
-    from scipy.special import ellipe, ellipk
+    """scipy.special.ellipk and ellipe of m, the usual formula: next to the ring 1 - m has no correct digits."""
+    from scipy.special import ellipe, ellipk  # slow to load: only its own computation waits
 
     a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]
     far, near = (a + rho) ** 2 + z * z, (a - rho) ** 2 + z * z
@@ -21,7 +22,7 @@ def ring_special(p: Numbers) -> dict[str, float]:
 
 
 def ring_special_complement(p: Numbers) -> dict[str, float]:
-    """scipy.special.ellipkm1 of 1 - m, formed without cancellation; the field's K - E still cancels near the axis."""
+    """scipy.special.ellipkm1 of 1 - m, computed without cancellation; K - E in the field still cancels near the axis."""
     from scipy.special import ellipe, ellipkm1
 
     a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]
@@ -112,7 +113,7 @@ def circulation_quad(p: Numbers) -> dict[str, float]:
 
 
 def weight_doubles(p: Numbers) -> dict[str, float]:
-    """The formulas in doubles, as written: differences of nearly equal numbers cancel."""
+    """The formulas in binary64 as they are written: differences of nearly equal numbers cancel."""
     g0, R, h = p["g0"], p["R"], p["h"]
     below, above = R + h, R + h + p["L"]
     g, first = g0 * (R / (R + h)) ** 2, g0 * (1 - 2 * h / R)
@@ -152,7 +153,8 @@ def impulse_solve(p: Numbers) -> dict[str, float]:
 
 
 def round_bodies_quad(p: Numbers) -> dict[str, float]:
-    """scipy.integrate.quad: the rod by particles; shell and sphere by rings and discs across the line to the point."""
+    """scipy.integrate.quad over particles of the rod, and over rings and discs of shell and sphere, perpendicular to the
+    line to the point."""
     from scipy.integrate import quad
 
     mu, a, r, length = p["mu"], p["a"], p["r"], p["L"]
@@ -178,7 +180,7 @@ def round_bodies_quad(p: Numbers) -> dict[str, float]:
 
 
 FIELD = "gravity_field_particle_body"
-OPPONENTS = (
+COMPUTATIONS = (
     IndependentComputation("ellipk, ellipe", "scipy", FIELD, ring_special),
     IndependentComputation("ellipkm1, ellipe", "scipy", FIELD, ring_special_complement),
     IndependentComputation("cubature", "scipy", FIELD, field_cubature),

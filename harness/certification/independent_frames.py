@@ -1,4 +1,4 @@
-"""Opponents for centres of mass, frames, deflections and rides: NumPy and SciPy as people call them."""
+"""Independent computations of centres of mass, frames, deflections and rides: NumPy and SciPy in their usual way."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Floats = Any
 
 def centre_averages(p: Numbers) -> dict[str, float]:
     """numpy.average of the particles; scipy.integrate.quad over slices of the bodies."""
-    from scipy.integrate import quad
+    from scipy.integrate import quad  # slow to load: only its own computation waits
 
     r, h, s, d = p["r"], p["h"], p["s"], p["d"]
 
@@ -37,7 +37,7 @@ def centre_averages(p: Numbers) -> dict[str, float]:
 
 
 def plumb_doubles(p: Numbers) -> dict[str, float]:
-    """The formulas in doubles, the magnitude by numpy.hypot."""
+    """The formulas in binary64, the magnitude by numpy.hypot."""
     centrifugal = p["Om"] ** 2 * p["R"]
     south = centrifugal * math.sin(p["lat"]) * math.cos(p["lat"])
     down = p["G"] - centrifugal * math.cos(p["lat"]) ** 2
@@ -50,7 +50,7 @@ def plumb_doubles(p: Numbers) -> dict[str, float]:
 
 
 def turned_differences(p: Numbers) -> dict[str, float]:
-    """scipy's Rotation on the path, and second differences by the step that suits the rate of turning."""
+    """scipy's Rotation applied to the path, and second differences with a step that suits the rate of rotation."""
     from scipy.spatial.transform import Rotation
 
     r0, v0, c = (np.array([p[name + axis] for axis in "xyz"]) for name in "rvc")
@@ -69,7 +69,7 @@ def turned_differences(p: Numbers) -> dict[str, float]:
 
 
 def rotated_force(p: Numbers) -> dict[str, float]:
-    """Both particles moved by scipy's Rotation, the law applied to their difference there."""
+    """scipy's Rotation applied to both particles, then the force law to their difference."""
     from scipy.spatial.transform import Rotation
 
     turn = Rotation.from_euler("ZX", [p["alpha"], p["beta"]])
@@ -82,7 +82,7 @@ def rotated_force(p: Numbers) -> dict[str, float]:
 
 
 def coriolis_flight(p: Numbers) -> dict[str, float]:
-    """scipy.integrate.solve_ivp, DOP853 at 1e-13, on the whole equation; less the first order in doubles."""
+    """scipy.integrate.solve_ivp, DOP853 at 1e-13, of the complete equation, minus the first order in binary64."""
     from scipy.integrate import solve_ivp
 
     g, rate, lat, t = p["g"], p["Om"], p["lat"], p["t"]
@@ -121,7 +121,7 @@ def falling_from_the_top(p: Numbers) -> dict[str, float]:
 
 
 def rides_as_written(p: Numbers) -> dict[str, float]:
-    """The formulas in doubles as they are written, the angle by arccos of a number next to 1."""
+    """The formulas in binary64 as they are written, the angle by arccos of a number close to 1."""
     g, radius = p["g"], p["R"]
     return {
         "chair_angle": float(np.arccos(g / (p["L"] * p["w"] ** 2))),
@@ -136,7 +136,7 @@ def rides_as_written(p: Numbers) -> dict[str, float]:
 
 
 def rides_by_roots(p: Numbers) -> dict[str, float]:
-    """scipy.optimize.brentq on the torque about the chair's hinge and on the rider's weight along the bank."""
+    """scipy.optimize.brentq for zeros of the torque about the chair's hinge and of the rider's weight along the bank."""
     from scipy.optimize import brentq
 
     g, radius, beta, mu = p["g"], p["R"], p["beta"], p["mu"]
@@ -162,7 +162,7 @@ def rides_by_roots(p: Numbers) -> dict[str, float]:
 
 
 def aim_by_the_path(p: Numbers) -> dict[str, float]:
-    """Shot and target in doubles, when both have the same x."""
+    """Shot and target in binary64, at the time when both have the same x."""
     aim = math.atan2(p["Y"], p["X"])
     time = p["X"] / (p["v"] * math.cos(aim))
     fall = p["g"] * time * time / 2
@@ -174,7 +174,7 @@ def aim_by_the_path(p: Numbers) -> dict[str, float]:
     }
 
 
-OPPONENTS = (
+COMPUTATIONS = (
     IndependentComputation("average, quad", "scipy", "com_rigid_body", centre_averages),
     IndependentComputation("formulas in doubles", "numpy", "apparent_gravity_earth", plumb_doubles),
     IndependentComputation("Rotation, second differences", "scipy", "frame_transformation", turned_differences),

@@ -1,4 +1,4 @@
-"""Opponents for inertia: SciPy's quadratures, NumPy's eigenvalues, PyBullet's inertia from shapes."""
+"""Independent computations of inertia: SciPy's quadratures, NumPy's eigenvalues, PyBullet's inertia of shapes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _edges(body: Body) -> tuple[list[float], list[float]]:
 
 def cubature(p: Numbers) -> dict[str, float]:
     """scipy.integrate.cubature: adaptive Gauss-Kronrod over the volume, all moments in one vector-valued integrand."""
-    from scipy.integrate import cubature as integrate
+    from scipy.integrate import cubature as integrate  # slow to load: only its own computation waits
 
     found: dict[str, float] = {}
     for name in INTEGRATED:
@@ -34,7 +34,7 @@ def cubature(p: Numbers) -> dict[str, float]:
             x, y, z, weight = body.place(np, points[:, 0], points[:, 1], points[:, 2], *sizes)
             return np.stack([weight * q for q in (1 + 0 * x, x, y, z, x * x, y * y, z * z)], axis=1)
 
-        # Some moments are zero by symmetry: without an absolute tolerance they would be refined for ever.
+        # Some moments are zero by symmetry: without an absolute tolerance their refinement would not end.
         unit = max(sizes)
         low, high = _edges(body)
         result = integrate(moments, low, high, rule="gk15", rtol=1e-12, atol=1e-13 * unit**2, max_subdivisions=10)
@@ -43,7 +43,7 @@ def cubature(p: Numbers) -> dict[str, float]:
 
 
 def nested(p: Numbers) -> dict[str, float]:
-    """scipy.integrate.nquad: nested QUADPACK, one moment at a time; the box alone, at its loose default tolerance."""
+    """scipy.integrate.nquad: nested QUADPACK, one moment at a time; of the box only, at the loose default tolerance."""
     from scipy.integrate import nquad
 
     body = BODIES["box"]
@@ -62,7 +62,7 @@ def nested(p: Numbers) -> dict[str, float]:
 
 
 def triple(p: Numbers) -> dict[str, float]:
-    """scipy.integrate.tplquad: the cylinder in cylindrical coordinates."""
+    """scipy.integrate.tplquad of the cylinder, in cylindrical coordinates."""
     from scipy.integrate import tplquad
 
     body = BODIES["cylinder"]
@@ -98,7 +98,7 @@ def _world() -> Iterator[tuple[Any, int]]:
 
 
 def bullet_shapes(p: Numbers) -> dict[str, float]:
-    """PyBullet's inertia from collision shapes: what createMultiBody gives a body of box, sphere or cylinder."""
+    """PyBullet's inertia of collision shapes, which createMultiBody gives to a box, a sphere or a cylinder."""
     with _world() as (bullet, client):
         shapes = {
             "box": {"shapeType": bullet.GEOM_BOX, "halfExtents": [p["a"] / 2, p["b"] / 2, p["c"] / 2]},
@@ -116,7 +116,7 @@ def bullet_shapes(p: Numbers) -> dict[str, float]:
 
 
 def transfer_and_back(p: Numbers) -> dict[str, float]:
-    """The textbook's way in doubles: tensor about the origin by parallel axes, then back to the centre of mass."""
+    """The textbook's method in binary64: tensor about the origin by parallel axes, then back to the centre of mass."""
     a, b, c, rho = p["a"], p["b"], p["c"], p["rho"]
     plate, hole = rho * a * b * c, -rho * math.pi * p["r"] ** 2 * c
     r2 = p["r"] ** 2
@@ -170,12 +170,12 @@ def symmetric_eigenvalues(p: Numbers) -> dict[str, float]:
 
 
 def general_eigenvalues(p: Numbers) -> dict[str, float]:
-    """numpy.linalg.eigvals: the general eigenvalues, which know nothing of the symmetry."""
+    """numpy.linalg.eigvals: eigenvalues of a general matrix, without use of the symmetry."""
     return _values(np.sort(np.linalg.eigvals(_tensor(p)).real))
 
 
 def trigonometric_cubic(p: Numbers) -> dict[str, float]:
-    """The textbook's cubic in doubles: q + 2 p cos(acos(r)/3 + 2 pi k/3); acos loses half the digits near +-1."""
+    """The textbook's cubic in binary64: q + 2 p cos(acos(r)/3 + 2 pi k/3); acos loses half the digits near +-1."""
     tensor = _tensor(p)
     q = np.trace(tensor) / 3
     rest = tensor - q * np.eye(3)
@@ -196,7 +196,7 @@ BODY, COMPOSITE, PRINCIPAL = (
     "inertia_composite_parallel_axis",
     "inertia_transformation_principal",
 )
-OPPONENTS = (
+COMPUTATIONS = (
     IndependentComputation("cubature", "scipy", BODY, cubature),
     IndependentComputation("nquad", "scipy", BODY, nested),
     IndependentComputation("tplquad", "scipy", BODY, triple),

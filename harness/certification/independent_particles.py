@@ -1,4 +1,4 @@
-"""Opponents for work along paths and for particles: SciPy's quadrature, integrator and differences."""
+"""Independent computations of work along paths and of particles: SciPy's quadrature, integrator and differences."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gnomon.reference.numerics.vectors import named
 
 def work_quad(p: Numbers) -> dict[str, float]:
     """scipy.integrate.quad along each path, at its default tolerance."""
-    from scipy.integrate import quad
+    from scipy.integrate import quad  # slow to load: only its own computation waits
 
     R, rise, weight = p["R"], p["p"] / (2 * math.pi), p["mu"] * p["m"] * p["g"]
 
@@ -39,7 +39,7 @@ def work_quad(p: Numbers) -> dict[str, float]:
 
 
 def work_special(p: Numbers) -> dict[str, float]:
-    """The closed forms in doubles, with scipy.special.ellipe of m = 1 - (b/a)^2."""
+    """The closed forms in binary64, with scipy.special.ellipe of m = 1 - (b/a)^2."""
     from scipy.special import ellipe
 
     weight, bend = p["mu"] * p["m"] * p["g"], 2 * p["c"] * p["X"]
@@ -52,7 +52,7 @@ def work_special(p: Numbers) -> dict[str, float]:
 
 
 def tension_ivp(p: Numbers) -> dict[str, float]:
-    """scipy.integrate.solve_ivp (DOP853, rtol 1e-12) up to the time, then the tension of that state."""
+    """scipy.integrate.solve_ivp (DOP853, rtol 1e-12) up to the given time, then the tension in the final state."""
     from scipy.integrate import solve_ivp
 
     g, length = p["g"], p["L"]
@@ -90,14 +90,14 @@ def _forces(gradient: np.ndarray) -> dict[str, float]:
 
 
 def gradient_forward(p: Numbers) -> dict[str, float]:
-    """scipy.optimize.approx_fprime of the energy: forward differences, as optimisers take them."""
+    """scipy.optimize.approx_fprime of the energy: forward differences, as optimisers use them."""
     from scipy.optimize import approx_fprime
 
     return {"energy": _energy(p, _places(p))} | _forces(approx_fprime(_places(p), lambda q: _energy(p, q)))
 
 
 def forces_doubles(p: Numbers) -> dict[str, float]:
-    """Forces by pairs in doubles, as an N-body code sums them."""
+    """Forces summed over pairs in binary64, as in an N-body code."""
     masses, places = (p["m1"], p["m2"], p["m3"]), _places(p).reshape(3, 3)
     forces = np.zeros((3, 3))
     for i, j in combinations(range(3), 2):
@@ -110,7 +110,7 @@ def forces_doubles(p: Numbers) -> dict[str, float]:
 
 
 def moments_differences(p: Numbers) -> dict[str, float]:
-    """numpy: H_Q of the exact motion in doubles, differentiated by central differences of 1e-5 s."""
+    """numpy: H_Q of the exact motion in binary64, differentiated by central differences of 1e-5 s."""
     a, b, v, w, q, u, c = (np.array([p[name + axis] for axis in "xyz"]) for name in "abvwquc")
     m1, m2 = p["m1"], p["m2"]
     mass, weight = m1 + m2, np.array([0.0, 0.0, -p["g"]])
@@ -142,7 +142,7 @@ def moments_differences(p: Numbers) -> dict[str, float]:
 
 
 WORK, PARTICLES = "work_constant_linear_coulomb", "internal_potential_energy"
-OPPONENTS = (
+COMPUTATIONS = (
     IndependentComputation("quad", "scipy", WORK, work_quad),
     IndependentComputation("ellipe, asinh", "scipy", WORK, work_special),
     IndependentComputation("solve_ivp", "scipy", "rod_tension_circular", tension_ivp),

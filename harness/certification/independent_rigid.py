@@ -1,4 +1,5 @@
-"""Opponents for rigid bodies: an unbalanced rotor by SciPy's Rotation and cubature, work and energy by its integrator."""
+"""Independent computations of rigid bodies: an unbalanced rotor by SciPy's Rotation and cubature, work and energy by
+SciPy's integrator."""
 
 from __future__ import annotations
 
@@ -14,8 +15,8 @@ Floats = Any
 
 
 def rotor_turned(p: Numbers) -> dict[str, float]:
-    """The disc's tensor turned by scipy's Rotation, w x I w, the bearings by numpy.linalg.solve."""
-    from scipy.spatial.transform import Rotation
+    """The disc's tensor rotated by scipy's Rotation, the torque w x I w, the bearing forces by numpy.linalg.solve."""
+    from scipy.spatial.transform import Rotation  # slow to load: only its own computation waits
 
     m, square = p["m"], p["r"] ** 2
     across = m * (square / 4 + p["h"] ** 2 / 12)
@@ -28,7 +29,7 @@ def rotor_turned(p: Numbers) -> dict[str, float]:
 
 
 def rotor_cubature(p: Numbers) -> dict[str, float]:
-    """scipy.integrate.cubature of the accelerations of the tilted disc, and of their moments, over its volume."""
+    """scipy.integrate.cubature over the tilted disc of its accelerations and their moments."""
     from scipy.integrate import cubature
 
     cosine, sine = math.cos(p["beta"]), math.sin(p["beta"])
@@ -40,7 +41,7 @@ def rotor_cubature(p: Numbers) -> dict[str, float]:
         return np.stack([share * q for q in (1 + 0 * x, across + p["e"], along * (across + p["e"]))], axis=1)
 
     low, high = [0.0, 0.0, -0.5], [1.0, 2 * math.pi, 0.5]
-    # Some moments are zero by symmetry: without an absolute tolerance they would be refined for ever.
+    # Some moments are zero by symmetry: without an absolute tolerance their refinement would not end.
     size = max(p["r"], p["h"], abs(p["e"]))
     found = cubature(pull, low, high, rule="gk15", rtol=1e-12, atol=1e-14 * size**2, max_subdivisions=10).estimate
     volume, first, second = (float(x) for x in found)
@@ -49,7 +50,8 @@ def rotor_cubature(p: Numbers) -> dict[str, float]:
 
 
 def _rotor(p: Numbers, product: float, torque: float, force: float) -> dict[str, float]:
-    """Bearings at z = d and z = -d that give force and torque; what balances the rotor is the same over w^2."""
+    """Bearing forces at z = d and z = -d with this force and torque, and the products of mass and radius there that balance
+    the rotor."""
     arms = [[1.0, 1.0], [p["d"], -p["d"]]]
     bearing = np.linalg.solve(arms, [force, torque])
     correction = np.linalg.solve(arms, [-p["m"] * p["e"], product])
@@ -63,7 +65,7 @@ def _rotor(p: Numbers, product: float, torque: float, force: float) -> dict[str,
 
 
 def energies_ivp(p: Numbers) -> dict[str, float]:
-    """scipy.integrate.solve_ivp (DOP853, rtol 1e-12): Euler's equations, energies of the rates, work as an integral."""
+    """scipy.integrate.solve_ivp (DOP853, rtol 1e-12) of Euler's equations; energies from the rates, work as integral."""
     from scipy.integrate import quad, solve_ivp
 
     weight = np.array([0.0, 0.0, -p["m"] * p["g"]])
@@ -71,7 +73,7 @@ def energies_ivp(p: Numbers) -> dict[str, float]:
     axis = np.array([0.0, 0.0, 1.0])
 
     def motion(_: float, y: Floats) -> Floats:
-        """Velocity and rates of the free body, its work; rates of the top, the upward vertical in it, its work."""
+        """Derivatives of: velocity, rates and work of the free body; rates, upward vertical and work of the top."""
         v, w, top, up = y[0:3], y[3:6], y[7:10], y[10:13]
         torque = p["W"] * np.cross(up, axis)
         return np.concatenate(
@@ -116,7 +118,7 @@ def energies_ivp(p: Numbers) -> dict[str, float]:
 
 
 ROTOR = "rotor_dynamic_balance"
-OPPONENTS = (
+COMPUTATIONS = (
     IndependentComputation("Rotation, solve", "scipy", ROTOR, rotor_turned),
     IndependentComputation("cubature", "scipy", ROTOR, rotor_cubature),
     IndependentComputation("solve_ivp, quad", "scipy", "work_energy_rigid_body", energies_ivp),

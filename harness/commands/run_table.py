@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status
 from gnomon.harness.reporting.tables import error_text, scene_name, time_text
 from gnomon.harness.results import analysis
-from gnomon.harness.results.values import SCORED
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
@@ -21,7 +21,6 @@ MOST_SERIES = 40
 """With more series than these the table has one row an integrator, with medians over its series."""
 REASON = 100
 """Characters of a reason that are shown."""
-NOT_BROKEN = ("ok", "skipped", "interrupted", *analysis.NEVER_RAN)
 
 
 def run_table(frame: pd.DataFrame) -> Table:
@@ -50,7 +49,7 @@ def run_table(frame: pd.DataFrame) -> Table:
 
 
 def _numbers(rows: pd.DataFrame, orders: pd.Series) -> tuple[str, str, str, str]:
-    good = rows[rows["status"] == "ok"]
+    good = rows[rows["status"] == Status.OK]
     if good.empty:
         return "–", "–", "–", "–"
     best = good.loc[good.groupby(analysis.SERIES)["error_max"].idxmin()]
@@ -66,7 +65,7 @@ def _numbers(rows: pd.DataFrame, orders: pd.Series) -> tuple[str, str, str, str]
 
 def _words(rows: pd.DataFrame) -> tuple[str, str]:
     counts = ", ".join(f"{count} {status.replace('_', ' ')}" for status, count in Counter(rows["status"]).most_common())
-    broken = rows[~rows["status"].isin(NOT_BROKEN)]
+    broken = rows[~rows["status"].isin((*NOT_BROKEN, *CANNOT_RUN))]
     if broken.empty:
         return counts, ""
     first = broken.iloc[0]
@@ -85,7 +84,7 @@ def shortcomings(frame: pd.DataFrame, own: Sequence[Integrator]) -> list[str]:
     found = []
     for one in own:
         rows = frame[frame["integrator_id"] == one.id]
-        if not (rows["status"] == "ok").any():
+        if not (rows["status"] == Status.OK).any():
             status, reason = rows[["status", "reason"]].value_counts(dropna=False).index[0] if len(rows) else ("", "")
             found.append(f"{one.id} never succeeded ({f'{status}: {reason}'[:REASON]})")
     return found

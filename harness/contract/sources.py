@@ -1,17 +1,14 @@
-"""The text of what a result depends on: the functions of a form, the modules behind an integrator or a case."""
+"""The text of what a result depends on: a form, its functions, and all that they read."""
 
 from __future__ import annotations
 
-import ast
 import dataclasses
 import hashlib
-import importlib.util
 import inspect
 import numbers
 import types
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache, wraps
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -120,45 +117,3 @@ def _source(function: types.FunctionType) -> str:
 @cache
 def _text_of_code(code: types.CodeType) -> str:
     return inspect.getsource(code)
-
-
-@cache
-def of_module(module: str, within: tuple[str, ...]) -> str:
-    """A hash of a module's file and of every module under the packages `within` that it imports, at any depth."""
-    seen: dict[str, str] = {}
-    _follow(module, within, seen)
-    return digest(f"{name}\n{text}" for name, text in sorted(seen.items()))
-
-
-def _follow(module: str, within: tuple[str, ...], seen: dict[str, str]) -> None:
-    if module in seen:
-        return
-    text = _text(module)
-    if text is None:
-        return
-    seen[module] = text
-    for name in sorted(_imports(text)):
-        if name.startswith(within):
-            _follow(name, within, seen)
-
-
-@cache
-def _imports(text: str) -> set[str]:
-    """Absolute imports anywhere in the text, those inside functions too; `from a import b` may mean module a.b."""
-    found: set[str] = set()
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            found |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
-    return found
-
-
-def _text(module: str) -> str | None:
-    """The source of a module; None where there is none (compiled, or a name that is no module)."""
-    try:
-        specification = importlib.util.find_spec(module)
-    except (ImportError, ValueError):
-        specification = None
-    origin = specification.origin if specification is not None else None
-    return Path(origin).read_text() if origin is not None and origin.endswith(".py") else None

@@ -9,22 +9,15 @@ from __future__ import annotations
 
 import ast
 import dis
-import hashlib
 import inspect
 import linecache
 import math
-import os
-import sys
 import textwrap
 import types
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import cache
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import platformdirs
 from gnomon.cases.core import forms
 from gnomon.cases.core.arithmetic import FUNCTIONS, _names
 from gnomon.harness.contract.integrator import Problem
@@ -33,8 +26,6 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 OPTIONS = 'error_model="numpy", fastmath={"contract"}'
-WATCHERS: list[Callable[[bool], None]] = []
-"""Each is called with True before something is compiled in this process and with False after."""
 SIGNATURE = "void(float64, float64[::1], float64[::1], float64[::1])"
 ARRAY_SIGNATURE = "float64[::1](float64, float64[::1], float64[::1])"
 IMPORTS = ["import numpy as np", "from numba import carray, njit"]
@@ -72,27 +63,9 @@ def compiled(source: str, name: str, signature: str = "") -> Any:
 
 def address(source: str, name: str, signature: str = C_SIGNATURE) -> int:
     """The address of a function `name` of a generated module as a C function, (t, y, p, out) if nothing else is said."""
-    from gnomon.harness.kernels import machine_code
+    from gnomon.harness.kernels import machine_code  # loads numba
 
     return machine_code.address(source, name, signature)
-
-
-@contextmanager
-def announced() -> Iterator[None]:
-    """Around what is compiled: the watchers hear of both ends, however it ends."""
-    for watcher in WATCHERS:
-        watcher(True)
-    try:
-        yield
-    finally:
-        for watcher in WATCHERS:
-            watcher(False)
-
-
-def cache_folder() -> Path:
-    """Where machine code is kept; NUMBA_CACHE_DIR is honoured."""
-    root = os.environ.get("NUMBA_CACHE_DIR")
-    return Path(root or platformdirs.user_cache_dir("gnomon")) / "kernels"
 
 
 def right_hand_side(problem: Problem) -> Kernel:
@@ -284,19 +257,3 @@ def source_of(function: Callable[..., Any]) -> str:
     while last < len(lines) and lines[last].startswith((f"{margin} ", f"{margin})")):
         last += 1
     return "".join(lines[first:last])
-
-
-def module_name(source: str) -> str:
-    return "gnomon_" + hashlib.sha256(source.encode()).hexdigest()[:24]
-
-
-@cache
-def load_module(source: str) -> types.ModuleType:
-    """A module of this text, under a name that is its hash. It lies in no file: an edited one would be run."""
-    name = module_name(source)
-    path, content = f"<{name}>", f"from __future__ import annotations\n{source}"
-    linecache.cache[path] = (len(content), None, content.splitlines(keepends=True), path)
-    module = types.ModuleType(name)
-    sys.modules[name] = module
-    exec(compile(content, path, "exec"), module.__dict__)
-    return module

@@ -21,7 +21,7 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
-from gnomon.harness.kernels.equations import announced, cache_folder, load_module, module_name
+from gnomon.harness.kernels.generated_modules import announced, cache_folder, load_module, module_name
 from gnomon.reference.storage import cachefolder
 from llvmlite import binding
 from numba import _dispatcher, _dynfunc, types

@@ -11,10 +11,11 @@ from typing import Any
 import altair as alt
 import numpy as np
 import pandas as pd
+from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.figures_work import ERRORS
 from gnomon.harness.reporting.style import INK, STATUS_COLOURS, dressed, records
 from gnomon.harness.reporting.tables import digits, short_text
-from gnomon.harness.results.analysis import NEVER_RAN, NOT_RUN
+from gnomon.harness.results.analysis import NEVER_RAN, NOT_RUN, PARTLY
 
 
 def _kept(table: pd.DataFrame, *columns: str) -> list[dict[str, Any]]:
@@ -28,7 +29,7 @@ def _kept(table: pd.DataFrame, *columns: str) -> list[dict[str, Any]]:
 def broken_scenes(matrix: pd.DataFrame) -> pd.DataFrame:
     """Case x integrator: on how many problems no setting was ok, and the most frequent status of those.
 
-    `matrix`: case, integrator_id, verdict, ok (settings). One row a pair that ran, with columns scenes (problems that
+    `matrix`: case, integrator_id, verdict, settings_ok. One row a pair that ran, with columns scenes (problems that
     ran), broken, verdict; if nothing failed and a hard variant was not run, the verdict is `not_run`.
     """
     ran = matrix[~matrix["verdict"].isin(NEVER_RAN)]
@@ -37,8 +38,8 @@ def broken_scenes(matrix: pd.DataFrame) -> pd.DataFrame:
     )
     rows = []
     for (case, name), part in ran.groupby(["case", "integrator_id"], sort=False):
-        lost = part[part["ok"] == 0]
-        whole = "ok" if (part["verdict"] == "ok").all() else "partly"
+        lost = part[part["settings_ok"] == 0]
+        whole = Status.OK if (part["verdict"] == Status.OK).all() else PARTLY
         verdict = lost["verdict"].mode().iloc[0] if len(lost) else NOT_RUN if (case, name) in missing else whole
         rows.append((case, name, len(part), len(lost), verdict))
     return pd.DataFrame(rows, columns=["case", "integrator_id", "scenes", "broken", "verdict"])
@@ -55,7 +56,7 @@ def break_map(broken: pd.DataFrame, look: pd.DataFrame, cases: list[str]) -> alt
         scale=alt.Scale(domain=present, range=[STATUS_COLOURS[name] for name in present]),
         legend=alt.Legend(orient="top", direction="horizontal", columns=len(present), titleOrient="left"),
     )
-    dark = alt.condition("datum.verdict == 'crashed'", alt.value("white"), alt.value(INK))
+    dark = alt.condition(f"datum.verdict == '{Status.CRASHED}'", alt.value("white"), alt.value(INK))
     cells = base.mark_rect(stroke="white", strokeWidth=1).encode(color=colour)
     words = base.transform_filter("datum.cell").mark_text(fontSize=10).encode(text="cell:N", color=dark)
     data = {"cells": _kept(table, "scene", "integrator_id", "verdict", "cell")}

@@ -13,6 +13,7 @@ from typing import Any
 import altair as alt
 import numpy as np
 import pandas as pd
+from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import GRID, LETTERS, PALE, QUIET, dressed, records
 from gnomon.harness.results.analysis import TARGETS, credited, crossing
 
@@ -50,7 +51,7 @@ def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
                 "error": np.maximum(np.log10(rows["error_max"].astype(float).to_numpy()), EXACT),
             }
         )
-    failed = ~table["status"].isin(["ok", "inaccurate"]) | ~(table["error"] <= MARGIN)
+    failed = ~table["status"].isin([Status.OK, Status.INACCURATE]) | ~(table["error"] <= MARGIN)
     sweep = table.groupby([*SCENE, "series"], sort=False).ngroup()
     for axis in ("time", "calls"):
         table[axis] = table[axis].where(np.isfinite(table[axis]))
@@ -59,7 +60,7 @@ def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
     heights = (TOP - MARGIN) * (0.75 - 0.6 * table["series"].map(lanes).astype(float) / max(*lanes.values(), 1))
     kinds = dict(zip(look["series"], look["library"] + look["family"], strict=True))
     answered = table.assign(error=table["error"].where(~failed, math.inf))
-    answered = answered[~failed | (table["status"] == "diverged")]
+    answered = answered[~failed | (table["status"] == Status.DIVERGED)]
     chosen = {scene: front(part, kinds) for scene, part in answered.groupby(SCENE, sort=False)}
     names = zip(*(table[name] for name in SCENE), table["series"], strict=True)
     return table.assign(
@@ -104,7 +105,6 @@ def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
     The specification without data; its scales name the integrators of `look`, in that order. `drawn` makes a diagram
     of it, here as in the page.
     """
-    names = {"time": SECONDS, "calls": COUNTS}[axis]
     title = {"time": "time of one solve", "calls": "right-hand sides evaluated"}[axis]
     domain = list(look["series"])
     legend = alt.Legend(title=None)
@@ -114,19 +114,7 @@ def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
     pick = alt.selection_point(name="pick", fields=["series"], bind="legend")
     hover = alt.selection_point(name="hover", fields=["series"], on="pointerover", clear="pointerout")
     strength = alt.condition(pick & hover, alt.value(1.0), alt.value(0.15))
-    x = alt.X(
-        f"{axis}:Q",
-        title=title,
-        scale=alt.Scale(zero=False, nice=True, padding=14),
-        axis=alt.Axis(tickMinStep=1, labelOverlap=True, labelExpr=f"({_table(names)})[datum.value] || ''"),
-    )
-    only_errors = alt.condition("datum.value > 0", alt.value("transparent"), alt.value(GRID))
-    y = alt.Y(
-        "error:Q",
-        title="error (largest over the samples)",
-        scale=alt.Scale(zero=False, nice=False, domainMax=TOP, padding=14),
-        axis=alt.Axis(tickMinStep=1, tickCount=9, labelExpr=ERRORS, gridColor=only_errors, tickColor=only_errors),
-    )
+    x, y = _axes(axis, title)
     base = alt.Chart(alt.NamedData("points")).transform_filter(f"isValid(datum.{axis}) && isValid(datum.error)")
     tooltip = [
         alt.Tooltip("series:N", title="integrator"),
@@ -168,6 +156,25 @@ def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
     data: dict[str, Any] = {"points": [], "limits": [], "margin": margin_text}
     found: dict[str, Any] = dressed(chart.properties(width=640, height=440, datasets=data)).to_dict(validate=False)
     return found
+
+
+def _axes(axis: str, title: str) -> tuple[alt.X, alt.Y]:
+    """Time or right-hand sides across, the error up to the margin of failed trials."""
+    names = {"time": SECONDS, "calls": COUNTS}[axis]
+    x = alt.X(
+        f"{axis}:Q",
+        title=title,
+        scale=alt.Scale(zero=False, nice=True, padding=14),
+        axis=alt.Axis(tickMinStep=1, labelOverlap=True, labelExpr=f"({_table(names)})[datum.value] || ''"),
+    )
+    only_errors = alt.condition("datum.value > 0", alt.value("transparent"), alt.value(GRID))
+    y = alt.Y(
+        "error:Q",
+        title="error (largest over the samples)",
+        scale=alt.Scale(zero=False, nice=False, domainMax=TOP, padding=14),
+        axis=alt.Axis(tickMinStep=1, tickCount=9, labelExpr=ERRORS, gridColor=only_errors, tickColor=only_errors),
+    )
+    return x, y
 
 
 def _limit_words(rules: alt.Chart, small: dict[str, Any], floor: bool, halo: bool) -> alt.Chart:

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import report
 from gnomon.harness.results import store
 from gnomon.reference.storage import diskcache
@@ -60,7 +61,7 @@ def _finished(database: Path) -> list[str | None]:
     runs, frame = store.runs(database), store.load(database)
     if not any(run["suite"] == SUITE and run["ended"] for run in runs) or not runs[-1]["ended"]:
         raise ValueError(f"{database}: holds no finished run of the suite {SUITE}; `make report` resumes it")
-    cut_short = int((frame["status"] == "interrupted").sum())
+    cut_short = int((frame["status"] == Status.INTERRUPTED).sum())
     if cut_short:
         raise ValueError(f"{database}: {cut_short} trials were interrupted; `make report` runs them again")
     return [run["environment"].get("revision") for run in runs if run["run"] in set(frame["run"])]

@@ -12,6 +12,7 @@ from typing import Any
 import altair as alt
 import numpy as np
 import pandas as pd
+from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import figures, style, tables
 from gnomon.harness.reporting.figures_work import SCENE, drawn, work_points, work_precision
 from gnomon.harness.reporting.images import write_images
@@ -60,7 +61,7 @@ def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
     default = run.trusted[(run.trusted["variant"] == "") & run.trusted["best"].notna()]
     if len(default):
         charts["trust"] = figures.trust_map(default, run.look, list(run.scenes["scene"]))
-    asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & (run.reduced["status"] == "ok")]
+    asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & (run.reduced["status"] == Status.OK)]
     asked = asked[asked["setting"] > asked["conditioning"].fillna(0)]
     if len(asked):
         over = asked.assign(over=asked["error_max"] / asked["setting"])

@@ -10,6 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import sidecars, tables
 from gnomon.harness.reporting.sidecars import FLAG, NUMBER, NUMBERS, SIZE, TEXT, Optional, one_of
 from jinja2 import Environment, StrictUndefined
@@ -28,7 +29,7 @@ WAYS = {
     "independent": "numbers without motion, by quadrature, eigenvalues or linear systems",
     "rounding": "the published digits, compared with those of a much higher precision",
 }
-SEVERITY = ("ok", "not_installed", "refused", "inaccurate", "diverged", "crashed")
+SEVERITY = (Status.OK, Status.NOT_INSTALLED, Status.REFUSED, Status.INACCURATE, Status.DIVERGED, Status.CRASHED)
 
 _CERTIFICATES = [
     {
@@ -130,13 +131,13 @@ def computation_rows(*folders: Path) -> list[dict[str, str]]:
 
 
 def _worst(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    nothing = {"status": "ok", "error": None, "seconds": None, "quantity": "", "variant": "", "reason": ""}
+    nothing = {"status": Status.OK, "error": None, "seconds": None, "quantity": "", "variant": "", "reason": ""}
     return max(rows, key=lambda row: (SEVERITY.index(row["status"]), row["error"] or 0), default=nothing)
 
 
 def _told(row: dict[str, Any]) -> str:
     if row["error"] is None:
-        return "–" if row["status"] == "ok" else str(row["status"]).replace("_", " ")
+        return "–" if row["status"] == Status.OK else str(row["status"]).replace("_", " ")
     return "0" if row["error"] == 0 else tables.short_text(row["error"])
 
 

@@ -13,10 +13,11 @@ import numpy as np
 import pandas as pd
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import case_class, installed_names
+from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import style, tables
 from gnomon.harness.results import analysis, store
-from gnomon.harness.running.plan import SIBLING
-from gnomon.harness.studies import model_hierarchy as hierarchies
+from gnomon.harness.running.plan import NEAR_DUPLICATE
+from gnomon.harness.studies import model_hierarchy
 from gnomon.harness.studies.drift import rebuilt
 
 DECIMAL_STEPS = (1e-2, 1e-3, 1e-4)
@@ -50,7 +51,7 @@ class Run:
         """Raises ValueError for a file that is no results file, or an empty one."""
         frame = analysis.tidy(store.load(path))
         # Pairs outside the suite are not failures of an integrator, and would fill the maps.
-        frame = frame[frame["reason"] != SIBLING[1]]
+        frame = frame[frame["reason"] != NEAR_DUPLICATE[1]]
         if frame.empty:
             raise ValueError(f"{path}: holds no measurement yet; run `gnomon run` first")
         why = analysis.nothing_ran(frame)
@@ -144,7 +145,7 @@ class Run:
 
     @cached_property
     def hierarchies(self) -> pd.DataFrame:
-        return hierarchies.hierarchies(self.cases, self.equal, self.reduced)
+        return model_hierarchy.hierarchies(self.cases, self.equal, self.reduced)
 
     @cached_property
     def policies(self) -> pd.DataFrame:
@@ -153,7 +154,7 @@ class Run:
         near = np.zeros(len(found), dtype=bool)
         for step in DECIMAL_STEPS:
             near |= np.isclose(found["setting"].to_numpy(float), step, rtol=1e-9)
-        answered = found[near & (found["error"].notna() | (found["status"] == "diverged"))]
+        answered = found[near & (found["error"].notna() | (found["status"] == Status.DIVERGED))]
         several = answered.groupby(["scene", "library", "setting"])["policy"].transform("nunique") > 1
         return answered[several].rename(columns={"library": "engine", "setting": "step"})
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import findings, report_benchmarks, report_card, report_checks, style, tables
 from gnomon.harness.reporting.report_charts import Scenes
 from gnomon.harness.reporting.report_run import Run
@@ -46,8 +47,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Scenes]) -> di
             "libraries": ran["library"].nunique(),
             "not_installed": sorted(set(run.frame["library"]) - set(ran["library"])),
             "trials": len(ran),
-            "ran": int((ran["status"] != "skipped").sum()),
-            "measurements": int((~run.frame["status"].isin([*analysis.NEVER_RAN, "skipped"])).sum()),
+            "ran": int((ran["status"] != Status.SKIPPED).sum()),
+            "measurements": int((~run.frame["status"].isin([*analysis.NEVER_RAN, Status.SKIPPED])).sum()),
         },
         "shares": tables.status_shares(run.reduced),
         "overall": tables.overall(run.equal),
@@ -102,7 +103,7 @@ def launches_text(frame: pd.DataFrame) -> str:
 
 def scatter_text(frame: pd.DataFrame) -> str:
     """The ratio of times of two launches of one setting in this run; empty if nothing was launched twice."""
-    timed = frame[(frame["status"] == "ok") & (frame["seconds_median"] > 0)]
+    timed = frame[(frame["status"] == Status.OK) & (frame["seconds_median"] > 0)]
     launches = timed.groupby([*analysis.SERIES, "setting"])["seconds_median"].apply(np.array)
     apart = [max(a, b) / min(a, b) for times in launches for a, b in itertools.combinations(times, 2)]
     if not apart:
@@ -144,8 +145,8 @@ def hierarchy_rows(levels: pd.DataFrame) -> list[dict[str, Any]]:
 
 def engine_settings(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """Engine settings changed, gathered by engine and setting: values and the policies that set them."""
-    changed = analysis.changed_settings(frame)
-    grouped = changed.groupby(["library", "setting", "value"], sort=False)
+    changed = analysis.changed_options(frame)
+    grouped = changed.groupby(["library", "option", "value"], sort=False)
     return [
         {
             "library": library,

@@ -11,6 +11,8 @@ from collections.abc import Iterable
 from typing import Any
 
 import pandas as pd
+from gnomon.harness.contract.status import Status
+from gnomon.harness.results.analysis import NOT_RUN, PARTLY
 
 INK, QUIET, PALE, GRID = "#1f2933", "#5f6b7a", "#f4f2ec", "#e4e2dc"
 FONT = "Helvetica Neue, Helvetica, Arial, Liberation Sans, sans-serif"
@@ -26,32 +28,32 @@ FAMILIES = {
     "physics engine": ("triangle-up", [2, 2]),
 }
 
-STATUS_COLOURS = {
-    "ok": "#7fb6a0",
-    "partly": "#d8e6c3",
-    "inaccurate": "#f2cf63",
-    "diverged": "#e08a4a",
-    "refused": "#b79ad1",
-    "timeout": "#7aa6d8",
-    "crashed": "#8c2d3a",
-    "out_of_memory": "#5b3a8c",
-    "interrupted": "#d9d2c5",
-    "skipped": "#c3d6ea",
-    "not_run": "#eadfbf",
-    "unsupported": "#efedE8".lower(),
-    "not_installed": "#ffffff",
+STATUS_COLOURS: dict[str, str] = {
+    Status.OK: "#7fb6a0",
+    PARTLY: "#d8e6c3",
+    Status.INACCURATE: "#f2cf63",
+    Status.DIVERGED: "#e08a4a",
+    Status.REFUSED: "#b79ad1",
+    Status.TIMEOUT: "#7aa6d8",
+    Status.CRASHED: "#8c2d3a",
+    Status.OUT_OF_MEMORY: "#5b3a8c",
+    Status.INTERRUPTED: "#d9d2c5",
+    Status.SKIPPED: "#c3d6ea",
+    NOT_RUN: "#eadfbf",
+    Status.UNSUPPORTED: "#efedE8".lower(),
+    Status.NOT_INSTALLED: "#ffffff",
 }
-LETTERS = {
-    "inaccurate": "I",
-    "diverged": "D",
-    "refused": "R",
-    "timeout": "T",
-    "crashed": "C",
-    "out_of_memory": "M",
-    "interrupted": "B",
-    "skipped": "S",
-    "unsupported": "·",
-    "not_installed": "",
+LETTERS: dict[str, str] = {
+    Status.INACCURATE: "I",
+    Status.DIVERGED: "D",
+    Status.REFUSED: "R",
+    Status.TIMEOUT: "T",
+    Status.CRASHED: "C",
+    Status.OUT_OF_MEMORY: "M",
+    Status.INTERRUPTED: "B",
+    Status.SKIPPED: "S",
+    Status.UNSUPPORTED: "·",
+    Status.NOT_INSTALLED: "",
 }
 
 

@@ -9,20 +9,21 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.results.analysis import NEVER_RAN, SERIES, STATUSES, TARGETS, preparations
+from gnomon.harness.contract.status import Status
+from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, preparations
 
 MEANINGS = {
-    "ok": "ran, and its error is a true measure of its accuracy at this setting",
-    "inaccurate": "ran, but its error is above 0.1 of the size of the motion and above 10 times the conditioning",
-    "diverged": "not finite, or the error is larger than the motion itself",
-    "refused": "the integrator declined, or returned the initial state without a step",
-    "timeout": "passed the time limit of a trial and was stopped",
-    "crashed": "the process died, raised, or returned the wrong shape",
-    "out_of_memory": "needed more memory than a worker may take",
-    "interrupted": "the worker was ended from outside, or the machine had no memory or disk left; the next run repeats it",
-    "skipped": "not started: predicted to pass the time limit, or an earlier setting passed it",
-    "unsupported": "the integrator accepts no form that the problem offers, or lacks something that the problem needs",
-    "not_installed": "the library is not installed on this machine",
+    Status.OK: "ran, and its error is a true measure of its accuracy at this setting",
+    Status.INACCURATE: "ran, but its error is above 0.1 of the size of the motion and above 10 times the conditioning",
+    Status.DIVERGED: "not finite, or the error is larger than the motion itself",
+    Status.REFUSED: "the integrator declined, or returned the initial state without a step",
+    Status.TIMEOUT: "passed the time limit of a trial and was stopped",
+    Status.CRASHED: "the process died, raised, or returned the wrong shape",
+    Status.OUT_OF_MEMORY: "needed more memory than a worker may take",
+    Status.INTERRUPTED: "the worker was ended from outside, or the machine had no memory or disk left; the next run repeats it",
+    Status.SKIPPED: "not started: predicted to pass the time limit, or an earlier setting passed it",
+    Status.UNSUPPORTED: "the integrator accepts no form that the problem offers, or lacks something that the problem needs",
+    Status.NOT_INSTALLED: "the library is not installed on this machine",
 }
 
 SCENE_AND_NAME = ("case", "formulation", "integrator_id")
@@ -243,7 +244,7 @@ def stability_rows(
     rows: dict[str, list[Row]] = {}
     for key, series in _by_key(chosen, *SERIES).items():
         trial = trusts[key]
-        status = Cell(f"{series['ok']} of {series['settings']} ok", _first(series), series["verdict"])
+        status = Cell(f"{series['settings_ok']} of {series['settings']} ok", _first(series), series["verdict"])
         best = Cell(error_text(trial["best"]), kind="none" if not math.isfinite(trial["best"]) else "")
         if math.isfinite(trial["best"]):
             above = trial["best"] / max(trial["attainable"], 1e-300)
@@ -270,8 +271,8 @@ def _by_key(table: pd.DataFrame, *columns: str) -> dict[tuple[Any, ...], dict[st
 
 
 def _first(series: dict[str, Any]) -> str:
-    if series["failure"] == "skipped":
-        return f"{series['counts']['skipped']} beyond the time limit"
+    if series["failure"] == Status.SKIPPED:
+        return f"{series['counts'][Status.SKIPPED]} beyond the time limit"
     return f"{series['failure']}: {series['reason']}" if series["failure"] else ""
 
 
@@ -333,7 +334,7 @@ def _growth(found: dict[str, Any]) -> tuple[str, str]:
 def failure_groups(failed: pd.DataFrame) -> list[dict[str, Any]]:
     """Failures by status, then integrator: how many trials, on which problems, and the first two reasons."""
     groups = []
-    for status in STATUSES:
+    for status in Status:
         part = failed[failed["status"] == status]
         if part.empty:
             continue
@@ -359,6 +360,6 @@ def failure_groups(failed: pd.DataFrame) -> list[dict[str, Any]]:
 def status_shares(reduced: pd.DataFrame) -> list[dict[str, Any]]:
     """How many trials ended in each status, of those that could run."""
     counts = reduced["status"].value_counts()
-    ran = [name for name in STATUSES if name in counts.index and name not in NEVER_RAN]
+    ran = [name for name in Status if name in counts.index and name not in NEVER_RAN]
     total = float(np.sum([counts[name] for name in ran])) or 1.0
     return [{"status": name, "trials": int(counts[name]), "share": counts[name] / total} for name in ran]

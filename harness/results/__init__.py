@@ -1,1 +1,1 @@
-"""Results on disk, their analysis, and the comparison of two runs."""
+"""Results files, their analysis, and the comparison of two runs."""

@@ -1,4 +1,4 @@
-"""What a run says: time at equal error, trust, and where each integrator breaks. Reads stored rows, runs nothing."""
+"""Analysis of stored measurements: time at equal error, reliability, failures of each integrator. Runs nothing."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status
 from gnomon.harness.results.convergence_order import line, slopes, why_no_line
-from gnomon.harness.results.values import SCORED
-from gnomon.harness.results.values import STATUSES as STATUSES
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -22,14 +21,15 @@ Floats = NDArray[np.float64]
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
 SERIES = ["case", "variant", "formulation", "library", "integrator_id"]
 ON_A_LINE = 0.1
-"""A slope is an order only where each of its pieces is within this of it, the margin that a measured order has about
-the declared one. An error that passes through zero between two steps bends the line by whole orders."""
+"""A slope counts as an order if the slope between any two neighbouring points differs from it by at most this, the
+tolerance between measured and declared order. An error that passes through zero between two steps bends the line by
+whole orders."""
 
 CLAIM = 1.2
-"""Ratios of times below this are not claimed as a difference: launches of one program differ by 10 to 13 %."""
+"""Times with a ratio below this are not reported as different: launches of one program differ by 10 to 13 %."""
 
 LEAST_SHARE = 0.1
-"""A time without its null call is at least this share of the time: of less the difference of two times says nothing."""
+"""Minimum of a time without its null call, as a share of the whole time: a smaller difference is measurement noise."""
 
 ERRORS = (
     *(
@@ -44,19 +44,21 @@ ERRORS = (
     ),
     *("invariant_drift", "error_low", "error_high"),
 )
-"""What later launches of a trial lack, where its first launch has the median over turned starts."""
+"""Columns to ignore in later launches of a trial if its first launch has the median over turned starts."""
 
 NOT_RUN = "not_run"
-"""The verdict of a hard variant that nobody ran with an integrator that takes its case. No trial has this status."""
-NEVER_RAN = ("unsupported", "not_installed", NOT_RUN)
+"""The verdict of a hard variant that was not run with an integrator that takes its case. No trial has this status."""
+PARTLY = "partly"
+"""The verdict of a series of which some settings are ok and others failed."""
+NEVER_RAN = (*CANNOT_RUN, NOT_RUN)
 
 
 def tidy(rows: pd.DataFrame) -> pd.DataFrame:
-    """The store's rows with empty strings for missing names, and numbers where numbers are meant.
+    """The store's rows with empty strings for missing names, and columns of numbers as floats.
 
-    `seconds_net` is `seconds_median` without the null call (`null_seconds`), and at least a tenth of it: every time that
-    is compared is this one. Where the null call was not measured they are the same. The errors of launches without
-    turned starts are set aside where another launch of the trial has them: those are of one orientation alone.
+    `seconds_net` is `seconds_median` without the null call (`null_seconds`), at least a tenth of it; it is the time
+    that all comparisons use. If the null call was not measured, the two are equal. If one launch of a trial was solved
+    from turned starts, the errors of its other launches become nan: those are of one orientation only.
     """
     frame = rows.copy()
     for column in ("variant", "formulation", "policy", "reason", "sampling", "setting_kind", "settings_changed"):
@@ -79,12 +81,12 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def net(seconds: pd.Series, null: pd.Series) -> pd.Series:
-    """Times without their null call, where that is known; at least `LEAST_SHARE` of each."""
+    """Times minus their null calls, if these are known; at least `LEAST_SHARE` of each time."""
     return np.maximum(seconds - null.fillna(0.0), LEAST_SHARE * seconds)
 
 
 def nothing_ran(frame: pd.DataFrame) -> str | None:
-    """Why nothing in these rows ran, in the words of the most frequent reason; None where something did."""
+    """The most frequent status and reason if nothing in these rows ran; None if something ran."""
     if not frame["status"].isin(NEVER_RAN).all():
         return None
     if frame.empty:
@@ -94,10 +96,10 @@ def nothing_ran(frame: pd.DataFrame) -> str | None:
 
 
 def settings(frame: pd.DataFrame) -> pd.DataFrame:
-    """One row a setting of a series, loosest first: launches reduced to the median of their times without the null call,
-    `seconds`, beside the median of their null calls, `overhead`.
+    """One row for each setting of a series, loosest first, with the medians over launches: `seconds` is the time without
+    the null call, `overhead` the null call.
 
-    `seconds_low` and `seconds_high`, quantiles over the calls of one launch, are left as the first launch has them.
+    `seconds_low` and `seconds_high`, quantiles over the calls of one launch, are those of the first launch.
     """
     grouped = frame.sort_values("launch").groupby([*SERIES, "setting"], dropna=False, sort=False)
     reduced = grouped.first().assign(
@@ -111,10 +113,10 @@ def settings(frame: pd.DataFrame) -> pd.DataFrame:
 def credited(errors: Sequence[float] | Floats) -> Floats:
     """The error that each setting of a sweep, loosest first, is credited with; inf for settings that are left out.
 
-    A loose setting may be right by luck, where its error changes sign. So a setting is credited with the largest error
-    of all settings at least as tight: what the method still holds when the knob is turned further. Beyond the best
-    setting round-off makes errors grow again, and nobody needs those settings: the sweep ends at the tightest setting
-    within 3 times of the second smallest error (of the second, so that one lucky setting cannot cut the sweep).
+    The error of a loose setting may be small by chance, where it changes sign. A setting is therefore credited with the
+    largest error of all settings at least as tight. At still tighter settings round-off makes errors grow again; the
+    sweep is cut after the tightest setting within 3 times the second smallest error (the second, so that one small error
+    by chance cannot cut the sweep).
     """
     values = np.asarray(errors, dtype=float)
     found = np.sort(values[np.isfinite(values)])
@@ -127,19 +129,19 @@ def credited(errors: Sequence[float] | Floats) -> Floats:
 
 
 def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:
-    """The least time in which a sweep, loosest setting first, holds an error; and whether its loosest setting does.
+    """The least time in which a sweep, loosest setting first, reaches an error, and whether its loosest setting does.
 
-    Linear in the logarithms between the two neighbouring settings of the sweep; nan where no setting reaches it. Where
-    the sweep holds any error only from some setting on, an infinite one before, that setting counts as the loosest.
+    Linear interpolation in the logarithms between the two neighbouring settings; nan if no setting reaches the error.
+    If credited errors are infinite up to some setting, the next setting counts as the loosest.
 
     A tighter setting may take less time than the one that reaches the error: the order of a Taylor series follows its
-    tolerance, and a low order takes more steps. It holds the error too, so its time counts, as nobody would wait longer.
+    tolerance, and a low order takes more steps. It reaches the error too, so the minimum of these times counts.
     """
     return crossing(credited(errors), seconds, target)
 
 
 def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:
-    """`time_at` of errors that are `credited` already."""
+    """`time_at` for errors that are `credited` already."""
     reached = np.flatnonzero(held <= target)
     if len(reached) == 0:
         return math.nan, False
@@ -151,29 +153,30 @@ def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> 
         upper, lower = math.log(held[i - 1]), math.log(max(held[i], np.finfo(float).tiny))
         share = (upper - math.log(target)) / (upper - lower)
         there = float(np.exp(np.log(seconds[i - 1]) + share * np.log(seconds[i] / seconds[i - 1])))
-    # Without a time near the target there is none; tighter settings that were not timed are passed over.
+    # nan if the time near the target is missing; tighter settings without a time are ignored
     return (math.nan if math.isnan(there) else min(there, *(float(seconds[k]) for k in reached.tolist()))), loosest
 
 
 def preparations(rows: pd.DataFrame) -> pd.Series:
-    """By series, the median seconds of a preparation over its settings, of the first launch of each."""
+    """For each series, the median over its settings of the seconds of a preparation in the first launch."""
     ran = rows[~rows["status"].isin(NEVER_RAN)].drop_duplicates([*SERIES, "setting"])
     return ran.groupby(list(SERIES))["prepare_seconds"].median().rename("preparation")
 
 
 def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.DataFrame:
-    """Time at equal error: one row a series and target, with the ratio to the fastest of the same case and formulation.
+    """Time at equal error: one row for each series and target, with the ratio to the fastest series of the same case,
+    variant and formulation.
 
-    `seconds` is the median over launches of the time without the null call, `low` and `high` their range, `overhead` the
-    median of the null calls, nan where none was measured; `at_loosest` says that the sweep begins below
-    the target, so that the time is an upper bound; `tied` marks the fastest and all that are within 1.2 times of it;
-    `preparation` is what no time holds (see `preparations`).
+    `seconds` is the median over launches of the time without the null call, `low` and `high` the range, `overhead` the
+    median of the null calls, nan if none was measured. `at_loosest`: the loosest setting reaches the target already, so
+    the time is an upper bound. `tied`: within a factor of 1.2 of the fastest. `preparation` is the time of `prepare`,
+    which the other times exclude (see `preparations`).
 
-    A setting that diverged has answered, and wrongly: its error counts as infinite. One that gave no answer has no say.
+    The error of a setting that diverged counts as infinite. A setting without a solution is ignored.
     """
     rows = []
     usable = frame[frame["status"].isin(SCORED) & (frame["seconds_median"] > 0)]
-    usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != "diverged", math.inf))
+    usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != Status.DIVERGED, math.inf))
     columns = ("launch", "setting", "error_max", "seconds_net", "null_seconds")
     for key, series in _series(usable.sort_values("setting", ascending=False), *columns):
         launches: dict[int, dict[float, float]] = {}
@@ -181,8 +184,8 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
         for row in series:
             launches.setdefault(row["launch"], {})[row["setting"]] = row["seconds_net"]
             errors.setdefault(row["launch"], {})[row["setting"]] = row["error_max"]
-        # Slow settings are launched once: the errors are those of the fullest launch, a launch without times near the
-        # target has no say.
+        # Slow settings are launched once: the errors are those of the launch with most settings, and a launch without
+        # times near the target is ignored.
         sweep = errors[max(sorted(errors), key=lambda launch: len(errors[launch]))]
         held = credited(list(sweep.values()))
         nulls = [row["null_seconds"] for row in series if math.isfinite(row["null_seconds"])]
@@ -203,19 +206,19 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
 
 
 def trust(reduced: pd.DataFrame) -> pd.DataFrame:
-    """How far each series can be trusted: best error beside the attainable one, and achieved error over tolerance.
+    """The reliability of each series: its best error, the attainable error, and achieved error over tolerance.
 
-    The attainable error is the conditioning (or the floor where that is larger). Achieved error over tolerance counts
-    the settings above the attainable error: below it a tolerance asks for the impossible. `error_low` and `error_high`
-    are the range of the best error over `turned_starts` orientations, where it is their median; else nan.
+    The attainable error is the larger of conditioning and floor. Achieved error over tolerance includes only tolerances
+    above the attainable error; smaller ones cannot be met. If the best error is a median over `turned_starts`
+    orientations, `error_low` and `error_high` are the range over these; else nan.
     """
     rows = []
     spread = ("turned_starts", "error_low", "error_high")
     columns = ("status", "setting", "setting_kind", "sampling", "error_max", "conditioning", "floor", *spread)
     for key, series in _series(reduced[~reduced["status"].isin(NEVER_RAN)], *columns):
-        good = [row for row in series if row["status"] == "ok"]
+        good = [row for row in series if row["status"] == Status.OK]
         record: dict[str, Any] = dict(zip(SERIES, key, strict=True))
-        record |= {"settings": len(series), "ok": len(good), "sampling": series[0]["sampling"]}
+        record |= {"settings": len(series), "settings_ok": len(good), "sampling": series[0]["sampling"]}
         record |= dict.fromkeys(
             ("best", "at", "attainable", "over_tolerance", "worst_over_tolerance", *spread), math.nan
         )
@@ -232,21 +235,21 @@ def trust(reduced: pd.DataFrame) -> pd.DataFrame:
 
 
 def status_matrix(reduced: pd.DataFrame) -> pd.DataFrame:
-    """One row a series: its statuses over the sweep, the first failure with its reason, and the best error.
+    """One row for each series: its statuses over the sweep, the first failure with its reason, and the best error.
 
-    `verdict` is "ok" (every setting that ran), "partly" (some), or the most frequent status where no setting is ok. A
-    sweep that we ended before the time limit (`skipped`), or that the machine ended (`interrupted`), was not broken by
-    the integrator, and does not count as such.
+    `verdict` is "ok" (every setting that ran), "partly" (some), or the most frequent status if no setting is ok.
+    `skipped` (a predicted time above the limit) and `interrupted` (ended from outside) are no failures of the
+    integrator, and do not count.
     """
     rows = []
     for key, series in _series(reduced, "status", "reason", "error_max"):
         counts = dict(Counter(row["status"] for row in series).most_common())
-        good = [row["error_max"] for row in series if row["status"] == "ok"]
-        broken = [row for row in series if row["status"] not in ("ok", "skipped", "interrupted")]
-        shown = (broken or [row for row in series if row["status"] != "ok"])[:1]
-        verdict = "ok" if good and not broken else "partly" if good else next(iter(counts))
+        good = [row["error_max"] for row in series if row["status"] == Status.OK]
+        broken = [row for row in series if row["status"] not in NOT_BROKEN]
+        shown = (broken or [row for row in series if row["status"] != Status.OK])[:1]
+        verdict = Status.OK if good and not broken else PARTLY if good else next(iter(counts))
         record: dict[str, Any] = dict(zip(SERIES, key, strict=True))
-        record |= {"verdict": verdict, "ok": len(good), "settings": len(series), "counts": counts}
+        record |= {"verdict": verdict, "settings_ok": len(good), "settings": len(series), "counts": counts}
         record["best"] = min(good, default=math.nan)
         record["failure"] = "".join(str(row["status"]) for row in shown)
         record["reason"] = "".join(str(row["reason"]) for row in shown)
@@ -255,9 +258,9 @@ def status_matrix(reduced: pd.DataFrame) -> pd.DataFrame:
 
 
 def not_run(matrix: pd.DataFrame, variants: Mapping[str, Iterable[str]]) -> pd.DataFrame:
-    """Rows like those of `status_matrix`, of the hard variants that were not run with an integrator that took the case.
+    """Rows like those of `status_matrix` for hard variants that were not run with an integrator that takes the case.
 
-    `variants`: the hard variants of each case by name; those in `matrix` count besides.
+    `variants`: the hard variants of each case by name; those in `matrix` are added.
     """
     ran = matrix[~matrix["verdict"].isin(NEVER_RAN)]
     takes = ran.drop_duplicates(["case", "library", "integrator_id"])
@@ -272,11 +275,13 @@ def not_run(matrix: pd.DataFrame, variants: Mapping[str, Iterable[str]]) -> pd.D
         for variant in hard[case]
         if (case, variant, name) not in there
     ]
-    return pd.DataFrame(rows, columns=[*SERIES, "verdict", "ok", "settings", "counts", "best", "failure", "reason"])
+    return pd.DataFrame(
+        rows, columns=[*SERIES, "verdict", "settings_ok", "settings", "counts", "best", "failure", "reason"]
+    )
 
 
 def _series(frame: pd.DataFrame, *columns: str) -> Iterator[tuple[tuple[str, ...], list[dict[str, Any]]]]:
-    """Key and rows of each series, in the order of the keys; plain rows, since a frame a series takes far longer."""
+    """Key and rows of each series, sorted by key. The rows are dicts: a DataFrame for each series takes far longer."""
     rows = frame[[*SERIES, *columns]].to_dict("records")
     key = operator.itemgetter(*SERIES)
     for names, members in itertools.groupby(sorted(rows, key=key), key):
@@ -284,32 +289,33 @@ def _series(frame: pd.DataFrame, *columns: str) -> Iterator[tuple[tuple[str, ...
 
 
 def failures(reduced: pd.DataFrame) -> pd.DataFrame:
-    """Every setting that is not ok, grouped by status, integrator and reason, with the scenes where it happened."""
-    bad = reduced[reduced["status"] != "ok"]
+    """Every setting that is not ok, grouped by status, integrator and reason, with the case variants concerned."""
+    bad = reduced[reduced["status"] != Status.OK]
     where = bad["case"] + np.where(bad["variant"] != "", "/" + bad["variant"], "")
     grouped = bad.assign(where=where).groupby(["status", "integrator_id", "reason"], sort=False)["where"]
     table = grouped.agg(trials="count", where=lambda names: list(dict.fromkeys(names))).reset_index()
-    rank = {name: place for place, name in enumerate(STATUSES)}
+    rank = {name: place for place, name in enumerate(Status)}
     return table.sort_values(
         ["status", "integrator_id"], key=lambda column: column.map(rank) if column.name == "status" else column
     )
 
 
-def changed_settings(frame: pd.DataFrame) -> pd.DataFrame:
-    """Engine settings that differ from the engine's default: one row an integrator, setting and value."""
+def changed_options(frame: pd.DataFrame) -> pd.DataFrame:
+    """Options that differ from an engine's default: one row for each integrator, option and value."""
     rows = []
     for columns in frame.drop_duplicates([*SERIES, "settings_changed"]).itertuples():
         for name, value in json.loads(columns.settings_changed or "{}").items():
             rows.append((columns.library, columns.integrator_id, name, str(value), columns.case))
-    table = pd.DataFrame(rows, columns=["library", "integrator_id", "setting", "value", "case"])
-    grouped = table.groupby(["library", "integrator_id", "setting", "value"], sort=False)["case"]
+    table = pd.DataFrame(rows, columns=["library", "integrator_id", "option", "value", "case"])
+    grouped = table.groupby(["library", "integrator_id", "option", "value"], sort=False)["case"]
     return grouped.agg(lambda names: list(dict.fromkeys(names))).reset_index()
 
 
 def policies(reduced: pd.DataFrame) -> pd.DataFrame:
-    """Engines' error at equal step under each policy: "as shipped" beside "configured" and "staggered".
+    """Errors of engines at equal step under each policy: "as shipped", "configured", "staggered".
 
-    One row a scene, engine, policy and step that at least two policies ran, `error` nan where the trial failed.
+    One row for each case variant, engine, policy and step, if at least two policies ran it; `error` is nan if the trial
+    failed.
     """
     engines = reduced[(reduced["policy"] != "") & reduced["setting"].notna()]
     table = engines[["case", "variant", "library", "integrator", "policy", "setting", "status", "error_max"]].rename(
@@ -320,16 +326,17 @@ def policies(reduced: pd.DataFrame) -> pd.DataFrame:
 
 
 def orders(reduced: pd.DataFrame) -> pd.DataFrame:
-    """Measured order beside the declared one of every fixed-step series, nan where no four of its points are on a line.
+    """Measured and declared order of every fixed-step series; nan if no four of its points lie on a line.
 
-    Of the largest error over the samples, else of their root mean square, else of that at the end, else of the largest
-    over the first samples: where one passes through zero between two steps, another need not, and errors that grow
-    with time in two ways, such as h^5 t^2 and h^4 t, show the order early. `lowest` and `highest` are the slopes of the largest error from one
-    of its finest points to the next, nan where fewer than 4 settings lie in the range. `why` says what an order lacks.
-    `margin` is half of the order's interval (`order.mean_slope`).
+    The order is fitted to the largest error over the samples, else to their root mean square, else to the error at the
+    end, else to the largest over the first samples: if one of them passes through zero between two steps, another may
+    not. If the error has terms such as h^5 t^2 and h^4 t, the early samples show the order. `lowest` and `highest` are
+    the smallest and largest slope between neighbouring fine points of the largest error, nan if fewer than 4 settings
+    are in the range. `why` is the reason of a missing order. `margin` is half of the order's 95 % interval
+    (`convergence_order.mean_slope`).
     """
     rows = []
-    fixed = reduced[(reduced["setting_kind"] == "step") & (reduced["status"] == "ok")]
+    fixed = reduced[(reduced["setting_kind"] == "step") & (reduced["status"] == Status.OK)]
     for key, series in fixed.groupby(SERIES, dropna=False):
         steps, declared = series["setting"].to_numpy(float), float(series["order_declared"].iloc[0])
         attainable = float(np.nanmax([series["conditioning"].max(), series["floor"].max(), 0.0]))
@@ -349,9 +356,10 @@ def orders(reduced: pd.DataFrame) -> pd.DataFrame:
 
 
 def _plateau(steps: Floats, errors: Floats, order: float) -> float:
-    """The largest error at which a sweep, loosest first, levels off: where its slope falls below half of the order.
+    """The largest error at which a sweep, loosest first, levels off: its slope falls below half of `order`.
 
-    Only errors below 1e-6 count, where a slope that low is round-off and not yet a coarse step. 0 where none does.
+    Only errors below 1e-6 count: above, a slope that low may come from coarse steps, not from round-off. 0 if the sweep
+    does not level off.
     """
     if not math.isfinite(order):
         return 0.0
@@ -360,13 +368,13 @@ def _plateau(steps: Floats, errors: Floats, order: float) -> float:
 
 
 def anatomy(frame: pd.DataFrame, near: float = 1e-5) -> pd.DataFrame:
-    """What the error of each series consists of, at its ok setting with an error nearest `near`.
+    """The parts of the error of each series, at its ok setting with an error nearest `near`.
 
-    `error_phase` is along the exact motion and `error_shape` across it (nan where that has no meaning), `turns` the
-    most whole turns that angles were off at any ok setting, which the error itself does not count; the `events_`
-    columns compare located events with the exact ones.
+    `error_phase` is along the exact motion and `error_shape` across it (nan if undefined). `turns` is the largest number
+    of whole turns by which angles are wrong at any ok setting; the error excludes them. The `events_` columns compare
+    located events with the exact ones.
     """
-    good = frame[(frame["status"] == "ok") & (frame["error_max"] > 0)]
+    good = frame[(frame["status"] == Status.OK) & (frame["error_max"] > 0)]
     good = good.assign(away=np.abs(np.log10(good["error_max"] / near)))
     chosen = good.sort_values(["launch", "away"]).groupby(SERIES, dropna=False, sort=False).first()
     turns = good.groupby(SERIES, dropna=False, sort=False)["turns"].max()

@@ -1,45 +1,32 @@
-"""The order of a method as it is measured: the slope of error against step size in the asymptotic range.
-
-Up to order 8 binary64 has such a range. Above it the very same step function is run in 60-digit arithmetic, with
-coefficients to as many digits, of which the binary64 table is the rounding.
-"""
+"""Fits the convergence order to errors: the slope of log error against log step size in the asymptotic range."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
-from fractions import Fraction
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
-from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
-from gnomon.cases.core.case import Case
-from gnomon.cases.core.forms import Form
-from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.contract.problem import accepted_form, initial_state, problem_of
-from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep
-from gnomon.reference.numerics.precision import working
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 Floats = NDArray[np.float64]
 
 LARGEST_ERROR = 1e-2
-"""Above this the error is no small quantity and its leading term does not rule it."""
+"""Above this the error is not small, and its leading term does not dominate."""
 
 ABOVE_FLOOR = 100.0
-"""Round-off moves an error this far above it by 1 %, and the slope over four halvings by 0.005."""
+"""Round-off changes an error this many times larger by 1 %, and the slope over four halvings by 0.005."""
 
 FEWEST, MOST = 4, 6
-"""Points that a slope is fitted to: the finest in the range, where the leading term rules most."""
+"""Minimum and maximum number of points of a fit: the finest in the range, where the leading term dominates most."""
 
 LARGEST_ON_A_LINE, ABOVE_FLOOR_ON_A_LINE = 5e-2, 20.0
-"""For `line`, whose points must agree: an error of 5e-2 that falls as those below it is asymptotic already, and round-off
-moves one 20 times above it by 5 %, the slope over three halvings by 0.03."""
+"""Wider bounds for `line`, whose points must agree: an error of 5e-2 with the slope of those below it is asymptotic.
+Round-off changes an error 20 times larger by 5 %, and the slope over three halvings by 0.03."""
 
 STRAIGHT = 0.02
-"""A coarser point is taken in beyond the fewest while it moves the slope by less than this."""
+"""A coarser point is added to the minimum number while it changes the slope by less than this."""
 
 
 def fit_order(
@@ -47,8 +34,8 @@ def fit_order(
 ) -> tuple[float, int] | None:
     """The slope of log error against log step and the number of points used; None with fewer than 4 in the range.
 
-    The range: errors below 1e-2 and above 100 times `floor`, what round-off and conditioning leave (one for all steps
-    or one for each). Points past the first one that falls under it are left out, whatever they do.
+    The range: errors below 1e-2 and above 100 times `floor`, the error due to round-off and conditioning (one for all
+    steps or one for each). All steps finer than the first one below the range are left out.
     """
     points = _fitted_points(steps, errors, floor)
     return None if points is None else (_slope(points), len(points))
@@ -66,10 +53,11 @@ def slopes(
 
 
 def line(steps: Sequence[float], errors: Sequence[float], floor: float, within: float) -> tuple[float, float] | None:
-    """The slope over the finest four successive steps whose slopes from one to the next agree within `within` with it,
-    and the margin of `mean_slope`: settings that agree with each other may agree on what is not yet the order.
+    """The slope over the finest four successive steps on a line, and its margin from `mean_slope`.
 
-    Of errors below 5e-2 and above 20 times `floor`. None without four such steps.
+    The steps are on a line if the slope between any two neighbours differs from their slope by at most `within`. Errors
+    are below 5e-2 and above 20 times `floor`. None without four such steps. The margin says how far the slope may still
+    be from the order.
     """
     points = [
         (math.log(step), math.log(error)) if ABOVE_FLOOR_ON_A_LINE * floor < error < LARGEST_ON_A_LINE else None
@@ -85,10 +73,10 @@ def line(steps: Sequence[float], errors: Sequence[float], floor: float, within: 
 
 
 def mean_slope(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """The mean slope from each point to the next, and half of its 95 % interval, from their spread (Student's t).
+    """The mean of the slopes between neighbouring points, and half of its 95 % interval from their spread (Student's t).
 
-    Where the points scatter independently, or are the path of a random walk, neighbouring slopes are not correlated or
-    against each other, and the interval is rather too wide. A line that bends has it wider by what it bends.
+    If the points scatter independently or follow a random walk, neighbouring slopes are uncorrelated or negatively
+    correlated, and the interval is rather too wide. A line that bends has a wider interval.
     """
     pieces = np.array([_slope(pair) for pair in itertools.pairwise(points)])
     half = stdtrit(len(pieces) - 1, 0.975) * np.std(pieces, ddof=1) / math.sqrt(len(pieces))
@@ -96,7 +84,7 @@ def mean_slope(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
 
 
 def why_no_line(errors: Sequence[float], floor: float) -> str:
-    """In words what `line` lacks, apart from points that agree."""
+    """The reason why `line` has too few points, in words; empty if it has enough."""
     least = ABOVE_FLOOR_ON_A_LINE * floor
     if all(error <= least for error in errors):
         return "round-off at every step size"
@@ -131,97 +119,3 @@ def _fitted_points(
 def _slope(points: Sequence[tuple[float, float]]) -> float:
     x, y = np.array(points).T
     return float(np.polyfit(x, y, 1)[0])
-
-
-def measure_order(integrator: Integrator, case: Case, most_steps: int = 300_000) -> tuple[float, int] | None:
-    """The order of a fixed-step integrator on a case, in binary64, and the number of points it was fitted to.
-
-    The step is refined by halves and thirds (1, 2, 3, 4, 6, 8, ... to a sampling interval) until the error reaches what
-    round-off leaves, or `most_steps` is passed: the case's conditioning, times the square root of the number of steps
-    where they are summed without compensation.
-    """
-    case = case.rounded()
-    problem = problem_of(case, integrator.accepts)
-    exact, start = case.sample(case.times), initial_state(case)[None]
-    attainable = float(np.max(case.conditioning(case.times)))
-    steps, errors, floors = [], [], []
-    for count in _counts(most_steps // len(case.times)):
-        h = problem.interval / count
-        states = integrator.prepare(problem, h)(start.copy()).states[0]
-        steps.append(h)
-        errors.append(float(np.max(case.metric.distance(states, exact, case.times))))
-        summed = 1 if getattr(integrator, "compensated", False) else count * len(case.times)
-        floors.append(attainable * math.sqrt(summed))
-        if errors[-1] < floors[-1]:
-            break
-    return fit_order(steps, errors, floors)
-
-
-def _counts(most: int) -> list[int]:
-    powers = [2**k for k in range(most.bit_length())]
-    return sorted(n for n in {*powers, *(3 * k for k in powers)} if n <= most)
-
-
-def measure_order_exactly(
-    method: FixedStep, case: Case, counts: Sequence[int], digits: int = DIGITS
-) -> tuple[float, int] | None:
-    """The order over steps of span / count, in `digits`-digit arithmetic, from the error at the end of the span."""
-    form = accepted_form(case, method.accepts)
-    assert form is not None
-
-    def end(count: int) -> Sequence[Any]:
-        numbers = case.parameter_values(), case.initial_state
-        return solve_exactly(method, form, *numbers, case.span, count, digits)  # type: ignore[arg-type]
-
-    return fit_order_exactly(end, case, counts, digits)
-
-
-def fit_order_exactly(
-    end: Callable[[int], Sequence[Any]], case: Case, counts: Sequence[int], digits: int = DIGITS
-) -> tuple[float, int] | None:
-    """The same of whatever `end(count)` reaches at the end of the span after `count` steps."""
-    with working(digits) as mp:
-        exact = case.exact(case.span, digits - 10)
-        sizes = [max(abs(x), mp.mpf(1)) for x in exact]
-        errors = [
-            float(max(abs(a - b) / s for a, b, s in zip(end(count), exact, sizes, strict=True))) for count in counts
-        ]
-    return fit_order([float(case.span) / count for count in counts], errors, 10.0 ** (10 - digits))
-
-
-def solve_exactly(
-    method: FixedStep,
-    form: Form,
-    parameters: Sequence[Fraction],
-    initial: Sequence[Fraction],
-    span: Fraction,
-    count: int,
-    digits: int = DIGITS,
-) -> tuple[Any, ...]:
-    """The state after `count` equal steps over the span: the method's own step function run on mpmath numbers."""
-    with working(digits) as mp:
-
-        def number(x: Fraction) -> Any:
-            return mp.mpf(x.numerator) / x.denominator
-
-        p = [number(x) for x in parameters]
-        y = np.array([number(x) for x in initial], dtype=object)
-        h = number(span) / count
-        arithmetic = mpmath_arithmetic(mp)
-        step, f = rebind(method.step_for(form), arithmetic), rebind(method.equations(form), arithmetic)
-        rows = method.table_for(mp, form, p, mp.eps, h)
-        table = _zeros(mp, (len(rows), max(map(len, rows))))
-        for row, values in zip(table, rows, strict=True):
-            row[: len(values)] = values
-        inputs, outputs = method.widths(form, len(y))
-        x, slope = _zeros(mp, (inputs,)), _zeros(mp, (outputs,))
-        store, increment = _zeros(mp, (method.rows(form), len(y))), _zeros(mp, (len(y),))
-        for k in range(count):
-            if not step(f, k * h, h, y, p, table, x, slope, store, increment):
-                raise ArithmeticError(f"step {k} of {method.name} could not be made")
-            y = y + increment
-        return tuple(y)
-
-
-def _zeros(mp: Any, shape: tuple[int, ...]) -> Any:
-    return np.full(shape, mp.mpf(0), dtype=object)

@@ -1,4 +1,4 @@
-"""The measurements of a results file as a table for other programs."""
+"""Exports the measurements of a results file as a table for other programs."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE | re.A
 
 
 def export(path: str | Path, target: Path, form: str, raw: bool = False) -> None:
-    """Write what `load` gives as csv, json (a list of rows) or parquet.
+    """Write the rows of `load` as csv, json (a list of rows) or parquet.
 
-    In a csv a text that a spreadsheet would take for a formula begins with an apostrophe, unless `raw`.
+    In a csv, an apostrophe is put before a text that a spreadsheet would compute as a formula, unless `raw`.
     """
     writers = {"csv": "to_csv", "json": "to_json", "parquet": "to_parquet"}
     if form not in writers:
@@ -36,7 +36,7 @@ def export(path: str | Path, target: Path, form: str, raw: bool = False) -> None
 
 
 def _no_formula(value: Any) -> Any:
-    """A text that a spreadsheet shows and does not compute; a negative number is no formula."""
+    """The text with an apostrophe if a spreadsheet would compute it; a negative number is not a formula."""
     if not isinstance(value, str) or not _FORMULA.match(value) or _NUMBER.fullmatch(value):
         return value
     return f"'{value}"

@@ -1,8 +1,8 @@
-"""Opens a results file to read it. What others made is data: nothing in it is believed before it was checked.
+"""Opens a results file to read it. The file may come from somebody else: all of it is verified before it is used.
 
-Only the tables and the index of `schema` may be there: a view in place of a table, a trigger or a generated column
-would run what its author wrote. Then all pages are checked, and the tables that are read row by row: each row against
-its checksum, each value against what its column holds (`values`), each reference.
+Only the tables and the index of `schema` may be in the file: a view in place of a table, a trigger or a generated column
+would execute SQL of its author. Then all pages are verified, and each row of the tables that are read: the row against
+its checksum, each value against the values that its column allows (`values`), each reference.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from gnomon.harness.results.visible import visible
 MOST_BYTES = 1 << 24
 """A row with a longer text or blob is refused: sampled states take some kilobytes."""
 CANNOT_OPEN, READ_ONLY = 14, 8
-"""SQLite's codes where a file in WAL mode lies in a folder that cannot be written."""
+"""SQLite's error codes for a file in WAL mode in a folder that cannot be written."""
 _NAMES_ANOTHER = bytes.fromhex("d9d505f920a163d7")
-"""Ends a rollback journal that names a further file, which SQLite would delete after the rollback."""
+"""The last bytes of a rollback journal that names another file, which SQLite would delete after the rollback."""
 
 
 def results_file(path: str | Path) -> Path:
-    """The results file itself, or the `results.sqlite` in a folder; ValueError where there is none."""
+    """The results file itself, or the `results.sqlite` in a folder; raises ValueError if there is none."""
     path = Path(path)
     found = path / "results.sqlite" if path.is_dir() else path
     if not found.is_file():
@@ -40,36 +40,36 @@ def results_file(path: str | Path) -> Path:
 
 @contextmanager
 def reading(path: str | Path, tables: Iterable[str]) -> Iterator[sqlite3.Connection]:
-    """A connection that reads one state of a results file, its `tables` checked.
+    """A connection that reads one state of a results file, after its `tables` are verified.
 
-    Raises ValueError, which names the file and, of damage, the table and the row. Nothing is written beside the file
-    where its folder cannot be written.
+    Raises ValueError, which names the file and, for damage, the table and the row. Works in a folder that cannot be
+    written too.
     """
     found = results_file(path)
     try:
         with ExitStack() as stack:
             db = _connect(found, stack)
-            _check_kind(db, found)
-            check(db, tables)
+            _verify_kind(db, found)
+            verify(db, tables)
             yield db
     except Damaged as error:
         raise ValueError(
             f"{found}: damaged ({error}); restore it from a copy, or run it again into another file"
         ) from None
     except (sqlite3.Error, UnicodeDecodeError) as error:
-        told = visible(str(error))
+        text = visible(str(error))
         if str(error).startswith("file is not a database"):
-            raise ValueError(f"{found}: not a readable results file of gnomon ({told})") from None
-        raise ValueError(f"{found}: damaged ({told}); run it again into another file") from None
+            raise ValueError(f"{found}: not a readable results file of gnomon ({text})") from None
+        raise ValueError(f"{found}: damaged ({text}); run it again into another file") from None
 
 
-def check(db: sqlite3.Connection, tables: Iterable[str]) -> None:
-    """Raise Damaged, which names the place, unless the file is made as ours are and the tables are sound."""
-    _check_made(db)
-    # Of the whole file: a page that took the place of a table's first one shows only in those that are used by none.
-    ((told,),) = db.execute("PRAGMA integrity_check(1)")
-    if told != "ok":
-        raise Damaged(" ".join(visible(told, lines=True).replace("*** in database main ***", "").split()))
+def verify(db: sqlite3.Connection, tables: Iterable[str]) -> None:
+    """Raise Damaged, which names the place, unless the file has the structure of `schema` and its tables are sound."""
+    _verify_structure(db)
+    # For the whole file: where a table's first page was replaced by another, only the list of unused pages shows it.
+    ((found,),) = db.execute("PRAGMA integrity_check(1)")
+    if found != "ok":
+        raise Damaged(" ".join(visible(found, lines=True).replace("*** in database main ***", "").split()))
     for table in tables:
         try:
             schema.verify(db, table)
@@ -82,9 +82,9 @@ def check(db: sqlite3.Connection, tables: Iterable[str]) -> None:
 
 
 def recover(path: Path) -> None:
-    """Take back a first write that was broken off, if one was, so that the file can be used again.
+    """Roll back a first write that was interrupted, if there is one, so that the file can be used again.
 
-    Raises ValueError for a journal that names a further file: none of ours does, and SQLite would delete that file.
+    Raises ValueError for a journal that names another file: gnomon writes none, and SQLite would delete that file.
     """
     journal = path.with_name(path.name + "-journal")
     if not journal.is_file() or journal.stat().st_size == 0 or not path.is_file():
@@ -97,7 +97,9 @@ def recover(path: Path) -> None:
     try:
         db.execute("SELECT count(*) FROM sqlite_master").fetchone()
     except (sqlite3.Error, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: a write into it was broken off ({visible(str(error))}); remove both files") from None
+        raise ValueError(
+            f"{path}: a write into it was interrupted ({visible(str(error))}); remove both files"
+        ) from None
     finally:
         db.close()
 
@@ -105,8 +107,8 @@ def recover(path: Path) -> None:
 def _connect(path: Path, stack: ExitStack) -> sqlite3.Connection:
     """A connection within one reading transaction.
 
-    In WAL mode SQLite makes files beside the one it reads. Where it cannot, and no write is left in such a file, nobody
-    writes here: the file itself is all that there is. Else both are copied.
+    In WAL mode SQLite creates files beside the one it reads. If it cannot and the log is empty, the results file is
+    complete: it is opened as immutable. If the log holds writes, both files are copied to a temporary folder.
     """
     try:
         return _begun(path, "mode=ro", stack)
@@ -116,7 +118,7 @@ def _connect(path: Path, stack: ExitStack) -> sqlite3.Connection:
     path = path.resolve()
     log, journal = (path.with_name(path.name + ending) for ending in ("-wal", "-journal"))
     if journal.exists() and journal.stat().st_size:
-        raise Damaged(f"a write into it was broken off, {journal.name} lies beside it")
+        raise Damaged(f"a write into it was interrupted, {journal.name} is beside it")
     if not log.exists() or log.stat().st_size == 0:
         return _begun(path, "mode=ro&immutable=1", stack)
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="gnomon-")))
@@ -129,8 +131,8 @@ def _begun(path: Path, how: str, stack: ExitStack) -> sqlite3.Connection:
     db = schema.with_checksums(sqlite3.connect(f"{path.resolve().as_uri()}?{how}", uri=True, timeout=30))
     try:
         db.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_BYTES)
-        for setting in ("trusted_schema = OFF", "cell_size_check = ON", "query_only = ON"):
-            db.execute(f"PRAGMA {setting}")
+        for pragma in ("trusted_schema = OFF", "cell_size_check = ON", "query_only = ON"):
+            db.execute(f"PRAGMA {pragma}")
         db.execute("BEGIN")
         schema.version(db)
         db.execute("SELECT count(*) FROM sqlite_master").fetchone()
@@ -141,8 +143,8 @@ def _begun(path: Path, how: str, stack: ExitStack) -> sqlite3.Connection:
     return db
 
 
-def _check_kind(db: sqlite3.Connection, path: Path) -> None:
-    """Raise ValueError unless it is a results file of this schema or an older one that is still read."""
+def _verify_kind(db: sqlite3.Connection, path: Path) -> None:
+    """Raise ValueError unless it is a results file of this schema or of an older one that can be read."""
     ((application,),) = db.execute("PRAGMA application_id")
     version = schema.version(db)
     if application != APPLICATION_ID:
@@ -156,28 +158,28 @@ def _check_kind(db: sqlite3.Connection, path: Path) -> None:
         )
 
 
-def _check_made(db: sqlite3.Connection) -> None:
-    """Raise Damaged unless the file holds the tables and the index of its schema, and nothing else."""
+def _verify_structure(db: sqlite3.Connection) -> None:
+    """Raise Damaged unless the file holds exactly the tables and the index of its schema."""
     expected = {(kind, name): _plain(sql) for kind, name, sql in schema.made(schema.version(db))}
     for kind, name, table, sql in db.execute("SELECT type, name, tbl_name, sql FROM sqlite_master").fetchall():
         if kind == "index" and sql is None and table in schema.TABLES:
-            continue  # of a primary key
-        told = f"{visible(str(kind))} {visible(str(name))}"
+            continue  # the index of a primary key
+        shown = f"{visible(str(kind))} {visible(str(name))}"
         if (kind, name) not in expected:
-            raise Damaged(f"it holds the {told}, which gnomon does not make")
+            raise Damaged(f"it holds the {shown}, which gnomon does not make")
         if _plain(str(sql)) != expected.pop((kind, name)):
-            raise Damaged(f"the {told} is not made as gnomon makes it")
+            raise Damaged(f"the {shown} is not made as gnomon makes it")
     for kind, name in expected:
         raise Damaged(f"no such {kind}: {name}")
 
 
 def _plain(sql: str) -> str:
-    """A statement without what makes no difference: quotes around names, spaces and new lines."""
+    """A statement without differences in form: quotes around names, spaces and new lines."""
     return re.sub(r"\s*([(),])\s*", r"\1", " ".join(sql.replace('"', "").split()))
 
 
 def _too_long(db: sqlite3.Connection, table: str) -> int | None:
-    """The first row that cannot be read for its length."""
+    """The first row that is too long to be read."""
     for (row,) in db.execute(f"SELECT rowid FROM {table}").fetchall():
         try:
             db.execute(f"SELECT * FROM {table} WHERE rowid = ?", (row,)).fetchone()

@@ -1,4 +1,4 @@
-"""What is written for the report; rows that a module measures, one for each of its subjects, by a command of its own."""
+"""Writes JSON files for the report. A study measures one row for each of its subjects, in a command of its own."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ Subject = TypeVar("Subject")
 def publish(
     description: str | None, measured: Callable[[Subject], dict[str, Any]], subjects: Sequence[Subject]
 ) -> None:
-    """Measure all of them on all cores, and write them where the command line says: `python -m MODULE --to FILE`."""
-    from gnomon.harness.contract import environment  # looks at the processor, which takes a tenth of a second
+    """Measure all subjects on all cores, and write the rows to the file of the command `python -m MODULE --to FILE`."""
+    from gnomon.harness.contract import environment  # identifies the processor, which takes a tenth of a second
 
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--to", type=Path, required=True)
@@ -32,7 +32,7 @@ def publish(
 
 
 def write(found: Any, path: Path) -> None:
-    """As JSON, put in its place whole: where the disk is full the last one stays."""
+    """Write JSON to a temporary file and then replace `path`: if the disk is full, the former file stays."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with diskcache.whole(path) as part:
         part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""What is in a results file: measurements, sampled states, runs. Read through `opening`, which checks it first."""
+"""Reads a results file: measurements, sampled states, runs. `opening` verifies the file first."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 LOADED = ("runs", "trials", "planned", "measurements", "settings_changed")
 """The tables whose rows `load` reads."""
 IN_LINES = ("reason", "output")
-"""The texts that may have several lines."""
+"""Columns of text that may have several lines."""
 
 _CURRENT = """
 SELECT {trials}, {measurements}, runs.suite,
@@ -37,14 +37,14 @@ AND measurements.measurement IN (SELECT max(measurement) FROM measurements GROUP
 
 
 def load(path: str | Path, superseded: bool = False) -> Any:
-    """A pandas DataFrame with one row a measurement, the columns of a trial beside those of its measurement.
+    """A pandas DataFrame with one row for each measurement: the columns of its trial, then its own.
 
-    What a later run in the same file replaced (edited source, other settings) is left out unless `superseded`.
-    `path` is a results file or a folder that holds `results.sqlite`. Columns that a file of an older schema lacks are
-    null. Characters that would steer a terminal are spelled out, as \\x1b. Raises ValueError where it is neither, and
-    for a file that is damaged.
+    Measurements that a later run in the same file replaced (edited source, other settings) are left out unless
+    `superseded`. `path` is a results file or a folder that holds `results.sqlite`. Columns that a file of an older
+    schema lacks are null. Characters that would control a terminal are escaped, as \\x1b. Raises ValueError if `path` is
+    neither, and for a damaged file.
     """
-    import pandas
+    import pandas  # slow to load: the command line starts without it
 
     condition = "1" if superseded else _NOT_SUPERSEDED
     with opening.reading(path, LOADED) as db:
@@ -61,7 +61,7 @@ def load(path: str | Path, superseded: bool = False) -> Any:
 
 
 def states(path: str | Path, measurements: Sequence[int] | None = None) -> dict[int, Floats]:
-    """Sampled states (64, dim) by measurement number, in the coordinates of the case; all where None are named.
+    """Sampled states (64, dim) by measurement number, in the coordinates of the case; all of them for None.
 
     Raises ValueError as `load` does.
     """
@@ -79,7 +79,7 @@ def _array(number: int, dimension: int, blob: bytes) -> Floats:
     size = SAMPLES * dimension * 8
     unpacker = zlib.decompressobj()
     try:
-        content = unpacker.decompress(blob, size + 1)  # never more than there should be
+        content = unpacker.decompress(blob, size + 1)  # a limit, since a small blob could expand without end
     except zlib.error as error:
         raise Damaged(f"table sampled_states, row {number}: {error}") from None
     if len(content) != size or not unpacker.eof:

@@ -1,6 +1,6 @@
-"""Whether a run got worse than a base: for CI.
+"""The regression check: whether a run is worse than a base run, for continuous integration.
 
-What the base measured and the run did not is never passed over: it is a regression, or counted as not compared.
+Every setting that the base measured and the run did not is a regression, or counted as not compared.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from gnomon.harness.results.values import SCORED, TRIES
+from gnomon.harness.contract.status import SCORED, STOPPED, Status
+from gnomon.harness.results.values import TRIES
 
 SERIES = ["case", "variant", "formulation", "integrator_id"]
 COLUMNS = [
@@ -19,37 +20,37 @@ COLUMNS = [
     "error_max", "floor", "conditioning", "rhs_calls", "seconds_median",
 ]  # fmt: skip
 ERROR_FACTOR = 2.0
-"""A series is worse where the median ratio of errors at equal settings is above this: the last bits of libm and FMA
-move single errors of adaptive methods by more, their median hardly."""
+"""A series is worse if the median ratio of errors at equal settings is above this. Differences of libm and FMA in the
+last bits change single errors of adaptive methods by more, the median hardly."""
 SINGLE_FACTOR = 30.0
-"""One setting alone is worse above this ratio: switching off FMA was seen to move one error from .0016 to .046."""
+"""A single setting is worse above this ratio of errors: switching off FMA changed one error from .0016 to .046."""
 CALLS_FACTOR = 1.1
-"""Right-hand sides are exact on one machine and vary by .3 % between builds."""
+"""A series is worse above this ratio of right-hand sides: counts are exact on one machine, and vary by .3 % between
+builds."""
 ORDER_LOSS = 0.3
 RANK = {status: rank for rank, status in enumerate(SCORED)}
-ANSWERED = (*SCORED, "refused", "crashed", "out_of_memory")
-"""The statuses in which the integrator had its say; in the others the clock, the machine or the plan had."""
-STOPPED = ("timeout", "skipped")
+ANSWERED = (*SCORED, Status.REFUSED, Status.CRASHED, Status.OUT_OF_MEMORY)
+"""The statuses that the integrator determines; the clock, the machine or the plan determine the others."""
 
 
 @dataclass
 class Verdict:
-    """Lines that say what got worse, how much was compared, and notes that need nobody's attention."""
+    """What is worse in the run, how much was compared, and notes for information."""
 
     compared: int = 0
-    """Series of which at least one setting was compared."""
+    """Number of series of which at least one setting was compared."""
     settings: int = 0
     regressions: list[str] = field(default_factory=list)
     not_compared: Counter[str] = field(default_factory=Counter)
-    """How many settings of the base were not compared, by reason."""
+    """Number of settings of the base that were not compared, by reason."""
     notes: list[str] = field(default_factory=list)
 
 
 def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
     """Compare two frames of `gnomon.harness.load`, series by series, at the settings that both have.
 
-    A series that the run lacks is a regression unless `allow_missing`; so is one of which nothing can be compared.
-    Raises ValueError where that is so of all.
+    A series that the run lacks is a regression unless `allow_missing`. A series of which no setting can be compared is
+    a regression. Raises ValueError if no setting of any series can be compared.
     """
     verdict = Verdict()
     before, after = (dict(list(_used(frame).groupby(SERIES))) for frame in (base, run))
@@ -75,21 +76,21 @@ def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
 
 
 def _used(frame: Any) -> Any:
-    """What is compared of a frame: its first launch, numbers where they may be null."""
+    """The rows and columns of a frame that are compared: its first launch, with numbers in place of nulls."""
     frame = frame.loc[frame["launch"] == 1, [*SERIES, *COLUMNS]]
     filled = {"turned_starts": 0.0, "repeats": 1.0, "limit_seconds": math.nan}
     return frame.assign(**{name: frame[name].astype(float).fillna(value) for name, value in filled.items()})
 
 
 def reasons(counted: Counter[str]) -> str:
-    """Counts by reason in words."""
+    """Counts by reason as text, the most frequent first."""
     return ", ".join(f"{count} because {reason}" for reason, count in counted.most_common())
 
 
 def _series(name: str, before: Any, after: Any, verdict: Verdict, incomparable: list[str]) -> None:
     answered = before[before["status"].isin(ANSWERED)]
     pairs = answered.merge(after, on="setting", how="left", suffixes=("", "_after"))
-    hangs = ((after["status"] == "timeout") & (after["repeats"] >= TRIES)).any()
+    hangs = ((after["status"] == Status.TIMEOUT) & (after["repeats"] >= TRIES)).any()
     why_not = [_why_not(row, hangs) for row in pairs.itertuples()]
     left_out = Counter(reason for reason in why_not if reason is not None)
     verdict.not_compared += left_out
@@ -98,7 +99,7 @@ def _series(name: str, before: Any, after: Any, verdict: Verdict, incomparable: 
         verdict.compared += 1
         verdict.settings += len(both)
     _statuses(name, both, verdict)
-    if (before["status"] == "ok").any() and not (after["status"] == "ok").any():
+    if (before["status"] == Status.OK).any() and not (after["status"] == Status.OK).any():
         counts = ", ".join(f"{count} {status}" for status, count in after["status"].value_counts().items())
         verdict.regressions.append(f"{name}: ok in the base, no setting is ok any more ({counts})")
     elif both.empty:
@@ -107,18 +108,18 @@ def _series(name: str, before: Any, after: Any, verdict: Verdict, incomparable: 
 
 
 def _why_not(row: Any, hangs: bool) -> str | None:
-    """Why a setting of the base cannot be compared with that of the run, None where it can."""
+    """Why a setting of the base cannot be compared with that of the run; None if it can."""
     status = row.status_after
     if not isinstance(status, str):
         return "the run has no such setting"
     if (row.numbers, row.span) != (row.numbers_after, row.span_after):
         return "the numbers of the case are others in the run"
-    if status == "interrupted":
+    if status == Status.INTERRUPTED:
         return "the trial was interrupted in the run"
     if status in STOPPED:
         if row.limit_seconds_after < row.limit_seconds:
             return f"the trial is {status} under a lower limit than the base had"
-        lasting = row.status == "ok" and row.limit_seconds_after >= row.limit_seconds and hangs
+        lasting = row.status == Status.OK and row.limit_seconds_after >= row.limit_seconds and hangs
         return None if lasting else f"the trial is {status} in the run"
     if row.status in SCORED and status in SCORED and row.turned_starts != row.turned_starts_after:
         return "errors are medians over turned starts in one of the two alone"
@@ -126,7 +127,7 @@ def _why_not(row: Any, hangs: bool) -> str | None:
 
 
 def _statuses(name: str, both: Any, verdict: Verdict) -> None:
-    """A line for each kind of change for the worse, with the first setting and reason."""
+    """A line for each kind of worse status, with the first setting and reason."""
     worse: dict[tuple[str, str], list[Any]] = {}
     for row in both.itertuples():
         if RANK.get(row.status_after, 3) > RANK.get(row.status, 3):
@@ -138,8 +139,8 @@ def _statuses(name: str, both: Any, verdict: Verdict) -> None:
 
 
 def _numbers(name: str, both: Any, verdict: Verdict) -> None:
-    """What settings that are ok in both say of errors, right-hand sides, order and time."""
-    sound = both[(both["status"] == "ok") & (both["status_after"] == "ok")]
+    """Compare errors, right-hand sides, order and time at the settings that are ok in both runs."""
+    sound = both[(both["status"] == Status.OK) & (both["status_after"] == Status.OK)]
     attainable = np.maximum(10 * sound["conditioning"], 10 * sound["floor"])
     ratios = np.maximum(sound["error_max_after"], attainable) / np.maximum(sound["error_max"], attainable)
     if len(ratios) and np.median(ratios) > ERROR_FACTOR:
@@ -159,7 +160,7 @@ def _numbers(name: str, both: Any, verdict: Verdict) -> None:
 
 
 def _order(settings: Any, errors: Any, attainable: Any) -> float:
-    """The slope of error over step where the error is well above what is attainable; nan for fewer than 4 points."""
+    """The slope of log error over log step where errors are well above the attainable one; nan below 4 points."""
     use = (errors > 30 * attainable) & (errors < 1e-2)
     if use.sum() < 4:
         return math.nan

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 SCHEMA_VERSION = 2
 OLDEST_VERSION = 1
-"""The oldest schema that is still read; a run that continues such a file migrates it."""
-APPLICATION_ID = 0x676E6F6D  # "gnom": tells our files from any other SQLite file
+"""The oldest schema that can be read; a run that continues such a file migrates it."""
+APPLICATION_ID = 0x676E6F6D  # "gnom": distinguishes results files from other SQLite files
 
 TRIAL_COLUMNS = {
     "trial_key": "TEXT PRIMARY KEY",
@@ -39,8 +39,8 @@ TRIAL_COLUMNS = {
     "conditioning": "REAL",
     "machine": "TEXT NOT NULL",
 }
-"""What a trial is. `numbers` is the JSON of every exact number by name, as fractions; `floor` and `conditioning` are
-the maxima over the samples."""
+"""The columns of a trial. `numbers` is the JSON of every exact number by name, as fractions; `floor` and `conditioning`
+are the maxima over the samples."""
 
 MEASUREMENT_COLUMNS = {
     "measurement": "INTEGER PRIMARY KEY",
@@ -78,20 +78,21 @@ MEASUREMENT_COLUMNS = {
     "error_unturned": "REAL",
     "error_start": "REAL",
 }
-"""What became of one launch of a trial. `invariant_drift` is JSON by name of the invariant; `output` is what the
-worker's libraries printed. `repeats` counts the timed calls, of a timeout how often the trial was tried. `seconds_low`
-and `seconds_high` are the 10 and 90 % quantiles of the timed calls; `null_seconds` is the time of the series' null call (`gnomon.harness.running.null_call`), which those times include.
+"""The result of one launch of a trial. `invariant_drift` is JSON by name of the invariant; `output` is what the
+worker's libraries printed. `repeats` is the number of timed calls, or of attempts before a timeout. `seconds_low` and
+`seconds_high` are the 10 and 90 % quantiles of the timed calls; `null_seconds` is the time of the series' null call
+(`gnomon.harness.running.null_call`), which those times include.
 
-Where the case has a rotational symmetry, `turned_starts` counts the turned initial states that the errors come from:
-all errors are then those of the turned start with the median `error_max`, `error_low` and `error_high` are the
-smallest and the largest `error_max` of these starts, and `error_unturned` is that of the timed call.
+If the case has a rotational symmetry, `turned_starts` is the number of turned initial states. All errors are then those
+of the turned start with the median `error_max`; `error_low` and `error_high` are the smallest and the largest
+`error_max` of these starts, and `error_unturned` is that of the timed call.
 
 `error_start` is the largest error over the first four samples."""
 
 SINCE_2 = {
     "measurements": ("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start"),
 }
-"""The columns that schema 1 lacks, the checksums aside."""
+"""The columns that schema 1 lacks, apart from the checksums."""
 
 TABLES = {
     "runs": {
@@ -120,7 +121,7 @@ TABLES = {
         "states": "BLOB NOT NULL",
     },
 }
-"""The columns of every table; each has a `checksum` beside them."""
+"""The columns of every table, without the `checksum` that each has too."""
 
 _PRIMARY_KEYS = {
     "environment": "run, name",
@@ -130,11 +131,11 @@ _PRIMARY_KEYS = {
 
 
 class Damaged(Exception):  # noqa: N818 (it names what a file is)
-    """A file that is not as it was written: the message names the place, a table and its row."""
+    """A file that was changed after it was written; the message names the table and the row."""
 
 
 def create(db: sqlite3.Connection) -> None:
-    """Make all tables in an empty file, in one transaction."""
+    """Create all tables in an empty file, in one transaction."""
     with db:
         db.execute("BEGIN IMMEDIATE")
         if version(db) == SCHEMA_VERSION:
@@ -146,7 +147,7 @@ def create(db: sqlite3.Connection) -> None:
 
 
 def made(version: int = SCHEMA_VERSION) -> Iterator[tuple[str, str, str]]:
-    """What a file of this version is made of: kind, name and SQL of its tables and its index."""
+    """The structure of a file of this version: kind, name and SQL of its tables and its index."""
     for table in TABLES:
         kinds = [f'"{name}" {TABLES[table][name]}' for name in columns(table, version)]
         kinds += ["checksum INTEGER"] if version > 1 else []
@@ -156,13 +157,13 @@ def made(version: int = SCHEMA_VERSION) -> Iterator[tuple[str, str, str]]:
 
 
 def columns(table: str, version: int) -> list[str]:
-    """The columns of a table in a file of this version, the checksum aside."""
+    """The columns of a table in a file of this version, without the checksum."""
     lacking = SINCE_2.get(table, ()) if version < SCHEMA_VERSION else ()
     return [name for name in TABLES[table] if name not in lacking]
 
 
 def migrate(db: sqlite3.Connection) -> None:
-    """Bring a file of an older schema to this one, in one transaction: either all of it happens or nothing."""
+    """Convert a file of an older schema to this one, in one transaction: completely or not at all."""
     with db:
         db.execute("BEGIN IMMEDIATE")
         if version(db) == SCHEMA_VERSION:
@@ -180,7 +181,7 @@ def version(db: sqlite3.Connection) -> int:
 
 
 def selected(table: str, version: int) -> str:
-    """The columns of a table as a SELECT lists them, null where a file of this `version` lacks them."""
+    """The columns of a table as a list for SELECT; null for those that a file of this `version` lacks."""
     known = columns(table, version)
     return ", ".join(f'{table}."{name}"' if name in known else f"NULL AS {name}" for name in TABLES[table])
 
@@ -192,7 +193,7 @@ def with_checksums(db: sqlite3.Connection) -> sqlite3.Connection:
 
 
 def seal(db: sqlite3.Connection, table: str, row: int) -> None:
-    """Store the checksum of the row with this rowid, of its values as the file holds them."""
+    """Store the checksum of the row with this rowid, computed from the values in the file."""
     db.execute(f"UPDATE {table} SET checksum = {_checksum_of(table)} WHERE rowid = ?", (row,))
 
 
@@ -202,7 +203,7 @@ def seal_all(db: sqlite3.Connection, table: str) -> None:
 
 
 def verify(db: sqlite3.Connection, table: str) -> None:
-    """Raise Damaged, which names the first row whose values do not match its checksum. Schema 1 has no checksums."""
+    """Raise Damaged if values of a row do not match its checksum; names the first one. Schema 1 has no checksums."""
     if version(db) < SCHEMA_VERSION:
         return
     damaged = db.execute(f"SELECT rowid FROM {table} WHERE checksum IS NOT {_checksum_of(table)} LIMIT 1").fetchone()
@@ -216,7 +217,7 @@ def _checksum_of(table: str) -> str:
 
 
 def _row_checksum(*values: object) -> int:
-    """CRC-32 of the values with their types: finds damage; it is no protection against somebody who forges a file."""
+    """CRC-32 of the values with their types. It detects damage, and does not protect against a forged file."""
     found = 0
     for value in values:
         if value is None:

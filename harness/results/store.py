@@ -1,4 +1,4 @@
-"""The results of a run: one SQLite file, append-only, that another process may read while the run writes it."""
+"""Writes the results of a run: one append-only SQLite file, which other processes may read during the run."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from gnomon.harness.contract.status import SCORED, STOPPED, Status
 from gnomon.harness.results import opening, schema
 from gnomon.harness.results.export import export as export
 from gnomon.harness.results.opening import results_file as results_file
 from gnomon.harness.results.reading import load as load
 from gnomon.harness.results.reading import runs as runs
 from gnomon.harness.results.reading import states as states
-from gnomon.harness.results.values import SCORED
 from gnomon.harness.system.locks import lock_results, release_results
 from numpy.typing import NDArray
 
@@ -25,31 +25,31 @@ Floats = NDArray[np.float64]
 
 
 class Known(NamedTuple):
-    """What an earlier measurement says of a trial."""
+    """What is known of a trial from an earlier measurement."""
 
-    status: str
+    status: Status
     work: int | None
-    """Right-hand sides, or steps where those were not counted."""
+    """Number of right-hand sides, or of steps if those were not counted."""
     limit_seconds: float | None
     turned: bool = False
-    """Whether its errors are those of turned starts."""
+    """Whether its errors come from turned starts."""
 
     def settles(self, limit_seconds: float, turned: bool = False) -> bool:
-        """Whether the trial need not run again: a higher limit reopens what a lower one cut short, and a run that wants
-        `turned` starts what has an error of one start."""
+        """Whether the trial need not run again. It must if it was interrupted, if a lower limit ended it, or if the run
+        wants `turned` starts and the error is that of one start."""
         if turned and not self.turned and self.status in SCORED:
             return False
-        if self.status == "interrupted":
+        if self.status == Status.INTERRUPTED:
             return False
-        return self.status not in ("timeout", "skipped") or (self.limit_seconds or 0.0) >= limit_seconds
+        return self.status not in STOPPED or (self.limit_seconds or 0.0) >= limit_seconds
 
 
 class Store:
-    """An open results file. Every write is one transaction, so kill -9 loses at most the trial under way."""
+    """An open results file. Every write is one transaction, so kill -9 loses at most the current trial."""
 
     def __init__(self, path: Path) -> None:
-        """Open or create; a file of an older schema is migrated. Raises ValueError for a file that is not ours, of a
-        newer schema, damaged, in use by another run, or that cannot be written."""
+        """Open or create; a file of an older schema is migrated. Raises ValueError for a file that is not a results file
+        of gnomon, of a newer schema, damaged, in use by another run, or that cannot be written."""
         self.path = path
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
@@ -67,10 +67,10 @@ class Store:
         fresh = not path.exists() or path.stat().st_size == 0
         if not fresh:
             with opening.reading(path, schema.TABLES):
-                pass  # sound
+                pass  # opening verifies the file
         try:
             self._connection = schema.with_checksums(sqlite3.connect(path, timeout=30))
-            if fresh:  # before the journal mode is written: where there is no space for all, the file stays empty
+            if fresh:  # before the journal mode is written: if there is no space for all tables, the file stays empty
                 schema.create(self._connection)
             self._connection.execute("PRAGMA journal_mode = WAL")
             self._connection.execute("PRAGMA synchronous = NORMAL")
@@ -94,7 +94,7 @@ class Store:
             schema.seal(db, "runs", run)
 
     def plan(self, run: int, trials: Iterable[Mapping[str, Any]]) -> None:
-        """Record the trials of a run, rows with the TRIAL_COLUMNS; trials that are known stay as they are."""
+        """Record the trials of a run, rows with the TRIAL_COLUMNS; trials in the file already are not changed."""
         with self._connection as db:
             for trial in trials:
                 _insert(db, "trials", trial, "OR IGNORE")
@@ -102,19 +102,21 @@ class Store:
                 _insert(db, "planned", row, "OR IGNORE")
 
     def history(self) -> dict[tuple[str, int], Known]:
-        """What is known of every trial and launch, by (trial_key, launch): the last measurement counts."""
+        """The last measurement of every trial and launch, by (trial_key, launch)."""
         rows = self._connection.execute(
             "SELECT trial_key, launch, status, coalesce(rhs_calls, steps), limit_seconds, turned_starts IS NOT NULL"
             " FROM measurements ORDER BY measurement"
         )
         return {
-            (key, launch): Known(status, work, limit, bool(turned)) for key, launch, status, work, limit, turned in rows
+            (key, launch): Known(Status(status), work, limit, bool(turned))
+            for key, launch, status, work, limit, turned in rows
         }
 
     def interruptions(self) -> dict[tuple[str, int], int]:
-        """How often each trial and launch was ended from outside, by (trial_key, launch)."""
+        """Number of interruptions from outside of each trial and launch, by (trial_key, launch)."""
         rows = self._connection.execute(
-            "SELECT trial_key, launch, count(*) FROM measurements WHERE status = 'interrupted' GROUP BY trial_key, launch"
+            "SELECT trial_key, launch, count(*) FROM measurements WHERE status = ? GROUP BY trial_key, launch",
+            (Status.INTERRUPTED.value,),
         )
         return {(key, launch): count for key, launch, count in rows}
 
@@ -122,14 +124,14 @@ class Store:
         self,
         run: int,
         measurement: Mapping[str, Any],
-        settings: Mapping[str, Any] | None = None,
+        options: Mapping[str, Any] | None = None,
         states: Floats | None = None,
     ) -> None:
-        """Append one measurement, the engine settings that were changed, and the sampled states (64, dim)."""
+        """Append one measurement, the engine options that differ from defaults, and the sampled states (64, dim)."""
         with self._connection as db:
             row = {"run": run, "recorded": _now(), **measurement}
             number = _insert(db, "measurements", row)
-            for name, value in (settings or {}).items():
+            for name, value in (options or {}).items():
                 _insert(db, "settings_changed", {"measurement": number, "name": name, "value": str(value)})
             if states is not None:
                 blob = zlib.compress(np.ascontiguousarray(states, dtype="<f8").tobytes(), 1)
@@ -137,7 +139,7 @@ class Store:
                 _insert(db, "sampled_states", row)
 
     def add_all(self, run: int, measurements: Iterable[Mapping[str, Any]]) -> None:
-        """Append several measurements without settings or states, in one transaction."""
+        """Append several measurements without options or states, in one transaction."""
         with self._connection as db:
             for measurement in measurements:
                 _insert(db, "measurements", {"run": run, "recorded": _now(), **measurement})
@@ -164,13 +166,13 @@ def _insert(db: sqlite3.Connection, table: str, row: Mapping[str, Any], conflict
     marks = ", ".join("?" * len(row))
     cursor = db.execute(f"INSERT {conflict} INTO {table} ({names}) VALUES ({marks})", [_plain(v) for v in row.values()])
     number = int(cursor.lastrowid or 0)
-    if cursor.rowcount:  # not a row that was there already
+    if cursor.rowcount:  # 0 for a row that the table had already
         schema.seal(db, table, number)
     return number
 
 
 def _plain(value: Any) -> Any:
-    """A value as SQLite takes it: containers as JSON, numpy numbers as Python's, nan as null."""
+    """A value in a type of SQLite: containers as JSON, numpy numbers as Python's, nan as null."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and np.isnan(value):

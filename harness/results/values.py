@@ -1,36 +1,29 @@
-"""What each column of a results file may hold: checked once, when a file is opened, for all that reads it."""
+"""The values that each column of a results file allows; they are verified once, when a file is opened."""
 
 from __future__ import annotations
 
 import json
 import re
 import sqlite3
+from collections.abc import Iterable
 
+from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.results import schema
 from gnomon.harness.results.schema import Damaged
 from gnomon.harness.results.visible import visible
 from gnomon.reference.numerics.precision import shortened
 
-STATUSES = (
-    "ok",
-    "inaccurate",
-    "diverged",
-    "refused",
-    "timeout",
-    "crashed",
-    "out_of_memory",
-    "interrupted",
-    "skipped",
-    "unsupported",
-    "not_installed",
-)
-SCORED = ("ok", "inaccurate", "diverged")
-"""The statuses of a trial that answered, so that it has an error."""
 TRIES = 3
-"""How often a trial with a short limit is tried before it is a timeout: one alone may be a stall of the machine."""
+"""Number of attempts at a trial with a short limit before it is a timeout: a stall of the machine is not a timeout."""
 MOST_LAUNCHES, MOST_ORDER, MOST_DIMENSION = 10**6, 10**3, 10**6
 _FRACTION = re.compile(r"[+-]?[0-9]{1,4300}(/0*[1-9][0-9]{0,4200})?")
-"""A number as `str` writes a Fraction, of no more digits than Python takes."""
+"""A number as `str` writes a Fraction, of no more digits than Python converts."""
+
+
+def _listed(statuses: Iterable[Status]) -> str:
+    """Statuses as SQL takes them after IN."""
+    return f"({', '.join(repr(status.value) for status in statuses)})"
+
 
 _KINDS = {"TEXT": "text", "INTEGER": "integer", "REAL": "real", "BLOB": "blob"}
 _FINITE = "{0} > 0 AND {0} < 1e308"
@@ -47,29 +40,29 @@ _RULES = {
     },
     "measurements": {
         "launch": f"{{0}} BETWEEN 1 AND {MOST_LAUNCHES}",
-        "status": f"{{0}} IN {STATUSES}",
+        "status": f"{{0}} IN {_listed(Status)}",
     }
     | {name: _COUNT for name, declared in schema.MEASUREMENT_COLUMNS.items() if declared in ("REAL", "INTEGER")},
     "sampled_states": {"dimension": f"{{0}} BETWEEN 1 AND {MOST_DIMENSION}"},
 }
-"""What holds for values that are not null, beside their type; `{0}` is the column."""
+"""Conditions on values that are not null, beside their type; `{0}` is the column."""
 _TOGETHER = {
     "trials": (
         "SELECT max(row) FROM (SELECT max(rowid) AS row FROM trials"
         " GROUP BY integrator_id HAVING count(DISTINCT library) > 1)",
-        "its integrator_id stands with another library too",
+        "its integrator_id has another library in another row",
     ),
     "measurements": (
         "SELECT max(measurement) FROM measurements JOIN trials USING (trial_key)"
-        f" WHERE setting IS NULL AND status IN {SCORED}",
-        "its trial has an answer, and no setting",
+        f" WHERE setting IS NULL AND status IN {_listed(SCORED)}",
+        "its status needs a setting, and its trial has none",
     ),
 }
-"""What holds of several values together: a query of the last row where it does not, null without one, and the words."""
+"""Conditions on several values together: a query for the last row that violates it (null if none does), and a message."""
 
 
 def verify(db: sqlite3.Connection, table: str) -> None:
-    """Raise Damaged, which names the first row with a value that its column does not hold, the column and the value."""
+    """Raise Damaged if a value is not allowed in its column; it names the first such row, the column and the value."""
     names = schema.columns(table, schema.version(db))
     holds = {name: _condition(table, name) for name in names}
     wrong = db.execute(f"SELECT rowid FROM {table} WHERE NOT ({' AND '.join(holds.values())}) LIMIT 1").fetchone()
@@ -77,7 +70,7 @@ def verify(db: sqlite3.Connection, table: str) -> None:
         for name in names:
             ((fine, value),) = db.execute(f'SELECT {holds[name]}, "{name}" FROM {table} WHERE rowid = ?', wrong)
             if not fine:
-                raise Damaged(f"table {table}, row {wrong[0]}: {name} = {_shown(value)} is not what this column holds")
+                raise Damaged(f"table {table}, row {wrong[0]}: {name} = {_shown(value)} is not allowed in this column")
     if table in _TOGETHER:
         query, words = _TOGETHER[table]
         ((row,),) = db.execute(query)
@@ -88,7 +81,7 @@ def verify(db: sqlite3.Connection, table: str) -> None:
 
 
 def _condition(table: str, name: str) -> str:
-    """SQL that is 1 where a value may stand in its column, and else 0."""
+    """SQL that is 1 if a value is allowed in its column, else 0."""
     declared, column = schema.TABLES[table][name], f'"{name}"'
     kind = f"typeof({column}) = '{_KINDS[declared.split()[0]]}'"
     rule = _RULES.get(table, {}).get(name)
@@ -97,7 +90,7 @@ def _condition(table: str, name: str) -> str:
 
 
 def _verify_numbers(db: sqlite3.Connection) -> None:
-    """The exact numbers of every trial: an object of fractions by name."""
+    """Raise Damaged unless the exact numbers of every trial are a JSON object of fractions by name."""
     for row, text in db.execute("SELECT min(rowid), numbers FROM trials WHERE numbers IS NOT NULL GROUP BY numbers"):
         try:
             found = json.loads(text)

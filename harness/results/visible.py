@@ -1,4 +1,4 @@
-"""Text that others wrote, as a terminal, a page and a figure may show it: what steers them is spelled out."""
+"""Makes text from outside safe to show on a terminal, a page or a figure: control characters are escaped."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import re
 
 _LINES = "\t\n"
 _UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
-"""Control characters, among them the escape that starts a terminal's commands, marks that turn the direction of text,
-halves of surrogate pairs, and what no XML may hold."""
+"""Control characters, among them the escape that starts a terminal's commands, marks that change the direction of text,
+halves of surrogate pairs, and characters that XML forbids."""
 
 _MARKS = re.compile(r"[\\`*~|$]|](?=[(\[:])|(?<![^\W_])_|_(?![^\W_])|(?<=:)/(?=/)|(?<=www)\.", re.IGNORECASE)
-"""What Markdown takes for more than a character: single brackets and underscores within words are none of it."""
+"""Characters with a meaning in Markdown; single brackets and underscores within words have none."""
 
 
 def visible(text: str, lines: bool = False) -> str:
-    """The text with every character that does not show spelled out, as \\x1b; tabs and new lines stay where `lines`."""
+    """The text with every invisible character escaped, as \\x1b; tabs and new lines stay if `lines`."""
     return _UNSEEN.sub(lambda found: found[0] if lines and found[0] in _LINES else _spelled(found[0]), text)
 
 
@@ -23,7 +23,7 @@ def _spelled(character: str) -> str:
 
 
 def markdown(value: object) -> str:
-    """A value as a Markdown file shows it: nothing in it is a tag, a link, a table's border or emphasis."""
+    """A value as plain text for a Markdown file: escaped, so that it has no tag, link, table border or emphasis."""
     if isinstance(value, Verbatim):
         return value
     text = _MARKS.sub(lambda found: f"\\{found[0]}", re.sub(r"[\t\r\n]+", " ", str(value)))
@@ -31,10 +31,10 @@ def markdown(value: object) -> str:
 
 
 class Verbatim(str):
-    """A text that is Markdown already."""
+    """Text that is Markdown already and needs no escaping."""
 
 
 def code(value: object) -> Verbatim:
-    """A plain word between backticks; any other text as `markdown` gives it."""
+    """Text of plain characters between backticks; any other text as `markdown` returns it."""
     plain = re.fullmatch(r"[\w.,:/+ -]+", str(value)) is not None
     return Verbatim(f"`{value}`" if plain else markdown(value))

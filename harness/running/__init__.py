@@ -1,1 +1,1 @@
-"""Plan, processes and trials of a run."""
+"""Plan, worker processes and trials of a run."""

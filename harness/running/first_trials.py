@@ -1,4 +1,4 @@
-"""One short trial of each integrator of a user's own, before a run: code that raises is shown with where it raised."""
+"""One short trial of each integrator of a user's own, before a run: shows the traceback of code that raises."""
 
 from __future__ import annotations
 
@@ -8,41 +8,43 @@ from dataclasses import dataclass, field
 from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.problem import problem_of
+from gnomon.harness.contract.status import Status
 from gnomon.harness.registry.lookup import users_own
 from gnomon.harness.running import plan
 from gnomon.harness.running.plan import Suite
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.running.sweep import task_of
-from gnomon.harness.running.worker import Order, Outcome, Task
+from gnomon.harness.running.worker import Request, Task
+from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
 
 
 @dataclass
 class FirstTrial:
-    """Of one integrator on one case: at its coarsest setting, and where that crashes at the middle one.
+    """First trial of one integrator on one case: at the coarsest setting, and if that crashes at the middle one.
 
-    A method may well fail where its steps are too large; code that is wrong fails at both.
+    A correct method may fail at steps that are too large; wrong code fails at both settings.
     """
 
     integrator: Integrator
-    scene: str
+    case_id: str
     task: Task
     limit_seconds: float
     settings: list[float]
     crashes: list[str] = field(default_factory=list)
-    """What is said of each trial that crashed: the reason, and the traceback where there is one."""
+    """Of each trial that crashed the traceback, or the reason if there is no traceback."""
     passed: bool = False
 
-    def next(self) -> Order | None:
+    def next(self) -> Request | None:
         if self.passed or not self.settings:
             return None
-        return Order(self.settings.pop(0), self.integrator.counts_rhs, 0.0, 1, 0.0)
+        return Request(self.settings.pop(0), self.integrator.counts_rhs, 0.0, 1, 0.0)
 
     def done(self, outcome: Outcome) -> None:
         self.passed = True
 
-    def failed(self, status: str, reason: str, output: str, tries: int | None = None) -> None:
-        self.passed = status != "crashed"  # what is refused, or takes long, is for the run to show
+    def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
+        self.passed = status != Status.CRASHED  # the run itself reports other failures, such as a refusal or a timeout
         self.crashes.append(output.strip() if "Traceback (most recent call last)" in output else reason)
 
 
@@ -52,7 +54,7 @@ def crashes(
     suite: Suite,
     prepare_seconds: float = PREPARE_SECONDS,
 ) -> list[str]:
-    """For each integrator of a user's own whose first trials all crash: its id, the case, and the last traceback."""
+    """One text for each integrator of a user's own whose first trials all crash: its id, the case, the last traceback."""
     series = []
     for integrator in filter(users_own, integrators):
         pairs = plan.pairs(chosen, [integrator], formulations=False)
@@ -61,7 +63,7 @@ def crashes(
     trials = []
     for one in series:
         exact = found[CaseSpec.of(one.case)]
-        if isinstance(exact, ReferenceSolution):  # else the run says what is wrong with the case
+        if isinstance(exact, ReferenceSolution):  # else the run reports the error of the case
             settings = plan.settings(one.integrator, one.case, problem_of(one.case, one.integrator.accepts))
             chosen_two = [settings[0], settings[len(settings) // 2]]
             trials.append(
@@ -69,4 +71,4 @@ def crashes(
             )
     if trials:
         Pool(1, prepare_seconds=prepare_seconds).run(trials)
-    return [f"{trial.integrator.id} on {trial.scene}: {trial.crashes[-1]}" for trial in trials if not trial.passed]
+    return [f"{trial.integrator.id} on {trial.case_id}: {trial.crashes[-1]}" for trial in trials if not trial.passed]

@@ -1,6 +1,7 @@
-"""What a worker tells its parent: JSON and arrays of float64, never pickles, each with the order that it answers.
+"""Messages from a worker to its parent: JSON and arrays of float64, each with the number of the request it answers.
 
-An integrator's code runs in the worker and can write to the pipe, so the parent takes nothing from it but data.
+An integrator's code runs in the worker and can write to the pipe. The parent therefore reads data only, no pickles,
+which could execute code.
 """
 
 from __future__ import annotations
@@ -18,20 +19,20 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 _HEADER = struct.Struct("<4sQQ")
-"""The mark, the bytes of JSON, the bytes of arrays."""
+"""The mark, the number of bytes of JSON, the number of bytes of arrays."""
 _MARK = b"gnom"
 MOST_BYTES = 2**28
-"""A message above this is none of ours: the states of the largest trial take a thousandth of it."""
+"""Maximum size of a message: the states of the largest trial take a thousandth of it."""
 
 
 class Garbled(Exception):  # noqa: N818 (it names what arrived)
-    """Something arrived that no worker of ours sends."""
+    """Bytes arrived that are not a valid message of a worker."""
 
 
 class Message(NamedTuple):
-    """An answer to order number `order`: how far the trial is, and what there is to say of it."""
+    """An answer to request number `request`: the stage that the trial has reached, and its data."""
 
-    order: int
+    request: int
     stage: str
     content: dict[str, Any]
     arrays: dict[str, Floats]
@@ -39,7 +40,7 @@ class Message(NamedTuple):
 
 def encode(message: Message) -> bytes:
     shapes = {name: list(array.shape) for name, array in message.arrays.items()}
-    text = json.dumps([message.order, message.stage, message.content, shapes]).encode()
+    text = json.dumps([message.request, message.stage, message.content, shapes]).encode()
     raw = b"".join(np.ascontiguousarray(array, dtype="<f8").tobytes() for array in message.arrays.values())
     return _HEADER.pack(_MARK, len(text), len(raw)) + text + raw
 
@@ -52,13 +53,13 @@ def send(descriptor: int, message: Message) -> None:
 
 
 class Inbox:
-    """Puts messages together from the pieces in which they arrive, so that half a message blocks nobody."""
+    """Assembles messages from the pieces in which they arrive; the parent never waits for the rest of a message."""
 
     def __init__(self) -> None:
         self._content = bytearray()
 
     def take(self, piece: bytes) -> Iterator[Message]:
-        """The messages that are whole now. Raises Garbled for what is no message."""
+        """The messages that `piece` completes. Raises Garbled for bytes that are not a message."""
         self._content += piece
         while len(self._content) >= _HEADER.size:
             mark, text, raw = _HEADER.unpack_from(self._content)
@@ -74,8 +75,8 @@ class Inbox:
 
 def _decoded(text: bytes, raw: bytes) -> Message:
     try:
-        order, stage, content, shapes = json.loads(text)
-        if not (isinstance(order, int) and isinstance(stage, str) and isinstance(content, dict)):
+        request, stage, content, shapes = json.loads(text)
+        if not (isinstance(request, int) and isinstance(stage, str) and isinstance(content, dict)):
             raise TypeError("not a message")
         arrays: dict[str, Floats] = {}
         values, taken = np.frombuffer(raw, dtype="<f8"), 0
@@ -87,11 +88,11 @@ def _decoded(text: bytes, raw: bytes) -> Message:
             taken += size
     except (ValueError, TypeError, AttributeError, RecursionError) as error:
         raise Garbled(f"a message that cannot be read ({type(error).__name__})") from None
-    return Message(order, stage, content, arrays)
+    return Message(request, stage, content, arrays)
 
 
 def number(content: Mapping[str, Any], name: str) -> float:
-    """A number of a message; raises Garbled for anything else."""
+    """The number called `name` in a message's content; raises Garbled for anything else."""
     value = content.get(name)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise Garbled(f"a message whose {name} is no number")

@@ -1,11 +1,11 @@
-"""The null call of a series: the same calls, with next to nothing to integrate.
+"""The null call of a series: the same calls, over almost no time span.
 
-It tells what a call costs before and beside the integration: the way into the library, arrays made, samples delivered,
-and, where the library is called once for each sample, those 64 calls. It is measured through `prepare` and `solve`
-alone, on the problem with its sample times shrunk to 2^-30 of what they are, which every step control crosses at once:
-so it includes the first step of an adaptive method, or one for each sample where the method stops at samples. A method
-of fixed steps takes one for each sample too; there the time of two steps is measured as well, and what one step takes
-is taken off again.
+It measures the cost of a call apart from the integration: entering the library, allocating arrays, delivering samples,
+and, if the library is called once for each sample, those 64 calls. It is measured through `prepare` and `solve` only,
+on the problem with its sample times multiplied by 2^-30, which every step control crosses in one step. It therefore
+includes the first step of an adaptive method, or one step for each sample if the method stops at samples. A method of
+fixed steps takes one step for each sample too; there the time with two steps is measured as well, and the difference,
+which is the time of the steps, is subtracted.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 SHRUNK = 2.0**-30
-"""A power of two: shrunk times are exact, and multiples of their interval where the times were."""
+"""A power of two: the scaled times are exact, and multiples of their interval if the original times are."""
 FEWEST, MOST, BLOCK_SECONDS = 5, 40, 0.002
-"""Calls that are timed: at least, at most, and for how long."""
+"""Minimum and maximum number of timed calls, and seconds after which no further call is timed."""
 
 
 def null_seconds(
     integrator: Integrator, problem: Callable[[], Problem], setting: float, starts: Iterator[Floats]
 ) -> float | None:
-    """Seconds of the null call, the median over calls from ever new `starts`; None where the integrator fails on it."""
+    """Seconds of the null call, the median over calls from different `starts`; None if the integrator fails on it."""
     shrunk = replace(problem(), times=problem().times * SHRUNK)
     settings = [setting]
     if isinstance(integrator.sweep, Steps):
@@ -47,7 +47,7 @@ def null_seconds(
             rows.append([_seconds(solve, next(starts)) for solve in solves])
     except MemoryError:
         raise
-    except Exception:  # whatever it does on a problem that nobody asked it to solve is no result
+    except Exception:  # a failure on this artificial problem is not a result of the integrator
         return None
     finally:
         for solve in solves:
@@ -71,5 +71,5 @@ def _seconds(solve: Any, start: Floats) -> float:
     solve(state)
     seconds = (perf_counter_ns() - began) * 1e-9
     if os.getpid() != process:
-        os._exit(1)  # a copy that the integrator forked
+        os._exit(1)  # this process is a copy that the integrator forked
     return seconds

@@ -1,9 +1,10 @@
-"""What a run consists of: cases paired with integrators by the forms these accept, and the settings of each sweep."""
+"""Plans a run: pairs each case with the integrators that accept one of its forms, and lists the settings of each sweep."""
 
 from __future__ import annotations
 
 import json
 import math
+import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
@@ -13,12 +14,13 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.numbers import nearest
-from gnomon.harness.contract import environment
-from gnomon.harness.contract import sources as source
+from gnomon.harness.contract import environment, sources
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
 from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import short
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
+from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
 from gnomon import cases
@@ -28,30 +30,35 @@ Floats = NDArray[np.float64]
 STANDARD = "standard"
 """The name of a case's own formulation in results."""
 DEFAULT = "default"
-"""The name of the variant without a name in results."""
+"""The name of a case's default variant in results."""
 LONG = 1000.0
-"""Time scales in a span beyond which a variant needs more time than the others."""
+"""The length of a span, in time scales, above which the time limit of a variant grows with the span."""
 FEWEST = 8
-"""A sweep has at least this many settings."""
-SIBLING = ("skipped", "a suite takes this integrator on default settings only, once; name it to run it here")
+"""Minimum number of settings of a sweep."""
+NEAR_DUPLICATE = (
+    Status.SKIPPED,
+    "a suite takes this integrator on default settings only, once; name it to run it here",
+)
+"""Status and reason of a near-duplicate method on a hard variant. Results files hold this text: it must not change."""
 DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
-"""Steps on the variants `engines`, whose sample times are multiples of 0.01 s."""
-_SOURCES = ("gnomon.harness.integrators", "gnomon.harness.adapters", "gnomon.harness.kernels.equations")
+"""Step sizes (s) on the variants `engines*`, whose sample times are multiples of 0.01 s."""
+_THIS_PROCESS = secrets.token_hex(16)
+"""Stands in the key of a trial for a case or integrator whose source is in no file: it runs again in every process."""
 
 
 @dataclass(frozen=True)
 class Suite:
-    """How much a run does. `launches` counts the launches of default variants; other variants are launched once.
+    """How much a run does. Each series on a default variant is launched `launches` times, on another variant once.
 
-    `limit_seconds` is what a trial may take on a default variant, `variant_limit_seconds` on the others, several times
-    of what the trials that are started take on a quiet machine (see `sweep.SECONDS_EACH`), up to
-    `long_limit_seconds` where the span is long. The timed calls of a trial take `block_seconds` together, and are at
-    most `repeats`.
+    A trial may take `limit_seconds` on a default variant and `variant_limit_seconds` on another one, up to
+    `long_limit_seconds` if the span is long. These limits are several times what the started trials take on a quiet
+    machine (see `sweep.SECONDS_EACH`). The timed calls of a trial take `block_seconds` together; there are at most
+    `repeats` of them.
     """
 
     name: str
     cases: tuple[str, ...]
-    """The cases it runs where none is named; empty for all."""
+    """The cases that it runs unless the user names some; empty for all."""
     launches: int
     variants: bool
     limit_seconds: float
@@ -60,24 +67,24 @@ class Suite:
     block_seconds: float = 0.003
     repeats: int = 40
     slow_seconds: float = 0.02
-    """A trial that takes longer is timed in one call, for which its counted run is the warm-up."""
+    """A trial that takes longer is timed in one call; the counting run before it serves as its warm-up."""
     turned: bool = True
     """Whether a default variant with a rotational symmetry is solved from turned starts too, in its first launch."""
     near_duplicates: bool = True
-    """Whether it takes the siblings of a method at all (`Integrator.primary`)."""
+    """Whether it includes near-duplicate methods, those with `Integrator.primary` False."""
     rest: Suite | None = None
-    """How it runs the cases outside `FOUNDATION`, where not as these."""
+    """How it runs the cases outside `FOUNDATION`; None if like the others."""
 
     def of(self, case: Case) -> Suite:
         """How this suite runs a case."""
         return self if self.rest is None or case.name in FOUNDATION else self.rest
 
     def takes(self, case: Case) -> bool:
-        """Whether it runs a case with these numbers: hard variants are not in every suite."""
+        """Whether it runs this variant of the case: some suites run default variants only."""
         return case.variant is None or self.of(case).variants
 
     def within(self, limit_seconds: float) -> Suite:
-        """The same with one limit for every trial."""
+        """The same suite with one time limit for every trial."""
         return replace(
             self,
             limit_seconds=limit_seconds,
@@ -87,7 +94,7 @@ class Suite:
         )
 
     def limit(self, case: Case) -> float:
-        """Seconds for one trial of a case; a variant gets more where its span is longer than 1000 time scales."""
+        """Seconds that one trial of a case may take; more if the span of a variant is longer than 1000 time scales."""
         if case.variant is None:
             return self.limit_seconds
         length = float(case.span) / case.time_scale / LONG
@@ -104,12 +111,12 @@ FOUNDATION = (
     "projectile_parabola",
     "bouncing_ball",
     "block_incline_friction",
-    # the rungs of their ladders
+    # levels of the model hierarchies of these cases
     "harmonic_oscillator",
     "duffing_unforced",
     "foucault_precession",
 )
-"""Cases that between them exercise every form."""
+"""Cases that together have every form."""
 
 _REST = Suite("rest", (), 1, False, 0.08, 0.08, block_seconds=0.002, slow_seconds=0.004)
 SUITES = {
@@ -129,7 +136,7 @@ def suite(name: str) -> Suite:
 
 @dataclass(frozen=True)
 class Trial:
-    """One setting of a series. `key` hashes all that its outcome depends on."""
+    """One setting of a series. `key` is a hash of everything that its outcome depends on."""
 
     key: str
     setting: float | None
@@ -137,15 +144,15 @@ class Trial:
 
 @dataclass(frozen=True)
 class Series:
-    """One case in one formulation through one integrator, from the cheapest setting to the dearest.
+    """One case variant in one formulation with one integrator, at all settings of its sweep, from cheap to expensive.
 
-    `left_out` is (status, reason) where the pair cannot run.
+    `left_out` is (status, reason) if the pair cannot run, else None.
     """
 
     case: Case
     formulation: Formulation | None
     integrator: Integrator
-    left_out: tuple[str, str] | None = None
+    left_out: tuple[Status, str] | None = None
     label: str = field(default="")
 
     @property
@@ -165,19 +172,18 @@ class Series:
         return accepted_form(self.case, self.integrator.accepts, self.formulation)
 
     def trials(self, problem: Problem) -> tuple[Trial, ...]:
-        """The trials of the sweep on `problem`; of a pair that is left out, one without a setting."""
+        """The trials of the sweep on `problem`; one trial without a setting if the pair is left out."""
         base = self._key_parts(problem)
         if self.left_out is not None:
-            return (Trial(source.digest([*base, *self.left_out]), None),)
+            return (Trial(sources.digest([*base, *self.left_out]), None),)
         found = settings(self.integrator, self.case, problem)
-        return tuple(Trial(source.digest([*base, value.hex()]), value) for value in found)
+        return tuple(Trial(sources.digest([*base, value.hex()]), value) for value in found)
 
     def _key_parts(self, problem: Problem) -> list[str]:
         numbers = {name: str(value) for name, value in self.case.numbers.items()} | {"span": str(self.case.span)}
-        module = type(self.integrator).__module__
-        package = module.partition(".")[0]
-        within = _SOURCES if package == "gnomon" else (*_SOURCES, package)
-        coding = "" if self.formulation is None else source.of_value((self.formulation.encode, self.formulation.decode))
+        coding = (
+            "" if self.formulation is None else sources.of_value((self.formulation.encode, self.formulation.decode))
+        )
         return [
             self.case.name,
             self.variant,
@@ -186,16 +192,16 @@ class Series:
             json.dumps(problem.groups),
             self.formulation_name,
             coding,
-            source.of_value(self.form),
-            source.of_module(type(self.case.motion()).__module__, ("gnomon.reference",)),
+            sources.of_value(self.form),
+            closure(type(self.case).__module__) or _THIS_PROCESS,
             self.integrator.id,
-            source.of_module(module, within),
+            closure(type(self.integrator).__module__) or _THIS_PROCESS,
             json.dumps(library_versions(self.integrator)),
             environment.machine(),
         ]
 
     def describe(self, trial: Trial, **numbers: Any) -> dict[str, Any]:
-        """The row of `trials` in the store; `numbers` are what only a problem or its truth knows."""
+        """The row of the table `trials` in the store; `numbers` are columns from the problem and its reference solution."""
         return {"trial_key": trial.key, "setting": trial.setting, **self._description, **numbers}
 
     @cached_property
@@ -239,7 +245,7 @@ def library_versions(integrator: Integrator) -> dict[str, str]:
 
 
 def settings(integrator: Integrator, case: Case, problem: Problem) -> tuple[float, ...]:
-    """The settings of a sweep, from cheap to expensive, at least 8."""
+    """The settings of a sweep, from cheap to expensive, at least FEWEST."""
     sweep = integrator.sweep
     if isinstance(sweep, Tolerance):
         return _tolerances(sweep)
@@ -256,7 +262,7 @@ def _tolerances(sweep: Tolerance) -> tuple[float, ...]:
 
 
 def _steps(sweep: Steps, interval: float, time_scale: float) -> tuple[float, ...]:
-    """The interval over powers of two: exact, as the interval has 20 significant bits."""
+    """Step sizes: the sample interval divided by powers of two. They are exact: the interval has 20 significant bits."""
     first = max(0, math.ceil(math.log2(interval / (sweep.coarsest * time_scale))))
     count = max(sweep.halvings + 1, FEWEST)
     return tuple(math.ldexp(interval, -(first + k)) for k in range(count))
@@ -268,50 +274,50 @@ def pairs(
     formulations: bool = True,
     near_duplicates: bool = True,
 ) -> list[Series]:
-    """Every case, given with a label for its variant, in every formulation through every integrator.
+    """Every case, given with a label for its variant, in every formulation with every integrator.
 
-    Pairs that cannot run are in the list too, with the reason; so are, where `near_duplicates` is False, hard variants with
-    an integrator that is a sibling of another.
+    Pairs that cannot run are in the list too, with the reason. If `near_duplicates` is False, hard variants with a
+    near-duplicate method are among them.
     """
     found = []
-    absent = {integrator: registry.missing(integrator) for integrator in integrators}
+    absent = {integrator: lookup.missing(integrator) for integrator in integrators}
     for case, label in chosen:
         own: tuple[Formulation | None, ...] = (None, *case.formulations) if formulations else (None,)
         for formulation in own:
             for integrator in integrators:
                 form = accepted_form(case, integrator.accepts, formulation)
                 if formulation is not None and form is None:
-                    continue  # the pair is accounted for in the case's own formulation
+                    continue  # the case's own formulation has the row for this pair
                 left_out = _left_out(case, integrator, form, absent[integrator])
                 if left_out is None and case.variant is not None and not (near_duplicates or integrator.primary):
-                    left_out = SIBLING
+                    left_out = NEAR_DUPLICATE
                 found.append(Series(case, formulation, integrator, left_out, label))
     return found
 
 
-def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None) -> tuple[str, str] | None:
+def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None) -> tuple[Status, str] | None:
     if form is None:
         accepted = " or ".join(kind.__name__ for kind in integrator.accepts)
         offered = [type(form).__name__ for form in case.all_forms()] + (["Scene"] if case.scene is not None else [])
-        return "unsupported", f"takes {accepted}; the case offers {', '.join(offered)}"
+        return Status.UNSUPPORTED, f"takes {accepted}; the case offers {', '.join(offered)}"
     if absent is not None:
-        return "not_installed", absent
+        return Status.NOT_INSTALLED, absent
     try:
         lacking = integrator.unsupported(form)
-    except Exception as error:  # whatever a user's own method raises, it ends nobody else's trials
-        return "crashed", f"its unsupported() raises {type(error).__name__}: {error}"
+    except Exception as error:  # an exception in one integrator must not end the trials of the others
+        return Status.CRASHED, f"its unsupported() raises {type(error).__name__}: {error}"
     if lacking is not None and not isinstance(lacking, str):
-        return "crashed", f"its unsupported() returns {short(lacking)}: it is a text, or None"
-    return None if lacking is None else ("unsupported", lacking)
+        return Status.CRASHED, f"its unsupported() returns {short(lacking)}: it is a text, or None"
+    return None if lacking is None else (Status.UNSUPPORTED, lacking)
 
 
 def choose(
     names: Sequence[str] | None, variants: bool, rounded: bool = True, **parameters: str
 ) -> list[tuple[Case, str]]:
-    """The cases that `names` stand for, binary64 where `rounded`, each with a label for changed parameters.
+    """The cases with these names, each with a label for changed parameters; numbers are binary64 if `rounded`.
 
-    A name is that of a case (all of its variants where `variants`), `case/variant`, or `package.module:Case`; no names
-    stand for all cases.
+    A name is that of a case (with all its variants if `variants`), `case/variant`, or `package.module:Case`. No names
+    means all cases.
     """
     label = "".join(f" {name}={value}" for name, value in parameters.items())
     found = []

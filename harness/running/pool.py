@@ -1,4 +1,4 @@
-"""Runs series in child processes, each stage of each trial with a deadline, and survives whatever a child does."""
+"""Runs series in child processes and kills a worker that passes its deadline; no failure of a worker ends the run."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from pathlib import Path
 from time import monotonic  # a user's own module may replace that of `time`
 from typing import Any, Protocol
 
+from gnomon.harness.contract.status import Status
 from gnomon.harness.results.values import TRIES
 from gnomon.harness.running.messages import Garbled, Inbox, Message
-from gnomon.harness.running.worker import Order, Outcome, Task, serve, take_output
+from gnomon.harness.running.worker import Request, Task, outcome_of, serve, take_output
+from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.system.child_process import context, main_hidden, queued_seconds
 from gnomon.harness.system.locks import temporary_folder
 from gnomon.harness.system.memory import worker_bytes
@@ -23,23 +25,23 @@ from gnomon.harness.system.memory import worker_bytes
 PREPARE_SECONDS = 60.0
 """The deadline of one preparation: compiling with cold caches on a busy machine takes several seconds."""
 GRACE_SECONDS = 0.15
-"""What a stage may take beyond the trial's limit before it is killed: start of the call, message, scheduling."""
+"""Time beyond the trial's limit before a worker is killed: for the start of the call, its message, scheduling."""
 QUEUED_SECONDS = 0.001
-"""A wait for the processor above this is taken off the time of a stage: it is the load of the machine."""
-AGAIN_SECONDS = 0.5
-"""Trials with a limit below this are tried TRIES times: the machine can stand still for a fifth of a second."""
+"""If a worker waited longer than this for the processor, its deadline is extended by the wait."""
+RETRY_SECONDS = 0.5
+"""Trials with a limit below this are tried TRIES times: a stall of the machine, up to 0.2 s, is not a timeout."""
 
 
-FAILURES = ("refused", "crashed", "not_installed", "out_of_memory", "interrupted")
-"""What a worker may say of a trial without an outcome; after all but the first the series goes on in a new worker."""
+FAILURES = (Status.REFUSED, Status.CRASHED, Status.NOT_INSTALLED, Status.OUT_OF_MEMORY, Status.INTERRUPTED)
+"""Statuses that a worker may send instead of an outcome. After all but `refused` the series continues in a new worker."""
 
 
 LOST = 255
-"""The exit code of a worker whose server of processes is gone, by which nobody can learn how it ended itself."""
+"""The exit code reported for a worker if its fork server is gone; the worker's own exit code is then unknown."""
 OUTSIDE = tuple(-number for number in (signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT, signal.SIGQUIT))
-"""Exit codes of processes that were ended from outside: by a user, a scheduler, a machine without memory."""
+"""Exit codes of processes ended from outside: by a user, a scheduler, or the kernel when memory runs out."""
 ENDING_SECONDS = 5.0
-"""What a guard has to end its worker and what that left behind, before it is killed itself."""
+"""Time that a guard has to end its worker and the worker's child processes, before the guard itself is killed."""
 
 
 class Job(Protocol):
@@ -48,35 +50,35 @@ class Job(Protocol):
     task: Task
     limit_seconds: float
 
-    def next(self) -> Order | None:
-        """The next trial to run, or None when the series is finished."""
+    def next(self) -> Request | None:
+        """The request for the next trial, or None if the series is finished."""
 
     def done(self, outcome: Outcome) -> None:
-        """The order that was handed out last has this outcome."""
+        """Record the outcome of the last request."""
 
-    def failed(self, status: str, reason: str, output: str, tries: int | None = None) -> None:
-        """The order that was handed out last failed; a timeout says how often it was tried."""
+    def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
+        """Record the failure of the last request; `tries` is the number of attempts before a timeout."""
 
 
 @dataclass
 class _Slot:
-    """A worker at work on one job."""
+    """A worker process and the job that it works on."""
 
     job: Job
     process: Any
     connection: Connection
-    order: Order
+    request: Request
     deadline: float
     stage: str = "prepare"
     seconds: float = 0.0
     queued: float = 0.0
-    """What its process had waited for the processor when the deadline was set."""
+    """Seconds that its process had waited for the processor when the deadline was set."""
     interrupted: tuple[str, float] | None = None
-    """The stage in which something is being compiled, and its seconds."""
+    """The stage that a compilation interrupted, and the time limit of that stage in seconds."""
     again: bool = False
-    """Whether the order is repeated because the server of its process was lost."""
+    """Whether the request is repeated because the fork server was lost."""
     tries: int = 1
-    """How often the order was tried, this time included."""
+    """The number of attempts at this request, the current one included."""
     inbox: Inbox = field(default_factory=Inbox)
 
 
@@ -90,11 +92,11 @@ class Pool:
         self._folder = tempfile.TemporaryDirectory(dir=temporary_folder())
         self._slots: list[_Slot] = []
         self._started = 0
-        self._ordered = 0
+        self._requested = 0
         self._dying: list[Any] = []
 
     def run(self, jobs: Iterable[Job]) -> None:
-        """Run all jobs. An exception (Ctrl-C too) kills the workers and goes on to the caller."""
+        """Run all jobs. After an exception (Ctrl-C too) the workers are killed and it is raised to the caller."""
         waiting = iter(jobs)
         exhausted = False
         try:
@@ -118,12 +120,12 @@ class Pool:
             self._folder.cleanup()
 
     def _start(self, job: Job) -> None:
-        """Start a worker on the next order of a job, if there is one."""
-        order = job.next()
-        if order is not None:
-            self._launch(job, order)
+        """Start a worker for the next request of a job, if there is one."""
+        request = job.next()
+        if request is not None:
+            self._launch(job, request)
 
-    def _launch(self, job: Job, order: Order, again: bool = False, tries: int = 1) -> None:
+    def _launch(self, job: Job, request: Request, again: bool = False, tries: int = 1) -> None:
         self._started += 1
         path = Path(self._folder.name) / str(self._started)
         path.touch()
@@ -133,25 +135,25 @@ class Pool:
         with main_hidden(not job.task.spec.in_main):
             process.start()
         theirs.close()
-        slot = _Slot(job, process, ours, order, 0.0, again=again, tries=tries)
+        slot = _Slot(job, process, ours, request, 0.0, again=again, tries=tries)
         self._slots.append(slot)
-        self._send(slot, order)
+        self._send(slot, request)
 
-    def _send(self, slot: _Slot, order: Order) -> None:
-        self._ordered += 1
-        slot.order = replace(order, number=self._ordered)
+    def _send(self, slot: _Slot, request: Request) -> None:
+        self._requested += 1
+        slot.request = replace(request, number=self._requested)
         self._stage(slot, "prepare", self.prepare_seconds)
-        with contextlib.suppress(OSError):  # it died between two orders: the end of its pipe says so to _listen
-            slot.connection.send(slot.order)
+        with contextlib.suppress(OSError):  # the worker died between two requests: _listen sees the end of its pipe
+            slot.connection.send(slot.request)
 
     def _stage(self, slot: _Slot, stage: str, seconds: float) -> None:
         slot.stage, slot.seconds, slot.deadline = stage, seconds, monotonic() + seconds
         slot.queued = queued_seconds(slot.process.pid)
 
     def _listen(self) -> None:
-        """Wait for messages until the nearest deadline; drain what came before judging deadlines."""
-        patience = max(0.0, min(slot.deadline for slot in self._slots) - monotonic())
-        wait([slot.connection for slot in self._slots], patience)
+        """Wait for messages until the nearest deadline. Read all messages that arrived before comparing deadlines."""
+        timeout = max(0.0, min(slot.deadline for slot in self._slots) - monotonic())
+        wait([slot.connection for slot in self._slots], timeout)
         for slot in list(self._slots):
             self._drain(slot)
         now = monotonic()
@@ -160,7 +162,7 @@ class Pool:
                 self._late(slot)
 
     def _late(self, slot: _Slot) -> None:
-        """Try the order of a worker that passed its deadline again where that may be the machine's fault, or fail it."""
+        """A worker passed its deadline: extend it by waits for the processor, retry the request, or record a timeout."""
         limit = slot.job.limit_seconds
         waited = queued_seconds(slot.process.pid) - slot.queued
         if waited > QUEUED_SECONDS:
@@ -168,12 +170,12 @@ class Pool:
             slot.queued += waited
             return
         if slot.stage == "prepare":
-            self._fail(slot, "timeout", f"not prepared within {self.prepare_seconds:g} s")
-        elif slot.tries >= TRIES or limit >= AGAIN_SECONDS:
-            self._fail(slot, "timeout", f"no answer within {limit:g} s")
+            self._fail(slot, Status.TIMEOUT, f"not prepared within {self.prepare_seconds:g} s")
+        elif slot.tries >= TRIES or limit >= RETRY_SECONDS:
+            self._fail(slot, Status.TIMEOUT, f"no answer within {limit:g} s")
         else:
             self._end(slot)
-            self._launch(slot.job, slot.order, again=slot.again, tries=slot.tries + 1)
+            self._launch(slot.job, slot.request, again=slot.again, tries=slot.tries + 1)
 
     def _drain(self, slot: _Slot) -> None:
         try:
@@ -182,30 +184,30 @@ class Pool:
                 if not piece:
                     raise EOFError
                 for message in slot.inbox.take(piece):
-                    # another number: an answer to an order before, by a process that the integrator left behind
-                    if message.order == slot.order.number and not self._handle(slot, message):
+                    # another number: an earlier request answered by a process that the integrator left running
+                    if message.request == slot.request.number and not self._handle(slot, message):
                         return
         except (EOFError, OSError):
             slot.process.join()
             self._died(slot)
         except Garbled as error:
-            self._fail(slot, "crashed", f"its process sent {error}")
+            self._fail(slot, Status.CRASHED, f"its process sent {error}")
 
     def _died(self, slot: _Slot) -> None:
-        """Its process ended by itself, by a signal from outside, or because the server of all workers was lost."""
+        """The worker ended by itself, by a signal from outside, or because the fork server was lost."""
         code = slot.process.exitcode
         if code == LOST and not slot.again:
             self._end(slot)
-            self._launch(slot.job, slot.order, again=True, tries=slot.tries)
+            self._launch(slot.job, slot.request, again=True, tries=slot.tries)
         elif code == LOST:
-            self._fail(slot, "interrupted", "the server of the worker processes was lost, twice")
+            self._fail(slot, Status.INTERRUPTED, "the server of the worker processes was lost, twice")
         else:
-            self._fail(slot, "interrupted" if code in OUTSIDE else "crashed", _death(code))
+            self._fail(slot, Status.INTERRUPTED if code in OUTSIDE else Status.CRASHED, _death(code))
 
     def _handle(self, slot: _Slot, message: Message) -> bool:
-        """Act on one message; False where the slot is no longer in use."""
+        """Act on one message; returns False if the slot is no longer in use."""
         stage = message.stage
-        limit, order = slot.job.limit_seconds, slot.order
+        limit, request = slot.job.limit_seconds, slot.request
         if stage in ("prepared", "turning"):
             self._stage(slot, "run", limit + GRACE_SECONDS)
             return True
@@ -213,11 +215,11 @@ class Pool:
             self._stage(slot, "prepare", self.prepare_seconds)
             return True
         if stage == "ran":
-            # the timed calls together take the block, or one call that may be as slow as the limit
-            self._stage(slot, "time", limit + 4 * order.block_seconds + GRACE_SECONDS)
+            # the timed calls together take block_seconds, or are one call that takes up to the limit
+            self._stage(slot, "time", limit + 4 * request.block_seconds + GRACE_SECONDS)
             return True
         if stage == "compiling":
-            if slot.stage != "prepare":  # where one compilation asks for another, the first says what was interrupted
+            if slot.stage != "prepare":  # in nested compilations the outermost one has the interrupted stage
                 slot.interrupted = (slot.stage, slot.seconds)
             self._stage(slot, "prepare", self.prepare_seconds)
             return True
@@ -225,15 +227,16 @@ class Pool:
             self._stage(slot, *slot.interrupted)
             return True
         if stage == "failed":
-            status, reason = str(message.content.get("status")), str(message.content.get("reason"))
-            if status not in FAILURES:
-                raise Garbled(f"the status {status!r}")
-            if status != "refused":
+            word, reason = str(message.content.get("status")), str(message.content.get("reason"))
+            if word not in FAILURES:
+                raise Garbled(f"the status {word!r}")
+            status = Status(word)
+            if status != Status.REFUSED:
                 self._fail(slot, status, reason)
                 return False
             slot.job.failed(status, reason, take_output(slot.job.task.output))
         elif stage == "done":
-            slot.job.done(Outcome.of(message, slot.job.task))
+            slot.job.done(outcome_of(message, slot.job.task))
         else:
             raise Garbled(f"the stage {stage!r}")
         following = slot.job.next()
@@ -244,15 +247,15 @@ class Pool:
         self._send(slot, following)
         return True
 
-    def _fail(self, slot: _Slot, status: str, reason: str) -> None:
-        """Record a failure, end the worker, and go on with the rest of the series in a new one."""
+    def _fail(self, slot: _Slot, status: Status, reason: str) -> None:
+        """Record a failure, end the worker, and continue the series in a new worker."""
         self._end(slot)
-        tries = slot.tries if status == "timeout" else None
+        tries = slot.tries if status == Status.TIMEOUT else None
         slot.job.failed(status, reason, take_output(slot.job.task.output), tries)
         self._start(slot.job)
 
     def _end(self, slot: _Slot) -> None:
-        """End a worker through its guard, without waiting for it: that takes the kernel tens of milliseconds."""
+        """End a worker through its guard, without waiting until it is gone: that takes tens of milliseconds."""
         self._slots.remove(slot)
         if slot.process.is_alive():
             slot.process.terminate()

@@ -11,25 +11,25 @@ from rich.progress import Progress as Bars
 from rich.text import Text
 
 LINE_SECONDS = 10.0
-"""Plain output has at most one line in this time."""
+"""Minimum time between two lines of plain output."""
 ENOUGH = 0.1
-"""The share of the pieces from which on the remaining time is told: the first ones are not like the others."""
+"""The share of the pieces after which the remaining time is shown: the first pieces predict the others badly."""
 
 
 def enough(count: float, total: float | None) -> bool:
-    """Whether so many pieces tell how long the rest takes."""
+    """Whether `count` pieces of `total` suffice to estimate the remaining time."""
     return total is not None and count >= ENOUGH * total
 
 
 class Remaining(TimeRemainingColumn):
-    """The remaining time, from ENOUGH of the pieces on."""
+    """The remaining time, shown after a share ENOUGH of the pieces."""
 
     def render(self, task: Task) -> Text:
         return super().render(task) if enough(task.completed, task.total) else Text("-:--:--")
 
 
 class Progress:
-    """Counts through one phase after another. `quiet` shows nothing."""
+    """Counts the pieces of one phase after another. `quiet` shows nothing."""
 
     def __init__(self, quiet: bool = False, console: Console | None = None) -> None:
         self.console = console or Console(stderr=True)
@@ -37,7 +37,7 @@ class Progress:
         self._bars: Bars | None = None
         self._task: object = None
         self._name, self._total, self._count = "", 0, 0
-        self._began = self._said = 0.0
+        self._began = self._printed = 0.0
 
     def __enter__(self) -> Progress:
         if not self.quiet and self.console.is_terminal:
@@ -56,7 +56,7 @@ class Progress:
     def begin(self, name: str, total: int) -> None:
         """A new phase of `total` pieces."""
         self._name, self._total, self._count = name, total, 0
-        self._began = self._said = time.monotonic()
+        self._began = self._printed = time.monotonic()
         if self._bars is not None:
             self._task = self._bars.add_task(name, total=total)
 
@@ -68,9 +68,9 @@ class Progress:
             return
         now = time.monotonic()
         last = self._count == self._total
-        if self.quiet or not (last or now - self._said > LINE_SECONDS):
+        if self.quiet or not (last or now - self._printed > LINE_SECONDS):
             return
-        self._said = now
+        self._printed = now
         elapsed = now - self._began
         tail = ""
         if not last and enough(self._count, self._total):

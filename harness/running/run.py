@@ -1,4 +1,4 @@
-"""A run: plan, truths, sweeps in worker processes, results in the store."""
+"""A run: plan, reference solutions, sweeps in worker processes, results in the store."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ from typing import Any
 from gnomon.cases import Case
 from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.kernels.equations import cache_folder
-from gnomon.harness.registry import declaration
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.kernels.generated_modules import cache_folder
+from gnomon.harness.registry import declaration, lookup
 from gnomon.harness.results import store
 from gnomon.harness.results.store import Known, Store
 from gnomon.harness.running import plan
@@ -44,17 +43,17 @@ def run(
 ) -> Path:
     """Run every chosen case (see `plan.choose`) through every integrator; returns the path of the results file.
 
-    Where `near_duplicates` is False, integrators that declare it (`Integrator.primary`) stay away from hard variants; from
-    the cases for which the suite does not take them they stay away altogether.
+    If `near_duplicates` is False, near-duplicate methods (those with `primary = False`) do not run on hard variants. On
+    cases for which the suite excludes near-duplicate methods they never run.
 
-    What is in the file already is not repeated. An interruption at any moment leaves a file from which the same call
-    goes on. A case whose exact motion cannot be computed raises ValueError once all others are done, an integrator whose
-    declaration is wrong before anything runs.
+    Trials that the file contains already are not repeated. After an interruption at any moment the same call continues
+    from the file. Raises ValueError before anything runs if an integrator's declaration is wrong, and after all other
+    cases are done if the exact motion of a case cannot be computed.
     """
     progress = progress or Progress(quiet=True)
     for integrator in integrators:
         declaration.validate(integrator)
-    _check_caches()
+    _verify_caches()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
     series = plan.pairs(chosen, integrators, near_duplicates=near_duplicates)
     series = [one for one in series if one.integrator.primary or suite.of(one.case).near_duplicates]
@@ -64,10 +63,10 @@ def run(
         number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe() | calls)
         run_ = _Run(results, number, suite, known, progress, near_duplicates)
         run_.plan(series)
-        method = "fork" if any(registry.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
+        method = "fork" if any(lookup.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
         Pool(workers, method, prepare_seconds).run(run_.sweeps())
         results.end_run(number)
-    _check_caches()  # the disk may have become full in the meantime
+    _verify_caches()  # the disk may have become full in the meantime
     if broken:
         raise ValueError("; ".join(f"{spec.path} {spec.variant or ''}: {error}" for spec, error in broken.items()))
     return path
@@ -82,7 +81,7 @@ def compare(
     """Run cases through integrators and return the DataFrame of `gnomon.harness.load`: for notebooks.
 
     `cases`: names, or Case objects (their numbers are rounded to binary64). `integrators`: names, Integrator classes
-    or instances; a class that is defined in the notebook itself will do. Raises ValueError for unknown names.
+    or instances; the class may be defined in the notebook itself. Raises ValueError for unknown names.
     """
     chosen: list[tuple[Case, str]] = []
     for case in [cases] if isinstance(cases, str | Case) else cases:
@@ -90,7 +89,7 @@ def compare(
     found: list[Integrator] = []
     for item in [integrators] if isinstance(integrators, str | Integrator | type) else integrators:
         if isinstance(item, str):
-            found += registry.find(item)
+            found += lookup.find(item)
         else:
             found.append(item() if isinstance(item, type) else item)
     suite = replace(plan.suite("foundation").within(limit_seconds), name="compare", launches=launches)
@@ -98,15 +97,15 @@ def compare(
         return store.load(run(folder, suite, chosen, found))
 
 
-def _check_caches() -> None:
-    """Warn where a cache cannot be written, which no worker does. Raises ValueError where another user could write one."""
+def _verify_caches() -> None:
+    """Warn if a cache cannot be written: workers do not warn. Raises ValueError if another user could write to a cache."""
     cachefolder.check(cache_folder(), diskcache.folder())
 
 
 def _reference_solutions(
     series: Sequence[Series], progress: Progress
 ) -> tuple[dict[CaseSpec, ReferenceSolution], dict[CaseSpec, str]]:
-    """The truths of all cases that are run, and the messages of those that have none."""
+    """The reference solutions of all cases in the run, and the error messages of the cases that have none."""
     wanted = dict.fromkeys(CaseSpec.of(s.case, s.formulation) for s in series)
     progress.begin("exact motions", len(wanted))
     found = reference_solutions(list(wanted), progress.advance)
@@ -115,7 +114,7 @@ def _reference_solutions(
 
 
 class _Run:
-    """The work of one run: which sweeps there are, in which order, and where their measurements go."""
+    """The work of one run: its sweeps, their sequence, and the store that takes their measurements."""
 
     def __init__(
         self,
@@ -140,7 +139,7 @@ class _Run:
         self.interruptions = results.interruptions()
 
     def plan(self, series: Sequence[Series]) -> None:
-        """Record the trials of all series, and at once those of pairs that are left out."""
+        """Record the trials of all series; for pairs that cannot run, record the status too."""
         rows: list[dict[str, Any]] = []
         left_out: list[dict[str, Any]] = []
         for one in series:
@@ -161,7 +160,7 @@ class _Run:
         self.results.add_all(self.number, left_out)
 
     def sweeps(self) -> Iterator[Sweep]:
-        """Every launch of every series that has trials to run; launches of one series are far apart in time."""
+        """Every launch of every series that has trials to run. All series are launched once before any is repeated."""
         launches = [
             (launch, one, trials, scorer)
             for launch in range(1, self.suite.launches + 1)
@@ -185,12 +184,12 @@ class _Run:
             )
 
     def _launches(self, series: Series) -> int:
-        """Hard variants and siblings of a method are launched once."""
+        """How often a series is launched: once for hard variants and for near-duplicate methods."""
         often = series.case.variant is None and (self.near_duplicates or series.integrator.primary)
         return self.suite.of(series.case).launches if often else 1
 
     def _reopen(self, series: Series, trials: Sequence[Trial], symmetric: bool) -> None:
-        """Forget of these trials what this run must measure anew."""
+        """Remove from the history what this run must measure again of these trials."""
         suite = self.suite.of(series.case)
         limit_seconds = suite.limit(series.case)
         for trial in trials:
@@ -205,7 +204,7 @@ class _Run:
             self.scorers[spec] = Scorer(series.case, series.formulation, self.reference_solutions[spec])
         return self.scorers[spec]
 
-    def _record(self, measurement: Mapping[str, Any], settings: Any, states: Any) -> None:
-        self.results.add(self.number, measurement, settings, states)
+    def _record(self, measurement: Mapping[str, Any], options: Any, states: Any) -> None:
+        self.results.add(self.number, measurement, options, states)
         key = (measurement["trial_key"], measurement["launch"])
         self.history[key] = Known(measurement["status"], measurement.get("rhs_calls") or measurement.get("steps"), None)

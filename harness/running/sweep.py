@@ -1,4 +1,4 @@
-"""One launch of one series: hands out its trials from cheap to dear, judges what comes back, knows when to stop."""
+"""One launch of one series: requests its trials from cheap to expensive, scores the outcomes, skips what is too slow."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 from gnomon.harness.contract.integrator import Steps, Tolerance
+from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.registry.lookup import reference
 from gnomon.harness.results.store import Known
-from gnomon.harness.results.values import SCORED
 from gnomon.harness.running.plan import Series, Suite, Trial
-from gnomon.harness.running.worker import FEWEST_CALLS, Order, Outcome, Task
+from gnomon.harness.running.worker import FEWEST_CALLS, Request, Task
+from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
 from gnomon.harness.scoring.score import Scorer, above_text
 from numpy.typing import NDArray
@@ -37,31 +38,31 @@ SECONDS_EACH = {
     "scipy:Radau [events]": 1.5e-4,
     "pybullet": 4e-5,
 }
-"""An upper estimate of what a right-hand side takes (a step, where those are not counted), by id or library: above the
-largest, and one to six times the median, of what was measured on ten cases from the pendulum to the tops, in processor
-time on a busy machine. What is run follows from these numbers and from counts, which are the same on
-every machine, however busy; measured times would decide otherwise in each run. Trials of other libraries are run, each
-until it passes the limit."""
+"""An upper estimate, in seconds, of one right-hand side (of one step, if right-hand sides are not counted), by
+integrator id or library. It is above the largest, and one to six times the median, of the processor times measured on a
+busy machine for ten cases from the pendulum to the tops. Which trials are skipped follows from these numbers and from
+counts, which are the same on every machine; with measured times it would differ between runs. Trials of libraries
+without an entry all run, until one passes the limit."""
 RELAUNCHED_SECONDS = 0.08
-"""Trials that take longer by that estimate are launched once: what is that slow is on nobody's Pareto front, and would
-fill the run."""
+"""Trials above this by the same estimate are launched once: they are never Pareto-optimal, and would dominate the run
+time."""
 REPEATED_SECONDS = 0.001
-"""Hard variants above this are timed in one call. Below, a single call is the first of code that was just loaded: 5 to
-10 % too slow in the middle, half too slow in one of ten below 30 microseconds."""
+"""Trials of hard variants above this are timed in one call. For shorter ones a single call is too slow by 5 to 10 % in
+the median, and below 30 microseconds by half in one of ten, since its code was just loaded."""
 MOST_INTERRUPTIONS = 2
-"""A trial that was interrupted runs again at the next call, so often at most; then it is `crashed`."""
+"""How many times a trial that was interrupted is run again, each at the next call; after that its status is `crashed`."""
 
 
 class Record(Protocol):
-    """Where a sweep puts its measurements."""
+    """A function that stores a measurement, the engine options and the states."""
 
     def __call__(
-        self, measurement: Mapping[str, Any], settings: Mapping[str, Any] | None, states: NDArray[Any] | None
+        self, measurement: Mapping[str, Any], options: Mapping[str, Any] | None, states: NDArray[Any] | None
     ) -> None: ...
 
 
 def task_of(series: Series, exact: ReferenceSolution) -> Task:
-    """What a worker needs to know of a series, without the place of its output."""
+    """The task of a worker for a series; the path of its output is still empty."""
     return Task(
         reference(series.integrator),
         CaseSpec.of(series.case, series.formulation),
@@ -75,8 +76,8 @@ def task_of(series: Series, exact: ReferenceSolution) -> Task:
 
 
 class Sweep:
-    """One launch of a series. `history` is what earlier runs know by (trial_key, launch), `interruptions` how often each
-    was interrupted."""
+    """One launch of a series. By (trial_key, launch), `history` has the results of earlier runs and `interruptions` the
+    number of interruptions."""
 
     def __init__(
         self,
@@ -104,8 +105,9 @@ class Sweep:
         self._seconds_each = SECONDS_EACH.get(integrator.id, SECONDS_EACH.get(integrator.library, 0.0))
         self._stopped: str | None = None
 
-    def next(self) -> Order | None:
-        """The next trial that must run. Trials that need not run are passed over, or recorded as skipped."""
+    def next(self) -> Request | None:
+        """The request for the next trial that must run. Those that earlier runs measured, and those not to be relaunched,
+        are passed over; those that would pass the limit are recorded as skipped."""
         while self._waiting:
             trial = self._waiting.pop(0)
             assert trial.setting is not None
@@ -118,33 +120,33 @@ class Sweep:
             reason = self._stopped or self._predicted(trial.setting)
             if reason is not None:
                 self._stopped = reason
-                self._add(trial, {"status": "skipped", "reason": reason})
+                self._add(trial, {"status": Status.SKIPPED, "reason": reason})
                 continue
             self._current = trial
-            return replace(self._order(trial.setting), place=self._places[trial.key])
+            return replace(self._request(trial.setting), place=self._places[trial.key])
         self._finished()
         return None
 
     def done(self, outcome: Outcome) -> None:
-        """Judge an outcome and record it."""
+        """Score an outcome and record it."""
         trial = self._taken()
         tolerance = trial.setting if isinstance(self.series.integrator.sweep, Tolerance) else None
         try:
             measurement, states = self.scorer.measure(outcome, tolerance)
-        except Exception as error:  # an answer that nobody foresaw must not cost the others theirs
-            self._note("crashed", None)
-            self._add(trial, {"status": "crashed", "reason": f"its answer cannot be judged: {error!r}"})
+        except Exception as error:  # an unexpected outcome of one trial must not end the other trials
+            self._note(Status.CRASHED, None)
+            self._add(trial, {"status": Status.CRASHED, "reason": f"its outcome cannot be scored: {error!r}"})
             return
         work = outcome.steps if outcome.rhs_calls is None else outcome.rhs_calls
         self._note(measurement["status"], work, trial.setting)
-        self._add(trial, measurement, outcome.settings, states if self.launch == 1 else None)
+        self._add(trial, measurement, outcome.options, states if self.launch == 1 else None)
 
-    def failed(self, status: str, reason: str, output: str, tries: int | None = None) -> None:
-        """Record a trial that has no outcome. What is ended from outside again and again ends itself."""
+    def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
+        """Record a trial without outcome. After too many interruptions its status is `crashed`: it causes them itself."""
         trial = self._taken()
         before = self._interruptions.get((trial.key, self.launch), 0)
-        if status == "interrupted" and before >= MOST_INTERRUPTIONS:
-            status, reason = "crashed", f"{reason}, as {before} times before"
+        if status == Status.INTERRUPTED and before >= MOST_INTERRUPTIONS:
+            status, reason = Status.CRASHED, f"{reason}, as {before} times before"
         self._note(status, None)
         self._add(trial, {"status": status, "reason": reason, "output": output or None, "repeats": tries})
 
@@ -153,19 +155,19 @@ class Sweep:
         trial, self._current = self._current, None
         return trial
 
-    def _note(self, status: str, work: int | None, setting: float | None = None) -> None:
-        if status in ("timeout", "not_installed"):
-            self._stopped = f"the setting before it is {status}"
+    def _note(self, status: Status, work: int | None, setting: float | None = None) -> None:
+        if status in (Status.TIMEOUT, Status.NOT_INSTALLED):
+            self._stopped = f"the setting before it ended as {status}"
         if work is not None and setting is not None:
             self._counted.append((setting, work))
 
     def _predicted(self, setting: float) -> str | None:
-        """Why the next setting would pass the limit, by the smallest growth of the counts; None where it would not."""
+        """Why a setting would pass the limit, extrapolated by the smallest growth of the counts; None if it would not."""
         if not self._counted or not self._seconds_each:
             return None
         before, work = self._counted[-1]
         ratios = [after / max(count, 1) for (_, count), (_, after) in itertools.pairwise(self._counted[-3:])]
-        if isinstance(self.series.integrator.sweep, Steps):  # the work is in proportion to the number of steps
+        if isinstance(self.series.integrator.sweep, Steps):  # the work is proportional to the number of steps
             ratios.append(before / setting)
         most = self.limit_seconds / self._seconds_each
         expected = work * max(min(ratios, default=1.0), 1.0)
@@ -180,14 +182,15 @@ class Sweep:
             return False
         return (first.work or 0) * self._seconds_each <= RELAUNCHED_SECONDS
 
-    def _order(self, setting: float) -> Order:
-        """Default variants are timed; on the others times are orders of magnitude, and a few calls tell them."""
+    def _request(self, setting: float) -> Request:
+        """The request for a trial. Default variants are timed precisely; on the others a few calls suffice, as their
+        times serve as orders of magnitude."""
         suite, count = self.suite, self.launch == 1 and self.series.integrator.counts_rhs
         if self.series.case.variant is None:
             turned = suite.turned and self.launch == 1 and len(self.task.turned) > 0
-            return Order(setting, count, suite.block_seconds, suite.repeats, suite.slow_seconds, turned, null=True)
-        return Order(setting, count, 0.0, FEWEST_CALLS, min(suite.slow_seconds, REPEATED_SECONDS))
+            return Request(setting, count, suite.block_seconds, suite.repeats, suite.slow_seconds, turned, null=True)
+        return Request(setting, count, 0.0, FEWEST_CALLS, min(suite.slow_seconds, REPEATED_SECONDS))
 
-    def _add(self, trial: Trial, measurement: Mapping[str, Any], settings: Any = None, states: Any = None) -> None:
+    def _add(self, trial: Trial, measurement: Mapping[str, Any], options: Any = None, states: Any = None) -> None:
         row = {"trial_key": trial.key, "launch": self.launch, "limit_seconds": self.limit_seconds, **measurement}
-        self.record(row, settings, states)
+        self.record(row, options, states)

@@ -1,1 +1,1 @@
-"""Exact states at the samples, and the errors of a solution against them."""
+"""Reference solutions at the samples, and the errors of an integrator's solution."""

@@ -1,4 +1,4 @@
-"""Located events against the exact ones."""
+"""Compares events that an integrator located with the exact ones."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from gnomon.cases.core.case import Event
 
 
 class EventScore(NamedTuple):
-    """How many exact events were not located, how many were located that never are, the largest error of a time (s)."""
+    """The number of exact events not located, the number of located events that do not exist, the largest error (s)."""
 
     missing: int
     extra: int
@@ -17,10 +17,10 @@ class EventScore(NamedTuple):
 
 
 def score_events(located: Sequence[tuple[float, str]], exact: Sequence[Event]) -> EventScore:
-    """Compare (time, name) pairs with the exact events: by name, the k-th located with the k-th exact.
+    """Compare (time, name) pairs with the exact events: for each name, the k-th located with the k-th exact.
 
-    A `limit` is located where the motion was declared settled, which by the settle rule is anywhere from the last
-    listed event to the exact limit time; its error is the distance from that interval.
+    The event `limit` is the time at which the integrator declares the motion settled. The settle rule allows any time
+    from the last listed event to the exact limit time; the error is the distance from that interval.
     """
     missing = extra = 0
     error = 0.0

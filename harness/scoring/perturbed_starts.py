@@ -1,4 +1,7 @@
-"""Initial states moved by ulps, for every call that is not scored: no two calls start from the same bits."""
+"""Initial states perturbed by ulps, for every call that is not scored: no two calls start from the same bits.
+
+An integrator therefore gains nothing by keeping results of an earlier call.
+"""
 
 from __future__ import annotations
 
@@ -15,17 +18,17 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 SHARE = 1e-3
-"""A component is moved by ulps of itself or of this share of its group's size, whichever is larger."""
+"""A component is perturbed by ulps of the larger of its value and this share of its group's size."""
 PROBE = 2.0**-20
-"""The relative move that decides whether equal answers from moved states were a coincidence of rounding."""
+"""Relative perturbation that decides whether equal solutions from starts an ulp apart are a coincidence of rounding."""
 _ATTEMPTS = 10_000
 _ENCODED_ATTEMPTS = 100
 
 
 def perturbed_states(case: Case, formulation: Formulation | None, sizes: Floats, ulps: int = 1) -> Iterator[Floats]:
-    """Distinct initial states (dim,), the nearest first, all within the case's domain and none the unmoved one.
+    """Distinct initial states (dim,), the nearest first, all in the case's domain, without the case's own initial state.
 
-    They are moved by multiples of `ulps`.
+    The perturbations are multiples of `ulps` units in the last place.
     """
     state = np.array([float(value) for value in case.initial_state])
     unit = np.array([math.ulp(max(abs(x), SHARE * size)) for x, size in zip(state, sizes, strict=True)])
@@ -33,7 +36,7 @@ def perturbed_states(case: Case, formulation: Formulation | None, sizes: Floats,
 
 
 def probe_state(case: Case, formulation: Formulation | None, sizes: Floats) -> Floats:
-    """An initial state so far off that no solution of it has the same bits."""
+    """An initial state so far from the case's own that solutions from the two differ in their bits."""
     state = np.array([float(value) for value in case.initial_state])
     unit = np.maximum(np.abs(state), SHARE * sizes) * PROBE
     return next(_distinct(case, formulation, state, unit, PROBE))
@@ -44,9 +47,9 @@ def _distinct(
 ) -> Iterator[Floats]:
     names = [coordinate.name for coordinate in case.state]
 
-    def admitted(moved: Floats) -> bool:
+    def admitted(perturbed: Floats) -> bool:
         return case.domain.admits(
-            case.parameters | {n: Fraction(x) for n, x in zip(names, moved.tolist(), strict=True)}
+            case.parameters | {n: Fraction(x) for n, x in zip(names, perturbed.tolist(), strict=True)}
         )
 
     def ways() -> list[list[int]]:
@@ -54,20 +57,20 @@ def _distinct(
 
     directions = np.diag(unit)
     if not any(ways()):
-        # A rule ties the components to each other: each group is moved in proportion, by twice the rounding that the
-        # products would else suffer.
+        # A rule of the domain relates the components: each group is perturbed in proportion to its values, by twice the
+        # rounding error of the products.
         tied = [np.isin(np.arange(len(state)), group.indices) for group in case.metric.groups]
         directions = np.array([2 * relative * state * mask for mask in tied])
     start = initial_state(case, formulation)
     given = {start.tobytes()}
     least = 0.0 if formulation is None else math.ulp(SHARE * float(np.max(np.abs(start))))
     failures = 0
-    for move in _moves(ways()):
-        moved = state + np.array(move) @ directions
-        if admitted(moved):
-            found = moved
+    for multiples in _multiples(ways()):
+        perturbed = state + np.array(multiples) @ directions
+        if admitted(perturbed):
+            found = perturbed
             if formulation is not None:
-                found = initial_state(case.with_numbers(moved.tolist(), case.parameters), formulation)
+                found = initial_state(case.with_numbers(perturbed.tolist(), case.parameters), formulation)
             if found.tobytes() not in given and np.any(np.abs(found - start) >= least):
                 given.add(found.tobytes())
                 failures = 0
@@ -78,19 +81,20 @@ def _distinct(
             break
         if failures > _ATTEMPTS:
             raise ValueError(f"{case.id}: no state next to the initial state is within the domain")
-    # At an edge of the formulation (the cycloid's cusp in arc length) neighbours of the state are one and the same to
-    # rounding: there the encoded state itself moves, inward.
+    # At an edge of the formulation (the cycloid's cusp in arc length) neighbours of the state have the same encoding to
+    # rounding: there the encoded state is perturbed, inward.
     for k in itertools.count(1):
         yield start * (1.0 - k * relative)
 
 
-def _moves(ways: Sequence[Sequence[int]]) -> Iterator[tuple[int, ...]]:
-    """Every vector of integers but zero, by its largest component; `ways`: the signs that each component may have.
+def _multiples(ways: Sequence[Sequence[int]]) -> Iterator[tuple[int, ...]]:
+    """Every vector of integers except zero, in the sequence of its largest component; `ways`: allowed signs of each.
 
-    A rule that holds a component where it is would turn nearly all of them down. All that can move move first.
+    A component that the domain fixes has no sign and stays 0: with any other value nearly all vectors would be outside
+    the domain. Vectors in which all others are perturbed come first.
     """
     for size in itertools.count(1):
         values = [[way * k for k in range(size, 0, -1) for way in signs] + [0] for signs in ways]
-        for move in itertools.product(*values):
-            if max(map(abs, move)) == size:
-                yield move
+        for multiples in itertools.product(*values):
+            if max(map(abs, multiples)) == size:
+                yield multiples

@@ -1,4 +1,4 @@
-"""What a case's outcomes are judged by, computed before anything runs: exact states, floor, conditioning."""
+"""The reference solution of a case, computed before anything runs: exact states at the samples, floor, conditioning."""
 
 from __future__ import annotations
 
@@ -15,27 +15,28 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.turning import turned_cases
-from gnomon.harness.contract import sources as source
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.system.child_process import main_hidden, process_pool
 from gnomon.reference.storage import diskcache
+from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
 from gnomon import cases
 
 Floats = NDArray[np.float64]
-_SOURCES = ("gnomon.reference", "gnomon.cases")
-_OWN = ("gnomon.harness.scoring.reference_solution", "gnomon.harness.contract.problem")
+_OWN = (__name__, "gnomon.harness.contract.problem")
 
 
 @dataclass(frozen=True)
 class ReferenceSolution:
-    """Of one case in one formulation. Times, `exact` (64, dim), `floor` and `conditioning` (64,) belong to the case;
-    `problem_times` (64,), `start` (dim_y,) and `time_scale` are what the integrator gets. `sizes` (dim,) is the scale
-    of each coordinate's group in the metric, `crowded` (64,) says at which times it looks at positions only.
+    """The reference solution of one case in one formulation.
 
-    Of a case on default settings with a rotational symmetry, `turned` (n, dim) are its turned starts, `turned_starts`
-    (n, dim_y) what the integrator gets of them, and `turned_exact` (n, 64, dim) their exact motions; else n is 0.
+    `times` (64,), `exact` (64, dim), `floor` and `conditioning` (64,) belong to the case; `problem_times` (64,),
+    `start` (dim_y,) and `time_scale` are what the integrator gets. `sizes` (dim,) is the scale of each coordinate's
+    group in the metric; `crowded` (64,) marks the times at which the metric compares positions only.
+
+    For a default variant with a rotational symmetry, `turned` (n, dim) are the turned starts, `turned_starts` (n, dim_y)
+    the same as the integrator gets them, and `turned_exact` (n, 64, dim) their exact motions; else n is 0.
     """
 
     times: Floats
@@ -54,7 +55,7 @@ class ReferenceSolution:
 
 @dataclass(frozen=True)
 class CaseSpec:
-    """A case and a formulation as plain data, for another process."""
+    """A case and a formulation as plain data, to send to another process."""
 
     path: str
     variant: str | None
@@ -88,8 +89,8 @@ class CaseSpec:
         return case, found[0] if found else None
 
 
-def reference(spec: CaseSpec) -> ReferenceSolution:
-    """The truth of a case, from the cache on disk where the case and its exact motion have not been edited since."""
+def reference_solution(spec: CaseSpec) -> ReferenceSolution:
+    """The reference solution of a case, from the cache on disk if the sources of case and exact motion are unchanged."""
 
     def build() -> diskcache.Entry:
         made = _compute(spec)
@@ -97,19 +98,21 @@ def reference(spec: CaseSpec) -> ReferenceSolution:
             {name: np.asarray(getattr(made, name)) for name in ReferenceSolution.__dataclass_fields__}
         )
 
-    return _read(diskcache.cached(_key(spec), build))
+    key = _key(spec)
+    return _read(build() if key is None else diskcache.cached(key, build))
 
 
 def reference_solutions(
     specs: Sequence[CaseSpec], progress: Callable[[], None]
 ) -> dict[CaseSpec, ReferenceSolution | str]:
-    """The truths of several cases, those not on disk computed in parallel; `progress` is called after each.
+    """The reference solutions of several cases. Those not on disk are computed in parallel; `progress` runs after each.
 
-    Where a case fails, the message of its exception stands for its truth: one broken case does not end a run.
+    If a case fails, the value is the message of its exception: one broken case does not end a run.
     """
     found: dict[CaseSpec, ReferenceSolution | str] = {}
     for spec in specs:
-        entry = diskcache.load(_key(spec))
+        key = _key(spec)
+        entry = None if key is None else diskcache.load(key)
         if entry is not None:
             found[spec] = _read(entry)
             progress()
@@ -119,7 +122,7 @@ def reference_solutions(
     workers = min(os.cpu_count() or 1, len(missing))
     with process_pool(workers) as pool:
         with main_hidden(not any(spec.in_main for spec in missing)):
-            waiting = {pool.submit(reference, spec): spec for spec in missing}
+            waiting = {pool.submit(reference_solution, spec): spec for spec in missing}
         for future in as_completed(waiting):
             error = future.exception()
             found[waiting[future]] = f"{type(error).__name__}: {error}" if error is not None else future.result()
@@ -127,9 +130,13 @@ def reference_solutions(
     return found
 
 
-def _key(spec: CaseSpec) -> str:
-    code = source.of_module(spec.path.partition(":")[0], _SOURCES) + source.of_module(__name__, _OWN)
-    return f"truth 1\n{code}\n{json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])}"
+def _key(spec: CaseSpec) -> str | None:
+    """The key of a reference solution on disk; None for a case whose source is not in a file."""
+    code = closure(spec.path.partition(":")[0])
+    if code is None:
+        return None
+    numbers = json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])
+    return f"reference solution 1\n{code}{closure(*_OWN, within=())}\n{numbers}"
 
 
 def _read(entry: diskcache.Entry) -> ReferenceSolution:
@@ -170,8 +177,8 @@ def _compute(spec: CaseSpec) -> ReferenceSolution:
 def _encoding_effect(case: Case, formulation: Formulation, start: Floats) -> Floats:
     """The typical effect of half an ulp in each component of a formulation's initial state, shape (64,).
 
-    The half ulp is carried to the case's own initial state by central differences of `decode` (its curvature enters at
-    1e-10 of the half ulp) and from there by the exact motion.
+    Central differences of `decode` give the resulting change of the case's initial state (curvature contributes 1e-10
+    of the half ulp); the exact motion gives the change at the samples.
     """
     parameters = [float(value) for value in case.parameter_values()]
     nominal = [case.exact(t, 40) for t in case.times.tolist()]
@@ -185,22 +192,22 @@ def _encoding_effect(case: Case, formulation: Formulation, start: Floats) -> Flo
             slope = formulation.decode(start + step, parameters) - formulation.decode(start - step, parameters)
             ratio = Fraction(math.ulp(value)) / 4 / Fraction(float(step[index]))
             if not np.all(np.isfinite(slope)):
-                # At the edge of what decodes, as next to a cusp: one ulp inward, halved.
+                # At the edge of the domain of `decode`, for example next to a cusp: one ulp inward, halved.
                 step[index] = math.copysign(math.ulp(value), value)
                 here = np.array([float(x) for x in case.initial_state])
                 slope, ratio = here - formulation.decode(start - step, parameters), Fraction(1, 2)
-        moves = [Fraction(float(d)) * ratio for d in slope]
-        neighbour = _moved(case, moves)
+        changes = [Fraction(float(d)) * ratio for d in slope]
+        neighbour = _perturbed(case, changes)
         if neighbour is not None:
             states = [neighbour.exact(t, 40) for t in case.times.tolist()]
             total += _distances(case, states, nominal) ** 2
     return np.asarray(np.sqrt(total))
 
 
-def _moved(case: Case, moves: Sequence[Fraction]) -> Case | None:
-    """The case with its initial state moved, to the other side where that leaves the domain."""
+def _perturbed(case: Case, changes: Sequence[Fraction]) -> Case | None:
+    """The case with `changes` added to its initial state, or subtracted if the sum is outside the domain; else None."""
     for sign in (1, -1):
-        state = [x + sign * move for x, move in zip(case.initial_state, moves, strict=True)]
+        state = [x + sign * change for x, change in zip(case.initial_state, changes, strict=True)]
         try:
             return case.with_numbers(state, case.parameters)
         except ValueError:
@@ -209,6 +216,6 @@ def _moved(case: Case, moves: Sequence[Fraction]) -> Case | None:
 
 
 def _distances(case: Case, states: Sequence[tuple[Any, ...]], nominal: Sequence[tuple[Any, ...]]) -> Floats:
-    """Distances of states that differ far below an ulp: the differences are taken in high precision."""
+    """Distances of states that differ by far less than an ulp: the subtraction is in high precision."""
     rows = np.array([[float(x - y) for x, y in zip(a, b, strict=True)] for a, b in zip(states, nominal, strict=True)])
     return np.asarray(np.max(list(case.metric.by_group(rows, np.zeros_like(rows)).values()), axis=0))

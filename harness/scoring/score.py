@@ -1,8 +1,8 @@
-"""What an outcome is worth: its status, its errors against the exact motion, the drift of its invariants.
+"""Scores an outcome: its status, its errors against the exact motion, the drift of its invariants.
 
-One orientation of an orbit or a body may be lucky: at one setting the error varies 28 times between orientations. Where
-a case has a rotational symmetry, its default settings are solved from turned starts too, and the errors are those of
-the start with the median error.
+The error depends on the orientation of an orbit or a body: at one setting it varies by a factor of up to 28. If a case
+has a rotational symmetry, its default variant is therefore solved from turned starts too, and the recorded errors are
+those of the start with the median error.
 """
 
 from __future__ import annotations
@@ -21,26 +21,28 @@ from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.metric import Metric
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import groups_of
-from gnomon.harness.running.worker import Outcome
+from gnomon.harness.contract.status import Status
+from gnomon.harness.scoring.events import score_events
+from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import ReferenceSolution
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
 INACCURATE, DIVERGED = 0.1, 1.0
-"""Errors above which an answer counts as inaccurate or diverged, if it is also above CONDITIONED conditionings."""
+"""Errors above which a solution is inaccurate or diverged, if they also exceed CONDITIONED times the conditioning."""
 CONDITIONED = 10.0
 FIRST = 4
-"""Samples that `error_start` is taken over."""
+"""Number of samples for `error_start`."""
 CLOCK_ITERATIONS = 8
 _NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2",
                 "asinh": "arcsinh", "acosh": "arccosh", "atanh": "arctanh"}  # fmt: skip
 NUMPY = {name: getattr(np, _NUMPY_NAMES.get(name, name)) for name in FUNCTIONS}
-"""The functions of `math` on arrays: an invariant is evaluated at all samples at once."""
+"""The functions of `math` for arrays: an invariant is evaluated at all samples at once."""
 
 
 class Scorer:
-    """Judges the outcomes of one case in one formulation."""
+    """Scores the outcomes of one case in one formulation."""
 
     def __init__(self, case: Case, formulation: Formulation | None, reference: ReferenceSolution) -> None:
         self.case, self.formulation, self.reference = case, formulation, reference
@@ -49,7 +51,7 @@ class Scorer:
         self.parameters = tuple(float(value) for value in case.parameter_values())
 
     def problem(self, form: Any) -> Problem:
-        """What an integrator that takes `form` is given, the counter off."""
+        """The problem for an integrator that takes `form`, without counting of right-hand sides."""
         reference = self.reference
         parameters, groups = np.array(self.parameters), groups_of(self.case, self.formulation)
         return Problem(
@@ -57,7 +59,7 @@ class Scorer:
         )
 
     def summary(self) -> dict[str, Any]:
-        """What the row of a trial says of its truth: the largest floor and conditioning over the samples."""
+        """Columns of a trial from its reference solution: dimension, and the largest floor and conditioning."""
         return {
             "dimension": len(self.reference.start),
             "floor": float(self.reference.floor.max()),
@@ -65,7 +67,7 @@ class Scorer:
         }
 
     def measure(self, outcome: Outcome, tolerance: float | None) -> tuple[dict[str, Any], Floats]:
-        """The columns of a measurement that the outcome decides, and its states (64, dim) in the case's coordinates."""
+        """The columns of a measurement that follow from the outcome, and its states (64, dim) in the case's coordinates."""
         seconds = np.array(outcome.seconds)
         row: dict[str, Any] = {
             "rhs_calls": outcome.rhs_calls,
@@ -83,7 +85,7 @@ class Scorer:
         row |= self.score(states)
         if outcome.turned is not None:
             row |= self.over_turned(outcome.turned) | {"error_unturned": row["error_max"]}
-        if outcome.stopped and row["status"] == "diverged":
+        if outcome.stopped and row["status"] == Status.DIVERGED:
             row["reason"] = f"{outcome.stopped}; {row['reason']}"
         if outcome.events is not None and self.case.hybrid is not None:
             row |= self.events(outcome.events)
@@ -92,10 +94,10 @@ class Scorer:
         return row, states
 
     def over_turned(self, answers: Floats) -> dict[str, Any]:
-        """Status and errors of the turned start with the median error, and the range over all of them.
+        """Status and errors of the turned start with the median error, and the range of errors over all turned starts.
 
-        `answers` (n, 64, dim_y) belong to the truth's turned starts. A start whose error is not finite counts as the
-        worst; `error_low` or `error_high` is nan where it is such a start's.
+        `answers` (n, 64, dim_y) are the solutions from the turned starts of the reference solution. An error that is not
+        finite counts as the largest; `error_low` or `error_high` is nan if it is such an error.
         """
         states = [scorer.decoded(answer) for scorer, answer in zip(self._turned, answers, strict=True)]
         errors = np.array([scorer.largest_error(each) for scorer, each in zip(self._turned, states, strict=True)])
@@ -105,25 +107,25 @@ class Scorer:
         return found | {"turned_starts": len(errors), "error_low": float(low), "error_high": float(high)}
 
     def largest_error(self, states: Floats) -> float:
-        """The largest error of sampled states (64, dim), infinite where one is not finite."""
-        with np.errstate(all="ignore"):  # wild but finite states overflow on the way to a large error
+        """The largest error of sampled states (64, dim), infinite if one is not finite."""
+        with np.errstate(all="ignore"):  # very large finite states overflow in the metric
             largest = float(np.max(self.metric.distance(states, self.reference.exact, self.reference.times)))
         return largest if math.isfinite(largest) else math.inf
 
     def score(self, states: Floats) -> dict[str, Any]:
-        """Status and errors of sampled states (64, dim): all that follows from them alone."""
+        """Status, errors and drifts of sampled states (64, dim)."""
         finite = np.all(np.isfinite(states), axis=1)
         if not np.all(finite):
             first = float(self.reference.times[int(np.argmin(finite))])
             return {
-                "status": "diverged",
+                "status": Status.DIVERGED,
                 "reason": f"states are not finite from t = {first:.6g} s",
                 "error_max": math.nan,
             }
-        with np.errstate(all="ignore"):  # wild but finite states overflow on the way to a large error
+        with np.errstate(all="ignore"):  # very large finite states overflow in the metric
             errors = self.metric.distance(states, self.reference.exact, self.reference.times)
         if not np.all(np.isfinite(errors)):
-            return {"status": "diverged", "reason": "states too large to measure", "error_max": math.nan}
+            return {"status": Status.DIVERGED, "reason": "states too large to measure", "error_max": math.nan}
         status, reason = self.status(errors)
         phase, shape = self.split(states)
         return {
@@ -139,21 +141,25 @@ class Scorer:
             "invariant_drift": {name: float(np.max(drift)) for name, drift in self.drift(states).items()},
         }
 
-    def status(self, errors: Floats) -> tuple[str, str]:
-        """`ok`, `inaccurate` or `diverged`, and why, of errors (64,), each against the conditioning up to its time."""
+    def status(self, errors: Floats) -> tuple[Status, str]:
+        """`ok`, `inaccurate` or `diverged`, and the reason, from errors (64,).
+
+        An error is compared with the largest conditioning up to its time: an error that rounding of the initial state
+        can cause is no fault of the integrator.
+        """
         excusable = CONDITIONED * np.maximum.accumulate(self.reference.conditioning)
-        for status, threshold in (("diverged", DIVERGED), ("inaccurate", INACCURATE)):
+        for status, threshold in ((Status.DIVERGED, DIVERGED), (Status.INACCURATE, INACCURATE)):
             beyond = (errors > threshold) & (errors > excusable)
             if np.any(beyond):
                 first = int(np.argmax(beyond))
                 error = above_text(errors[first], threshold)
                 return status, f"error {error} at t = {self.reference.times[first]:.6g} s, above {threshold:g}"
-        return "ok", ""
+        return Status.OK, ""
 
     def split(self, states: Floats) -> tuple[float, float]:
-        """The largest component of the error along the exact flow (phase) and across it (shape), both scaled.
+        """The largest component of the scaled error along the exact flow (phase) and across it (shape).
 
-        Both nan for hybrid and for driven cases, where an error along the flow is no error in time.
+        Both are nan for hybrid and for driven cases, where an error along the flow is not an error in time.
         """
         if self._flow is None:
             return math.nan, math.nan
@@ -164,9 +170,10 @@ class Scorer:
         return float(np.max(np.abs(phase))), float(np.max(np.linalg.norm(across, axis=1)))
 
     def drift(self, states: Floats) -> dict[str, Floats]:
-        """Of each invariant, its departure from its law at each sample (64,), over its size.
+        """For each invariant, its departure from its law at each sample (64,), divided by its size.
 
-        A constant one departs by its difference from the start; one that decays, by what it rose above its lowest.
+        A constant invariant departs by its difference from the initial value; one that decays, by its rise above its
+        lowest value so far.
         """
         found = {}
         for name, (function, law, initial, size) in self._invariants.items():
@@ -181,14 +188,12 @@ class Scorer:
         return found
 
     def events(self, found: Sequence[tuple[float, str]]) -> dict[str, Any]:
-        """Events that are missing, events that never were, and the largest error of a time, in seconds."""
-        from gnomon.harness.scoring.events import score_events
-
+        """The number of missing events, the number of extra events, and the largest error of a time in seconds."""
         score = score_events(found, self.case.events())
         return {f"events_{name}": value for name, value in score._asdict().items()}
 
     def decoded(self, states: Floats) -> Floats:
-        """States of the problem at its times as states of the case at the sample times."""
+        """States of the problem at its times, converted to states of the case at the sample times."""
         if self.formulation is None:
             return states
         if self.formulation.clock is not None:
@@ -197,18 +202,18 @@ class Scorer:
             return np.asarray(self.formulation.decode(states, self.parameters), dtype=np.float64)
 
     def _on_time(self, states: Floats) -> Floats:
-        """Each state moved to its sample time by one step of the formulation's own equations."""
+        """Each state carried to its sample time by one step of the formulation's own equations."""
         clock = self.formulation.clock if self.formulation is not None else None
         assert clock is not None
-        moved = states.copy()
+        on_time = states.copy()
         for row, (state, time) in enumerate(zip(states, self.reference.times.tolist(), strict=True)):
             if np.all(np.isfinite(state)):
-                moved[row] = _to_time(self._equations, self.parameters, tuple(state.tolist()), clock, time)
-        return moved
+                on_time[row] = _to_time(self._equations, self.parameters, tuple(state.tolist()), clock, time)
+        return on_time
 
     @cached_property
     def _turned(self) -> list[Scorer]:
-        """A judge for each turned start, by its own exact motion."""
+        """A scorer for each turned start, with its own exact motion."""
         return [
             Scorer(
                 self.case.with_numbers(state.tolist(), self.case.parameters),
@@ -222,13 +227,13 @@ class Scorer:
 
     @cached_property
     def _equations(self) -> Callable[..., Any]:
-        """The formulation's own equations, first order."""
+        """The formulation's own equations, in first-order form."""
         forms = self.formulation.forms if self.formulation is not None else self.case.forms
         return next(f.equations for f in map(first_order, forms) if isinstance(f, FirstOrder))
 
     @cached_property
     def _flow(self) -> Floats | None:
-        """The unit vector of the exact flow at each sample in the scaled coordinates, zero where nothing moves."""
+        """The unit vector of the exact flow at each sample in scaled coordinates; zero where the state is at rest."""
         form = next((f for f in self.case.all_forms() if isinstance(f, FirstOrder)), None)
         if form is None or not self.case.autonomous or isinstance(self.case.forms[0], Hybrid):
             return None
@@ -253,12 +258,12 @@ class Scorer:
             found[name] = (rebind(invariant.function, NUMPY), invariant.law, float(initial), size)
         return found
 
-    @np.errstate(all="ignore")  # over a long decay an invariant leaves binary64: its drift is then not a number
+    @np.errstate(all="ignore")  # during a long decay an invariant may overflow: its drift is then nan
     def _size(self, function: Callable[..., tuple[Any, ...]], initial: float) -> float:
-        """The size that a drift is relative to: that of the invariant, or, where its terms cancel, that of the terms.
+        """The size that a drift is relative to: the largest value of the invariant or, if its terms cancel, of the terms.
 
-        The size of the terms is taken as the sum of |x dI/dx| over the coordinates, each at its largest on the exact
-        motion, by central differences.
+        The size of the terms is the sum of |x dI/dx| over the coordinates, by central differences, at its largest on
+        the exact motion.
         """
         (values,) = rebind(function, NUMPY)(self.reference.times, tuple(self.reference.exact.T), self.parameters)
         largest = max(abs(initial), float(np.max(np.abs(values))))
@@ -276,7 +281,7 @@ class Scorer:
 
 
 def above_text(value: float, limit: float) -> str:
-    """A value above a limit in as many digits, two at least, as it takes to be above the limit as it reads."""
+    """A value above a limit, with as many digits as the text needs to be above the limit, at least two."""
     texts = (f"{value:.{digits}g}" for digits in range(2, 17))
     return next((text for text in texts if float(text) > limit), repr(float(value)))
 
@@ -288,9 +293,9 @@ def _to_time(
     clock: int,
     time: float,
 ) -> tuple[float, ...]:
-    """One step of the classical Runge-Kutta method from `state`, its length found by Newton so that it ends on `time`.
+    """One step of the classical Runge-Kutta method from `state`, of a length (by Newton's method) that ends at `time`.
 
-    The step is as long as the error of the clock, so its own error is the fifth power of that.
+    The step is as long as the error of the clock; its own error is proportional to the fifth power of that.
     """
     length, landed = 0.0, state
     for _ in range(CLOCK_ITERATIONS):
@@ -302,7 +307,7 @@ def _to_time(
             length += correction
             landed = _step(equations, parameters, state, length)
         except (ArithmeticError, ValueError):
-            return state  # off the domain of the equations: the state is judged where it is
+            return state  # outside the domain of the equations: the state is scored unchanged
         if abs(time - landed[clock]) <= math.ulp(time):
             break
     return landed

@@ -1,1 +1,1 @@
-"""What is measured beside a run: orders, growth of errors, pairs, benchmarks."""
+"""Studies beside a run: convergence orders, growth of errors, pairs at equal error, benchmarks, model hierarchies."""

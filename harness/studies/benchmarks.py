@@ -1,10 +1,10 @@
-"""The launches of the paired benchmarks gathered: medians and ranges over processes, for the report.
+"""Combines the launches of the paired benchmarks: medians and ranges over processes, for the report.
 
-`make bench` launches tests/benchmarks/test_pairs.py in fresh processes, each of which leaves a pytest-benchmark file,
-and then `python -m gnomon.harness.studies.benchmarks LAUNCH... --to reports/local/benchmarks.json`. A benchmark's `extra_info` holds
-`rows`: dictionaries of what was compared (`group`, `problem`, `level`) and, of a pair, the seconds of both (`first` and
-`second`, null where one has no result at the level) and of their null calls and preparations (`first_null`,
-`first_prepare` and so on); of a single time its `value` in `unit`.
+`make bench` launches tests/benchmarks/test_pairs.py in new processes, each of which writes a pytest-benchmark file, and
+then runs `python -m gnomon.harness.studies.benchmarks LAUNCH... --to reports/local/benchmarks.json`. A benchmark's
+`extra_info` holds `rows`: dictionaries with the names of the comparison (`group`, `problem`, `level`). A row of a pair
+has the seconds of both (`first` and `second`, null if one has no result at the level) and of their null calls and
+preparations (`first_null`, `first_prepare` and so on); a row of a single time has its `value` in `unit`.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from gnomon.harness.contract import environment
 from gnomon.harness.results import publish
 
 NAMED = ("group", "problem", "level", "first_name", "second_name", "unit")
-"""What a row says of itself, the same in every launch."""
+"""The columns that identify a row, the same in every launch."""
 
 
 def gathered(launches: Sequence[Path]) -> dict[str, Any]:
-    """One row a comparison: medians of both sides, and of the ratio with its range over the launches."""
+    """One row for each comparison: the medians of both sides, and the median and range of the ratio over launches."""
     found: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
     for path in launches:
         for benchmark in json.loads(path.read_text(encoding="utf-8"))["benchmarks"]:
@@ -35,7 +35,7 @@ def gathered(launches: Sequence[Path]) -> dict[str, Any]:
 
 
 def reduced(members: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Medians over launches; there is a time at a level only where there is one in every launch."""
+    """Medians over launches; the time of a side is null unless every launch has it."""
     result: dict[str, Any] = {"launches": len(members)}
     if "value" in members[0]:
         return result | spread([row["value"] for row in members])

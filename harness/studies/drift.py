@@ -1,4 +1,4 @@
-"""How errors and invariants grow over time: as a power with its interval. From the sampled states that a run stored."""
+"""How errors and drifts of invariants grow over time: a power with its interval, from the states that a run stored."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.cases.core.case import Case
+from gnomon.harness.contract.status import Status
 from gnomon.harness.results import store
 from gnomon.harness.results.analysis import SERIES
 from gnomon.harness.results.convergence_order import mean_slope
@@ -24,24 +25,24 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 ROUND_OFF = 1e-13
-"""Below this, some hundred units of round-off, growth has no law worth naming."""
+"""Below this, some hundred units of round-off, growth is called round-off and no power is fitted."""
 
 CLEAR = 1e-5
-"""The error near which growth is looked at."""
+"""Growth is fitted at the setting with an error nearest this: well above round-off, and small."""
 
 OCTAVES = 4
-"""Of time, back from the end: the first of them has 4 of the 64 samples."""
+"""Number of octaves of time for the fit, counted from the end: the earliest has 4 of the 64 samples."""
 
 CLEARLY_LESS = 4.0
-"""Of two sums of squares with about seven independent values each, by which 97 % of chance is excluded (F test)."""
+"""A ratio of two sums of squares, with about seven independent values each, that chance exceeds in 3 % (F test)."""
 
 
 @dataclass(frozen=True)
 class Growth:
-    """How a size grows over time: its power of time with a 95 % interval, nan where no power was fitted.
+    """How a size grows over time: its power of time with a 95 % interval, nan if no power was fitted.
 
-    `law`: a name of `growth.LAWS`, or what lies between or beyond, where the interval excludes all others; "diverged",
-    "round-off" and "exponential" have no power; empty where the interval holds several laws.
+    `law`: a name of `growth.LAWS`, or "between ..." or "faster than ..." these, if the interval excludes all others;
+    empty if the interval contains several laws. "diverged", "round-off" and "exponential" have no power.
     """
 
     law: str
@@ -51,11 +52,11 @@ class Growth:
 
 
 def growth(times: Floats, sizes: Floats) -> Growth:
-    """How a size grows over the last OCTAVES octaves of time, by one series of samples.
+    """How a size grows over the last OCTAVES octaves of time, from one series of samples.
 
-    The power is the mean slope of the logarithms of the root mean squares, from one octave to the next, and its interval
-    comes from the spread of these slopes. Samples of one series are not independent, so that the residuals of a line
-    would give too narrow an interval: of a random walk it holds the power in 73 to 90 of 100, this one in 97.
+    The power is the mean of the slopes between the logarithms of the root mean squares of neighbouring octaves; its
+    interval comes from the spread of these slopes. Samples of one series are not independent. An interval from the
+    residuals of a line would be too narrow: for random walks it contains the power in 73 to 90 of 100, this one in 97.
     """
     if not np.all(np.isfinite(sizes)):
         return Growth("diverged")
@@ -72,8 +73,8 @@ def growth(times: Floats, sizes: Floats) -> Growth:
 
 
 def _exponential(times: Floats, sizes: Floats) -> bool:
-    """Whether the largest value so far grew a hundredfold over the last three quarters of the time, and an exponential
-    leaves a quarter of the squares that a power leaves: both have two numbers."""
+    """Whether the largest value so far grew by a factor above 100 over the last three quarters of the time, and the
+    residual sum of squares of an exponential is below a quarter of that of a power. Both fits have two parameters."""
     envelope = np.maximum.accumulate(np.abs(sizes))
     late = (times >= times[-1] / 4) & (envelope > 0)
     if np.count_nonzero(late) < 8:
@@ -90,9 +91,9 @@ def _slope(x: Floats, y: Floats) -> tuple[float, float]:
 
 
 def rebuilt(kind: type[Case], variant: str, numbers: Mapping[str, str], span: float) -> Case:
-    """The case of a stored trial, from its own exact numbers.
+    """The case of a stored trial, from the exact numbers of the trial.
 
-    Raises ValueError where the case has other parameters than when it ran.
+    Raises ValueError if the case has parameters that it did not have when it ran.
     """
     wanted = [coordinate.name for coordinate in kind.state] + [parameter.name for parameter in kind.parameter_list]
     missing = [key for key in wanted if key not in numbers]
@@ -108,12 +109,13 @@ def rebuilt(kind: type[Case], variant: str, numbers: Mapping[str, str], span: fl
 
 
 def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any], known: Mapping[str, type[Case]]) -> pd.DataFrame:
-    """Drift laws: one row a series and quantity ("error" or an invariant), at the setting with an error nearest 1e-5.
+    """Drift laws: one row for each series and quantity ("error" or an invariant), at the setting with an error nearest
+    1e-5.
 
-    There growth stands clear above round-off, and is small enough to follow its law. `frame` holds the store's rows of
-    that file; `chosen` marks the rows to look at. Cases that are not `known` by name have no laws.
+    This error is well above round-off, and small enough to follow its law. `frame` holds the store's rows of the file;
+    `chosen` marks the rows to use. Cases that are not `known` by name have no laws.
     """
-    wanted = frame[(frame["status"] == "ok") & chosen & (frame["error_max"] > 0) & frame["case"].isin(list(known))]
+    wanted = frame[(frame["status"] == Status.OK) & chosen & (frame["error_max"] > 0) & frame["case"].isin(list(known))]
     wanted = wanted.assign(away=np.abs(np.log10(wanted["error_max"] / CLEAR))).sort_values(["launch", "away"])
     wanted = wanted.groupby(SERIES, dropna=False).head(1)
     sampled = store.states(path, wanted["measurement"].tolist())
@@ -129,7 +131,7 @@ def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any], known: Mapping
     for case, group in cases:
         reference = exact[CaseSpec.of(case)]
         if isinstance(reference, str):
-            continue  # its exact motion fails here, and so there is nothing to hold the states against
+            continue  # the exact motion cannot be computed here, so the states have no errors
         scorer = Scorer(case, None, reference)
         for trial in group.itertuples():
             states = sampled.get(trial.measurement)

@@ -1,10 +1,11 @@
 """How the error of energy grows over up to 1e5 periods: its power of time, fitted for every in-house smooth method.
 
-Symplectic methods keep it bounded as long as their own error rules (backward error analysis: Hairer, Lubich, Wanner,
-Geometric Numerical Integration, IX.8). Where only round-off is left and is summed with care it grows as a random walk,
-t^(1/2): Brouwer's law (Astronomical Journal 46, 1937; Hairer, McLachlan, Razakarivony, BIT 48, 2008). Else as t.
+Symplectic methods keep it bounded while their discretization error dominates (backward error analysis: Hairer, Lubich,
+Wanner, Geometric Numerical Integration, IX.8). If round-off dominates and is unbiased, it grows as a random walk,
+t^(1/2): Brouwer's law (Astronomical Journal 46, 1937; Hairer, McLachlan, Razakarivony, BIT 48, 2008). Else it grows
+as t.
 
-A law is named only where the interval of the power, by bootstrap over the starts, excludes every other law.
+A law is named only if the interval of the power, by bootstrap over the starts, excludes every other law.
 
 `python -m gnomon.harness.studies.growth --to reports/local/growth.json` is part of `make bench`.
 """
@@ -22,7 +23,7 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import accepted_form, groups_of, initial_state
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 from gnomon.harness.results.publish import publish
 from gnomon.harness.scoring.score import NUMPY
 from numpy.typing import NDArray
@@ -30,28 +31,29 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 SAMPLES = 4096
-"""So many that the first of the octaves that are fitted has 32: a mean square over fewer is small too often."""
+"""With this number the earliest octave of the fit has 32 samples; a mean square over fewer is too often too small."""
 DECADES = 2.0
-"""The power is fitted over the last two decades of time, where a start no longer shows."""
+"""The power is fitted over the last two decades of time, where effects of the start have decayed."""
 
 STRETCH = 1.0123
-"""Of steps and span: were a step a whole fraction of the period, the same roundings would come back in every period."""
+"""Factor on steps and span: if a step divided the period, the same rounding errors would repeat in every period."""
 
 PERIODS = ("period", "gyration_period", "body_period")
 LAWS = {"bounded": 0.0, "sqrt t": 0.5, "t": 1.0, "t^1.5": 1.5, "t^2": 2.0}
 
 FIT = 0.03
-"""How far the power of a finite span can be off on every start, where bounded terms still show beside those that grow."""
+"""Largest bias of the power over a finite span, common to all starts, from bounded terms beside those that grow."""
 
 CONFIDENCE, RESAMPLES = 0.95, 10_000
 
 
 @dataclass(frozen=True)
 class Subject:
-    """An integrator by its id on a case: steps a period or a tolerance, over so many periods from so many starts.
+    """An integrator by its id on a case, over `periods` periods from `starts` starts.
 
-    `parts`: the span in so many solves, each from the last state of the one before, for methods that limit their steps.
-    `together`: so many starts in one solve at most, for methods that run more of them as an ensemble, by other code.
+    `setting`: steps in a period if above 1, else the tolerance. `expected`: the law of theory. `parts`: number of
+    solves that the span is divided into, each from the last state of the one before, for methods that limit the number
+    of their steps. `together`: maximum number of starts in one solve, for methods that use other code for an ensemble.
     """
 
     integrator: str
@@ -78,7 +80,7 @@ def random_walk(setting: float, *names: str, **more: Any) -> list[Subject]:
 
 
 SUBJECTS = [
-    # Their own error rules: steps or tolerances well above round-off.
+    # Discretization error dominates: steps or tolerances well above round-off.
     *bounded(64, "Symplectic Euler", "Störmer-Verlet", "Position Verlet", periods=5e4),
     *bounded(32, "Forest-Ruth 4", "McLachlan-Atela 4", "Suzuki 4", "Blanes-Moan 4", periods=2e4),
     *bounded(16, "Yoshida 6", "Kahan-Li 6", "Blanes-Moan 6", periods=2e4),
@@ -92,19 +94,19 @@ SUBJECTS = [
     *bounded(24, "RATTLE Kahan-Li 6", case="holonomic_constraint_dae", periods=1e4),
     *bounded(64, "Axis splitting 2", case="euler_top", periods=1e4),
     *bounded(32, "Axis splitting 6", case="euler_top", periods=1e4),
-    # Only round-off is left.
+    # Round-off dominates.
     *random_walk(16, "Gauss 8-stage", periods=5e4),
-    *random_walk(1e-16, "Gauss 8-stage SIMD", starts=48, together=12),  # 16 would be an ensemble
-    # Uniform fields leave only round-off.
+    *random_walk(1e-16, "Gauss 8-stage SIMD", starts=48, together=12),  # 16 and more run as an ensemble
+    # In uniform fields these methods are exact apart from round-off.
     *random_walk(32, "Boris", case="charge_in_E_and_B", parameters=(("Ez", 0),)),
     *random_walk(
         16, "Volume-preserving 4", "Volume-preserving 6", case="charge_in_E_and_B", periods=2e4, parameters=(("Ez", 0),)
     ),
     *random_walk(16, "Exponential Runge-Kutta 4", case="charge_in_E_and_B", periods=2e4, parameters=(("Ez", 0),)),
-    # Next to round-off: what a step leaves out is far smaller than what it rounds, but always of one sign.
+    # The truncation error of a step is far smaller than its rounding error, but biased.
     *linear(1e-16, "Taylor", periods=1e5),
-    # No structure to keep: in a tenth of the time the same power shows, and as many starts cost no more.
-    # Over 1e4 periods Euler's error would stay below 1 from 4e5 steps a period on: half an hour for each start.
+    # Methods without structure: a tenth of the span shows the same power.
+    # Over 1e4 periods Euler's error is below 1 only with 4e5 steps in a period: half an hour for each start.
     *linear(65536, "Explicit Euler", periods=1e2),
     *linear(1024, "Explicit midpoint", "Heun", "RK3", periods=5e3),
     *linear(128, "RK4"),
@@ -117,7 +119,7 @@ SUBJECTS = [
     *linear(1e-9, "DOP853", "Verner 9(8)", "RKN 12(10)"),
     *linear(1e-9, "Gragg-Bulirsch-Stoer"),
     *linear(1e-8, "Taylor"),
-    *linear(1e-8, "Gauss 8-stage SIMD", together=12, periods=1e5),  # symplectic at equal steps alone
+    *linear(1e-8, "Gauss 8-stage SIMD", together=12, periods=1e5),  # symplectic at equal steps only
     *linear(1e-6, "Radau IIA 5", parts=2),
 ]
 
@@ -146,7 +148,7 @@ def measured(subject: Subject) -> dict[str, Any]:
 
 
 def named(low: float, high: float, words: Mapping[str, str] | None = None) -> str:
-    """The law of a power of time in an interval, where every other one is excluded; else what it is undecided between.
+    """The law of a power of time in an interval that excludes every other law; else the laws that it contains.
 
     `words`: other spellings of the names in LAWS.
     """
@@ -161,18 +163,18 @@ def named(low: float, high: float, words: Mapping[str, str] | None = None) -> st
 
 
 def possible(low: float, high: float) -> list[str]:
-    """The laws that an interval of the power of time does not exclude. What shrinks is bounded."""
+    """The laws that an interval of the power of time does not exclude. A negative power counts as bounded."""
     return [law for law, power in LAWS.items() if low - FIT <= power <= max(high, 0.0) + FIT]
 
 
 def energy_errors(subject: Subject) -> tuple[Floats, Floats]:
-    """Times in periods (SAMPLES,) and |energy / its start - 1| (starts, SAMPLES), in extended precision.
+    """Times in periods (SAMPLES,) and |energy / initial energy - 1| (starts, SAMPLES), in extended precision.
 
-    Starts are the case's, shrunk by 1/64 from one to the next. Raises RuntimeError where an integration ends early.
+    Start number k is the case's initial state times 1 - k/64. Raises RuntimeError if an integration ends early.
     """
     numbers: dict[str, Any] = dict(subject.parameters)
     case = get(subject.case, **numbers).rounded()
-    integrator = registry.own()[subject.integrator]
+    integrator = lookup.own()[subject.integrator]
     form = accepted_form(case, integrator.accepts)
     assert form is not None
     energy = next(name for name in case.invariants if "energy" in name)
@@ -207,13 +209,13 @@ def period_of(case: Case) -> float:
 
 
 def twenty_bits(x: float) -> float:
-    """Rounded down to twenty significant bits: its multiples are exact."""
+    """`x` rounded down to twenty significant bits, so that its multiples are exact."""
     unit = math.ldexp(1.0, math.frexp(x)[1] - 20)
     return math.floor(x / unit) * unit
 
 
 def in_extended_precision(function: Callable[..., Any], parameters: Floats) -> Callable[[Floats], Any]:
-    """An invariant of arrays of states (..., dim); what it rounds is then far below what the states are rounded by."""
+    """An invariant for arrays of states (..., dim) in long double: its rounding error is far below that of the states."""
     bound, wide = rebind(function, NUMPY), tuple(np.longdouble(x) for x in parameters)
 
     def value(states: Floats) -> Any:
@@ -223,18 +225,18 @@ def in_extended_precision(function: Callable[..., Any], parameters: Floats) -> C
 
 
 def fitted(times: Floats, errors: Floats) -> Floats:
-    """The power of time of the errors (starts, times) of each start.
+    """The power of time of the errors (starts, times) of each start, (starts,).
 
-    A line through the logarithms of the root mean squares over the octaves of time. One power a start, so that one whose
-    period is a simple fraction of the step, where roundings repeat, does not rule the others.
+    The power is the slope of a line through the logarithms of the root mean squares over octaves of time. Each start has
+    its own, so that a start whose rounding errors repeat (period and step in a simple ratio) does not dominate.
     """
     centres, sizes = by_octaves(times, errors, math.ceil(DECADES / math.log10(2)))
     return np.asarray(np.polyfit(centres, sizes, 1)[0])
 
 
 def by_octaves(times: Floats, errors: Floats, count: int) -> tuple[Floats, Floats]:
-    """Of the last `count` octaves of time that have samples, latest first: the means of log time (octaves,), and the
-    logarithms of the root mean squares of errors (series, times): (octaves, series)."""
+    """For the last `count` octaves of time with samples, latest first: the means of log time (octaves,), and of errors
+    (series, times) the logarithms of the root mean squares (octaves, series)."""
     octave = np.floor(np.log2(times[-1] / times)).astype(int)
     chosen = [octave == k for k in np.unique(octave[octave < count])]
     centres = np.array([np.mean(np.log(times[mask])) for mask in chosen])
@@ -242,7 +244,7 @@ def by_octaves(times: Floats, errors: Floats, count: int) -> tuple[Floats, Float
 
 
 def interval_of_mean(values: Floats, confidence: float = CONFIDENCE) -> tuple[float, float]:
-    """Of the mean of values, one a start: percentiles of the means of RESAMPLES samples with replacement."""
+    """Bootstrap interval of the mean of `values`: percentiles of the means of RESAMPLES samples with replacement."""
     chosen = np.random.default_rng(len(values)).integers(len(values), size=(RESAMPLES, len(values)))
     low, high = np.quantile(values[chosen].mean(axis=1), [(1 - confidence) / 2, (1 + confidence) / 2])
     return float(low), float(high)

@@ -1,4 +1,4 @@
-"""What each rung of a ladder of models is worth, and what it costs."""
+"""The error and the computing time of each level of a model hierarchy."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ import pandas as pd
 from gnomon.cases.core.case import Case
 
 COST_AT = 1e-6
-"""The error at which the cost of a model is taken."""
+"""The error at which the times of models are compared."""
 
-NOT_RUN = {"ratio": math.nan, "integrators": 0, "fastest": "", "seconds": math.nan}
+NO_COST = {"ratio": math.nan, "integrators": 0, "fastest": "", "seconds": math.nan}
+"""The columns of `cost` for a model that was not run."""
 
 
-def worth(full: Case) -> list[dict[str, Any]]:
-    """One row a rung, crudest first: the error of its exact motion, projected, against that of the full case.
+def model_errors(full: Case) -> list[dict[str, Any]]:
+    """One row for each level, crudest first: the error of its exact motion, projected to the full case's coordinates.
 
     `error` is over the whole span, `early` over the first 2 pi characteristic times, about one period. `lacks` is the
-    effect that the next rung adds: what a user does without who stops here.
+    effect that the next level adds, which this level neglects.
     """
     levels = full.hierarchy
     if not levels:
@@ -43,14 +44,15 @@ def worth(full: Case) -> list[dict[str, Any]]:
 
 
 def cost(full: str, model: str, equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, Any]:
-    """Time with the rung's model against time with the full one, over the integrators that reached 1e-6 on both.
+    """The computing time of a level's model and its ratio to the full model, at an error of 1e-6.
 
-    Times are taken on the two cases as the run has them, each for one of its own characteristic times, so that
-    different spans compare. `ratio` is the median over integrators of model over full; nan where none ran both.
+    `seconds` is the least time of the model, of the integrator `fastest`. `ratio` is the median of model over full for
+    the `integrators` that reached the error on both; nan if none did. All times are from the run, for one characteristic
+    time of each case, so that different spans can be compared.
     """
     reference = reduced[reduced["variant"] == ""].groupby("case")[["span", "time_scale"]].first()
     at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & np.isclose(equal["target"], COST_AT)]
-    found = dict(NOT_RUN)
+    found = dict(NO_COST)
     if model not in reference.index or full not in reference.index:
         return found
     times = {}
@@ -66,14 +68,14 @@ def cost(full: str, model: str, equal: pd.DataFrame, reduced: pd.DataFrame) -> d
 
 
 def hierarchies(cases: Iterable[Case], equal: pd.DataFrame, reduced: pd.DataFrame) -> pd.DataFrame:
-    """Worth and cost of every rung of the ladders of these cases; the full model is the last row of each."""
+    """Error and cost of every level of the model hierarchies of these cases; the full model is the last row of each."""
     rows = []
     for case in cases:
-        found = worth(case)
+        found = model_errors(case)
         for row in found:
-            # A rung that is the case itself with other numbers was not run with these.
+            # A level that is the case itself with other parameters was not run with these.
             measured = {} if row["model"] == case.name else cost(case.name, row["model"], equal, reduced)
-            rows.append(row | NOT_RUN | measured)
+            rows.append(row | NO_COST | measured)
         if found:
             last: dict[str, Any] = {
                 "hierarchy": case.name,

@@ -1,4 +1,4 @@
-"""The formulas of methods that choose their own steps, at fixed ones: what their order is measured on."""
+"""Fixed-step twins of methods that choose their own steps: the same formula at equal steps, to measure its order."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ from gnomon.harness.kernels.graph import UNARY
 
 @singledispatch
 def at_fixed_steps(method: Integrator) -> Integrator:
-    """The formula that a method carries on, without its controller; a method of fixed steps itself."""
+    """The formula that propagates a method's solution, at fixed steps; a method of fixed steps is returned unchanged."""
     return method
 
 
 def fixed(base: Any, **attributes: Any) -> FixedStep:
-    """A method declared on the spot."""
+    """An instance of a new subclass of `base` with these attributes."""
     kind: type[FixedStep] = type("Fixed", (base,), attributes)
     return kind()
 
@@ -101,7 +101,7 @@ def columns_step(
 
 
 def with_columns(count: int) -> FixedStep:
-    """Extrapolation with so many columns, of twice that order."""
+    """Extrapolation with `count` columns, of order 2 `count`."""
 
     def coefficients(cls: type, mp: Any) -> Table:
         return GraggBulirschStoer.rows(mp)[:count]
@@ -124,12 +124,12 @@ def _(method: GraggBulirschStoer) -> FixedStep:
 
 @at_fixed_steps.register
 def _(method: GaussFast) -> FixedStep:
-    """Its table is the rounding of this method's, which its own tests show."""
+    """Its table is that of Gauss8, rounded, as the tests of GaussFast show."""
     return Gauss8()
 
 
 class RadauSteps(Radau5):
-    """Its setting is a step that divides the interval: between ends of steps the polynomial is of order 3. Order 5."""
+    """Radau IIA at fixed steps. The step divides the sample interval, since its dense output has order 3. Order 5."""
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         return radau.prepared(problem, 1e-14, setting)
@@ -142,13 +142,13 @@ def _(method: Radau5) -> Integrator:
 
 @at_fixed_steps.register
 def _(method: Dop853Events) -> Integrator:
-    """Where events cut its steps, the few coarse ones that stand clear of round-off lie on no line."""
+    """Events shorten its steps; the few errors well above round-off would then not lie on a line."""
     return at_fixed_steps(Dop853())
 
 
 def taylor_steps(mp: Any, case: Case, order: int, count: int) -> list[Any]:
-    """The state at the end of the span after equal Taylor steps of an order, by the recurrences of the compiled method
-    run in the context's digits."""
+    """The state at the end of the span after `count` equal Taylor steps of an order, by the recurrences of the compiled
+    method in the digits of the context `mp`."""
     form = accepted_form(case, (FirstOrder,))
     assert isinstance(form, FirstOrder)
     text, length = coefficients_text(form, len(case.state), len(case.parameter_list))

@@ -1,6 +1,7 @@
-"""The measured order of every in-house method, for the published table: binary64 up to order 8, more digits above.
+"""Measures the convergence order of every in-house method, for the published table: in binary64 up to order 8, in more
+digits above.
 
-A method that chooses its own steps is measured by the formula that it carries on, at fixed steps.
+A method that chooses its own steps is measured at fixed steps, with the formula that propagates its solution.
 
 `python -m gnomon.harness.studies.orders --to reports/local/orders.json` is part of `make bench`.
 """
@@ -17,28 +18,31 @@ from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep
 from gnomon.harness.integrators.taylor.taylor import Taylor
-from gnomon.harness.registry import lookup as registry
-from gnomon.harness.results.convergence_order import fit_order_exactly, measure_order, measure_order_exactly
+from gnomon.harness.registry import lookup
 from gnomon.harness.results.publish import publish
+from gnomon.harness.studies.order_measurement import fit_order_exactly, measure_order, measure_order_exactly
 from gnomon.harness.studies.order_twins import at_fixed_steps, taylor_steps
 from gnomon.reference.numerics.precision import working
 
 WITHIN = 0.1
-"""Of the declared order: at the finest steps the next term of the error bends the slope by less."""
+"""Tolerance between measured and declared order: at the finest steps the next term of the error changes the slope by
+less."""
 
 BINARY64 = 16
-"""Digits, where a row is not measured in more."""
+"""Digits of a row that is measured in binary64."""
 
 SCATTERED = tuple(sorted({round(2 ** (k / 4)) for k in range(8, 60)}))
-"""Steps a sampling interval where the error is C h within a factor of five or so, by chance: where an event falls within
-its step. Over fifty of them, four to a halving, the slope is uncertain by ln 5 / (sqrt 50 * 2.6) = 0.09."""
+"""Numbers of steps in a sampling interval for a method whose error is C h within a factor of about five, which depends
+on where in a step an event falls. Over fifty of them, four to a halving, the uncertainty of the slope is
+ln 5 / (sqrt 50 * 2.6) = 0.09."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """An in-house integrator by its name, and where its order is measured.
+    """An in-house integrator by its name, and the problem on which its order is measured.
 
-    `counts`: steps over the span in `digits` digits; empty where binary64 shows the order. `scattered`: by SCATTERED.
+    `counts`: numbers of steps over the span, in `digits` digits; empty for binary64. `most_steps`: limit in binary64.
+    `scattered`: whether the slope is fitted over the steps of SCATTERED.
     """
 
     integrator: str
@@ -56,15 +60,15 @@ def each(*names: str, **more: Any) -> list[Subject]:
 
 
 def counts(coarsest: int) -> tuple[int, ...]:
-    """Steps over the span, by halves and thirds."""
+    """Numbers of steps over the span, refined by halves and thirds."""
     return tuple(coarsest * n // 12 for n in (12, 16, 24, 32))
 
 
 ORBIT: dict[str, Any] = {"case": "kepler_orbit", "span": "0.5"}
-"""A short piece of an orbit: steps of hundredths of its time scale, at which the leading term of the error rules."""
+"""A short part of an orbit: at steps of hundredths of its time scale the leading term of the error dominates."""
 
 SUBJECTS = [
-    # Long enough for steps at which a method of high order stands clear of round-off, short for the others.
+    # The span is short, but longer for a high order, whose errors must be well above round-off.
     *each("Explicit Euler", "Explicit midpoint", "Heun", "RK3", "RK4", span="3"),
     *each("Symplectic Euler", "Störmer-Verlet", "Position Verlet", span="3"),
     *each("Forest-Ruth 4", "McLachlan-Atela 4", "Suzuki 4", "Blanes-Moan 4", span="3"),
@@ -76,9 +80,9 @@ SUBJECTS = [
     *each("Gauss 5-stage", "Gauss 6-stage", "Gauss 7-stage", "Gauss 8-stage", span="0.25", counts=counts(8)),
     *each("Gauss 8-stage SIMD", span="0.25", counts=counts(12)),
     *each("Bogacki-Shampine 3(2)", "Verner 6(5)", "RKN 6(4)", **ORBIT, counts=counts(96)),
-    # Chosen for a small principal error, so that steps must be shorter for it to rule.
+    # Their leading error coefficients are small, so it dominates at shorter steps only.
     *each("Dormand-Prince 5(4)", "Tsitouras 5(4)", **ORBIT, counts=counts(192)),
-    # Its error of order 8 is so small that the next one hides it until steps are far below those of binary64.
+    # The error term of order 8 is so small that the next one exceeds it until steps are far too short for binary64.
     *each("DOP853", "DOP853 [events]", span="3", counts=counts(768)),
     *each("Verner 9(8)", "RKN 12(10)", **ORBIT, counts=counts(48)),
     *each("Gragg-Bulirsch-Stoer", **ORBIT, counts=counts(60), digits=80),
@@ -97,8 +101,8 @@ SUBJECTS = [
 
 
 def measured(subject: Subject) -> dict[str, Any]:
-    """A row of the published table. Raises RuntimeError where fewer than four steps lie in the asymptotic range."""
-    integrator = registry.own()[f"gnomon:{subject.integrator}"]
+    """A row of the published table. Raises RuntimeError if fewer than four steps are in the asymptotic range."""
+    integrator = lookup.own()[f"gnomon:{subject.integrator}"]
     twin = at_fixed_steps(integrator)
     case = get(subject.case, subject.variant, span=subject.span)
     found = order_of(subject, twin, case)
@@ -132,7 +136,7 @@ def order_of(subject: Subject, twin: Integrator, case: Case) -> tuple[float, int
 
 
 def scattered_order(integrator: Integrator, case: Case) -> tuple[float, int]:
-    """The slope over fifty steps, where that between two of them is a matter of chance."""
+    """The slope over fifty step sizes, for a method whose errors scatter from one step size to the next."""
     case = case.rounded()
     problem, exact, start = problem_of(case, integrator.accepts), case.sample(case.times), initial_state(case)[None]
     errors = []

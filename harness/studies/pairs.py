@@ -1,10 +1,10 @@
-"""Two integrators at equal error, in pairs in one process: what claims of speed between them rest on.
+"""Times two integrators at equal error, in pairs in one process: the basis of claims of speed between them.
 
-Each is swept over its one knob, the tolerance, and judged as in a run. Its time at an error is interpolated between
-neighbouring settings by the rule of the report's tables (`analysis.time_at`): no lucky sign change of an error counts.
-Of tighter settings those near the other errors count too, where they take less time.
-The two take turns, so that a slow spell of the machine falls on both, and so do their null calls: the same calls over a
-span of next to nothing, a step or none from sample to sample. What these take is the overhead of a call.
+Each runs at several tolerances and is scored as in a run. Its time at an error is interpolated between neighbouring
+settings by the rule of the report's tables (`analysis.time_at`), by which an error that is small by chance does not
+count. Tighter settings that were timed count too, if they take less time. Calls of the two alternate, so that a slow
+phase of the machine affects both. Their null calls alternate with them: the same calls over almost no span, with at most
+one step from sample to sample. Their time is the overhead of a call.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from gnomon.cases.core.formulation import Formulation
 from gnomon.harness.contract.integrator import Integrator, Problem, Solve
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.results.analysis import time_at
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-NEXT_TO_NOTHING = 2.0**-40
-"""The span of a null call over that of the call: 1e-9 of a time scale or less, whole in the binary digits of all times."""
+SHRUNK = 2.0**-40
+"""The span of a null call over that of the call: at most 1e-9 of a time scale. A power of two, so times stay exact."""
 
 
 @dataclass(frozen=True)
 class Side:
-    """One integrator of a pair: the errors of its settings, loosest first, what solves at each, its null call, and the
-    seconds that each preparation took."""
+    """One integrator of a pair: the errors of its settings, loosest first, the solve of each, its null call, and the
+    seconds of each preparation."""
 
     errors: list[float]
     solves: list[Solve]
@@ -43,24 +43,24 @@ class Side:
     prepares: list[float] = field(default_factory=list)
 
     def prepare(self, integrator: Integrator, problem: Problem, tolerance: float) -> Solve:
-        """What solves at a tolerance; the time of its preparation is kept."""
+        """The solve of an integrator at a tolerance; the time of its preparation is recorded."""
         begin = perf_counter_ns()
         solve = integrator.prepare(problem, tolerance)
         self.prepares.append((perf_counter_ns() - begin) * 1e-9)
         return solve
 
     def near(self, targets: Sequence[float]) -> list[int]:
-        """The settings that the times at these errors are interpolated between."""
+        """Indices of the settings between which the times at these errors are interpolated."""
         found: set[int] = set()
         for target in targets:
-            # With the places of the settings for times, the time at the target says between which two it lies.
+            # With the indices of the settings as times, the time at the target is its place between two settings.
             place, _ = time_at(self.errors, range(1, len(self.errors) + 1), target)
             if math.isfinite(place):
                 found |= {math.ceil(place) - 2, math.ceil(place) - 1}
         return sorted(found - {-1})
 
     def time(self, known: dict[int, float], target: float) -> float | None:
-        """Seconds at an error, from those of the settings near it; None where no setting reaches it."""
+        """Seconds at an error, from the seconds `known` by index of setting; None if no setting reaches the error."""
         seconds, _ = time_at(self.errors, [known.get(k, math.nan) for k in range(len(self.errors))], target)
         return seconds if math.isfinite(seconds) else None
 
@@ -68,8 +68,9 @@ class Side:
 def swept(
     integrator: Integrator, case: Case, formulation: Formulation | None, tolerances: Sequence[float]
 ) -> tuple[Side, Floats]:
-    """An integrator on a case of binary64 numbers, at each tolerance that it reaches the end with; its start (1, dim)."""
-    scorer = Scorer(case, formulation, reference(CaseSpec.of(case, formulation)))
+    """The side of an integrator on a case of binary64 numbers, with each tolerance at which it reaches the end of the
+    span; and the start (1, dim)."""
+    scorer = Scorer(case, formulation, reference_solution(CaseSpec.of(case, formulation)))
     problem = scorer.problem(accepted_form(case, integrator.accepts, formulation))
     start = scorer.reference.start[None]
     side = Side([], [], null_call(integrator, problem, tolerances[0]))
@@ -86,14 +87,14 @@ def swept(
 
 
 def null_call(integrator: Integrator, problem: Problem, tolerance: float) -> Solve:
-    """What solves the same problem over next to nothing."""
-    return integrator.prepare(replace(problem, times=problem.times * NEXT_TO_NOTHING), tolerance)
+    """The solve of the same problem over almost no span."""
+    return integrator.prepare(replace(problem, times=problem.times * SHRUNK), tolerance)
 
 
 def at_equal_error(
     pair: tuple[Side, Side], start: Floats, targets: Sequence[float], repeats: int
 ) -> tuple[list[tuple[float | None, float | None]], tuple[float, float]]:
-    """Seconds of both at each target, None where a side does not reach it; and seconds of their null calls."""
+    """Seconds of both at each target, None if a side does not reach it; and the seconds of their null calls."""
     chosen = [side.near(targets) for side in pair]
     solves = [[*(side.solves[k] for k in near), side.null] for side, near in zip(pair, chosen, strict=True)]
     times = interleaved(solves, start, repeats)
@@ -105,7 +106,7 @@ def at_equal_error(
 
 
 def interleaved(sides: Sequence[Sequence[Solve]], start: Floats, repeats: int) -> list[list[float]]:
-    """Median seconds of each after one call that does not count, the sides taking turns."""
+    """Median seconds of each solve; calls of the sides alternate, and the first call of each is not counted."""
     times: list[list[list[int]]] = [[[] for _ in side] for side in sides]
     gc.collect()
     gc.disable()

@@ -24,7 +24,7 @@ def context(method: str = "forkserver") -> Any:
     found = multiprocessing.get_context(method)
     temporary_folder()  # before multiprocessing makes one of its own, which stays after kill -9
     if method == "forkserver":
-        found.set_forkserver_preload(["gnomon.harness.running.forerunner"])
+        found.set_forkserver_preload(["gnomon.harness.running.preload"])
         with interrupts_ignored():
             forkserver.ensure_running()
     return found

@@ -1,7 +1,7 @@
-"""The ballistic pendulum (Beatty, Dynamics, 7.2): a bullet that a block swallows, and the swing that follows.
+"""The ballistic pendulum (Beatty, Dynamics, 7.2): a bullet stops in a hanging block, which then swings.
 
-The angular momentum about the pivot is kept through the impact: omega = m u/((m + M) L), a rational number; from there
-on the motion is that of the pendulum of reference/pendulums/pendulum_simple.py, in exact numbers.
+The impact conserves the angular momentum about the pivot: omega = m u/((m + M) L), a rational number; after it the
+motion is that of reference/pendulums/pendulum_simple.py, from exact numbers.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from gnomon.reference.pendulums.pendulum_simple import Pendulum
 
 @dataclass(frozen=True)
 class BallisticPendulum(Motion):
-    """State (x, theta, u, omega): the bullet x < 0 from the hanging block, which it follows from x = 0 on; u > 0."""
+    """State (x, theta, u, omega), x < 0 and u > 0 of the bullet relative to the hanging block: 0 after the impact."""
 
     g: Fraction
     length: Fraction
@@ -38,12 +38,12 @@ class BallisticPendulum(Motion):
 
     @cached_property
     def swing(self) -> Pendulum:
-        """The motion after the impact, with its own time."""
+        """The motion after the impact, timed from it."""
         return Pendulum(self.g, self.length, Fraction(0), self.rate)
 
     @cached_property
     def energy_lost(self) -> Fraction:
-        """In the impact: M/(m + M) of the bullet's energy."""
+        """Energy lost in the impact: M/(m + M) of that of the bullet."""
         return self.M / (self.m + self.M) * self.m * self.u**2 / 2
 
     def _guard(self, t: Fraction) -> float:

@@ -1,7 +1,7 @@
 """A ball on a table: it slides with constant acceleration until it rolls (Beatty, Dynamics, 10.15).
 
-The slip s = (vx - R wy, vy + R wx) keeps its direction, so the way is a parabola until
-t1 = 2 |s0|/(7 mu g), and then a line.
+The slip s = (vx - R wy, vy + R wx) keeps its direction, so the path is a parabola until
+t1 = 2 |s0|/(7 mu g), and then a straight line.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, refined
+from gnomon.reference.numerics.balls import ball, refined
+from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.precision import publish, working
 
 
@@ -45,21 +46,21 @@ class BilliardBall(BallMotion):
         return self.mu > 0
 
     def rolling_time(self, digits: int = 15) -> Any:
-        """When sliding ends; mu > 0."""
+        """Time at which sliding ends (s); mu > 0."""
         return self._derived(digits, self._rolling_time)
 
     def rolling_state(self, digits: int = 15) -> tuple[Any, ...]:
-        """The state then; mu > 0."""
+        """The state when sliding ends; mu > 0."""
         with working(digits + 2) as mp:
             return publish(refined(mp, lambda: self._rolled(flint.arb(0))), digits)
 
     def energy_loss(self, digits: int = 15) -> Any:
-        """Per unit mass, |s0|^2/7."""
+        """Energy lost per unit mass, |s0|^2/7."""
         sx, sy = self.slip
         return self._derived(digits, lambda: ball((sx * sx + sy * sy) / 7))
 
     def spin_up(self) -> tuple[Any, Any, Any]:
-        """w' while it slides, in balls."""
+        """Angular acceleration while it slides, in balls."""
         sx, sy = map(ball, self.slip)
         push = ball(Fraction(5, 2) * self.mu * self.g / self.R) / self._slip_size()
         return -push * sy, push * sx, flint.arb(0)
@@ -100,7 +101,7 @@ class BilliardBall(BallMotion):
         return self._rolled(ball(t) - self._rolling_time())
 
     def _rolled(self, rest: Any) -> list[Any]:
-        """The state a time after the sliding; rates are rational there."""
+        """The state at `rest` after sliding ends; the rates are rational."""
         x, y, *_, wz = self._slid(self._rolling_time())
         px = ball(5 * self.vx / 7 + 2 * self.R * self.wy / 7)
         py = ball(5 * self.vy / 7 - 2 * self.R * self.wx / 7)

@@ -1,6 +1,6 @@
-"""A block on an incline with Coulomb friction: it stops, and then holds or slides back.
+"""A block on an incline with Coulomb friction: it stops, and then stays or slides back.
 
-Beatty, Dynamics, 5.11.3, 5.11.4 and 7.4.2. Friction is mu_k g cos(alpha) against the motion; a block at rest holds
+Beatty, Dynamics, 5.11.3, 5.11.4 and 7.4.2. Friction is mu_k g cos(alpha) against the motion; a block at rest stays
 where tan(alpha) <= mu_s. Each phase has constant acceleration.
 """
 
@@ -20,8 +20,8 @@ from gnomon.reference.numerics.precision import working
 def holds(alpha: Fraction, mu_s: Fraction) -> bool:
     """Whether tan(alpha) <= mu_s, for 0 <= alpha < pi/2, decided exactly.
 
-    The tangent of a rational number other than zero is irrational (Lambert 1761), so equality is possible at alpha = 0
-    only, and enough digits always decide.
+    The tangent of a rational number other than zero is irrational (Lambert 1761), so equality needs alpha = 0,
+    and otherwise enough digits decide.
     """
     if alpha == 0:
         return mu_s >= 0
@@ -36,7 +36,7 @@ def holds(alpha: Fraction, mu_s: Fraction) -> bool:
 
 @dataclass(frozen=True)
 class BlockIncline(Motion):
-    """s up the slope: s'' = -g (sin(alpha) + mu_k sign(v) cos(alpha)). 0 <= alpha < pi/2, 0 <= mu_k <= mu_s."""
+    """State (s, v), s up the slope: s'' = -g (sin(alpha) + mu_k sign(v) cos(alpha)); alpha < pi/2, mu_k <= mu_s."""
 
     g: Fraction
     alpha: Fraction
@@ -52,7 +52,7 @@ class BlockIncline(Motion):
 
     @property
     def stops(self) -> bool:
-        """Whether a moving block comes to rest: rising unless nothing brakes it, sliding where friction wins."""
+        """Whether a moving block stops: upward unless nothing slows it, downward if friction exceeds gravity."""
         if self.v0 == 0 or (self.alpha == 0 and self.mu_k == 0):
             return False
         return self.v0 > 0 or holds(self.alpha, self.mu_k)
@@ -63,11 +63,11 @@ class BlockIncline(Motion):
         return not self.holds and (self.v0 == 0 or self.stops)
 
     def stop_time(self, digits: int = 15) -> Any:
-        """When the block comes to rest; infinite where it does not."""
+        """Time at which the block comes to rest (s); infinite if it does not."""
         return self._quantity(digits, self._stop_time)
 
     def stop_distance(self, digits: int = 15) -> Any:
-        """The way covered until then."""
+        """The distance covered until the block comes to rest."""
         return self._quantity(digits, lambda mp: abs(mp.mpf(self.v0)) * self._stop_time(mp) / 2)
 
     def stop_position(self, digits: int = 15) -> Any:
@@ -75,18 +75,18 @@ class BlockIncline(Motion):
         return self._quantity(digits, self._stop_position, 20)
 
     def return_time(self, digits: int = 15) -> Any:
-        """When a block thrown up and sliding back passes its start again; infinite where it does not."""
+        """Time at which a block thrown upward slides back through its start (s); infinite if it does not."""
         return self._quantity(digits, self._return_time)
 
     def return_speed(self, digits: int = 15) -> Any:
-        """Its speed there, v0 sqrt((tan(alpha) - mu_k)/(tan(alpha) + mu_k))."""
+        """The speed at the return, v0 sqrt((tan(alpha) - mu_k)/(tan(alpha) + mu_k))."""
         return self._quantity(
             digits,
             lambda mp: mp.mpf(self.v0) * mp.sqrt(self._sliding(mp) / self._rising(mp)) if self._returns else mp.nan,
         )
 
     def friction_work(self, digits: int = 15) -> Any:
-        """Work of friction until the stop, per unit mass: -mu_k g cos(alpha) times the way."""
+        """Work of friction until the stop, per unit mass: -mu_k g cos(alpha) times the distance."""
 
         def work(mp: Any) -> Any:
             force = mp.mpf(self.mu_k) * mp.mpf(self.g) * mp.cos(mp.mpf(self.alpha))
@@ -95,7 +95,7 @@ class BlockIncline(Motion):
         return self._quantity(digits, work)
 
     def friction_angle(self, digits: int = 15) -> Any:
-        """atan(mu_s): the steepest slope on which the block holds."""
+        """atan(mu_s): the steepest slope on which the block stays."""
         return self._quantity(digits, lambda mp: mp.atan(mp.mpf(self.mu_s)))
 
     @property
@@ -120,7 +120,7 @@ class BlockIncline(Motion):
         return mp.mpf(self.g) * (mp.sin(alpha) + mp.mpf(self.mu_k) * mp.cos(alpha))
 
     def _sliding(self, mp: Any) -> Any:
-        """Acceleration down the slope while sliding down; negative where friction wins. The difference may cancel."""
+        """Downward acceleration while sliding down, a difference that may cancel; negative if friction is larger."""
 
         def excess() -> Any:
             alpha = mp.mpf(self.alpha)
@@ -144,7 +144,7 @@ class BlockIncline(Motion):
 
 
 def _without_cancellation(mp: Any, formula: Callable[[], Any]) -> Any:
-    """A difference of terms of order 1, not zero, to the relative precision of the context."""
+    """A nonzero difference of terms of size about 1, to the relative precision of the context."""
     wanted, digits = mp.dps, mp.dps + 10
     while True:
         with mp.workdps(digits):

@@ -1,10 +1,10 @@
-"""A ball that bounces on a horizontal plane, each impact keeping the fraction e of the speed.
+"""A ball that bounces on a horizontal plane; each impact multiplies the speed by e.
 
 Beatty, Dynamics, 8.13 and 7.2.1. With u the speed of the first impact, impact n is at
 
     t_n = t_1 + (2u/g) (e + e^2 + ... + e^(n-1)),
 
-so for e < 1 infinitely many impacts end at t_inf = t_1 + 2u e/(g (1 - e)); from there on the ball rests.
+so for e < 1 infinitely many impacts accumulate at t_inf = t_1 + 2u e/(g (1 - e)), after which the ball rests.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from gnomon.reference.numerics.precision import publish, working
 
 @dataclass(frozen=True)
 class BouncingBall(Motion):
-    """y'' = -g above the plane y = 0; at an impact v -> -e v. Starts at height y0 >= 0 with velocity v0 (upward).
+    """State (y, v): y'' = -g above the plane y = 0, v -> -e v at an impact; y0 >= 0, v0 positive upward.
 
-    y0 = 0 wants v0 >= 0: a ball on the plane that moves down has not finished its impact.
+    y0 = 0 requires v0 >= 0: a ball on the plane that moves down is within an impact.
     """
 
     g: Fraction
@@ -34,11 +34,11 @@ class BouncingBall(Motion):
 
     @property
     def rests(self) -> bool:
-        """True where the ball lies on the plane from the start."""
+        """Whether the ball lies on the plane from the start."""
         return self.y0 == 0 and self.v0 == 0
 
     def impacts(self, t: Fraction) -> int | None:
-        """How many impacts lie at or before t; None at and after the limit (or at rest). Decided exactly."""
+        """Number of impacts at or before t, decided exactly; None at and after the limit, or at rest."""
         return _impacts(self, t)
 
     def _impacts(self, t: Fraction) -> int | None:
@@ -59,11 +59,11 @@ class BouncingBall(Motion):
         return self._quantity(digits, lambda mp: self._impact_time(mp, n), 10 + math.log10(n))
 
     def impact_speed(self, digits: int = 15) -> Any:
-        """Speed at which the first impact arrives."""
+        """Speed just before the first impact."""
         return self._quantity(digits, self._speed)
 
     def speed_after(self, n: int, digits: int = 15) -> Any:
-        """Speed at which the ball leaves impact n."""
+        """Speed just after impact n."""
         return self._quantity(digits, lambda mp: self._leaving(mp, n), 10 + math.log10(n))
 
     def flight_time(self, n: int, digits: int = 15) -> Any:
@@ -79,11 +79,11 @@ class BouncingBall(Motion):
         return self._quantity(digits, lambda mp: mp.mpf(0) if self.rests else self._impact_time(mp, None))
 
     def path_length(self, digits: int = 15) -> Any:
-        """The way covered until rest; infinite for e = 1 (unless the ball never moves)."""
+        """The distance covered until rest; infinite for e = 1, unless the ball never moves."""
         return self._quantity(digits, self._path_length)
 
     def impact_list(self, settle: Fraction, end: Fraction, digits: int = 15) -> list[tuple[Any, Any]]:
-        """(time, speed of arrival) of the impacts up to `end`, ending before the first gap shorter than `settle`."""
+        """(time, speed before) of the impacts up to `end`, ending before the first flight shorter than `settle`."""
         if self.rests:
             return []
         count, found = self.impacts(end), list[tuple[Any, Any]]()
@@ -113,7 +113,7 @@ class BouncingBall(Motion):
         return max(mp.mpf(0), since * (speed - g * since / 2)), speed - g * since
 
     def _guard(self, t: Fraction) -> float:
-        """The phase within a flight loses the digits of t over the flight; the heights of late flights are small."""
+        """Digits of t over the duration of the flight, and those of the small heights of late flights."""
         count = self.impacts(t)
         lost = 15 + decades(self._phase(t))
         return lost - 2 * count * math.log1p(float(self.e - 1)) / math.log(10) if count and self.e > 0 else lost
@@ -133,13 +133,13 @@ class BouncingBall(Motion):
         return self._speed(mp) * mp.mpf(self.e) ** n
 
     def _rate(self, mp: Any) -> Any:
-        """g/(2u): flights of unbroken speed per second."""
+        """g/(2u): flights per second at the initial speed."""
         return mp.mpf(self.g) / (2 * self._speed(mp))
 
     def _impact_time(self, mp: Any, n: int | None) -> Any:
         """Time of impact n, or of the limit (None)."""
         u, v0, g = self._speed(mp), mp.mpf(self.v0), mp.mpf(self.g)
-        first = (v0 + u) / g if self.v0 > 0 else 2 * mp.mpf(self.y0) / (u - v0)  # either way nothing cancels
+        first = (v0 + u) / g if self.v0 > 0 else 2 * mp.mpf(self.y0) / (u - v0)  # neither form cancels
         return first if n == 1 else first + 2 * u / g * self._powers(mp, None if n is None else n - 1)
 
     def _powers(self, mp: Any, k: int | None) -> Any:
@@ -150,7 +150,7 @@ class BouncingBall(Motion):
         return total if k is None or self.e == 0 else -total * mp.expm1(k * mp.log1p(mp.mpf(self.e - 1)))
 
     def _flights_in(self, mp: Any, duration: Any) -> int:
-        """About how many flights after the first impact are over; `duration` in units of 2u/g."""
+        """Approximate number of flights after the first impact within `duration`, in units of 2u/g."""
         if self.e == 1:
             return int(mp.floor(duration))
         left = 1 - duration * mp.mpf(1 - self.e) / mp.mpf(self.e) if self.e > 0 else mp.mpf(0)
@@ -159,8 +159,8 @@ class BouncingBall(Motion):
     def _reached(self, t: Fraction, n: int | None) -> bool:
         """Whether t is at or after impact n or the limit (None), decided exactly.
 
-        t_n is rational only where u is; there equality is decided in rational numbers. Elsewhere t never meets t_n, and
-        enough digits tell on which side it lies.
+        t_n is rational only if u is; then rational numbers decide. Otherwise t is never equal to t_n, and enough digits
+        decide.
         """
         digits = 40 + decades(self._phase(t))
         while True:
@@ -175,7 +175,7 @@ class BouncingBall(Motion):
 
     @cached_property
     def _rational_speed(self) -> Fraction | None:
-        """u where it is rational."""
+        """u, if it is rational."""
         top, bottom = self._speed_squared.numerator, self._speed_squared.denominator
         root = Fraction(math.isqrt(top), math.isqrt(bottom))
         return root if root**2 == self._speed_squared else None
@@ -186,7 +186,7 @@ class BouncingBall(Motion):
         return (self.v0 + u * (1 + 2 * flights)) / self.g
 
     def _path_length(self, mp: Any) -> Any:
-        """First the way to the plane, then up and down u^2 e^(2n)/g for each impact n."""
+        """The distance to the plane, then u^2 e^(2n)/g up and down after each impact n."""
         g, u2 = mp.mpf(self.g), mp.mpf(self._speed_squared)
         rise = mp.mpf(self.v0) ** 2 / (2 * g) if self.v0 > 0 else mp.mpf(0)
         first = mp.mpf(self.y0) + 2 * rise
@@ -197,5 +197,5 @@ class BouncingBall(Motion):
 
 @lru_cache(maxsize=1024)
 def _impacts(motion: BouncingBall, t: Fraction) -> int | None:
-    """Kept, because the guard digits, the state and the neighbouring events of one time all ask."""
+    """Cached, because the guard digits, the state and the neighbouring events of one time all need it."""
     return motion._impacts(t)

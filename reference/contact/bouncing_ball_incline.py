@@ -1,4 +1,4 @@
-"""A ball that bounces down a smooth incline: the bouncing ball across it, uniform acceleration along it."""
+"""A ball that bounces down a smooth incline: a bouncing ball normal to it, uniform acceleration along it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gnomon.reference.numerics.precision import Number, exact, publish, working
 
 @dataclass(frozen=True)
 class BouncingIncline(Motion):
-    """State (x, y, x', y'), x down the incline, y off it. Smooth impacts leave x' alone, and so does the limit."""
+    """State (x, y, x', y'), x down the incline, y normal to it. Impacts and their limit do not change x'."""
 
     ball: BouncingBall
     along: Fraction

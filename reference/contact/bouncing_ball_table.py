@@ -1,8 +1,8 @@
-"""A ball that bounces on a table which moves up and down (Beatty, Dynamics, 8.13): impacts by rigorous root finding.
+"""A ball that bounces on a vertically moving table (Beatty, Dynamics, 8.13): impacts by rigorous root finding.
 
-Over the table, at b t^2/2 + A sin(w t), the ball falls with z'' = -G + A w^2 sin(w t), G = g + b. With A w^2 < G the
-height over the table is concave in each flight: one impact ends it, and Newton's method from above finds it. From impact
-to impact errors grow, exponentially where the motion is chaotic: the precision is raised until the balls stay narrow.
+Relative to the table, at b t^2/2 + A sin(w t), the ball falls with z'' = -G + A w^2 sin(w t), G = g + b. With A w^2 < G
+the height over the table is concave in each flight: one impact ends it, and Newton's method from above finds it. Errors
+grow from impact to impact, exponentially in chaotic motions: the precision is raised until the balls are narrow.
 """
 
 from __future__ import annotations
@@ -14,19 +14,20 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, precision
+from gnomon.reference.numerics.balls import ball, precision
+from gnomon.reference.numerics.motion import BallMotion
 
 MOST = 500
-"""Impacts within a span; with e < 1 they may crowd without end."""
+"""Most impacts within a span; with e < 1 they may accumulate."""
 SHORTEST = 2.0**-40
-"""Of the time so far: where flights are shorter, the ball comes to rest on the table."""
+"""Fraction of the elapsed time: if flights are shorter, the ball comes to rest on the table."""
 ROUGH_BITS = 64
 CLOSE = 1e-12
-"""How well the times of impacts (s) are known when these are counted."""
+"""Accuracy of the times of impacts (s) that are counted."""
 
 
 class Flight(NamedTuple):
-    """From the time after an impact (or 0): height and relative velocity there. `arriving` is the speed before it."""
+    """A flight from an impact (or 0) at `begin`: height z, relative velocity u, and the velocity before, `arriving`."""
 
     begin: Any
     z: Any
@@ -36,7 +37,7 @@ class Flight(NamedTuple):
 
 @dataclass(frozen=True)
 class VibratingTable(BallMotion):
-    """State (z, u): the height over the table and its rate; z0 > 0, or z0 = 0 and u0 > 0; 0 < e <= 1, A w^2 < G."""
+    """State (z, u), height over the table and its rate; z0 > 0, or z0 = 0 and u0 > 0; 0 < e <= 1, A w^2 < G."""
 
     pull: Fraction
     e: Fraction
@@ -46,7 +47,7 @@ class VibratingTable(BallMotion):
     u0: Fraction
 
     def impacts(self, until: Fraction) -> int:
-        """How many impacts there are up to a time, by precision enough to follow them."""
+        """Number of impacts up to a time, at a precision that resolves them."""
         bits = 2 * ROUGH_BITS
         while True:
             with precision(bits):
@@ -56,7 +57,7 @@ class VibratingTable(BallMotion):
             bits *= 2
 
     def impact(self, n: int, until: Fraction, digits: int = 15) -> tuple[Any, Any, Any]:
-        """Time of impact n = 1, 2, ..., and the relative velocity before and after."""
+        """Time of impact n = 1, 2, ..., and the relative velocity before and after it."""
         return (
             self._derived(digits, lambda: self._known(until)[n].begin),
             self._derived(digits, lambda: self._known(until)[n].arriving),
@@ -64,21 +65,21 @@ class VibratingTable(BallMotion):
         )
 
     def _known(self, until: Fraction) -> list[Flight]:
-        """The flights that begin up to a time, at the precision in force."""
+        """The flights that begin up to a time, at the current precision."""
         flights, more = _flights(self, flint.ctx.prec), ball(until).mid()
         while flights[-1].begin.mid() <= more:
             if len(flights) > MOST:
                 raise ArithmeticError(f"more than {MOST} impacts")
             flights.append(self._following(flights[-1]))
             if not flights[-1].begin.is_finite():
-                break  # the balls have grown past all bounds: more precision is asked for
+                break  # the balls are infinite: more precision is needed
             before, now = (flight.begin.mid() for flight in flights[-2:])
             if now - before < SHORTEST * now:
                 raise ArithmeticError(f"impacts without end near t = {float(now):g} s")
         return [flight for flight in flights if not flight.begin.mid() > more]
 
     def _following(self, flight: Flight) -> Flight:
-        """The flight after the next impact: Newton's method, whose last step carries the balls of the start."""
+        """The flight after the next impact: Newton's method, whose last step includes the balls of the start."""
         rest = Flight(*(x.mid() for x in flight))
         gravity, size = ball(self.pull), ball(self.amplitude)
         ball_speed = rest.u + size * ball(self.frequency) * (ball(self.frequency) * rest.begin).cos()
@@ -101,7 +102,7 @@ class VibratingTable(BallMotion):
         return wait
 
     def _after(self, flight: Flight, since: Any) -> tuple[Any, Any]:
-        """Height and relative velocity some time after the begin of a flight, the next impact not looked at."""
+        """Height and relative velocity at `since` after the start of a flight, as if no impact followed."""
         rate, size, gravity = ball(self.frequency), ball(self.amplitude), ball(self.pull)
         half = rate * since / 2
         middle = rate * flight.begin + half
@@ -118,5 +119,5 @@ class VibratingTable(BallMotion):
 
 @lru_cache(maxsize=32)
 def _flights(motion: VibratingTable, bits: int) -> list[Flight]:
-    """What is known at a precision; it grows with the times asked for."""
+    """The flights computed so far at a precision; callers append."""
     return [Flight(flint.arb(0), ball(motion.z0), ball(motion.u0), flint.arb(0))]

@@ -1,8 +1,8 @@
 """A mass on a spring with dry friction: half cycles about two centres, then rest (Beatty, Dynamics, 5.11, 6.7).
 
-With d = mu_k m g/k a half cycle towards +-x is harmonic about -+d, and each one ends 2d nearer: the reach after turn n
-is R - (2n - 1) d, R the radius of the first arc. The mass stays where the reach is at most mu_s m g/k. Both are
-compared in rational numbers, by their squares.
+With d = mu_k m g/k a half cycle towards +-x is harmonic about -+d, and |x| at its end is 2d smaller than at its start:
+at turning point n it is R - (2n - 1) d, R the amplitude of the first half cycle. The mass stays where this is at most
+mu_s m g/k, which the squares decide in rational numbers.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from functools import cached_property
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, floor_of
+from gnomon.reference.numerics.balls import ball, floor_of
+from gnomon.reference.numerics.motion import BallMotion
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class CoulombOscillator(BallMotion):
 
     @property
     def offset(self) -> Fraction:
-        """d, how far the centres stand from the spring's."""
+        """d, the distance of the two centres from that of the spring."""
         return self.mu_k * self.mass * self.g / self.stiffness
 
     @property
@@ -41,7 +42,7 @@ class CoulombOscillator(BallMotion):
 
     @cached_property
     def side(self) -> int:
-        """The direction of the first arc; 0 where the mass stays from the start."""
+        """Sign of the velocity in the first half cycle; 0 if the mass stays from the start."""
         if self.v0:
             return 1 if self.v0 > 0 else -1
         if abs(self.x0) <= self.limit:
@@ -50,7 +51,7 @@ class CoulombOscillator(BallMotion):
 
     @cached_property
     def turns(self) -> int | None:
-        """How many times the mass comes to rest, the last time for good; None: it never stays."""
+        """Number of turning points, the final rest included; None if the mass never stays."""
         if self.side == 0:
             return 0
         if self.mu_k == 0:
@@ -64,7 +65,7 @@ class CoulombOscillator(BallMotion):
         return turns
 
     def _stays(self, turn: int) -> bool:
-        """Whether the reach after a turn is within the limit."""
+        """Whether the mass stays at a turning point."""
         return self._square <= (self.limit + (2 * turn - 1) * self.offset) ** 2
 
     @cached_property
@@ -79,18 +80,18 @@ class CoulombOscillator(BallMotion):
         return self._derived(digits, lambda: self._turn_position(turn))
 
     def dissipated(self, digits: int = 15) -> Any:
-        """Energy that friction takes until the mass stays."""
+        """Energy dissipated until the mass stays (J)."""
         assert self.turns is not None
         start = (self.stiffness * self.x0**2 + self.mass * self.v0**2) / 2
         turns = self.turns
         return self._derived(digits, lambda: ball(start) - ball(self.stiffness) * self._turn_position(turns) ** 2 / 2)
 
     def energy_after(self, turn: int, digits: int = 15) -> Any:
-        """What the spring holds when the mass comes to rest for the `turn`-th time."""
+        """Energy of the spring at turning point number `turn` (J)."""
         return self._derived(digits, lambda: ball(self.stiffness) * self._turn_position(turn) ** 2 / 2)
 
     def period(self, digits: int = 15) -> Any:
-        """Of two half cycles, 2 pi sqrt(m/k): friction does not change it."""
+        """Duration of two half cycles, 2 pi sqrt(m/k), which friction does not change."""
         return self._derived(digits, lambda: 2 * flint.arb.pi() / self._rate())
 
     def fastest(self, digits: int = 15) -> Any:
@@ -107,7 +108,7 @@ class CoulombOscillator(BallMotion):
     def _balls(self, t: Fraction) -> Sequence[Any]:
         if self.side == 0:
             return ball(self.x0), flint.arb(0)
-        # A turn is at no rational time: w t is algebraic, its tangent is not.
+        # Turning points are at no rational time: w t is algebraic, its tangent is not.
         past = floor_of(lambda: (self._rate() * ball(t) - self._angle()) / flint.arb.pi()) + 1 if t else 0
         past = max(0, past)
         if self.turns is not None and past >= self.turns:
@@ -124,7 +125,7 @@ class CoulombOscillator(BallMotion):
         return ball(self._square).sqrt()
 
     def _angle(self) -> Any:
-        """w times the time of the first turn."""
+        """w times the time of the first turning point."""
         if self.v0 == 0:
             return flint.arb.pi()
         across = ball(abs(self.v0)) / self._rate()

@@ -30,14 +30,14 @@ class Fragments(Motion):
 
     @property
     def kicks(self) -> Four:
-        """What the burst adds to each velocity: no momentum in all."""
+        """The change of each velocity at the burst; the total momentum does not change."""
         total = self.m1 + self.m2
         one, two = -self.m2 / total, self.m1 / total
         return one * self.wx, one * self.wy, two * self.wx, two * self.wy
 
     @property
     def energy_released(self) -> Fraction:
-        """In the burst: the kinetic energy of the relative motion, its increase."""
+        """Energy released by the burst: the increase of the kinetic energy of the relative motion."""
         reduced = self.m1 * self.m2 / (self.m1 + self.m2)
         _, _, u2, w2 = self.velocities
         u1, w1 = self.velocities[:2]
@@ -45,7 +45,7 @@ class Fragments(Motion):
         return reduced * ((u2 - u1 + self.wx) ** 2 + (w2 - w1 + self.wy) ** 2 - before) / 2
 
     def at(self, t: Fraction) -> tuple[Fraction, ...]:
-        """The state, exactly; at the burst, the state after it."""
+        """The state in rational numbers; at the burst that after it."""
         since = max(t - self.burst, Fraction(0))
         falls = (0, 1, 0, 1)
         places = [

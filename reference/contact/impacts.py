@@ -9,15 +9,15 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from gnomon.reference.numerics.balls import BallMotion, ball
-from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.motion import BallMotion, Motion
 
 MOST = 500
-"""Impacts on a line; with little restitution there may be infinitely many."""
+"""Most impacts on a line; with a small coefficient of restitution there may be infinitely many."""
 
 
 class Leg(NamedTuple):
-    """What begins at the impact of balls `pair` and `pair` + 1 (none at the start): time, places, velocities."""
+    """The free motion after the impact of balls `pair` and `pair` + 1 (None at the start), from `time` on."""
 
     time: Fraction
     pair: int | None
@@ -27,9 +27,9 @@ class Leg(NamedTuple):
 
 @dataclass(frozen=True)
 class BallLine(Motion):
-    """Balls on a line, each place counted so that neighbours touch where they are equal; exact in rational numbers.
+    """Balls on a line, with positions shifted so that neighbours touch where these are equal; in rational numbers.
 
-    State (x1, ..., xn, v1, ..., vn), x1 < x2 < ...; 0 < e <= 1. Raises ValueError where three meet at once.
+    State (x1, ..., xn, v1, ..., vn), x1 < x2 < ...; 0 < e <= 1. Raises ValueError if three meet at the same time.
     """
 
     masses: tuple[Fraction, ...]
@@ -39,7 +39,7 @@ class BallLine(Motion):
 
     @cached_property
     def legs(self) -> tuple[Leg, ...]:
-        """The start, and all impacts there ever are."""
+        """The motion from the start and after each impact."""
         found = [Leg(Fraction(0), None, self.places, self.velocities)]
         while len(found) <= MOST:
             following = self._next(found[-1])
@@ -53,7 +53,7 @@ class BallLine(Motion):
         return [leg.time for leg in self.legs]
 
     def energy_lost(self, leg: int) -> Fraction:
-        """In the impact that begins this leg: (1 - e^2)/2 of the reduced mass times the squared speed of approach."""
+        """Energy lost in the impact before this leg: (1 - e^2)/2 times reduced mass times squared speed of approach."""
         pair = self.legs[leg].pair
         assert pair is not None
         one, two = self.masses[pair : pair + 2]
@@ -86,7 +86,7 @@ class BallLine(Motion):
 
 @dataclass(frozen=True)
 class DiscImpact(BallMotion):
-    """Two smooth discs that touch at the distance R: state (x1, y1, x2, y2, vx1, vy1, vx2, vy2), apart at the start.
+    """Two smooth discs that touch at the distance R, apart at the start: state (x1, y1, x2, y2, vx1, vy1, vx2, vy2).
 
     Along the line of centres n the relative velocity is reversed and multiplied by e; across it nothing changes.
     """
@@ -100,20 +100,20 @@ class DiscImpact(BallMotion):
 
     @cached_property
     def _relative(self) -> tuple[Fraction, Fraction, Fraction, Fraction]:
-        """Disc 2 as seen from disc 1: place and velocity."""
+        """Position and velocity of disc 2 relative to disc 1."""
         (x1, y1, x2, y2), (u1, w1, u2, w2) = self.places, self.velocities
         return x2 - x1, y2 - y1, u2 - u1, w2 - w1
 
     @cached_property
     def _squares(self) -> tuple[Fraction, Fraction]:
-        """d.u, and (R times the normal speed of approach)^2, below zero where they pass each other."""
+        """d.u, and the square of R times the normal speed of approach, negative if they miss each other."""
         x, y, u, w = self._relative
         along = x * u + y * w
         return along, along**2 - (u * u + w * w) * (x * x + y * y - self.R**2)
 
     @property
     def touches(self) -> bool:
-        """Whether they meet; discs that graze at no normal speed do not."""
+        """Whether they collide; discs that touch at zero normal speed do not."""
         along, square = self._squares
         return along < 0 and square > 0
 
@@ -121,7 +121,7 @@ class DiscImpact(BallMotion):
         return self._derived(digits, self._time)
 
     def impact(self, digits: int = 15) -> tuple[Any, tuple[Any, ...], tuple[Any, ...]]:
-        """Time, state before and state after."""
+        """Time of the impact, and the states before and after it."""
         count = range(8)
         before = [self._derived(digits, lambda i=i: self._moved(self._time(), False)[i]) for i in count]  # type: ignore[misc]
         after = [self._derived(digits, lambda i=i: self._moved(self._time(), True)[i]) for i in count]  # type: ignore[misc]
@@ -129,7 +129,7 @@ class DiscImpact(BallMotion):
 
     @cached_property
     def energy_lost(self) -> Fraction:
-        """(1 - e^2)/2 of the reduced mass times the squared normal speed of approach."""
+        """(1 - e^2)/2 times the reduced mass times the squared normal speed of approach."""
         if not self.touches:
             return Fraction(0)
         reduced = self.m1 * self.m2 / (self.m1 + self.m2)

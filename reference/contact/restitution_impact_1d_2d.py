@@ -1,10 +1,10 @@
 """Two blocks on a rail before a wall, all impacts elastic (Beatty, Dynamics, 8.13).
 
-In the plane of sqrt(m2) x2 + i sqrt(m1) x1 the blocks move as light in a wedge of angle b = atan(sqrt(m1/m2)) between two
-mirrors: contact of the blocks and the wall. Unfolded the path is a straight line, and impact k is where it crosses the
-ray at angle k b: any impact is known without those before. The number of impacts is finite; with the heavier block
-coming in on the lighter one at rest it is ceil(pi/b) - 1, the first digits of pi for m2/m1 = 100^n (Galperin, Regul.
-Chaotic Dyn. 8, 2003).
+In the plane of sqrt(m2) x2 + i sqrt(m1) x1 the motion is a ray of light between two mirrors with the angle
+b = atan(sqrt(m1/m2)): contact of the blocks, and the wall. Unfolded, the path is a straight line, and impact k is where
+it crosses the ray at angle k b: each impact is computed without those before. The number of impacts is finite; if the
+heavier block hits the lighter one at rest it is ceil(pi/b) - 1, the first digits of pi for m2/m1 = 100^n (Galperin,
+Regul. Chaotic Dyn. 8, 2003).
 """
 
 from __future__ import annotations
@@ -17,17 +17,18 @@ from math import lcm
 from typing import Any, NamedTuple
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, precision, refined
+from gnomon.reference.numerics.balls import ball, precision, refined
+from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.precision import publish, working
 
 DECIDED_BITS = 256
-"""Where these do not tell on which side of a ray a point is, it is asked in whole numbers."""
+"""Where these bits do not decide on which side of a ray a point lies, integers decide."""
 
 Pair = tuple[Fraction, Fraction]
 
 
 class Impact(NamedTuple):
-    """Time, name (`blocks` or `wall`), places (x1, x2), velocities (v1, v2) before and after."""
+    """Time, name (`blocks` or `wall`), positions (x1, x2), velocities (v1, v2) before and after."""
 
     time: Any
     name: str
@@ -38,7 +39,7 @@ class Impact(NamedTuple):
 
 @dataclass(frozen=True)
 class TwoBlocks(BallMotion):
-    """State (x1, x2, v1, v2), 0 < x1 < x2; the wall is at 0. The blocks do not reach the wall together."""
+    """State (x1, x2, v1, v2), 0 < x1 < x2; the wall is at 0. The blocks must not reach the wall together."""
 
     m1: Fraction
     m2: Fraction
@@ -49,21 +50,21 @@ class TwoBlocks(BallMotion):
 
     @cached_property
     def turning(self) -> int:
-        """Whether the angle in the plane grows (1), falls (-1), or stays as it is (0)."""
+        """1 if the angle in the plane grows, -1 if it falls, 0 if it is constant."""
         moment = self.x2 * self.v1 - self.x1 * self.v2
         return (moment > 0) - (moment < 0)
 
     @cached_property
     def impacts(self) -> int:
-        """How many there ever are: rays between the first direction and the last, that of the velocity."""
+        """Number of all impacts: the rays between the initial direction and that of the velocity."""
         return self._crossed((self.v1, self.v2), True) if self.turning else 0
 
     def passed(self, t: Fraction) -> int:
-        """How many there are until t, one at t itself included."""
+        """Number of impacts up to and including t."""
         return self._crossed(self._unfolded(t), False) if self.turning else 0
 
     def impact_time(self, n: int, digits: int = 15) -> Any:
-        """When impact n = 1, 2, ... is."""
+        """Time of impact n = 1, 2, ... (s)."""
         return self._derived(digits, lambda: self._impact(self._ray(n))[0])
 
     def impact(self, n: int, digits: int = 15) -> Impact:
@@ -96,14 +97,14 @@ class TwoBlocks(BallMotion):
         return flint.arb.atan2(ball(self.m1).sqrt(), ball(self.m2).sqrt())
 
     def _folded(self, cell: int, pair: Pair) -> tuple[Any, Any]:
-        """From the plane of the straight line back between the mirrors, reflected in an odd cell."""
+        """A pair of the unfolded plane mapped back between the mirrors, with a reflection in an odd cell."""
         turn, odd = self._wedge() * (cell + cell % 2), cell % 2 == 1
         point = self._point(pair) * flint.acb(turn.cos(), -turn.sin())
         height = -point.imag if odd else point.imag
         return height / ball(self.m1).sqrt(), point.real / ball(self.m2).sqrt()
 
     def _impact(self, ray: int) -> list[Any]:
-        """Time and places where the line crosses a ray."""
+        """Time and positions where the line crosses a ray."""
         angle = self._wedge() * ray
         direction = flint.acb(angle.cos(), angle.sin())
         start, speed = self._point((self.x1, self.x2)), self._point((self.v1, self.v2))
@@ -115,7 +116,7 @@ class TwoBlocks(BallMotion):
         return [time, flint.arb(0), far / ball(self.m2).sqrt()]
 
     def _crossed(self, pair: Pair, open_end: bool) -> int:
-        """How many rays lie between the start and a direction less than half a turn on, one there unless `open_end`."""
+        """Number of rays from the start to a direction within half a turn, with one at the end unless `open_end`."""
         with precision(DECIDED_BITS):
             start = self._point((self.x1, self.x2))
             angle = start.arg() + (self._point(pair) / start).arg()
@@ -130,7 +131,7 @@ class TwoBlocks(BallMotion):
         return max(0, int(below) if self.turning > 0 else -int(below))
 
     def _side(self, ray: int, pair: Pair) -> int:
-        """1 where a point stands beyond ray k, -1 before it, 0 on it, in whole numbers.
+        """1 if a point lies beyond ray k, -1 before it, 0 on it, decided in integers.
 
         The ray's direction is z^k, z = sqrt(m2) + i sqrt(m1): P + i sqrt(m1 m2) Q for even k and
         sqrt(m2) P + i sqrt(m1) Q for odd k.

@@ -1,6 +1,6 @@
-"""A round body on an incline, slipping or rolling (Beatty, Dynamics, 10.12): constant accelerations between events.
+"""A round body on an incline, slipping or rolling (Beatty, Dynamics, 10.12): constant acceleration between events.
 
-With k = I/(m R^2) friction can keep up with gravity where tan(alpha) <= mu (1 + 1/k); otherwise the body slips for ever.
+With k = I/(m R^2) the body can roll if tan(alpha) <= mu (1 + 1/k); otherwise it always slips.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from functools import cached_property
 from typing import Any
 
 from gnomon.reference.contact.block_incline_friction import holds
-from gnomon.reference.numerics.balls import BallMotion, ball, refined
+from gnomon.reference.numerics.balls import ball, refined
+from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.precision import publish, working
 
 
@@ -49,11 +50,11 @@ class RollingBody(BallMotion):
         return self.alpha != 0 or self.mu != 0
 
     def slip_time(self, digits: int = 15) -> Any:
-        """When it does."""
+        """Time at which the slip ends (s)."""
         return self._derived(digits, self._slip_time)
 
     def slip_state(self, digits: int = 15) -> tuple[Any, ...]:
-        """The state then."""
+        """The state when the slip ends."""
         with working(digits + 2) as mp:
             return tuple(publish(refined(mp, self._end), digits))
 
@@ -65,7 +66,7 @@ class RollingBody(BallMotion):
         return ball(self.g / (1 + self.k)) * ball(self.alpha).sin()
 
     def _slipping(self, side: int) -> tuple[Any, Any]:
-        """v' and R w' where the slip has a sign."""
+        """v' and R w' while the slip has the sign `side`."""
         sine, cosine = ball(self.alpha).sin_cos()
         friction = side * ball(self.mu * self.g) * cosine
         return ball(self.g) * sine - friction, friction / ball(self.k)
@@ -84,7 +85,7 @@ class RollingBody(BallMotion):
         return [s + time * (v + forward * time / 2), v + forward * time, w + turning / ball(self.R) * time]
 
     def _past(self, t: Fraction) -> bool:
-        """Whether the slip is over; on the level decided exactly, on a slope no rational time is the end (Lindemann)."""
+        """Whether the slip has ended; exact for alpha = 0, on a slope it ends at no rational time (Lindemann)."""
         if self.alpha == 0:
             return t >= abs(self.slip) / (self.mu * self.g * (1 + 1 / self.k))
         return bool(self.slip_time(40) <= t)

@@ -1,8 +1,8 @@
-"""A chilled can, inverted on an incline, that its warming air carries ever more (Beatty, Dynamics, 5.12.1; inferred).
+"""A chilled, inverted can on an incline, lifted by the warming air inside (Beatty, Dynamics, 5.12.1; inferred).
 
-The air's pressure beyond the atmosphere's lifts with P (1 - e^(-t/T)), P = p1 A: N = m g cos(alpha) - lift. It slides
-from where m g sin(alpha) = mu_s N, and then s'' = g sin(alpha) - mu_k N/m, a constant and an exponential. Where the
-lift outgrows the weight, N = 0, the can leaves the plane and s'' = g sin(alpha).
+The excess pressure of the air gives the lift P (1 - e^(-t/T)), P = p1 A, and N = m g cos(alpha) - lift. The can starts
+to slide when m g sin(alpha) = mu_s N; then s'' = g sin(alpha) - mu_k N/m, a constant and an exponential. If the lift
+reaches m g cos(alpha), N = 0, the can leaves the plane and s'' = g sin(alpha).
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from functools import cached_property
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, sign
+from gnomon.reference.numerics.balls import ball, sign
+from gnomon.reference.numerics.motion import BallMotion
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,9 @@ class SlidingCan(BallMotion):
     v0: Fraction
 
     def excess(self) -> int:
-        """Sign of mu_s (m g cos(alpha) - P) - m g sin(alpha): negative: the can slides some time.
+        """Sign of mu_s (m g cos(alpha) - P) - m g sin(alpha); negative if the can slides at some time.
 
-        Never zero: of a rational alpha no rational combination of sine, cosine and 1 vanishes (Lindemann).
+        It is never zero: at a rational alpha no rational combination of sine, cosine and 1 vanishes (Lindemann).
         """
         return sign(lambda: ball(self.mu_s) * (self._pressing() - ball(self.lift)) - self._pulling())
 
@@ -49,16 +50,16 @@ class SlidingCan(BallMotion):
         return not self.slides_first and self.excess() > 0
 
     def onset(self, digits: int = 15) -> Any:
-        """When it begins to slide, -T ln(1 - (m g/P) (cos(alpha) - sin(alpha)/mu_s)); 0 where it slides first."""
+        """Time at which sliding starts (s), -T ln(1 - (m g/P) (cos(alpha) - sin(alpha)/mu_s)), or 0."""
         return self._derived(digits, self._onset)
 
     @cached_property
     def lifts(self) -> bool:
-        """Whether the air comes to carry the whole weight: P > m g cos(alpha); they are never equal (Lindemann)."""
+        """Whether the can lifts off: P > m g cos(alpha); the two are never equal (Lindemann)."""
         return sign(lambda: ball(self.lift) - self._pressing()) > 0
 
     def lift_off(self, digits: int = 15) -> Any:
-        """When N = 0, -T ln(1 - m g cos(alpha)/P); it lifts."""
+        """Time at which N = 0 (s), -T ln(1 - m g cos(alpha)/P), if it lifts off."""
         return self._derived(digits, self._lift_off)
 
     def state_at_lift_off(self, digits: int = 15) -> tuple[Any, Any]:
@@ -68,7 +69,7 @@ class SlidingCan(BallMotion):
         )
 
     def holding_lift(self, digits: int = 15) -> Any:
-        """The largest P at which it stays for ever, m g (cos(alpha) - sin(alpha)/mu_s); mu_s > 0."""
+        """The largest P at which it never slides, m g (cos(alpha) - sin(alpha)/mu_s); mu_s > 0."""
         return self._derived(digits, self._missing)
 
     def _missing(self) -> Any:
@@ -100,7 +101,7 @@ class SlidingCan(BallMotion):
         return s + v * since + pull * since * since / 2, v + pull * since
 
     def _sliding(self, time: Any) -> tuple[Any, Any]:
-        """On the plane, after the onset."""
+        """The state on the plane, after the onset."""
         begin = self._onset()
         since, scale = time - begin, ball(self.warming)
         mass, mu = ball(self.mass), ball(self.mu_k)

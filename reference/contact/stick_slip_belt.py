@@ -1,8 +1,8 @@
-"""A block on a moving belt, held by a spring: it sticks, breaks loose, slips, sticks again (Beatty, Dynamics, 5.11.2).
+"""A block on a moving belt, held by a spring: it sticks, is released, slips and sticks again (Beatty 5.11.2).
 
-With xs = mu_s m g/k, xk = mu_k m g/k: stuck it rides at V up to xs; slipping it swings about xk, x = xk - R cos psi and
-v = w R sin psi, psi growing at w, until v = V again. From the first release on the motion is periodic:
-slip (2/w) (pi - atan(w (xs - xk)/V)), stick 2 (xs - xk)/V.
+With xs = mu_s m g/k, xk = mu_k m g/k: a sticking block moves at V up to xs; a slipping block swings about xk,
+x = xk - R cos psi and v = w R sin psi, psi growing at w, until v = V again. After the first release the motion is
+periodic, with slips of (2/w) (pi - atan(w (xs - xk)/V)) and sticks of 2 (xs - xk)/V.
 """
 
 from __future__ import annotations
@@ -13,12 +13,13 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, floor_of, sign
+from gnomon.reference.numerics.balls import ball, floor_of, sign
+from gnomon.reference.numerics.motion import BallMotion
 
 
 @dataclass(frozen=True)
 class StickSlip(BallMotion):
-    """State (x, v), V > 0, v0 <= V, and (x0 - xk)^2 + (v0^2 - V^2) m/k <= (xk + xs)^2: slips end in sticking."""
+    """State (x, v), V > 0, v0 <= V; slips end in sticking: (x0 - xk)^2 + (v0^2 - V^2) m/k <= (xk + xs)^2."""
 
     mass: Fraction
     stiffness: Fraction
@@ -31,7 +32,7 @@ class StickSlip(BallMotion):
 
     @property
     def xs(self) -> Fraction:
-        """Where the belt's hold breaks."""
+        """The position of release."""
         return self.mu_s * self.mass * self.g / self.stiffness
 
     @property
@@ -45,17 +46,17 @@ class StickSlip(BallMotion):
 
     @property
     def loose_first(self) -> bool:
-        """Whether the start is itself a release."""
+        """Whether the motion starts with a release."""
         return self.v0 == self.V and self.x0 == self.xs
 
     @property
     def slips_for_good(self) -> bool:
-        """A slip from the start too slow to catch up with the belt, or one about xk = xs, which only touches V."""
+        """Whether the initial slip never sticks: it does not reach V, or reaches it only at xk = xs."""
         return not self.stuck_first and self._catch(self._first) is None
 
     @property
     def repeats(self) -> bool:
-        """Whether the motion after a release comes back to sticking; for mu_s = mu_k it swings on for ever."""
+        """Whether slips after a release end in sticking; for mu_s = mu_k the block slips for ever."""
         return self.xs > self.xk and not self.slips_for_good
 
     @property
@@ -68,23 +69,23 @@ class StickSlip(BallMotion):
         return self.xs - self.xk, self.V
 
     def release_time(self, digits: int = 15) -> Any:
-        """The first time that the block breaks loose, its start included."""
+        """Time of the first release (s), which may be the start."""
         return self._derived(digits, self._release)
 
     def slip_time(self, digits: int = 15) -> Any:
-        """Of a slip after a release."""
+        """Duration of a slip after a release (s)."""
         return self._derived(digits, lambda: self._slip(*self._loose))
 
     def stick_time(self, digits: int = 15) -> Any:
-        """Between two slips."""
+        """Duration of sticking between two slips (s)."""
         return self._derived(digits, lambda: ball(2 * (self.xs - self.xk) / self.V))
 
     def period(self, digits: int = 15) -> Any:
-        """Of the limit cycle; of the swing where the block sticks no more."""
+        """Period of the limit cycle, or of the swing if the block never sticks again (s)."""
         return self._derived(digits, self._period if self.repeats else lambda: 2 * flint.arb.pi() / self._rate())
 
     def cycle_time(self, cycle: int, caught: bool, digits: int = 15) -> Any:
-        """When release number `cycle` = 0, 1, ... is, or the sticking that follows it."""
+        """Time of release number `cycle` = 0, 1, ..., or (`caught`) of the end of the slip after it (s)."""
         return self._derived(
             digits,
             lambda: (
@@ -97,7 +98,7 @@ class StickSlip(BallMotion):
         return self._derived(digits, lambda: ball(value))
 
     def first_catch(self, digits: int = 15) -> tuple[Any, Any] | None:
-        """Time and place where a slip that began at t = 0 sticks; None where it began stuck, loose or never does."""
+        """Time and position of the end of the initial slip; None if there is none, or if it never ends in sticking."""
         if self.stuck_first or self.slips_for_good or self.loose_first:
             return None
         return self._derived(digits, lambda: self._slip(*self._first)), self._derived(digits, self._caught)
@@ -131,17 +132,17 @@ class StickSlip(BallMotion):
         return ball(self.xk) + from_centre * cosine + v / rate * sine, v * cosine - rate * from_centre * sine
 
     def _catch(self, start: tuple[Fraction, Fraction]) -> Fraction | None:
-        """The square of the distance from the centre at which a slip has the belt's speed; None where it has not."""
+        """The square of the distance from the centre at which a slip has the speed V; None if it never has."""
         square = start[0] ** 2 + (start[1] ** 2 - self.V**2) * self.mass / self.stiffness
         return None if square < 0 or (square == 0 and self.xs == self.xk) else square
 
     def _slip(self, distance: Fraction, speed: Fraction) -> Any:
-        """How long a slip lasts: psi from its start to the next psi with w R sin psi = V, cos psi >= 0."""
+        """Duration of a slip: psi from its start to the next psi with w R sin psi = V, cos psi >= 0."""
         rate = self._rate()
         square = self._catch((distance, speed))
         assert square is not None
         if speed == self.V:
-            # From pi - psi1, on the far side of the centre, round to 2 pi + psi1.
+            # From pi - psi1, beyond the centre, to 2 pi + psi1.
             return (flint.arb.pi() + 2 * flint.arb.atan2(ball(self.V), rate * ball(distance))) / rate
         here = flint.arb.atan2(ball(speed), -rate * ball(distance))
         there = flint.arb.atan2(ball(self.V), rate * ball(square).sqrt())

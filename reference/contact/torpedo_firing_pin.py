@@ -1,7 +1,7 @@
-"""A spring-driven pin with friction proportional to the deceleration of what carries it (Beatty, Dynamics, 5.12.2).
+"""A spring-driven pin with friction proportional to the deceleration of its torpedo (Beatty, Dynamics, 5.12.2).
 
 x'' = (k/m) (d0 - x) - mu a while it moves: harmonic about xe = d0 - mu m a/k, x = xe - R cos psi, v = w R sin psi.
-Whether it starts, and whether it reaches the gap before it stops, is decided in rational numbers.
+Rational numbers decide whether it starts to move, and whether it reaches the gap before it stops.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, sign
+from gnomon.reference.numerics.balls import ball, sign
+from gnomon.reference.numerics.motion import BallMotion
 
 
 @dataclass(frozen=True)
@@ -35,12 +36,12 @@ class FiringPin(BallMotion):
 
     @property
     def moves(self) -> bool:
-        """Whether the pin leaves its start: it is not at the gap, and the spring beats the friction or it moves."""
+        """Whether the pin leaves its start: it is not at the gap, and has a speed or a spring force above friction."""
         return self.x0 < self.gap and (self.v0 > 0 or self.centre > self.x0)
 
     @property
     def fires(self) -> bool:
-        """Whether it reaches the gap, at zero speed in the limit."""
+        """Whether it reaches the gap, possibly at zero speed."""
         reach = self.gap - self.centre
         return self.x0 == self.gap or (self.moves and (reach <= 0 or reach**2 <= self._square))
 
@@ -50,19 +51,19 @@ class FiringPin(BallMotion):
         return (self.x0 - self.centre) ** 2 + self.v0**2 * self.mass / self.stiffness
 
     def end_time(self, digits: int = 15) -> Any:
-        """When the pin strikes or stops; it moves."""
+        """Time at which a moving pin strikes or stops (s)."""
         return self._derived(digits, self._end)
 
     def end_position(self, digits: int = 15) -> Any:
         return self._derived(digits, self._place)
 
     def strike_speed(self, digits: int = 15) -> Any:
-        """w sqrt(R^2 - (gap - xe)^2); it fires."""
+        """Speed at the gap, w sqrt(R^2 - (gap - xe)^2), if it fires."""
         square = (self._square - (self.gap - self.centre) ** 2) * self.stiffness / self.mass
         return self._derived(digits, lambda: ball(square).sqrt())
 
     def fastest(self, digits: int = 15) -> Any:
-        """The largest speed: at the centre where the pin passes it, else at the start or the strike."""
+        """The largest speed: at the centre if the pin passes it, else at the start or the strike."""
         if not self.moves:
             return self._derived(digits, lambda: flint.arb(0))
         if self.x0 >= self.centre:

@@ -10,16 +10,17 @@ from typing import Any
 
 import flint
 from gnomon.reference.flight.projectile_stokes_drag import StokesDrag
-from gnomon.reference.numerics.balls import BallMotion, ball, sign
+from gnomon.reference.numerics.balls import ball, sign
+from gnomon.reference.numerics.motion import BallMotion
 
 ZERO = Fraction(0)
 
 
 @dataclass(frozen=True)
 class InkJet(BallMotion):
-    """State (x, y, vx, vy), vx > 0: across `pull` between plates up to x = plates, then free flight to x = paper.
+    """State (x, y, vx, vy), vx > 0: acceleration `pull` along y up to x = plates, then free flight to x = paper.
 
-    Stokes drag nu v throughout. The drop stays where it meets the paper.
+    Stokes drag nu v acts on the whole path. The drop stays where it meets the paper.
     """
 
     pull: Fraction
@@ -40,15 +41,15 @@ class InkJet(BallMotion):
         return StokesDrag(self.nu, (ZERO, self.pull), (self.x, self.y), (self.vx, self.vy))
 
     def reaches(self, place: Fraction) -> bool:
-        """Whether drag lets the drop get to x = place."""
+        """Whether the drop reaches x = place, despite the drag."""
         return self.nu * (place - self.x) < self.vx
 
     def time_at(self, place: Fraction, digits: int = 15) -> Any:
-        """When it is there: -ln(1 - nu (place - x)/vx)/nu, without drag (place - x)/vx."""
+        """Time at which it is there (s): -ln(1 - nu (place - x)/vx)/nu, or (place - x)/vx without drag."""
         return self._derived(digits, lambda: self._time(place))
 
     def crossing(self, place: Fraction, digits: int = 15) -> tuple[Any, ...]:
-        """The state at x = plates or x = paper, still moving."""
+        """The state at x = plates, or at x = paper before the drop stops."""
 
         def state(component: int) -> Any:
             return (self._at_plates() if place == self.plates else self._at_paper())[component]
@@ -66,7 +67,7 @@ class InkJet(BallMotion):
         return [x, y, flint.arb(0), flint.arb(0)]
 
     def _before(self, t: Fraction, place: Fraction) -> bool:
-        """Whether x = place is still ahead: in rational numbers without drag, else the time there is none."""
+        """Whether x < place at t; without drag in rational numbers, with drag the time there is irrational."""
         if not self.reaches(place):
             return True
         if self.nu == 0:
@@ -78,13 +79,13 @@ class InkJet(BallMotion):
         return ball(way) if self.nu == 0 else -ball(-self.nu * way).log1p() / ball(self.nu)
 
     def _at_plates(self) -> list[Any]:
-        """By the way, which drag turns into the velocity lost."""
+        """The state at x = plates; the loss of vx is nu times the distance."""
         if self.x >= self.plates:
             return [ball(value) for value in (self.x, self.y, self.vx, self.vy)]
         return self._place(self._pulled, self._time(self.plates), self.plates)
 
     def _flying(self, t: Fraction) -> list[Any]:
-        """Free flight from the plates' end to time t."""
+        """The state in free flight, at t."""
         _x, y, _vx, vy = self._at_plates()
         since = ball(t) - (self._time(self.plates) if self.x < self.plates else 0)
         x, _y, vx, _vy = self._free._balls(t)
@@ -124,11 +125,11 @@ class OilDrop(StokesDrag):
         return self._derived(digits, lambda: ball(1 / self.nu))
 
     def falling_speed(self, digits: int = 15) -> Any:
-        """The limiting speed without field, (2/9) (rho - rho_air) g a^2/eta."""
+        """The terminal speed without field, (2/9) (rho - rho_air) g a^2/eta."""
         return self._derived(digits, lambda: ball(-self.acceleration[0] / self.nu))
 
     def rising_speed(self, digits: int = 15) -> Any:
-        """The limiting speed upward in the field."""
+        """The upward terminal speed in the field."""
         return self._derived(digits, lambda: self._loads()[0] / ball(self.nu))
 
     def charge(self, radius: Fraction, viscosity: Fraction, field: Fraction, digits: int = 15) -> Any:

@@ -1,4 +1,4 @@
-"""A point under a uniform force and one across its velocity: a charge in uniform fields, a fall on the turning Earth.
+"""A point under a uniform force and a force normal to its velocity: a charge in uniform fields, a fall on the Earth.
 
 r'' = a + r' x W - Om x (Om x r), each vector constant (Beatty, Dynamics, 5.13 to 5.17, 6.3.3, 6.8, 6.15, 6.16).
 """
@@ -15,7 +15,8 @@ from typing import Any
 import flint
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.linear import LinearMotion, Row
-from gnomon.reference.numerics.motion import Cycle, Motion
+from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import exact, publish, working
 
 Vector = tuple[Fraction, Fraction, Fraction]
@@ -68,7 +69,7 @@ class Charge(Gyration):
         return [self.q_m * x for x in self.electric], [self.q_m * x for x in self.magnetic], ZERO
 
     def _cycle(self, mp: Any) -> Cycle | None:
-        """Without a force along the magnetic field each gyration is as the last, shifted by the drift."""
+        """Without a force along the magnetic field each gyration is the previous one, shifted by the drift."""
         square = _dot(self.magnetic, self.magnetic)
         if not square * self.q_m or _dot(self.electric, self.magnetic):
             return None
@@ -78,7 +79,7 @@ class Charge(Gyration):
         return Cycle(period, (*(mp.mpf(x) * period for x in pace), *[mp.zero] * 3))
 
     def _rate(self) -> float:
-        """A force along the magnetic field makes each gyration differ from the last."""
+        """With a force along the magnetic field no gyration repeats the previous one."""
         if not _dot(self.electric, self.magnetic):
             return 0.0
         return abs(float(self.q_m)) * math.hypot(*map(float, self.magnetic))
@@ -88,18 +89,18 @@ class Charge(Gyration):
         return self._derived(digits, lambda: ball(self.q_m**2 * _dot(self.magnetic, self.magnetic)).sqrt())
 
     def gyration_period(self, digits: int = 15) -> Any:
-        """Where there is a magnetic field."""
+        """Period of the gyration (s); needs a magnetic field."""
         square = self.q_m**2 * _dot(self.magnetic, self.magnetic)
         return self._derived(digits, lambda: 2 * flint.arb.pi() / ball(square).sqrt())
 
     def drift(self) -> Vector:
-        """E x B / B^2, exactly; where there is a magnetic field."""
+        """The drift velocity E x B / B^2, exactly; needs a magnetic field."""
         square = _dot(self.magnetic, self.magnetic)
         x, y, z = cross(self.electric, self.magnetic)
         return x / square, y / square, z / square
 
     def gyroradius(self, digits: int = 15) -> Any:
-        """Speed across the field in the drifting frame, over the rate."""
+        """Gyroradius (m): speed normal to the field in the drifting frame, over the gyration rate."""
         square = _dot(self.magnetic, self.magnetic)
         moving = tuple(v - d for v, d in zip(self.velocity, self.drift(), strict=True))
         across = _dot(moving, moving) - _dot(moving, self.magnetic) ** 2 / square
@@ -108,9 +109,9 @@ class Charge(Gyration):
 
 @dataclass(frozen=True)
 class RotatingFall(Gyration):
-    """Free motion seen from a frame that turns at Om (0, cos lat, sin lat): x east, y north, z up.
+    """Free motion in a frame rotating at Om (0, cos lat, sin lat): x east, y north, z up.
 
-    Gravity g along -z turns with the frame; `centrifugal` keeps Om^2 r_perp, the origin then on the axis.
+    Gravity g along -z rotates with the frame; `centrifugal` includes Om^2 r_perp, with the origin on the axis.
     """
 
     g: Fraction
@@ -125,7 +126,7 @@ class RotatingFall(Gyration):
         return (0, 0, -self.g), [2 * x for x in turning], turning if self.centrifugal else ZERO
 
     def first_order_deflection(self, digits: int = 15) -> Any:
-        """East, of a drop from rest to z = 0, to first order in Om: g Om cos(lat) t^3/3 with t = sqrt(2 z/g)."""
+        """Eastward deflection of a drop to z = 0, first order in Om: g Om cos(lat) t^3/3 with t = sqrt(2 z/g)."""
 
         def formula() -> Any:
             time = ball(2 * self.position[2] / self.g).sqrt()
@@ -134,12 +135,12 @@ class RotatingFall(Gyration):
         return self._derived(digits, formula)
 
     def strike(self, rough: float, digits: int = 15) -> tuple[Any, Any, Any]:
-        """When z = 0, near `rough` seconds, and x and y there."""
+        """Time at which z = 0, near `rough` (s), and x and y there."""
         return strike(self, rough, digits)
 
 
 def strike(motion: Motion, rough: float, digits: int) -> tuple[Any, Any, Any]:
-    """When a fall (x, y, z, vx, vy, vz) has z = 0, near `rough` seconds, and x and y there: Newton's method."""
+    """Time at which a fall (x, y, z, vx, vy, vz) has z = 0, near `rough` (s), and x and y there: Newton's method."""
     time = Fraction(rough)
     for _ in range(math.ceil(math.log2(digits)) + 3):
         _x, _y, z, _vx, _vy, vz = (exact(value) for value in motion.state(time, digits + 10))

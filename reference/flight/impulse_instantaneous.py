@@ -1,7 +1,7 @@
 """A mass under a short pulse of force (Beatty, Dynamics, 7.2, 7.3).
 
-The pulse is half a sine, F = (pi J/(2 T)) sin(pi s/T), 0 < s = t - t1 < T, of impulse J. As T goes to 0 the motion goes to
-that of an instantaneous impulse, v -> v + J/m at t1, which T = 0 stands for; the place lags behind it by J T/(2 m).
+The pulse is half a sine, F = (pi J/(2 T)) sin(pi s/T), 0 < s = t - t1 < T, of impulse J. T = 0 is its limit, the
+instantaneous impulse v -> v + J/m at t1; with T > 0 the position lags behind that limit by J T/(2 m).
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball
+from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.motion import BallMotion
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class Pulse(BallMotion):
     v0: Fraction
 
     def lag(self, digits: int = 15) -> Any:
-        """By how much the place is behind that after an instantaneous impulse, from the end of the pulse on."""
+        """Lag of the position behind that of the instantaneous impulse, after the end of the pulse (m)."""
         return self._rational(digits, self.impulse * self.length / (2 * self.m))
 
     def before_the_impulse(self, digits: int = 15) -> tuple[Any, Any]:

@@ -14,7 +14,7 @@ from gnomon.reference.numerics.precision import Number, exact
 class Projectile(Motion):
     """A mass point thrown from (x, y) with velocity (vx, vy), y upward, gravity g downward (m, m/s, m/s^2).
 
-    The motion is a polynomial with rational coefficients, so it is evaluated without any rounding but the last.
+    The motion is a polynomial with rational coefficients, and only the result is rounded.
     """
 
     g: Fraction
@@ -50,7 +50,7 @@ class Projectile(Motion):
         )
 
     def range(self, digits: int = 15) -> Any | None:
-        """From the start to the fall through y = 0 (m), or None where the parabola stays below; g > 0."""
+        """Horizontal distance from the start to the fall through y = 0 (m), None if the parabola stays below; g > 0."""
         self._need_gravity("range")
         if self._fall_square < 0:
             return None
@@ -69,7 +69,7 @@ class Projectile(Motion):
         return mp.mpf(2 * self.y) / (root - mp.mpf(self.vy))
 
     def envelope(self, x: Number, digits: int = 15) -> Any:
-        """Height (m) above x that no throw with this speed from this point passes: v^2/2g - g d^2/2v^2, d = x - x0."""
+        """Largest height (m) at x over all directions of the throw: v^2/2g - g d^2/2v^2 above y0, d = x - x0."""
         self._need_gravity("envelope")
         square = self.vx**2 + self.vy**2
         if square == 0:

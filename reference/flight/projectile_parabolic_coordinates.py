@@ -1,4 +1,4 @@
-"""The projectile seen in parabolic coordinates: x = xi eta, y = (eta^2 - xi^2)/2 (Beatty, Dynamics, 11.3-11.8)."""
+"""The projectile in parabolic coordinates: x = xi eta, y = (eta^2 - xi^2)/2 (Beatty, Dynamics, 11.3 to 11.8)."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from fractions import Fraction
 from typing import Any
 
 from gnomon.reference.flight.projectile_parabola import Projectile
-from gnomon.reference.numerics.balls import BallMotion, ball
+from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.motion import BallMotion
 
 
 @dataclass(frozen=True)
 class ParabolicProjectile(BallMotion):
-    """State (xi, eta, xi', eta') under the gravity g along -y; the path misses the focus, the origin of x and y.
+    """State (xi, eta, xi', eta') under gravity g along -y; the path misses the focus, the origin of x and y.
 
-    (eta + i xi)^2 = 2 (y + i x), and the root goes on continuously: x is monotone and vanishes at most once. Passing
-    above the focus, eta keeps its sign, passing below it, xi.
+    (eta + i xi)^2 = 2 (y + i x), and the root is continuous: x is monotone and vanishes at most once. On a path above
+    the focus eta keeps its sign, on one below it xi.
     """
 
     g: Fraction
@@ -31,7 +32,7 @@ class ParabolicProjectile(BallMotion):
         return Projectile(self.g, xi * eta, (eta**2 - xi**2) / 2, u * eta + xi * v, eta * v - xi * u)
 
     def crossing(self) -> Fraction | None:
-        """y where the path crosses x = 0; None where it stays on one side, 0 where it stays on the line."""
+        """y where the path crosses x = 0; None if it stays on one side, 0 if it stays on the line x = 0."""
         flight = self.projectile()
         if flight.vx:
             return flight.rational(-flight.x / flight.vx)[1]

@@ -12,7 +12,8 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball
+from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.motion import BallMotion
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,10 @@ class StokesDrag(BallMotion):
         return (-z).exp(), first, (1 - first) / z
 
     def flight_time(self, axis: int, digits: int = 15) -> Any | None:
-        """When coordinate `axis`, thrown against its acceleration, is back at its start; None where it is not thrown.
+        """Time at which coordinate `axis`, thrown against its acceleration, is back at its start (s); None otherwise.
 
-        (A + W0(-A e^-A))/nu with A = 1 - nu v/a, Lambert's W on its principal branch; next to A = 1, where the two
-        terms cancel, and without drag the balls ask for more digits or the parabola's -2v/a takes over.
+        (A + W0(-A e^-A))/nu with A = 1 - nu v/a, Lambert's W on its principal branch; -2v/a without drag. Next to A = 1
+        the two terms cancel, and the balls use more digits.
         """
         a, v = self.acceleration[axis], self.velocity[axis]
         if a * v >= 0:
@@ -55,7 +56,7 @@ class StokesDrag(BallMotion):
         return self._derived(digits, lambda: self._flight_time(a, v))
 
     def range(self, axis: int, along: int, digits: int = 15) -> Any | None:
-        """How far coordinate `along` has moved by then."""
+        """Displacement of coordinate `along` at the flight time of `axis`."""
         a, v = self.acceleration[axis], self.velocity[axis]
         if a * v >= 0:
             return None
@@ -74,5 +75,5 @@ class StokesDrag(BallMotion):
         return (whole + (-whole * (-whole).exp()).lambertw()) / ball(self.nu)
 
     def terminal_speed(self, axis: int, digits: int = 15) -> Any:
-        """|a|/nu along one axis; nu > 0."""
+        """Terminal speed |a|/nu along one axis; nu > 0."""
         return self._derived(digits, lambda: abs(self._loads()[axis]) / ball(self.nu))

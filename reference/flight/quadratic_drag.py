@@ -1,8 +1,8 @@
 """Gravity and drag proportional to the square of the speed (Beatty, Dynamics, 6.5 and 6.13.1).
 
 In the plane the hodograph is Bernoulli's: with q = vy/vx = sinh s and u = |vx|,
-1/u^2 = 1/u0^2 + (k/g) (F(s0) - F(s)), F = sinh s cosh s + s, and time and place are quadratures in s, whose integrands
-are analytic. t(s) is inverted by Newton's method. On a vertical line everything is elementary.
+1/u^2 = 1/u0^2 + (k/g) (F(s0) - F(s)), F = sinh s cosh s + s. Time and position are quadratures in s of analytic
+integrands; t(s) is inverted by Newton's method. The motion on a vertical line is elementary.
 """
 
 from __future__ import annotations
@@ -15,12 +15,13 @@ from functools import lru_cache
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, precision, sign
+from gnomon.reference.numerics.balls import ball, precision, sign
+from gnomon.reference.numerics.motion import BallMotion
 
 STEP = 0.05
-"""Of s, in the rough inversion of t(s) that Newton's method starts from."""
+"""Step of s in the rough inversion of t(s) from which Newton's method starts."""
 MILESTONE = 0.5
-"""Of s: integrals up to multiples of it are kept."""
+"""Step of s: integrals up to its multiples are cached."""
 MOST_MILESTONES = 500
 STEEPEST = -300.0
 """Beyond this s the fall is vertical to 1e-260 and t(s) is linear."""
@@ -41,14 +42,14 @@ class QuadraticDragPlane(BallMotion):
         slope, time, across, height = self._at(t)
         horizontal, side = self._horizontal(slope), 1 if self.vx > 0 else -1
         vx, vy = side * horizontal, horizontal * slope.sinh()
-        # Newton's method ends within rounding of the root: the rest of the way to t is one step of the equations.
+        # Newton's method ends at the root up to round-off: one step of the equations covers the remaining time.
         rest = ball(t) - time
         drag = ball(self.k) * horizontal * slope.cosh()
         x, y = ball(self.x) + side * across, ball(self.y) + height
         return [x + vx * rest, y + vy * rest, vx - drag * vx * rest, vy - (ball(self.g) + drag * vy) * rest]
 
     def apex(self, digits: int = 15) -> tuple[Any, Any] | None:
-        """Time and height of the highest point; None where the throw points down."""
+        """Time (s) and height (m) of the highest point; None for a downward throw."""
         if self.vy < 0:
             return None
         top = Fraction(0)
@@ -68,11 +69,11 @@ class QuadraticDragPlane(BallMotion):
         return ball(1 / self.vx**2) + ball(self.k / self.g) * _arc(self._start())
 
     def _horizontal(self, slope: Any) -> Any:
-        """u at a slope."""
+        """u as a function of s."""
         return (self._level() - ball(self.k / self.g) * _arc(slope)).rsqrt()
 
     def _integrals(self, low: Any, high: Any) -> tuple[Any, Any, Any]:
-        """The time, the way across and the rise from slope `high` down to slope `low`."""
+        """The time, the horizontal distance and the rise from s = `high` down to s = `low`."""
         return (
             self._integral(lambda u, _, c: u * c, low, high),
             self._integral(lambda u, _, c: u * u * c, low, high),
@@ -80,7 +81,7 @@ class QuadraticDragPlane(BallMotion):
         )
 
     def _integral(self, integrand: Callable[[Any, Any, Any], Any], low: Any, high: Any) -> Any:
-        """(1/g) times the integral of `integrand(u, sinh, cosh)` over the slope."""
+        """(1/g) times the integral of `integrand(u, sinh s, cosh s)` over s."""
         level, ratio = self._level(), ball(self.k / self.g)
 
         def function(z: Any, analytic: bool) -> Any:
@@ -90,18 +91,18 @@ class QuadraticDragPlane(BallMotion):
         return flint.acb.integral(function, flint.acb(low), flint.acb(high)).real / ball(self.g)
 
     def _at(self, t: Fraction) -> tuple[Any, Any, Any, Any]:
-        """A slope close to that at time t, an exact number, and the time, way across and rise until there."""
+        """An exact number s close to that at t, and the time, the horizontal distance and the rise up to s."""
         with precision(64):
             rough = self._newton(ball(t), flint.arb(self._rough_slope(float(t))))
         if not rough > float(self._start().mid()) - MILESTONE * MOST_MILESTONES:
-            raise ArithmeticError("the fall is vertical to more digits than are computed with; give a shorter span")
+            raise ArithmeticError("the fall is vertical to the last digit computed; give a shorter span")
         past = max(0, int(float(self._start().mid() - rough) / MILESTONE))
         slope, *until = _milestone(self, past, flint.ctx.prec)
         near = self._newton(ball(t) - until[0], rough, slope)
         return near, *(a + b for a, b in zip(until, self._integrals(near, slope), strict=True))
 
     def _newton(self, time: Any, slope: Any, high: Any = None) -> Any:
-        """The slope reached `time` after slope `high`, by default the start; each step integrates its own way only."""
+        """s at `time` after s = `high` (by default the start); each step integrates only from the previous one."""
         missing = time - self._integral(lambda u, _, c: u * c, slope, self._start() if high is None else high)
         for _ in range(60):
             step = -missing.mid() * ball(self.g) / (self._horizontal(slope) * slope.cosh())
@@ -112,7 +113,7 @@ class QuadraticDragPlane(BallMotion):
         return slope
 
     def _rough_slope(self, t: float) -> float:
-        """By Simpson's rule on dt/ds = -u cosh(s)/g from the start on, then along the last secant."""
+        """s at t by Simpson's rule on dt/ds = -u cosh(s)/g from the start on, then along the last secant."""
         start = math.asinh(float(self.vy / abs(self.vx)))
         ratio, first, g = float(self.k / self.g), float(1 / self.vx**2), float(self.g)
 
@@ -129,7 +130,7 @@ class QuadraticDragPlane(BallMotion):
 
 @lru_cache(maxsize=1024)
 def _milestone(motion: QuadraticDragPlane, number: int, bits: int) -> tuple[Any, Any, Any, Any]:
-    """The slope `number` MILESTONEs below the start, and the time, way across and rise until there, at `bits`."""
+    """s at `number` MILESTONEs below the start, and the time, horizontal distance and rise up to it, with `bits`."""
     start = motion._start()
     if number == 0:
         return start, flint.arb(0), flint.arb(0), flint.arb(0)
@@ -167,7 +168,7 @@ class QuadraticDragVertical(BallMotion):
         return [ball(self.y) + below.log() / ball(self.k), limit * (u * cosine - sine) / below]
 
     def apex_time(self, digits: int = 15) -> Any:
-        """When a throw upward comes to rest; 0 from rest."""
+        """Time at which an upward throw comes to rest (s); 0 from rest."""
         return self._derived(digits, self._apex_time)
 
     def apex_height(self, digits: int = 15) -> Any:
@@ -177,7 +178,7 @@ class QuadraticDragVertical(BallMotion):
         return self._derived(digits, self._limit)
 
     def return_time(self, digits: int = 15) -> Any:
-        """When a throw upward is back at its start: the fall takes acosh(sqrt(1 + u^2)) of vt/g."""
+        """Time at which an upward throw is back at its start; the fall takes acosh(sqrt(1 + u^2)) vt/g."""
 
         def formula() -> Any:
             u = ball(self.v) / self._limit()
@@ -186,7 +187,7 @@ class QuadraticDragVertical(BallMotion):
         return self._derived(digits, formula)
 
     def return_speed(self, digits: int = 15) -> Any:
-        """Its speed there, v0/sqrt(1 + v0^2/vt^2)."""
+        """The speed at the return, v0/sqrt(1 + v0^2/vt^2)."""
         return self._derived(digits, lambda: ball(self.v) / ball(1 + self.v**2 * self.k / self.g).sqrt())
 
     def _limit(self) -> Any:

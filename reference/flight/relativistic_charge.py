@@ -1,8 +1,8 @@
 """A relativistic charge in uniform fields (Beatty, Dynamics, 6.3.2, 6.3.3, 6.8).
 
 In proper time the four-velocity (U0, u) = (gamma c, u) obeys a linear equation with constant coefficients,
-U0' = (q/m) E.u/c, u' = (q/m) (E U0/c + u x B), whatever the fields: no regime (E < cB, E = cB, E > cB) is special.
-The proper time at which the clock shows t is the root of X0(tau) = c t, whose derivative is U0 >= c.
+U0' = (q/m) E.u/c, u' = (q/m) (E U0/c + u x B), in every regime (E < cB, E = cB, E > cB). The proper time tau of the
+coordinate time t is the root of X0(tau) = c t, whose derivative is U0 >= c.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from typing import Any
 
 import flint
 from gnomon.reference.flight.gyration import cross
-from gnomon.reference.numerics.balls import BallMotion, ball, precision
+from gnomon.reference.numerics.balls import ball, precision
+from gnomon.reference.numerics.motion import BallMotion
 
 Vector = tuple[Fraction, Fraction, Fraction]
 ROUGH_BITS = 128
@@ -41,7 +42,7 @@ class RelativisticCharge(BallMotion):
         return self._derived(digits, lambda: self._time_part() / ball(self.c))
 
     def proper_time(self, t: Fraction, digits: int = 15) -> Any:
-        """What a clock on the charge shows at t."""
+        """Proper time of the charge at t (s)."""
 
         def formula() -> Any:
             tau = self._near(t)
@@ -51,19 +52,19 @@ class RelativisticCharge(BallMotion):
         return self._derived(digits, formula)
 
     def largest_gamma(self, span: Fraction) -> float:
-        """Of the start, the middle and the end of a span."""
+        """The largest Lorentz factor at the start, the middle and the end of a span."""
         found = [1 + sum(float(u) ** 2 for u in self.state(t)[3:]) / float(self.c) ** 2 for t in (0, span / 2, span)]
         return float(max(found) ** 0.5)
 
     def field_invariants(self) -> tuple[Fraction, Fraction]:
-        """E^2 - c^2 B^2 and E.B: the same in every inertial frame."""
+        """E^2 - c^2 B^2 and E.B, which are the same in every inertial frame."""
         return (
             _dot(self.electric, self.electric) - self.c**2 * _dot(self.magnetic, self.magnetic),
             _dot(self.electric, self.magnetic),
         )
 
     def tangential_acceleration(self, digits: int = 15) -> Any:
-        """F_t/(m gamma^3) at the start; it moves."""
+        """Tangential acceleration F_t/(m gamma^3) at the start; the velocity must not be zero."""
 
         def formula() -> Any:
             along = ball(self.q_m * _dot(self.electric, self.proper)) / ball(_dot(self.proper, self.proper)).sqrt()
@@ -72,9 +73,9 @@ class RelativisticCharge(BallMotion):
         return self._derived(digits, formula)
 
     def curvature_radius(self, digits: int = 15) -> Any:
-        """gamma m v^2/F_n at the start, infinite where no force bends the path; it moves."""
+        """Radius of curvature gamma m v^2/F_n at the start, infinite for F_n = 0; the velocity must not be zero."""
         square = _dot(self.proper, self.proper)
-        # F_n in two parts: of E what is across u, and (u x B)/gamma, which is across anyway
+        # F_n in two parts: the part of E normal to u, and (u x B)/gamma
         share = _dot(self.electric, self.proper) / square
         across = [e - share * u for e, u in zip(self.electric, self.proper, strict=True)]
         turned = cross(self.proper, self.magnetic)
@@ -91,7 +92,7 @@ class RelativisticCharge(BallMotion):
 
     def _balls(self, t: Fraction) -> Sequence[Any]:
         x0, *place, u0, ux, uy, uz = self._grown(self._near(t))
-        # Newton's method ends within rounding of the root: the rest of the way to t is one step of the equations.
+        # Newton's method ends at the root up to round-off: one step of the equations covers the remaining time.
         rest = (ball(self.c * t) - x0) / u0
         rate, light = ball(self.q_m), ball(self.c)
         ex, ey, ez = map(ball, self.electric)
@@ -119,7 +120,7 @@ class RelativisticCharge(BallMotion):
         bx, by, bz = (rate * b for b in self.magnetic)
         o = Fraction(0)
         field = ((o, ex, ey, ez), (ex, o, bz, -by), (ey, -bz, o, bx), (ez, by, -bx, o))
-        # The last column carries U(0), so that one exponential gives both e^(F tau) and its integral on U(0).
+        # The last column is U(0), so that one exponential gives e^(F tau) and its integral applied to U(0).
         start = [self._time_part(), *map(ball, self.proper)]
         rows = [[*(ball(x) for x in row), u] for row, u in zip(field, start, strict=True)]
         matrix = flint.arb_mat(5, 5, [x for row in rows for x in row] + [flint.arb(0)] * 5)
@@ -131,7 +132,7 @@ class RelativisticCharge(BallMotion):
         """A proper time close to that at time t, an exact number: Newton's method, first in a bracket."""
         largest = max(map(abs, (*(e / self.c for e in self.electric), *self.magnetic)))
         if abs(self.q_m * largest * t) > LONGEST:
-            raise ArithmeticError(f"t = {float(t):g} s is more than 1e40 times what its fields take to turn the charge")
+            raise ArithmeticError(f"t = {float(t):g} s is more than 1e40 times the time scale of the fields")
         if max(map(abs, self.proper)) > LONGEST * self.c:
             raise ArithmeticError("its Lorentz factor is more than 1e40")
         with precision(ROUGH_BITS):
@@ -141,7 +142,7 @@ class RelativisticCharge(BallMotion):
         return self._newton(ball(self.c * t), tau, low, high)
 
     def _newton(self, goal: Any, tau: Any, low: Any, high: Any) -> Any:
-        """Newton's method; a step that leaves the bracket, or is no half of the one before, is a bisection instead."""
+        """Newton's method; a bisection replaces steps that leave the bracket or exceed half the previous one."""
         before = high - low
         for _ in range(1000):
             grown = self._grown(tau)

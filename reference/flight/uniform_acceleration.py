@@ -1,6 +1,6 @@
-"""Uniformly accelerated motions, q'' = a with constant a, exact in rational numbers where a is.
+"""Uniformly accelerated motions, q'' = a with constant a: in rational numbers where a is rational.
 
-An Atwood machine, and a block that slides on a wedge that is itself free to slide (Beatty, Dynamics, 8.8 to 8.11).
+An Atwood machine, and a block on a wedge that is free to slide (Beatty, Dynamics, 8.8 to 8.11).
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Atwood(Uniform):
         return self.g * (self.m1 - self.m2) / (self.m1 + self.m2 + self.inertia / self.radius**2)
 
     def tensions(self, digits: int = 15) -> tuple[Any, Any]:
-        """Of the rope on the side of m1 and of m2 (N)."""
+        """Tensions of the rope on the sides of m1 and m2 (N)."""
         first, second = self.m1 * (self.g - self.rate), self.m2 * (self.g + self.rate)
         return self._quantity(digits, lambda mp: mp.mpf(first)), self._quantity(digits, lambda mp: mp.mpf(second))
 
@@ -59,7 +59,7 @@ class Atwood(Uniform):
 
 @dataclass(frozen=True)
 class Wedge(Uniform):
-    """X of the wedge and s of the block down its face: no friction anywhere."""
+    """X of the wedge and s of the block down its face, without friction."""
 
     g: Fraction
     m: Fraction
@@ -73,7 +73,7 @@ class Wedge(Uniform):
         return -m * cosine * common, (M + m) * common
 
     def normal_force(self, digits: int = 15) -> Any:
-        """Between block and wedge (N): m M g cos(alpha)/(M + m sin^2(alpha))."""
+        """Normal force between block and wedge (N): m M g cos(alpha)/(M + m sin^2(alpha))."""
 
         def formula(mp: Any) -> Any:
             cosine, sine = mp.cos_sin(mp.mpf(self.alpha))

@@ -1,6 +1,6 @@
-"""A bead on a smooth wire that turns uniformly in a vertical plane: r'' = O^2 r - g sin(O t) (Beatty, Dynamics, 11.7).
+"""A bead on a smooth wire that rotates uniformly in a vertical plane: r'' = O^2 r - g sin(O t) (Beatty 11.7).
 
-r = A e^(Ot) + B e^(-Ot) + (g/(2 O^2)) sin(Ot). The load is a component of a linear system, the pair sin, cos.
+r = A e^(Ot) + B e^(-Ot) + (g/(2 O^2)) sin(Ot). The load is part of a linear system, with components sin and cos.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from gnomon.reference.numerics.linear import LinearMotion, Row
 
 @dataclass(frozen=True)
 class BeadOnTurningWire(LinearMotion):
-    """State (r, r'); the wire is level at t = 0 and rises."""
+    """State (r, r'); the wire is horizontal at t = 0 and rises."""
 
     O: Fraction  # noqa: E741 - the symbol of the equations
     g: Fraction
@@ -30,13 +30,13 @@ class BeadOnTurningWire(LinearMotion):
         return rows, (self.r0, self.v0, 0, 1)
 
     def growing(self) -> Fraction:
-        """A, the amplitude of the part that grows; zero on the bounded orbits."""
+        """A, the coefficient of the growing part; zero on bounded motions."""
         return (self.r0 + (self.v0 - self.g / (2 * self.O)) / self.O) / 2
 
     def decaying(self) -> Fraction:
-        """B, the amplitude of the part that dies."""
+        """B, the coefficient of the decaying part."""
         return (self.r0 - (self.v0 - self.g / (2 * self.O)) / self.O) / 2
 
     def swing(self, digits: int = 15) -> Any:
-        """g/(2 O^2), the amplitude of the bounded orbit."""
+        """g/(2 O^2), the amplitude of the bounded periodic motion."""
         return self._quantity(digits, lambda mp: mp.mpf(self.g / (2 * self.O**2)))

@@ -1,8 +1,8 @@
 """A chain that slides from a table through a smooth quarter circle and off its end (Beatty, Dynamics, 8.12).
 
-L s'' = g (drop(s) - drop(s - L)), s the way of the front from the begin of the quarter circle of radius R, guided as in
-a tube: drop(s) = R (1 - cos(s/R)) on it and R + s - h below, h = pi R/2 < L. Energy gives s'^2 while the front or the
-tail is on the circle, and the time by quadrature; between and after these the motion is elementary.
+L s'' = g (drop(s) - drop(s - L)), s the distance of the front from the start of the quarter circle of radius R, along a
+tube: drop(s) = R (1 - cos(s/R)) on it and R + s - h below, h = pi R/2 < L. While the front or the tail is on the
+circle, energy gives s'^2, and a quadrature the time; between and after these stages the motion is elementary.
 """
 
 from __future__ import annotations
@@ -14,15 +14,19 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball
-from gnomon.reference.numerics.passage import Pace, Track
+from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.motion import BallMotion
+from gnomon.reference.numerics.passage import Pace, Track, pace_from_rest
 
 LONGEST = 0.5
-"""Of sqrt(L/g): the time between two places of a track."""
+"""In units of sqrt(L/g): the time between two places of a track."""
 
 
 class Stages(NamedTuple):
-    """Times and speeds at which the front hangs straight, the tail enters the circle and the tail is off it."""
+    """Tracks, and times and speeds at which the front and the tail pass the ends of the circle.
+
+    `hangs`: the front leaves the circle; `enters`: the tail enters it; `leaves`: the tail leaves it.
+    """
 
     front: Track
     hangs: Any
@@ -45,7 +49,7 @@ class ChainQuarter(BallMotion):
     v: Fraction
 
     def event_times(self, digits: int = 15) -> tuple[Any, Any, Any]:
-        """When the front hangs straight, the tail enters the circle, the tail is off it."""
+        """Times (s) at which the front leaves the circle, the tail enters it, and the tail leaves it."""
         return tuple(  # type: ignore[return-value]
             self._derived(digits, lambda i=i: getattr(self._stages(), ("hangs", "enters", "leaves")[i]))  # type: ignore[misc]
             for i in range(3)
@@ -89,7 +93,7 @@ class ChainQuarter(BallMotion):
         return _stages(self, flint.ctx.prec)
 
     def _square(self, delta: Any) -> Any:
-        """v^2 when the front has come `delta` from its start, on the circle."""
+        """v^2 when the front has moved by `delta`, on the circle."""
         return ball(self.v**2) + delta * self._from_rest(delta)
 
     def _from_rest(self, delta: Any) -> Any:
@@ -100,7 +104,7 @@ class ChainQuarter(BallMotion):
         )
 
     def _tail_square(self, enter_speed: Any) -> Callable[[Any], Any]:
-        """v^2 when the tail has come `way` on the circle."""
+        """v^2 as a function of the distance of the tail from the start of the circle."""
         twice, radius = ball(2 * self.g / self.length), ball(self.radius)
         below = ball(self.length) - self.quarter()
 
@@ -128,7 +132,7 @@ def _stages(motion: ChainQuarter, bits: int) -> Stages:
     quarter, radius = motion.quarter(), ball(motion.radius)
     rest = quarter - ball(motion.s)
     if motion.v == 0:
-        front = Track(_root_pace(motion._from_rest), rest.sqrt(), longest)
+        front = Track(pace_from_rest(motion._from_rest), rest.sqrt(), longest)
     else:
         front = Track(_pace(motion._square), rest, longest)
     hang_speed = motion._square(flint.acb(rest)).real.sqrt()
@@ -145,8 +149,3 @@ def _stages(motion: ChainQuarter, bits: int) -> Stages:
 
 def _pace(square: Callable[[Any], Any]) -> Pace:
     return lambda x, analytic: square(x).rsqrt(analytic=analytic)
-
-
-def _root_pace(quotient: Callable[[Any], Any]) -> Pace:
-    """dt/d sigma, delta = sigma^2, from rest."""
-    return lambda sigma, analytic: 2 * quotient(sigma * sigma).rsqrt(analytic=analytic)

@@ -1,8 +1,7 @@
-"""s'' = w^2 (s - c) until s reaches an end, and a constant acceleration from there on: chains that pull themselves over
-an edge (Beatty, Dynamics, 8.12).
+"""Chains that slide over an edge: s'' = w^2 (s - c) until s reaches `end`, then free fall (Beatty, Dynamics, 8.12).
 
-With x = s - c the motion is x = x0 cosh(wt) + (v0/w) sinh(wt). x0 and v0 are not negative, so nothing cancels, neither
-there nor in the time of the end.
+With x = s - c the motion is x = x0 cosh(wt) + (v0/w) sinh(wt). x0 and v0 are not negative, so that neither this nor the
+end time has cancellation.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from gnomon.reference.numerics.motion import Motion, decades
 
 
 @dataclass(frozen=True)
-class Runaway(Motion):
+class SlidingChain(Motion):
     """State (s, v); s0 >= c and v0 >= 0. `square` is w^2 > 0, `after` the acceleration beyond `end`."""
 
     square: Fraction
@@ -28,15 +27,15 @@ class Runaway(Motion):
 
     @property
     def rests(self) -> bool:
-        """In the unstable equilibrium."""
+        """Whether it is in the unstable equilibrium."""
         return self.s0 == self.centre and self.v0 == 0
 
     def end_time(self, digits: int = 15) -> Any:
-        """When s reaches the end; infinite in equilibrium."""
+        """Time at which s reaches `end` (s); infinite in equilibrium."""
         return self._quantity(digits, self._end_time)
 
     def end_speed(self, digits: int = 15) -> Any:
-        """The speed there, sqrt(v0^2 + w^2 ((end - c)^2 - (s0 - c)^2))."""
+        """The speed at `end`, sqrt(v0^2 + w^2 ((end - c)^2 - (s0 - c)^2))."""
         return self._quantity(digits, self._end_speed)
 
     def _end_speed(self, mp: Any) -> Any:

@@ -1,8 +1,9 @@
-"""A particle that slides on a smooth circle and leaves it: off the top of a sphere, or inside a loop (Beatty 6.3.4).
+"""A particle that slides on a smooth circle and leaves it: from the top of a sphere, or inside a loop (Beatty 6.3.4).
 
-In contact the angle is a pendulum's (reference/guided/pendulum_on_hoop.py). Contact is lost where the normal force vanishes; from there on
-the particle flies on a parabola. There r^2 - R^2 = tau^3 (v.g + g^2 tau/4), since speed and curvature match the circle:
-the height over the circle is known without cancellation, and so is the time of the next contact inside the loop.
+In contact the angle is that of a pendulum (reference/guided/pendulum_on_hoop.py). Contact is lost where the normal
+force vanishes; then the particle flies on a parabola, with r^2 - R^2 = tau^3 (v.g + g^2 tau/4) at the time tau after
+the loss, because speed and curvature match the circle. This gives the distance from the circle without cancellation,
+and the time of the next contact inside the loop.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from gnomon.reference.numerics.precision import exact, working
 class ContactLoss(Motion):
     """State (theta, h, omega, u): angle from the top of a sphere (`inside` False) or from the bottom of a loop (True).
 
-    h is the distance from the circle, to the side on which the particle is free, and u its rate. Starts in contact with
-    theta0 in [0, pi/2) and omega0 >= 0, moving or (inside) at rest; the normal force is not negative.
+    h is the distance from the circle, on the side where the particle is free, and u its rate. The start is in contact,
+    with theta0 in [0, pi/2) and omega0 >= 0, moving or (inside) at rest, and a normal force that is not negative.
     """
 
     g: Fraction
@@ -50,7 +51,7 @@ class ContactLoss(Motion):
             return bool(-1 < cosine < 0)
 
     def leaving_time(self, digits: int = 15) -> Any:
-        """When contact is lost; infinite where it is not."""
+        """Time at which contact is lost (s); infinite if it is not."""
         return self._quantity(digits, self._leaving_time)
 
     def leaving_angle(self, digits: int = 15) -> Any:
@@ -60,7 +61,7 @@ class ContactLoss(Motion):
         return self._quantity(digits, self._leaving_rate)
 
     def flight_time(self, digits: int = 15) -> Any:
-        """From leaving a loop to the next contact: 4 v_y/g; infinite for a sphere."""
+        """Time from leaving a loop to the next contact: 4 v_y/g; infinite for a sphere."""
         return self._quantity(digits, self._flight_time)
 
     def _leaving_cosine(self, mp: Any) -> Any:
@@ -96,7 +97,7 @@ class ContactLoss(Motion):
         x, y = radius * sine + vx * tau, side * radius * cosine + vy * tau - g * tau**2 / 2
         fall, r = vy - g * tau, mp.hypot(x, y)
         theta = mp.atan2(x, side * y)
-        if self.inside and theta < 0:  # past the top, and not below the centre
+        if self.inside and theta < 0:  # past the top, not below the centre
             crossing = radius * sine / -vx
             theta += 2 * mp.pi if side * radius * cosine + vy * crossing - g * crossing**2 / 2 > 0 else 0
         h = side * tau**3 * (-g * vy + g**2 * tau / 4) / (r + radius)
@@ -106,7 +107,7 @@ class ContactLoss(Motion):
 
 @lru_cache(maxsize=32)
 def _leaving_time(motion: ContactLoss, digits: int) -> Fraction:
-    """Bracketed and bisected roughly, then Newton's method, each step with twice the digits."""
+    """A bracket and rough bisection, then Newton's method, each step with twice the digits."""
     step = Fraction(float(motion.radius / motion.g) ** 0.5 / 4)
     target = motion.leaving_angle(20)
 

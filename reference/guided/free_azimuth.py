@@ -1,8 +1,8 @@
-"""A flyball governor that spins freely (Beatty, Dynamics, 11.12.1): the azimuth is ignorable, the arms move in a well.
+"""A flyball governor that spins freely (Beatty, Dynamics, 11.12.1): the azimuth is cyclic, the arms move in a well.
 
 With J = I + 2 m L^2 sin^2(theta) and p = J phi' constant, M theta'^2/2 + V = E, M = 2 L^2 (m + 2 M_s sin^2(theta)) and
-V = p^2/(2 J) - 2 (m + M_s) g L cos(theta). Fast spin lifts the arms off the spindle: V then has a hill at theta = 0,
-and the arms stay on one side of it or swing through.
+V = p^2/(2 J) - 2 (m + M_s) g L cos(theta). Fast spin lifts the arms off the spindle: V then has a maximum at theta = 0,
+and the arms stay on one side of it or swing through it.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ class Governor(WellMotion):
 
     @property
     def rests(self) -> bool:
-        """Whether the arms hang along the spindle; a lifted steady state is at no rational angle."""
+        """Whether the arms hang along the spindle; other equilibria are at no rational angle."""
         return self.theta == 0 and self.rate == 0
 
     @cached_property
     def lifted(self) -> bool:
-        """Whether the spin's momentum holds the arms off the spindle: p^2 m L > I^2 (m + M_s) g.
+        """Whether the arms have an equilibrium off the spindle: p^2 m L > I^2 (m + M_s) g.
 
         Decided with 40 digits; equality needs a start at theta = 0.
         """
@@ -51,18 +51,18 @@ class Governor(WellMotion):
 
     @cached_property
     def one_sided(self) -> bool:
-        """Whether the arms stay on their side of the spindle."""
+        """Whether the arms stay on one side of the spindle."""
         with working(40) as mp:
             return self.lifted and bool(self._energy(mp) < self._potential(mp, mp.zero))
 
     @cached_property
     def swings(self) -> bool:
-        """Whether the arms stay below the upright."""
+        """Whether the arms do not reach the upright position."""
         with working(40) as mp:
             return bool(self._energy(mp) < self._potential(mp, +mp.pi) * (1 - mp.mpf(10) ** -30))
 
     def steady_angle(self, digits: int = 15) -> Any:
-        """Where the arms stay at this momentum; with the spin there, L cos(theta) = (m + M_s) g/(m phi'^2)."""
+        """The equilibrium angle at this momentum: L cos(theta) = (m + M_s) g/(m phi'^2) with the spin there."""
         return self._quantity(digits, lambda mp: abs(self._bottom(mp)), 30)
 
     def momentum(self, digits: int = 15) -> Any:
@@ -70,7 +70,7 @@ class Governor(WellMotion):
         return self._quantity(digits, self._momentum)
 
     def small_frequency(self, digits: int = 15) -> Any:
-        """Of small swings of the arms about the steady angle, sqrt(V''/M)."""
+        """Angular frequency of small swings about the steady angle, sqrt(V''/M)."""
 
         def formula(mp: Any) -> Any:
             x = self._bottom(mp)
@@ -86,11 +86,11 @@ class Governor(WellMotion):
         return self._quantity(digits, formula, 30)
 
     def spin_at(self, theta: float, digits: int = 15) -> Any:
-        """phi' when the arms stand at theta."""
+        """phi' when the arms are at theta."""
         return self._quantity(digits, lambda mp: self._momentum(mp) / self._inertia(mp, mp.mpf(theta)))
 
     def fastest_spin(self, digits: int = 15) -> Any:
-        """The largest |phi'|: where the arms come next to the spindle."""
+        """The largest |phi'|, where the arms are closest to the spindle."""
         if self.rests:
             return self._quantity(digits, lambda mp: abs(mp.mpf(self.spin)))
         low, high = (abs(float(x)) for x in self.turning_points())
@@ -109,7 +109,7 @@ class Governor(WellMotion):
         return self.theta, self.rate
 
     def _bottom(self, mp: Any) -> Any:
-        """J^2 = c cos(theta), c = p^2 m L/((m + M_s) g): one root below the horizontal, by bisection and Newton."""
+        """The root of J^2 = c cos(theta) below the horizontal, c = p^2 m L/((m + M_s) g): bisection, then Newton."""
         if not self.lifted:
             return mp.zero
         size = self._momentum(mp) ** 2 * mp.mpf(self.m * self.length / ((self.m + self.sleeve) * self.g))
@@ -140,7 +140,7 @@ class Governor(WellMotion):
         return square * (mp.mpf(self.m) + 2 * mp.mpf(self.sleeve) * mp.sin(x) ** 2)
 
     def _potential(self, mp: Any, x: Any) -> Any:
-        """From theta = 0, so that a small hill shows."""
+        """V - V(0), which resolves a small maximum."""
         half = mp.sin(x / 2) ** 2
         square, moment = 4 * half * (1 - half), mp.mpf(self.m * self.length**2)
         about = mp.mpf(self.inertia) * (mp.mpf(self.inertia) + 2 * moment * square)
@@ -165,5 +165,5 @@ class Governor(WellMotion):
 
 @lru_cache(maxsize=64)
 def _kept_momentum(motion: Governor, mp: Any, bits: int) -> Any:
-    """At the precision in force, `bits`: integrals ask for it thousands of times."""
+    """Cached by precision, because integrals need it thousands of times."""
     return motion._own_momentum(mp)

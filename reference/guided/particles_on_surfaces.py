@@ -1,6 +1,6 @@
-"""A particle on a smooth surface of revolution with an upright axis (Beatty, Dynamics, 11.10): one coordinate in a well.
+"""A particle on a smooth surface of revolution with a vertical axis (Beatty, Dynamics, 11.10): a motion in a well.
 
-The azimuth is ignorable: with h = rho^2 phi' constant, M(x) x'^2/2 + h^2/(2 rho(x)^2) + g z(x) = E for the coordinate x
+The azimuth is cyclic: with h = rho^2 phi' constant, M(x) x'^2/2 + h^2/(2 rho(x)^2) + g z(x) = E for the coordinate x
 along the meridian (rho, z).
 """
 
@@ -45,7 +45,7 @@ class OnSurface(WellMotion):
         return self._quantity(digits, self._momentum)
 
     def fastest_turn(self, digits: int = 15) -> Any:
-        """The largest |phi'|, at the turning point next to the axis."""
+        """The largest |phi'|, at the turning point closest to the axis."""
 
         def largest(mp: Any) -> Any:
             edges = (mp.mpf(self.x),) if self.rests else self._edges(mp)
@@ -55,7 +55,7 @@ class OnSurface(WellMotion):
 
     @property
     def rests(self) -> bool:
-        """Whether it runs on a parallel circle: where an angle is rational its cosine is not (Lindemann)."""
+        """Whether it moves on a parallel circle; never at rational angles, whose cosine is irrational (Lindemann)."""
         return False
 
     def _begin(self) -> tuple[Fraction, Fraction]:
@@ -83,13 +83,13 @@ class OnSurface(WellMotion):
 
 @lru_cache(maxsize=64)
 def _kept_momentum(motion: OnSurface, mp: Any, bits: int) -> Any:
-    """At the precision in force, `bits`: integrals ask for it thousands of times."""
+    """Cached by precision, because integrals need it thousands of times."""
     return motion._radius(mp, mp.mpf(motion.x)) ** 2 * mp.mpf(motion.spin)
 
 
 @dataclass(frozen=True)
 class OnCone(OnSurface):
-    """x from the tip along the wall, alpha between axis and wall; phi' not zero."""
+    """A cone: x from the tip along the wall, alpha between axis and wall; phi' != 0."""
 
     alpha: Fraction
 
@@ -112,7 +112,7 @@ class OnCone(OnSurface):
 
 @dataclass(frozen=True)
 class OnParaboloid(OnSurface):
-    """z = x^2/(2 p), x from the axis; phi' not zero."""
+    """A paraboloid: z = x^2/(2 p), x from the axis; phi' != 0."""
 
     p: Fraction
 
@@ -141,7 +141,7 @@ class OnParaboloid(OnSurface):
 
 @dataclass(frozen=True)
 class OnTorus(OnSurface):
-    """rho = R + a cos(x), z = a sin(x), a < R; the motion stays between x = -pi and pi/2, where V is higher."""
+    """A torus: rho = R + a cos(x), z = a sin(x), a < R; V bounds the motion between x = -pi and pi/2."""
 
     R: Fraction
     a: Fraction
@@ -168,7 +168,7 @@ class OnTorus(OnSurface):
         return -mp.mpf(self.a) * mp.sin(x), mp.mpf(self.a) * mp.cos(x)
 
     def _bottom(self, mp: Any) -> Any:
-        """V' = 0 between -pi/2 and 0, where g cos(x) grows and h^2 (-sin(x))/rho^3 falls: one root, by bisection."""
+        """The root of V' between -pi/2 and 0, where g cos(x) grows and h^2 (-sin(x))/rho^3 falls; by bisection."""
         low, high = -mp.pi / 2, mp.zero
         for _ in range(mp.prec + 10):
             middle = (low + high) / 2

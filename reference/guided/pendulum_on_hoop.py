@@ -1,10 +1,9 @@
 """theta'' = -A sin(theta) + B sin(theta) cos(theta), for all A, B and starts, by Biermann's formula in balls.
 
-A bead on a rotating hoop, a plate hinged to a rotating shaft and the gyrocompass are this one equation (Beatty,
-Dynamics, 6.9, 10.12.5, 10.13, 11.12.2). With u = tan((theta - theta0)/2), u'^2 is a quartic in u; u runs to infinity
-where theta passes the point opposite to its start, and numerator and denominator are followed through that. Which turn
-theta is in follows from the highest points of the potential V = -A cos(theta) - B sin^2(theta)/2, which bound a motion
-that does not pass them.
+A bead on a rotating hoop, a plate hinged to a rotating shaft and the gyrocompass obey this equation (Beatty,
+Dynamics, 6.9, 10.12.5, 10.13, 11.12.2). With u = tan((theta - theta0)/2), u'^2 is a quartic in u. u is infinite where
+theta is opposite to its start; numerator and denominator are computed apart and stay finite. The turn of theta follows
+from the maxima of the potential V = -A cos(theta) - B sin^2(theta)/2, which bound a motion that does not pass them.
 """
 
 from __future__ import annotations
@@ -16,14 +15,15 @@ from functools import cached_property, lru_cache
 from typing import Any, ClassVar
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, precision, refined, sign
+from gnomon.reference.numerics.balls import ball, precision, refined, sign
 from gnomon.reference.numerics.biermann import FromZero
-from gnomon.reference.numerics.motion import Cycle
+from gnomon.reference.numerics.motion import BallMotion
+from gnomon.reference.numerics.pointwise import Cycle
 
 
 @dataclass(frozen=True)
 class Hoop(BallMotion):
-    """State (theta, omega), theta in rad, not wrapped."""
+    """State (theta, omega), theta in rad, unwrapped."""
 
     pull: Fraction
     lift: Fraction
@@ -39,8 +39,8 @@ class Hoop(BallMotion):
     def regime(self) -> str:
         """libration, rotation, separatrix or rest.
 
-        The cosine of a rational number other than 0 is transcendental (Lindemann): only a start at theta = 0 can be in
-        balance or have exactly the energy of a highest point.
+        The cosine of a rational number other than 0 is transcendental (Lindemann): only a start at theta = 0 can be an
+        equilibrium or have exactly the energy of a maximum of V.
         """
         if self.omega0 == 0 and (self.theta0 == 0 or (self.pull == 0 and self.lift == 0)):
             return self.REST
@@ -68,7 +68,7 @@ class Hoop(BallMotion):
         return self._derived(digits, lambda: ball(self.pull / self.lift).acos())
 
     def small_frequency(self, digits: int = 15) -> Any | None:
-        """Of small swings about the stable equilibrium of lowest energy; None where the linear force vanishes."""
+        """Angular frequency of small swings about the minimum of V; None where the linear force vanishes."""
         a, b = abs(self.pull), self.lift
         square = b - a * a / b if b > a else a - b
         return self._derived(digits, lambda: ball(square).sqrt()) if square > 0 else None
@@ -80,10 +80,10 @@ class Hoop(BallMotion):
         return (b + a * a / b) / 2 if b > a else a
 
     def _middle(self) -> Any:
-        """The middle between the neighbouring highest points, within half a turn of which theta stays."""
+        """The middle between the neighbouring maxima of V; theta stays within half a turn of it."""
         theta, turn = ball(self.theta0), 2 * flint.arb.pi()
         offset = flint.arb(0) if self.pull >= 0 else flint.arb.pi()
-        if -self.lift > abs(self.pull):  # highest at +-acos(A/B): one stretch about 0, one about pi
+        if -self.lift > abs(self.pull):  # maxima at +-acos(A/B): one interval about 0, one about pi
             top = ball(self.pull / self.lift).acos()
             rest = theta - _nearest(theta / turn) * turn
             offset = flint.arb(0) if abs(rest) < top else flint.arb.pi()
@@ -108,7 +108,7 @@ class Hoop(BallMotion):
 
     @cached_property
     def _degenerate(self) -> bool:
-        """Whether two roots of the quartic coincide, which only a start at theta = 0 (or no force) allows."""
+        """Whether two roots of the quartic coincide, which needs a start at theta = 0 (or no force)."""
         if self.pull == 0 and self.lift == 0:
             return True
         if self.theta0 != 0:
@@ -132,7 +132,7 @@ class Hoop(BallMotion):
         if self.regime == self.ROTATION:
             way = 1 if self.omega0 > 0 else -1
             if not (angle > 0 or angle < 0) or not (time > 0 or time < 0):
-                return [flint.arb.nan()] * 2  # more precision is asked for
+                return [flint.arb.nan()] * 2  # requests more precision
             forward = way if time > 0 else -way
             extra = forward if (angle > 0) != (forward > 0) else 0
             return [theta + angle + (extra + way * turns) * turn, omega]

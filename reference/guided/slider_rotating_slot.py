@@ -1,6 +1,6 @@
-"""A slider in a radial slot of a steadily turning table, on a spring, with wall friction (Beatty, Dynamics, 6.9).
+"""A slider on a spring in a radial slot of a uniformly rotating table, with wall friction (Beatty, Dynamics, 6.9).
 
-Friction acts through the Coriolis force of the wall, mu |2 m Om r'|, so it is linear damping for either sign of r'.
+The wall presses with the Coriolis force, so that friction is mu |2 m Om r'|: linear damping for either sign of r'.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Slot(LinearMotion):
 
     @property
     def pull(self) -> Fraction:
-        """Om^2 - k/m, positive where the table wins."""
+        """Om^2 - k/m, positive above the critical speed."""
         return self.rate**2 - self.stiffness / self.mass
 
     @property
@@ -38,7 +38,7 @@ class Slot(LinearMotion):
         return 2 * self.friction * abs(self.rate)
 
     def balance(self, digits: int = 15) -> Any | None:
-        """Where the slider can stay; None at the critical speed."""
+        """Equilibrium radius; None at the critical speed."""
         if self.pull == 0:
             return None
         return self._quantity(digits, lambda mp: mp.mpf(-self.stiffness / self.mass * self.natural / self.pull))

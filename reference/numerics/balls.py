@@ -1,27 +1,24 @@
-"""Exact motions in ball arithmetic: the precision is raised until the balls prove the digits asked for.
+"""Ball arithmetic at a precision that is raised until the balls prove the requested digits.
 
-Cancellation, near-resonance and stiffness then cost time but no thought: no formula needs guard digits of its own.
+Cancellation, near-resonance and stiffness then cost only time: formulas of exact motions need no guard digits.
 Balls: Johansson, Arb: efficient arbitrary-precision midpoint-radius interval arithmetic, IEEE Trans. Comput. 66 (2017).
 """
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.motion import Motion
-from gnomon.reference.numerics.precision import publish, working
 
 SMALL = 130
-"""Bits below the largest component at which a component needs no digits of its own: it may be an exact zero."""
+"""A component this many bits below the largest one needs no digits of its own: it may be an exact zero."""
 NOTHING = 2**12
-"""A ball around zero narrower than 2**-4096 counts as zero: no unit makes that much of anything."""
+"""A ball around zero narrower than 2**-4096 counts as zero, whatever the unit."""
 MOST_BITS = 2**17
-"""More than any motion in a sensible domain needs."""
+"""More than any motion needs within the domain of its case."""
 
 
 @contextmanager
@@ -36,15 +33,15 @@ def precision(bits: int) -> Iterator[None]:
 
 
 def ball(value: Fraction | int) -> Any:
-    """An exact rational as a ball at the precision in force."""
+    """An exact rational as a ball at the current precision."""
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 
 def refined(mp: Any, compute: Callable[[], Sequence[Any]]) -> list[Any]:
     """The midpoints of `compute()` as numbers of `mp`, proved to the precision that `mp` has.
 
-    `compute` is called with more and more bits, until each ball is narrower than the last bit of its component, or than
-    that of the largest component 130 bits further down. Raises ArithmeticError where no precision is enough.
+    `compute` is called at increasing precision until each ball is narrower than the last bit of its component, or than
+    2**-130 times the last bit of the largest component. Raises ArithmeticError where 2**17 bits are not enough.
     """
     wanted = mp.prec + 4
     bits = wanted + 30
@@ -54,13 +51,13 @@ def refined(mp: Any, compute: Callable[[], Sequence[Any]]) -> list[Any]:
             if all(x.is_finite() for x in values) and _sharp(values, wanted):
                 return [mp.mpf(_dyadic(x)) for x in values]
         bits += bits // 2
-    raise ArithmeticError(f"{MOST_BITS} bits do not tell the digits of {values}")
+    raise ArithmeticError(f"{MOST_BITS} bits do not determine the digits of {values}")
 
 
 def sign(compute: Callable[[], Any]) -> int:
-    """The sign of `compute()`, decided by precision enough; 0 only where the ball is exactly zero.
+    """The sign of `compute()`, at the precision that decides it; 0 only where the ball is exactly zero.
 
-    Raises ArithmeticError where 2**13 bits do not tell it from zero: decide what can be zero in rational numbers first.
+    Raises ArithmeticError where 2**13 bits do not decide: test first, in rational numbers, whether it can be zero.
     """
     bits = 64
     while bits <= 2**13:
@@ -73,11 +70,11 @@ def sign(compute: Callable[[], Any]) -> int:
             if value.is_zero():
                 return 0
         bits *= 2
-    raise ArithmeticError(f"{value} cannot be told from zero")
+    raise ArithmeticError(f"{value} cannot be distinguished from zero")
 
 
 def floor_of(compute: Callable[[], Any]) -> int:
-    """The integer part of `compute()`, by precision enough; ArithmeticError where it may be an integer itself."""
+    """The floor of `compute()`, at the precision that decides it; ArithmeticError where it may be an integer itself."""
     bits = 64
     while bits <= 2**13:
         with precision(bits):
@@ -85,25 +82,7 @@ def floor_of(compute: Callable[[], Any]) -> int:
         if found is not None:
             return int(found)
         bits *= 2
-    raise ArithmeticError("a number cannot be told from an integer")
-
-
-class BallMotion(Motion):
-    """A motion whose state is a formula in balls, `_balls(t)`, at the precision in force."""
-
-    @abstractmethod
-    def _balls(self, t: Fraction) -> Sequence[Any]: ...
-
-    def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
-        return refined(mp, lambda: self._balls(t))
-
-    def _guard(self, t: Fraction) -> float:
-        return 2  # the balls hold the digits; this is for rounding once
-
-    def _derived(self, digits: int, formula: Callable[[], Any]) -> Any:
-        """A derived number: `formula()` in balls, to `digits`, rounded once."""
-        with working(digits + 2) as mp:
-            return publish(refined(mp, lambda: [formula()]), digits)[0]
+    raise ArithmeticError("a number cannot be distinguished from an integer")
 
 
 def _sharp(values: Sequence[Any], wanted: int) -> bool:

@@ -1,7 +1,7 @@
-"""x'^2 = f(x) with f of degree up to 4, by Biermann's formula, in balls: for coefficients that are no rational numbers.
+"""x'^2 = f(x) with f of degree up to 4, by Biermann's formula, in balls: for irrational coefficients.
 
-The formula is that of `weierstrass`; here the start is moved to x = 0 and numerator and denominator are kept apart, so
-that a solution which runs through infinity (the tangent of half an angle) is followed through it.
+The formula is that of `weierstrass`; here the start is shifted to x = 0 and numerator and denominator are kept apart,
+so that a solution can pass through infinity (the tangent of half an angle does).
 """
 
 from __future__ import annotations

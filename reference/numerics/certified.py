@@ -1,8 +1,8 @@
 """Motions without a closed form, by Taylor series in high precision, dense in time.
 
 Each step's series is kept, so that any time within it costs one evaluation of a polynomial. How far errors grow is
-measured by a second integration with fewer digits, and the working precision makes up for it: the digits asked for are
-those in which two precisions agree.
+measured by a second integration with fewer digits, and the working precision compensates for it: the requested digits
+are those in which two precisions agree.
 """
 
 from __future__ import annotations
@@ -18,17 +18,19 @@ from typing import Any
 
 import numpy as np
 from gnomon.reference.numerics.balls import ball, precision
-from gnomon.reference.numerics.motion import MANY, Floats, Motion
+from gnomon.reference.numerics.motion import MANY, Motion
+from gnomon.reference.numerics.pointwise import Floats
 from gnomon.reference.numerics.taylor import MAX_STEPS, Field, _Flow, _fraction, _step, _value
-from gnomon.reference.storage.diskcache import Entry, cached, fingerprint
+from gnomon.reference.storage.diskcache import Entry, cached
+from gnomon.reference.storage.import_closure import closure, modules_of
 
 COARSE = 24
 """Digits of the integration that measures growth."""
 LEVELS = (40, 56, 78, 150, 240)
-"""Working digits: few levels, so that one integration serves many questions."""
+"""Working digits: few levels, so that integrations are reused."""
 MARGIN = 4
 MOST_WORK = 25_000
-"""Steps times nodes of the equations that the coarse integration may take, some 3 s; hard variants take up to 17,000."""
+"""Most steps times nodes of the equations in the coarse integration, about 3 s; hard variants need up to 17,000."""
 COMPARED = 16
 
 
@@ -48,7 +50,7 @@ class Path:
         self.series: list[list[list[Any]]] = []
 
     def value(self, t: Fraction) -> list[Fraction]:
-        """The state at t; raises ArithmeticError where the steps shrink to nothing before it."""
+        """The state at t; raises ArithmeticError where the integration does not reach it."""
         distance = abs(t)
         with precision(self.bits):
             while not self.series or self.ends[-1] < distance:
@@ -76,7 +78,7 @@ class Path:
 class CertifiedMotion(Motion):
     """y' = rates(t, y) from `start` at t = 0, up to about `horizon` (s).
 
-    `label` tells these rates, parameters included, from all others.
+    `label` identifies these rates and their parameters among all others.
     """
 
     label: str
@@ -93,18 +95,21 @@ class CertifiedMotion(Motion):
         return [mp.mpf(x) for x in _path(self, level, t < 0).value(t)]
 
     def growth(self, t: Fraction) -> float:
-        """Digits that errors have grown by until t (where t > 0: until the horizon), relative to the motion's size.
+        """Digits by which errors grow until t (at least until the horizon for t >= 0), relative to the motion's size.
 
         Raises ArithmeticError where all digits of the coarse integration are lost: the motion is too long.
         """
         return _growth(self, max(t, self.horizon) if t >= 0 else t)
 
     def sample(self, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
-        """Few states are kept on disk too, because the integration is dear."""
+        """States at few times are kept on disk too, because the integration is expensive."""
         if len(times) >= MANY:
             return Motion.sample(self, times, span, breaks)
         digest = hashlib.sha256(np.ascontiguousarray(times).tobytes()).hexdigest()
-        key = f"certified {fingerprint('gnomon.reference')} {self!r} {digest}"
+        sources = closure(*modules_of(self))
+        if sources is None:
+            return self.sample_each(times)
+        key = f"certified {sources} {self!r} {digest}"
         return np.asarray(cached(key, lambda: Entry({"states": self.sample_each(times)})).arrays["states"])
 
 
@@ -120,7 +125,7 @@ def _growth(motion: CertifiedMotion, t: Fraction) -> float:
     pairs = [(coarse.value(s), fine.value(s)) for s in places]
     sizes = [max(map(abs, column)) for column in zip(motion.start, *(b for _, b in pairs), strict=True)]
     largest = max(sizes) or Fraction(1)
-    # A component that stays at nothing, or at round-off, has no digits of its own.
+    # A component that stays at zero, or at round-off, has no digits of its own.
     sizes = [size if size * 10**COMPARED > largest else largest for size in sizes]
     worst = max(abs(x - y) / size for a, b in pairs for x, y, size in zip(a, b, sizes, strict=True))
     lost = COARSE + math.log10(worst) if worst * 10**COARSE > 1 else 0.0

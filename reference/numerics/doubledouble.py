@@ -1,6 +1,6 @@
 """Numbers of 106 bits as unevaluated sums of two doubles, compiled. No fast-math: it would cancel the error terms.
 
-Touch the files whose kernels numba caches when this one changes: its cache watches the kernel's own file only.
+After a change here, touch the files whose kernels numba caches: it watches only the file of the kernel itself.
 Dekker, Numerische Mathematik 18 (1971); Hida, Li and Bailey, ARITH-15 (2001). Relative errors are below 2**-104.
 """
 

@@ -1,8 +1,8 @@
 """Jacobi's elliptic functions and Legendre's integrals by the arithmetic-geometric mean.
 
 Every function takes the complementary parameter mc = 1 - m (m = k^2, 0 < mc), formed by the caller without
-cancellation: m itself loses the digits that matter next to a separatrix. The amplitude is continuous in u, so nothing
-wraps. `mp` is an mpmath context; results carry its precision less the digits that 2**N u and sqrt(mc) cost.
+cancellation: m itself loses the digits that matter next to a separatrix. The amplitude is continuous in u: it is not
+reduced to one period. `mp` is an mpmath context; results have its precision less the digits of 2**N u and 1/sqrt(mc).
 DLMF 22.20(ii), 19.8(i), 19.22.
 """
 
@@ -13,13 +13,13 @@ from typing import Any
 
 
 def means(mp: Any, mc: Any, m: Any) -> tuple[list[Any], list[Any], list[Any]]:
-    """The arithmetic-geometric mean from (1, sqrt(mc), sqrt(m)) until c vanishes at the working precision."""
+    """The arithmetic-geometric mean from (1, sqrt(mc), sqrt(m)) until c is negligible at the working precision."""
     return _means(mp, mc, m, mp.prec)
 
 
 @lru_cache(maxsize=32)
 def _means(mp: Any, mc: Any, m: Any, precision: int) -> tuple[list[Any], list[Any], list[Any]]:
-    """Kept, because a motion asks for the same ones at every time."""
+    """Cached, because a motion needs the same means at every time."""
     a, b, c = [mp.one], [mp.sqrt(mc)], [mp.sqrt(m)]
     while abs(c[-1]) > abs(a[-1]) * mp.eps:
         x, y = a[-1], b[-1]

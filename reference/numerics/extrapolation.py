@@ -1,4 +1,4 @@
-"""Motions by extrapolation in high precision: shares nothing with Taylor series but the equations.
+"""Motions by extrapolation in high precision, which shares only the equations with Taylor series.
 
 Gragg's modified midpoint rule with 2, 4, 6, ... substeps, extrapolated in the square of the substep (Hairer, Norsett
 and Wanner, Solving Ordinary Differential Equations I, II.9).
@@ -23,10 +23,10 @@ def extrapolate(
 ) -> list[tuple[Fraction, ...]]:
     """States at increasing `times` from `state` at t = 0, by steps with an error below 10**-digits of the state.
 
-    `step` is the first step tried. Raises ArithmeticError where the steps shrink to nothing.
+    `step` (s) is the first step tried. Raises ArithmeticError where the steps fall below 1e-15 s, or for too many.
     """
     columns = max(6, digits // 2 - 2)
-    # The table's weights grow to 10**(columns/2); 15 digits are for many steps.
+    # The table's weights grow to 10**(columns/2); 15 digits cover the round-off of many steps.
     with precision(math.ceil((digits + columns / 2 + 15) * math.log2(10))):
         now, here, found, taken = Fraction(0), [ball(x) for x in state], [], 0
         for time in times:
@@ -45,7 +45,7 @@ def extrapolate(
 
 
 def _extrapolated(field: Field, t: Fraction, y: list[Any], length: Fraction, columns: int) -> tuple[list[Any], float]:
-    """The state after a step and the logarithm of its error over its size."""
+    """The state after a step and the natural logarithm of its relative error."""
     row: list[list[Any]] = []
     error = 0.0
     for j in range(1, columns + 1):

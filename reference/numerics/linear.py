@@ -14,13 +14,14 @@ from fractions import Fraction
 from typing import Any, ClassVar
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, refined
-from gnomon.reference.numerics.motion import MANY, Cycle, Floats, Turn
+from gnomon.reference.numerics.balls import ball, refined
+from gnomon.reference.numerics.motion import MANY, BallMotion
+from gnomon.reference.numerics.pointwise import Cycle, Floats, Turn
 
 Row = Sequence[Any]
 
 FARTHEST = 2 ** (8 * 200)
-"""1e60 to the eighth: so far out, precision enough takes seconds."""
+"""(1e60)**8: for longer times, enough precision takes seconds."""
 
 
 class LinearMotion(BallMotion):
@@ -30,7 +31,7 @@ class LinearMotion(BallMotion):
 
     @abstractmethod
     def _system(self) -> tuple[Sequence[Row], Row]:
-        """A row by row, and y at t = 0: rationals or balls at the precision in force."""
+        """A row by row, and y at t = 0: rationals or balls at the current precision."""
 
     def _balls(self, t: Fraction) -> Sequence[Any]:
         return self._whole(t)[: self.dimension]
@@ -42,7 +43,7 @@ class LinearMotion(BallMotion):
         return list((_exponential(rows, t) * flint.arb_mat(size, 1, [_entry(x) for x in start])).entries())
 
     def _rate(self) -> float:
-        """The fastest vibration (rad/s) of a motion that does not repeat itself, load included; 0 where it has none."""
+        """Largest angular frequency (rad/s), load included, of a motion without a cycle; 0 if it does not vibrate."""
         return 0.0
 
     def sample(self, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
@@ -55,7 +56,7 @@ class LinearMotion(BallMotion):
 
 @dataclass(frozen=True)
 class Strobed(BallMotion):
-    """All components of a linear motion: y(t + T) = exp(A T) y(t), and any time T is as good as a period."""
+    """All components of a linear motion, with a cycle of any length T: y(t + T) = exp(A T) y(t)."""
 
     motion: LinearMotion
     period: Fraction
@@ -74,9 +75,9 @@ def _exponential(rows: Sequence[Row], t: Fraction) -> Any:
     """exp(A t)."""
     matrix = flint.arb_mat(len(rows), len(rows), [_entry(x) for row in rows for x in row])
     grown = matrix * ball(t)
-    # whatever the units, entries of the eighth power go as the eighth power of the rates
+    # entries of the eighth power scale as the eighth power of the rates, whatever the units
     if any(abs(x.mid()) > FARTHEST for x in ((grown * grown) ** 4).entries()):
-        raise ArithmeticError(f"t = {float(t):g} s is more than 1e60 times its fastest time; give a shorter span")
+        raise ArithmeticError(f"t = {float(t):g} s exceeds 1e60 times its shortest time scale; give a shorter span")
     return grown.exp()
 
 

@@ -1,4 +1,4 @@
-"""How long a passage takes and how far it has come: integrals of a positive analytic pace in balls, and their inverse.
+"""Time along a passage as the integral of a positive analytic dt/dx in balls, and its inverse, the place at a time.
 
 A motion with a first integral x'^2 = p(x) takes dt = dx/sqrt(p). Next to a turning point p = delta q(delta), and with
 delta = sigma^2 it takes dt = 2 d sigma/sqrt(q(sigma^2)): analytic again. Integrals: Johansson, Numerical integration in
@@ -22,9 +22,9 @@ NARROWEST = 2.0**-60
 
 
 class Track:
-    """Times from 0 on along a passage to `end`, kept at places between which at most about `longest` seconds pass.
+    """The times at places along a passage from 0 to `end`, at most about `longest` seconds apart.
 
-    It belongs to the precision that is in force when it is made.
+    It is valid at the precision at which it is made.
     """
 
     def __init__(self, pace: Pace, end: Any, longest: float) -> None:
@@ -42,7 +42,7 @@ class Track:
         return self.times[-1]
 
     def arrival(self, time: Any) -> Any:
-        """The place after `time`: Newton's method, whose last step adds the ball of what is still missing."""
+        """The place after `time`: Newton's method, whose last step adds the ball of the remaining time."""
         cell = min(max(bisect.bisect_right(self._middles, float(time.mid())) - 1, 0), len(self.places) - 2)
         place, missing = self.places[cell].mid(), time - self.times[cell]
         with precision(ROUGH_BITS):
@@ -80,7 +80,7 @@ class Track:
         return [*found[:-1], end]
 
     def _rough(self, low: Any, high: Any, time: Any) -> Any:
-        """`time` after `low`, to ten digits of the cell, by Newton's method, and bisection where that leaves it."""
+        """The place `time` after `low`, to ten digits of the cell: Newton's method, or bisection where it leaves it."""
         place, close = ((low + high) / 2).mid(), abs(high - low) * flint.arb(2) ** -34
         missing = time - self._duration(low, place)
         for _ in range(100):
@@ -95,3 +95,8 @@ class Track:
                 return new
             missing, place = missing - self._duration(place, new), new
         return place
+
+
+def pace_from_rest(quotient: Callable[[Any], Any]) -> Pace:
+    """dt/d sigma with delta = sigma^2, the distance from a rest, where the squared speed is delta quotient(delta)."""
+    return lambda sigma, analytic: 2 * quotient(sigma * sigma).rsqrt(analytic=analytic)

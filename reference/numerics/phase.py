@@ -19,9 +19,9 @@ from mpmath.libmp import from_man_exp
 from numpy.typing import NDArray
 
 FIRST = 32
-ENOUGH_TO_TELL = 256
+ENOUGH_TO_PREDICT = 256
 MOST = 2**15
-"""Terms; more means a function with a singularity next to the real phases."""
+"""Most terms; a function that needs more has a singularity next to the real phases."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class CosineSeries:
     bits: int
 
     def expected(self, bits: int) -> int:
-        """How many terms the same function will want at another precision: they shrink geometrically."""
+        """The number of terms for the same function at another precision: they decay geometrically."""
         return max(FIRST, 3 * int(self.terms.length()) * bits // (2 * self.bits) + 16)
 
     def at(self, mp: Any, phi: Any) -> tuple[Any, Any]:
@@ -50,7 +50,7 @@ class CosineSeries:
         return 2 * mp.pi * to_mpf(mp, self.mean)
 
     def table(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Phases over [-pi, pi] and the integral there in doubles, as fine as the series is long."""
+        """Phases over [-pi, pi] and the integral there in doubles, on a grid in proportion to the number of terms."""
         weights = np.array([float(c.real.mid()) for c in self.integrated.coeffs()])
         size = 8 * (len(weights) + 8)
         phases = np.linspace(-math.pi, math.pi, size + 1)
@@ -66,8 +66,8 @@ def cosine_series(
 ) -> CosineSeries:
     """The series of `function(cos phi, sin phi)`, over balls at phases inside (0, pi), to `wanted` bits.
 
-    `first` is the number of terms to try first. Raises ArithmeticError where `most` terms are not enough, which a few
-    hundred of them already tell: they shrink geometrically at best.
+    `first` is the number of terms to try first. Raises ArithmeticError where `most` terms are not enough, which is
+    predicted from a few hundred of them: they decay geometrically at best.
     """
     # next to the ends of (0, pi) a quotient of small numbers loses twice the bits of the number of terms
     bits = wanted + 40
@@ -86,22 +86,22 @@ def cosine_series(
                 terms = flint.acb_poly([0, *kept[1:]])
                 integrated = flint.acb_poly([0, *((x / k).mid() for k, x in enumerate(kept[1:], start=1))])
                 return CosineSeries((kept[0] / 2).mid(), terms, integrated, bits)
-            if count >= ENOUGH_TO_TELL and _reached(a) * most < wanted * count:
+            if count >= ENOUGH_TO_PREDICT and _reached(a) * most < wanted * count:
                 break
         count *= 2
     raise ArithmeticError(
-        f"its fastest part is too short against the whole: the series in its phase needs more than {most} terms"
+        f"its fastest part is too short against its period: the cosine series needs more than {most} terms"
     )
 
 
 def _smooth(count: int) -> int:
-    """The next number of the form 2^n or 3 2^n: quick transforms."""
+    """The next number of the form 2^n or 3 2^n, for fast transforms."""
     power = 1 << (count - 1).bit_length()
     return 3 * power // 4 if 3 * power // 4 >= count else power
 
 
 def _reached(a: list[Any]) -> float:
-    """How many bits the last quarter of the terms lies below the first one."""
+    """By how many bits the last quarter of the terms lies below the first one."""
     last = max(abs(x) for x in a[3 * len(a) // 4 :])
     return float((abs(a[0]) / last).log().mid()) / math.log(2)
 
@@ -124,7 +124,7 @@ def to_mpf(mp: Any, x: Any) -> Any:
 
 
 class Balls:
-    """The functions that a potential is written in, over balls: what an mpmath context is for numbers."""
+    """The functions of an mpmath context that potentials use, over balls."""
 
     one = flint.arb(1)
 

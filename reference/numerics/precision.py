@@ -1,8 +1,8 @@
-"""Exact numbers in, correctly rounded numbers out.
+"""Conversion of inputs to exact rational numbers, and of results to correctly rounded ones.
 
-Every input of a motion is taken as the exact rational number that it is: a float is its binary64 value, a
-decimal string its decimal value. Work is done in a private mpmath context, so the caller's precision is never
-touched, and each result is rounded once.
+An input stands for the rational number that it denotes: a float for its binary64 value, a decimal string for its
+decimal value. Computations run in a private mpmath context, so that the caller's precision does not change, and each
+result is rounded once.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ import mpmath
 from mpmath.libmp import mpf_pos, round_nearest, to_float, to_rational
 
 Number = int | float | str | Fraction | Any
-"""What counts as an exact number; `Any` stands for mpmath's mpf, which has no static type."""
+"""The types of an exact number; `Any` stands for mpmath's mpf, which has no static type."""
 
 LONGEST = 4000
-"""Characters of a number given as text: more are no number that anybody wrote."""
+"""Most characters of a number given as text."""
 DECADES = 10_000
-"""Powers of ten that a number may have: as a fraction, 1e100000000 has so many digits."""
+"""Largest power of ten of an input: as a fraction, 1e100000000 has 100 million digits."""
 DECADES_OF_MPF = 10**7
-"""States of exact motions decay so far; a power of two has its digits at once."""
+"""The same for an mpf, which decaying motions make this small; as a power of two it converts quickly."""
 SHOWN = 60
 
 _context = mpmath.MPContext()
@@ -35,8 +35,8 @@ _context = mpmath.MPContext()
 def exact(value: Number, name: str = "number") -> Fraction:
     """The exact rational value of a number.
 
-    Raises ValueError, naming `name` and the value, for what is not a finite real number (a boolean and an array are
-    none), and for one so large or small that its digits alone would take seconds.
+    Raises ValueError, which names `name` and the value, for anything but a finite real number (booleans and arrays are
+    refused), and for a number so large or so small that the conversion would take seconds.
     """
     if isinstance(value, Fraction):
         return value
@@ -68,7 +68,7 @@ def exact(value: Number, name: str = "number") -> Fraction:
 
 
 class NotFiniteError(Exception):
-    """What is infinite or no number."""
+    """An infinity or a NaN."""
 
 
 def _of_text(text: str, name: str) -> Fraction:
@@ -85,13 +85,13 @@ def _of_text(text: str, name: str) -> Fraction:
 def _check_decades(decades: float, value: Any, name: str, most: int = DECADES) -> None:
     if abs(decades) > most:
         raise ValueError(
-            f"{name} = {shortened(value)} is beyond what is computed with; give 0, or a number from "
+            f"{name} = {shortened(value)} is too large or too small; give 0, or a number from "
             f"1e-{most} to 1e{most} in size"
         )
 
 
 def shortened(value: Any) -> str:
-    """A value as an error message shows it: texts in quotes, the middle of a long one left out."""
+    """A value as error messages show it: texts in quotes, long ones without their middle."""
     shown = repr(value) if not isinstance(value, int) or abs(value) < 10**40 else f"about 1e{int(_log10(value))}"
     return shown if len(shown) <= SHOWN else f"{shown[: SHOWN // 2]}...{shown[-SHOWN // 4 :]}"
 
@@ -104,7 +104,7 @@ def _log10(value: int) -> float:
 def working(digits: float) -> Iterator[Any]:
     """The private mpmath context, at `digits` decimal digits inside the `with` block.
 
-    Blocks nest: the precision of the outer block is back when the inner one ends.
+    Blocks nest: the end of the inner block restores the precision of the outer one.
     """
     before = _context.prec
     _context.dps = math.ceil(digits)
@@ -115,13 +115,13 @@ def working(digits: float) -> Iterator[Any]:
 
 
 def publish(values: Iterable[Any], digits: int) -> tuple[Any, ...]:
-    """Round each value once to `digits` significant digits and hand it out as mpmath's own mpf."""
+    """Each value rounded once to `digits` significant digits, as an mpf of mpmath's global context."""
     bits = math.ceil(digits * math.log2(10)) + 1
     return tuple(mpmath.mp.make_mpf(mpf_pos(value._mpf_, bits, round_nearest)) for value in values)
 
 
 def quantity(digits: int, formula: Callable[[Any], Any], guard: float = 10) -> Any:
-    """A number: `formula(mp)` with guard digits, rounded once."""
+    """`formula(mp)`, computed with guard digits and rounded once to `digits`."""
     with working(digits + guard) as mp:
         return publish([formula(mp)], digits)[0]
 

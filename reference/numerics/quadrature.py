@@ -1,7 +1,7 @@
-"""Quadrature in high precision, for numbers that a closed form is held against.
+"""Quadrature in high precision, to verify closed forms.
 
 Gauss-Legendre nodes come from python-flint. Next to a near-singular point the variable is replaced by delta sinh(u),
-delta being the distance of the singularity: the integrand then changes over a length of order one everywhere.
+delta being the distance of the singularity: the integrand then varies on a scale of about 1.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ def gauss_legendre(mp: Any, low: Any, high: Any, count: int) -> list[tuple[Any, 
 def integral(mp: Any, f: Callable[[Any], Any], edges: Sequence[Any], nodes_per_digit: float = 0.8) -> Any:
     """The integral of a function that is smooth between the edges, by one Gauss-Legendre rule on each piece.
 
-    The error falls by a constant factor with each node: nodes in proportion to digits, the factor as wide as the
-    integrand is analytic around the piece. A vector-valued f gives a list.
+    The error falls by a constant factor with each node, hence nodes in proportion to digits; the factor depends on how
+    far around the piece the integrand is analytic. A vector-valued f gives a list.
     """
     count = math.ceil(nodes_per_digit * mp.dps)
     total: Any = None

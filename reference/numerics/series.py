@@ -1,7 +1,7 @@
-"""Truncated power series that grow by one coefficient at a time, by the classical recurrences.
+"""Truncated power series, extended by one coefficient at a time with the classical recurrences.
 
-Equations evaluated once on a tape's variables leave a list of nodes; each further order then costs one inner product
-a node. Works over any numbers with the four operations and, as methods, sqrt, exp, log, sin, cos, asin ...
+Equations evaluated once on a tape's variables leave a list of nodes; each further coefficient then costs one inner
+product a node. Works over any numbers with the four operations and, as methods, sqrt, exp, log, sin, cos, asin ...
 (python-flint's arb). Recurrences: Griewank and Walther, Evaluating Derivatives (2008), chapter 13.
 """
 
@@ -16,7 +16,7 @@ Rule = Callable[[int], Any]
 
 
 class Tape:
-    """The nodes of an expression in the order in which they were formed, and the zero of their numbers."""
+    """The nodes of an expression in the sequence of their creation, and the zero of their number type."""
 
     def __init__(self, zero: Any) -> None:
         self.zero = zero
@@ -28,11 +28,11 @@ class Tape:
         return series
 
     def variable(self) -> Series:
-        """A series whose coefficients are put in from outside."""
+        """A series whose coefficients the caller sets."""
         return Series(self, None)
 
     def extend(self, k: int) -> None:
-        """Coefficient k of every node; the variables have theirs already."""
+        """Append coefficient k to every node; the variables must have theirs already."""
         for node in self.nodes:
             assert node.rule is not None
             node.c.append(node.rule(k))
@@ -182,7 +182,7 @@ class Series:
         return self._integral(1 / (1 + self * self).sqrt(), "asinh")
 
     def _integral(self, derivative: Series, name: str) -> Series:
-        """A function by its name at the first coefficient and by its derivative beyond."""
+        """A function: its first coefficient by its name, the others from its derivative."""
         a, slopes = self.c, self._slopes()
         return self.tape.node(lambda k: self.tape.weighted(slopes, derivative.c, k) if k else getattr(a[0], name)())
 

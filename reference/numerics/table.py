@@ -1,9 +1,9 @@
 """Exact states at a million times in about a second: the motion as polynomials in double-double, cell by cell.
 
-A motion that repeats itself needs the cells of one cycle only: the phase of a time in it is taken in double-double,
-and what the motion gains in each cycle (a shift, a turn, a decay) is put on afterwards. Every value comes with a bound
-of its error. Where that bound leaves more than 0.51 ulp in doubt (after Ziv, ACM TOMS 17, 1991), which happens next to
-zeros and in the gaps around events, the value is computed in high precision instead.
+A motion that repeats itself needs the cells of one cycle only: the phase of a time is computed in double-double, and
+the change over each cycle (a shift, a rotation, a decay) is applied afterwards. Every value has an error bound. Where
+the bound does not prove 0.51 ulp (after Ziv, ACM TOMS 17, 1991), which happens next to zeros and in the gaps around
+events, the value is computed in high precision instead.
 """
 
 from __future__ import annotations
@@ -16,29 +16,30 @@ from typing import Any
 import flint
 import numpy as np
 from gnomon.reference.numerics.balls import precision
-from gnomon.reference.numerics.motion import Cycle, Floats, Motion
+from gnomon.reference.numerics.pointwise import Cycle, Floats, Pointwise
 from gnomon.reference.numerics.precision import exact, working
 from gnomon.reference.numerics.tablecells import BITS, Cells, TooExpensiveError, as_ball, build
 from gnomon.reference.numerics.tablekernel import evaluate
-from gnomon.reference.storage.diskcache import Entry, fingerprint, load, store_or_warn
+from gnomon.reference.storage.diskcache import Entry, load, store_or_warn
+from gnomon.reference.storage.import_closure import closure, modules_of
 
 CYCLE_DIGITS = 70
 BUDGET = 8000
-"""States that a table may cost where no more times than that are asked for; else as many as the times."""
+"""States that a table may cost; as many as there are times, if these are more."""
 MAX_TURNS = 10**7
 OVER = Fraction(1, 2**40)
-"""The cells of a cycle overlap by this part of it: which cycle a time belongs to is decided in doubles."""
+"""The cells reach beyond a cycle by this fraction of it, because the cycle of a time is decided in doubles."""
 TIE = Fraction(1, 10**19)
-"""A break known to 20 digits lies between two doubles for certain if it does with this relative error."""
+"""A relative error that covers breaks known to 20 digits."""
 
 
-def sample(motion: Motion, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
-    """Doubles within 0.51 ulp of the states at `times`, by a table where one is worth its cost."""
+def sample(motion: Pointwise, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
+    """Doubles within 0.51 ulp of the states at `times`, by a table where that is faster."""
     times = np.ascontiguousarray(times, dtype=np.float64)
     farthest = float(exact(float(np.max(np.abs(times), initial=0.0)), "t"))
     cycle = cycle_of(motion)
     if cycle is not None and max(farthest, span or 0.0) < cycle.period / 2:
-        cycle = None  # of little of it, only that little is tabulated
+        cycle = None  # less than half a cycle: only that part is tabulated
     turns = np.zeros(len(times)) if cycle is None else np.floor(times / float(cycle.period))
     if farthest == 0.0 or np.ptp(turns) > MAX_TURNS:
         return motion.sample_each(times)
@@ -57,7 +58,7 @@ def sample(motion: Motion, times: Floats, span: float | None = None, breaks: Seq
     return values
 
 
-def cycle_of(motion: Motion) -> Cycle | None:
+def cycle_of(motion: Pointwise) -> Cycle | None:
     """How the motion repeats itself, to 70 digits."""
     with working(CYCLE_DIGITS) as mp:
         return motion._cycle(mp)
@@ -67,13 +68,13 @@ Piece = tuple[Fraction, Fraction]
 
 
 def _pieces(cycle: Cycle | None, farthest: float, span: float | None, breaks: Sequence[Any]) -> tuple[Piece, ...]:
-    """The intervals on which a table stands: those between the breaks, each from a double to a double."""
+    """The intervals of a table: those between the breaks, with doubles as ends."""
     if cycle is not None:
         period = Fraction(float(cycle.period))
         first, last = -period * OVER, period * (1 + OVER)
     elif span is not None and farthest <= span:
         first, last = Fraction(0), Fraction(span)
-    else:  # few different reaches, so that tables are used again
+    else:  # up to a power of two, so that tables are used again
         first, last = Fraction(0), Fraction(2) ** math.frexp(farthest)[1]
     pieces = []
     for moment in breaks:
@@ -91,18 +92,19 @@ def _double(value: Fraction, toward: float) -> Fraction:
     return Fraction(found if on_the_side else math.nextafter(found, toward))
 
 
-_kept: dict[tuple[Motion, tuple[Piece, ...]], Cells] = {}
-_too_expensive: dict[tuple[Motion, tuple[Piece, ...]], int] = {}
+_kept: dict[tuple[Pointwise, tuple[Piece, ...]], Cells] = {}
+_too_expensive: dict[tuple[Pointwise, tuple[Piece, ...]], int] = {}
 """The largest budget that was not enough."""
 
 
-def _cells(motion: Motion, pieces: tuple[Piece, ...], budget: int) -> Cells | None:
+def _cells(motion: Pointwise, pieces: tuple[Piece, ...], budget: int) -> Cells | None:
     """The cells of the pieces, kept in memory and on disk; None where they cost more than `budget` states."""
     key = (motion, pieces)
     if key in _kept:
         return _kept[key]
-    name = f"table {motion!r} {[(str(a), str(b)) for a, b in pieces]} {fingerprint('gnomon.reference')}"
-    if key not in _too_expensive:
+    sources = closure(__name__, *modules_of(motion))
+    name = f"table {motion!r} {[(str(a), str(b)) for a, b in pieces]} {sources}"
+    if sources is not None and key not in _too_expensive:
         entry = load(name)
         if entry is not None and entry.arrays:
             return _kept.setdefault(key, Cells(**entry.arrays))
@@ -114,9 +116,11 @@ def _cells(motion: Motion, pieces: tuple[Piece, ...], budget: int) -> Cells | No
         _kept[key] = build(motion, pieces, budget)
     except TooExpensiveError:
         _too_expensive[key] = budget
-        store_or_warn(name, Entry(notes=budget))
+        if sources is not None:
+            store_or_warn(name, Entry(notes=budget))
         return None
-    store_or_warn(name, Entry(_kept[key]._asdict()))
+    if sources is not None:
+        store_or_warn(name, Entry(_kept[key]._asdict()))
     return _kept[key]
 
 

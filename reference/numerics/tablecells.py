@@ -1,7 +1,7 @@
-"""Building a table: polynomials through high-precision states of a motion, on cells as wide as they are good.
+"""Building a table: polynomials through high-precision states of a motion, on cells as wide as the accuracy allows.
 
-A cell's polynomial goes through 32 states near Chebyshev's points. Its error is bounded from two sides that know
-nothing of each other: what is left at five further states, and its last two Chebyshev coefficients.
+A cell's polynomial goes through 32 states near Chebyshev's points. Its error bound has two independent parts: the
+residuals at five further states, and its last two Chebyshev coefficients.
 """
 
 from __future__ import annotations
@@ -16,33 +16,33 @@ from typing import Any, NamedTuple
 import flint
 import numpy as np
 from gnomon.reference.numerics.balls import ball, precision
-from gnomon.reference.numerics.motion import SAMPLE_DIGITS, Floats, Motion
+from gnomon.reference.numerics.pointwise import SAMPLE_DIGITS, Floats, Pointwise
 
 NODES = 32
 BITS = 400
 GOAL = 2.0**-78
-"""A cell is accepted with a bound of its error below this part of its size."""
+"""A cell is accepted if its error bound is below this fraction of its size."""
 SAFETY = 16
-"""Times the largest of the five errors found: at the ends of a cell and between nodes the error is near its maximum."""
+"""Factor on the largest of the five residuals: the error is largest near cell ends and between nodes."""
 ROUNDED = 2.0**-128
 """The relative error of states of 40 digits, and of their interpolation."""
 NEGLIGIBLE = 1e-28
-"""A component this far below the state's size has no certified digits; its cells are not refined for its sake."""
+"""A component this far below the state's size has no certified digits; cells are not refined for it."""
 PARTS = 8
-"""An accepted cell is cut in so many, whose polynomials are shorter: quicker to evaluate at no further state."""
+"""An accepted cell is divided into this many: their polynomials are shorter, and need no further states."""
 LEAST_CELLS = 8
 ENOUGH = 3.2
-"""Cells whose distance from the nearest singularity is so many times their half width are good, with a bit to spare."""
+"""A cell is accepted, with a margin, if the nearest singularity is this many half widths from its centre."""
 NARROWEST = Fraction(1, 2**24)
-"""Of the reach: where no cell so narrow is good, a gap is left, whose times are computed one by one."""
+"""Fraction of the reach: where a cell this narrow is not accepted, a gap is left; its times are computed one by one."""
 LEFT_OUT = Fraction(1, 2**14)
-"""Of the reach: the shortest pieces, together so long, are gaps too. Impacts accumulate before a ball rests."""
+"""Fraction of the reach: the shortest pieces of this total length are gaps too. Impacts accumulate before rest."""
 
 Piece = tuple[Fraction, Fraction]
 
 
 class Cells(NamedTuple):
-    """Cell i is from edges[i] on where |s| <= 1, in powers of s = (t - centre) / half.
+    """Cell i starts at edges[i] and holds times with |s| <= 1; its polynomial is in powers of s = (t - centre) / half.
 
     `centres`, `inverses` (of half) and `low` continue in a second double; `high` is (cells, powers, dimension), `low`
     ends at lower powers. `errors` and `rates` (cells, dimension) bound the polynomial's error and derivative by time.
@@ -64,7 +64,7 @@ class TooExpensiveError(Exception):
 class Fit(NamedTuple):
     """Coefficients (NODES, dimension) of powers and bounds of their errors; whether they are good enough.
 
-    `away` is the distance from the middle to the nearest singularity, over half the width, that such errors tell of.
+    `away` is the distance from the centre to the nearest singularity, estimated from the errors, in half widths.
     """
 
     powers: Any
@@ -73,7 +73,7 @@ class Fit(NamedTuple):
     away: float
 
 
-def build(motion: Motion, pieces: Sequence[Piece], budget: int) -> Cells:
+def build(motion: Pointwise, pieces: Sequence[Piece], budget: int) -> Cells:
     """The cells of all pieces, from left to right; raises TooDearError beyond `budget` states."""
     reach = pieces[-1][1] - pieces[0][0]
     width = longest = reach / LEAST_CELLS
@@ -82,7 +82,7 @@ def build(motion: Motion, pieces: Sequence[Piece], budget: int) -> Cells:
     for start, stop in _long(pieces, reach):
         trouble = start
         while start < stop:
-            # A hair wider, so that rounded widths do not leave a sliver, cut in ever smaller halves.
+            # Slightly wider, so that rounded widths leave no tiny rest, which would be halved again and again.
             left = math.ceil((stop - start) / width * Fraction(63, 64))
             tried = (stop - start) / left if left <= LEAST_CELLS else width
             end = start + tried
@@ -93,7 +93,7 @@ def build(motion: Motion, pieces: Sequence[Piece], budget: int) -> Cells:
             if fit is not None and fit.good:
                 found += _cut(start, end, fit.powers, fit.errors)
                 start = end
-                # No wider before the end of a cell that was not good.
+                # Not wider before the end of the last rejected cell.
                 grown = min(4.0 if start >= trouble else 1.0, fit.away / ENOUGH)
             else:
                 trouble = end
@@ -107,7 +107,7 @@ def build(motion: Motion, pieces: Sequence[Piece], budget: int) -> Cells:
 
 
 def _short(value: Fraction) -> Fraction:
-    """A number near to it of few bits, so that the ends of cells stay short."""
+    """A nearby number of few bits, so that the ends of cells have few bits."""
     mantissa, exponent = math.frexp(float(value))
     return Fraction(round(mantissa * 2**10), 2**10) * Fraction(2) ** exponent
 
@@ -131,7 +131,7 @@ def _divided(piece: Piece, longest: Fraction) -> list[Piece]:
     return list(pairwise(ends))
 
 
-def _fit(motion: Motion, centre: Fraction, half: Fraction) -> Fit | None:
+def _fit(motion: Pointwise, centre: Fraction, half: Fraction) -> Fit | None:
     """The polynomials of a cell; None where the motion ends within it."""
     with precision(BITS):
         try:
@@ -153,7 +153,7 @@ def _fit(motion: Motion, centre: Fraction, half: Fraction) -> Fit | None:
     # Chebyshev coefficients fall by `fall` each where an ellipse whose half axes add up to that times half the width
     # touches a singularity.
     fall = max(1.0, off ** (-1 / NODES)) if math.isfinite(off) else 1.0
-    # What does not matter gets a bound that sends its values to high precision; an exact zero stays one.
+    # Negligible components get a bound so large that they are computed in high precision; exact zeros stay.
     return Fit(powers, np.where(matters, errors, sizes), off <= GOAL, (fall + 1 / fall) / 2)
 
 
@@ -184,7 +184,7 @@ def _two_parts(value: Fraction) -> tuple[float, float]:
 
 
 def _trimmed(found: list[tuple[Any, ...]]) -> Cells:
-    """Powers that do not count left out, and low parts that do not; both put on the errors."""
+    """The cells without negligible powers and low parts, which are added to the errors."""
     edges, centres, inverses, high, low, errors = (np.array(column) for column in zip(*found, strict=True))
     parts = np.abs(high)
     rates = np.einsum("cjd,j->cd", parts, np.arange(float(NODES))) * inverses[:, :1]
@@ -199,11 +199,11 @@ def _trimmed(found: list[tuple[Any, ...]]) -> Cells:
 
 
 def _first(good: Any) -> int:
-    """The first power, at least one, from which on all cells and components are good."""
+    """The first power, at least one, from which on `good` holds for all cells and components."""
     return max(1, int(np.argmax(np.all(good, axis=(0, 2)))))
 
 
-def _states(motion: Motion, moments: Sequence[Fraction]) -> Any:
+def _states(motion: Pointwise, moments: Sequence[Fraction]) -> Any:
     rows = [[as_ball(x) for x in motion.state(t, SAMPLE_DIGITS)] for t in moments]
     return flint.arb_mat(rows)
 
@@ -228,7 +228,7 @@ def _nodes() -> tuple[Fraction, ...]:
 
 @cache
 def _checks() -> tuple[Fraction, ...]:
-    """The ends of a cell, where a layer too thin for the nodes shows, and points between nodes."""
+    """The ends of a cell, which show layers too thin for the nodes, and points between nodes."""
     nodes = _nodes()
     between = [(nodes[k] + nodes[k + 1]) / 2 for k in (0, NODES // 2 - 1, NODES - 2)]
     return (Fraction(-1), Fraction(1), *between)

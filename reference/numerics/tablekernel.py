@@ -17,9 +17,9 @@ SIGNATURE = (
 TINY = 1e-270
 """Below this, the low part of a double-double is subnormal."""
 ROUNDING = 2.0**-80
-"""Of half a cell: above what rounding makes of its end, below what tells a double from its neighbour."""
+"""In half cells: above the rounding error of a cell's end, below the distance of neighbouring doubles."""
 DOUBT = 2.0**-7
-"""Of an ulp: an error below it leaves the value within 0.51 ulp, whatever the rounding."""
+"""In ulps: with an error below this, the value is within 0.51 ulp whichever way it was rounded."""
 
 
 @njit(SIGNATURE, cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
@@ -41,9 +41,9 @@ def evaluate(
     values: NDArray[Any],
     sure: NDArray[Any],
 ) -> None:
-    """Fill `values` (len(times), dimension); `sure` tells where every value is certainly within 0.51 ulp.
+    """Fill `values` (len(times), dimension); `sure` is true where all values of a time are proved within 0.51 ulp.
 
-    `turns`: whole cycles before each time, at least 0 as an index: the first block belongs to `turns.min()` or 0.
+    `turns`: whole cycles before each time; the first block belongs to min(turns.min(), 0).
     `blocks` and `steps` (stages, count, size, size, 2): the power of stage k's matrix for n turns is
     blocks[k, n // count] steps[k, n % count], with `count` that of the steps. `groups` (stages, groups, size): the
     components that each stage's matrix is multiplied with; -1 ends a group.
@@ -56,11 +56,11 @@ def evaluate(
         first = min(first, n)
     x, x_low, error = np.empty(dimension), np.empty(dimension), np.empty(dimension)
     y, y_low, y_error = np.empty(size), np.empty(size), np.empty(size)
-    power = np.empty((size, size, 3))  # the last: how much of it is in doubt, because the product may cancel
+    power = np.empty((size, size, 3))  # the last: the sum of magnitudes, because the product may cancel
     for i in range(len(times)):
         n = turns[i]
         sure[i] = False
-        # t - n*period; what is left out is below 2**-103 n*period.
+        # t - n*period; the neglected part is below 2**-103 n*period.
         p, e = two_product(n, period[0])
         phase, below = two_sum(times[i], -p)
         phase, below = add(phase, below, -fma(n, period[1], e), -n * period[2])
@@ -74,7 +74,7 @@ def evaluate(
         if abs(s) > 1.0 or (abs(s) == 1.0 and s * s_low > ROUNDING):
             continue  # in a gap between cells
         certain = True
-        # All components side by side: they fill the lanes of the machine's vectors.
+        # The inner loop runs over components: the compiler turns it into vector instructions.
         for d in range(dimension):
             x[d], x_low[d] = 0.0, 0.0
             error[d] = errors[cell, d] + rates[cell, d] * slip
@@ -128,7 +128,7 @@ def evaluate(
             # An ulp is at least 2**-53 of its number.
             if (off < DOUBT * 2.0**-53 * abs(a) and abs(a) > TINY) or (off == 0.0 and a == 0.0):
                 continue
-            # The nearest double is in doubt within `off` of a midpoint; the nearer neighbour of a power of two is the
+            # The nearest double is uncertain within `off` of a midpoint; the closer neighbour of a power of two is the
             # one below.
             certain = certain and abs(a) > TINY and abs(a_low) + off < (abs(a) - np.nextafter(abs(a), 0.0)) / 2
         sure[i] = certain

@@ -1,8 +1,8 @@
-"""Motions by Taylor series in high precision: ground truth that shares no formula with the closed forms.
+"""Motions by Taylor series in high precision: a reference solution that shares no formula with the closed forms.
 
-The coefficients follow from the equations alone, one order at a time, over python-flint's balls; order and step are
-those of Jorba and Zou (Experimental Mathematics 14, 2005). Each step keeps the midpoints of the balls: the result is an
-integration whose digits are shown by running it at two precisions, not an enclosure.
+The coefficients follow from the equations alone, one degree at a time, over python-flint's balls; order and step are
+those of Jorba and Zou (Experimental Mathematics 14, 2005). Each step keeps only the midpoints of the balls: the result
+is no enclosure, and its digits are confirmed by a second run at another precision.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def flint_arithmetic() -> dict[str, Callable[..., Any]]:
 
 
 def ball(value: Fraction) -> Any:
-    """An exact rational as a ball at the precision in force."""
+    """An exact rational as a ball at the current precision."""
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 
@@ -44,7 +44,7 @@ def integrate(
 ) -> list[tuple[Fraction, ...]]:
     """States at increasing `times` from `state` at t = 0, each step's truncation below 10**-digits of the state.
 
-    Returned as exact dyadic fractions. Raises ArithmeticError where a series is not finite or steps shrink to nothing.
+    Returned as exact dyadic fractions. Raises ArithmeticError where a series is not finite, or for too many steps.
     """
     order = math.ceil(digits * math.log(10) / 2) + 2
     with _precision(math.ceil((digits + 10) * math.log2(10))):
@@ -101,7 +101,7 @@ def _precision(bits: int) -> Iterator[None]:
 
 
 def _step(series: list[list[Any]], order: int) -> Fraction:
-    """The radius of convergence, estimated from the last two coefficients, over e^2; a short dyadic number."""
+    """The radius of convergence, estimated from the last two coefficients, over e^2; a fraction of few digits."""
     levels = (max(_magnitude(coefficients[k]) for coefficients in series) for k in range(order))
     size = next((level for level in levels if level != -math.inf), 0.0)  # a start at zero has the size of its rate
     logs = []

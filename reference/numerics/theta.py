@@ -1,4 +1,4 @@
-"""Jacobi's elliptic functions as quotients of theta functions, in balls: they share no step with the means of `elliptic`.
+"""Jacobi's elliptic functions as quotients of theta functions, in balls; independent of the means in `elliptic`.
 
 DLMF 20.2, 22.2. The start of a motion enters by the addition theorems (DLMF 22.8), so that no integral of the first
 kind is inverted.
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import flint
 
 WIDE = flint.arb(2) ** -60
-"""Narrower balls hold rounding, not a stretch of an integral."""
+"""Radius below which a ball holds rounding errors only; a wider one is a subinterval of an integral."""
 MOST_EVALUATIONS = 200_000
 
 
@@ -39,7 +39,7 @@ class Jacobi:
         self.scales = third / second, fourth / second, fourth / third
 
     def at(self, u: Any) -> Values:
-        """At a ball u, real or complex; the results are complex balls.
+        """The functions of a ball u, real or complex; the results are complex balls.
 
         On a wide ball the mean value form is narrower than the quotients: sn' = cn dn, cn' = -sn dn, dn' = -m sn cn.
         """
@@ -58,7 +58,7 @@ class Jacobi:
         return Values(a * first / fourth, b * second / fourth, c * third / fourth)
 
     def moved(self, start: Values, u: Any) -> Values:
-        """At the argument whose values are `start`, plus u."""
+        """The functions of a + u, where `start` holds those of a."""
         s, c, d = start
         x, y, z = self.at(u)
         under = 1 - self.m * s * s * x * x
@@ -78,7 +78,7 @@ class Jacobi:
 def integral(rate: Callable[[Any], Any], end: Any, digits: int) -> Any:
     """The integral of a meromorphic function, real on the real axis, from 0 to a ball `end`, proved to about `digits`.
 
-    A ball that is wide, or not finite, where the precision in force is not enough.
+    The ball is wide, or not finite, where the current precision is not enough.
     """
     small = flint.arb(10) ** -digits
     found = flint.acb.integral(lambda s, _: rate(s), 0, end, rel_tol=small, abs_tol=small, eval_limit=MOST_EVALUATIONS)
@@ -86,7 +86,7 @@ def integral(rate: Callable[[Any], Any], end: Any, digits: int) -> Any:
 
 
 def accumulated(rate: Callable[[Any], Any], time: Any, period: Any | None, digits: int) -> Any:
-    """The integral of a rate from 0 to `time`, whole periods at once."""
+    """The integral of a rate from 0 to `time`; whole periods are a multiple of one."""
     if period is None:
         return integral(rate, time, digits)
     if not period.is_finite():
@@ -97,7 +97,7 @@ def accumulated(rate: Callable[[Any], Any], time: Any, period: Any | None, digit
 
 
 def turns(x: Any) -> int:
-    """The integer below a ball; where the ball holds one, that of its midpoint: both sides serve."""
+    """The floor of the midpoint of a ball, 0 if it is not finite; next to an integer either neighbour serves."""
     return int(x.mid().floor().unique_fmpz()) if x.is_finite() else 0
 
 

@@ -12,7 +12,7 @@ PLANES = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
 def components(p: Any, prefix: str, names: Sequence[str] = AXES) -> tuple[Any, ...]:
-    """The attributes prefix + name of a namespace."""
+    """The attributes of p that are called prefix + name."""
     return tuple(getattr(p, prefix + name) for name in names)
 
 
@@ -34,7 +34,7 @@ def scale(factor: Any, a: Vector) -> tuple[Any, ...]:
 
 
 def square(x: Any) -> Any:
-    """x x: the power `**` of a ball that holds 0 is no number."""
+    """x * x: the power `**` of a ball that holds 0 is NaN."""
     return x * x
 
 

@@ -1,7 +1,7 @@
 """x'^2 = f(x) with f of degree up to 4, from any start and in every regime, by Biermann's formula.
 
 Biermann (1865) in Greenhill's form (Whittaker and Watson 20.6) writes x(t) with Weierstrass's P function of the two
-invariants of f; nothing is assumed about the roots of f, so that separatrices and double roots are no special cases.
+invariants of f. The roots of f are not needed, so that separatrices and double roots are no special cases.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def invariants(f: Quartic) -> tuple[Fraction, Fraction]:
 
 
 def weierstrass(mp: Any, z: Any, g2: Any, g3: Any) -> tuple[Any, Any]:
-    """P(z; g2, g3) and P'(z), z real and no pole: Laurent's series at z/2^n, then duplication. DLMF 23.9, 23.10.
+    """P(z; g2, g3) and P'(z), z real, not a pole: Laurent's series at z/2^n, then duplication. DLMF 23.9, 23.10.
 
     Each duplication loses up to 2 bits, more where P' is small; they are added to the working precision here.
     """
@@ -49,7 +49,7 @@ def _laurent(mp: Any, z: Any, g2: Any, g3: Any) -> tuple[Any, Any]:
     c = _coefficients(g2, g3, mp.prec)
     p, slope = 1 / square, -2 / square
     power, negligible, k = mp.one, 0, 2
-    # With g2 or g3 zero only every third or second term is there: three in a row must be negligible.
+    # With g2 or g3 zero only every third or second term is not zero: three in a row must be negligible.
     while negligible < 3:
         if k - 2 == len(c):
             total = mp.fsum(c[m - 2] * c[k - m - 2] for m in range(2, k - 1))
@@ -65,7 +65,7 @@ def _laurent(mp: Any, z: Any, g2: Any, g3: Any) -> tuple[Any, Any]:
 
 @lru_cache(maxsize=16)
 def _coefficients(g2: Any, g3: Any, precision: int) -> list[Any]:
-    """The list c_2, c_3, ... of one pair of invariants at one precision, which grows as it is used."""
+    """The list c_2, c_3, ... for one pair of invariants at one precision; callers extend it."""
     return [g2 / 20, g3 / 28]
 
 

@@ -1,8 +1,8 @@
-"""Motions in a well: M(x) x'^2/2 + V(x) = E between two turning points, by quadrature and inversion.
+"""Motions in a potential well: M(x) x'^2/2 + V(x) = E between two turning points, by quadrature and inversion.
 
 With x = c + h cos(phi) the time is the integral of h sin(phi) sqrt(M/(2 (E - V))), an even, analytic, periodic function
-of phi: a cosine series (reference/numerics/phase.py). Coordinates that the motion only carries along, angles mostly, are
-integrals of the same kind. So every such motion is periodic but for what it carries.
+of phi: a cosine series (reference/numerics/phase.py). Cyclic coordinates, mostly angles, are integrals of the same
+kind, because their rates depend on x alone. All else in the state is periodic.
 """
 
 from __future__ import annotations
@@ -17,24 +17,25 @@ from typing import Any
 import flint
 import numpy as np
 from gnomon.reference.numerics.balls import precision
-from gnomon.reference.numerics.motion import Cycle, Motion
+from gnomon.reference.numerics.motion import Motion
 from gnomon.reference.numerics.phase import FIRST, MOST, Balls, CosineSeries, cosine_series, to_arb
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import working
 
 ROUGH = 80
-"""Bits at which a motion is first looked at: how many terms it takes is known from there on."""
+"""Bits of the first, rough series, which predicts the number of terms at higher precision."""
 MOST_ROUGH = 2**12
-"""Terms at which a motion is given up at first sight: what passes has room for 600 bits."""
+"""Most terms of the rough series; a motion that it accepts has enough terms for 600 bits."""
 WIDEST = 1000
-"""Doublings of a metre to a turning point; farther out than 1e300 is nowhere."""
+"""Doublings of 1 m in the search for a turning point, which ends at about 1e300 m."""
 EXTRA = 60
 EXTRA_BITS = 200
-"""Digits for what cancels: E - V next to the turning points, small swings, starts close to a turning point."""
+"""Guard digits for cancellation: E - V next to the turning points, small swings, starts close to a turning point."""
 
 
 @dataclass(frozen=True)
 class _Shape:
-    """Middle and half width of the swing, the phase at the start, and the series of the time and of what is carried."""
+    """Middle and half width of the swing, the phase at the start, the series of the time and the cyclic coordinates."""
 
     middle: Any
     reach: Any
@@ -46,7 +47,7 @@ class _Shape:
 
 
 class WellMotion(Motion):
-    """A subclass states M, V, V', the bottom of the well and its walls, the start, and how the state is read."""
+    """A subclass states M, V, V', the bottom of the well and its walls, the start, and the state as a function of x."""
 
     def _mass(self, mp: Any, x: Any) -> Any:
         return mp.one
@@ -71,12 +72,12 @@ class WellMotion(Motion):
         """x and x' at t = 0."""
 
     def _carried(self, mp: Any, x: Any) -> tuple[Any, ...]:
-        """Rates of the coordinates that the motion carries along."""
+        """Rates of the cyclic coordinates."""
         return ()
 
     @abstractmethod
     def _read(self, mp: Any, t: Fraction, x: Any, rate: Any, carried: Sequence[Any]) -> Sequence[Any]:
-        """The state; `carried` are the changes of the carried coordinates since the start."""
+        """The state; `carried` are the changes of the cyclic coordinates since the start."""
 
     @property
     @abstractmethod
@@ -84,7 +85,7 @@ class WellMotion(Motion):
         """Whether x stays where it starts."""
 
     def _turned(self, mp: Any, carried: Sequence[Any], period: Any) -> Sequence[Any]:
-        """By how much the state changes over a period in which these were carried."""
+        """The change of the state over a period in which the cyclic coordinates change by `carried`."""
         raise NotImplementedError
 
     def period(self, digits: int = 15) -> Any:
@@ -92,7 +93,7 @@ class WellMotion(Motion):
         return self._quantity(digits, lambda mp: _shape(self, mp.prec).series[0].integral_over_turn(mp), 20)
 
     def carried_over_period(self, index: int = 0, digits: int = 15) -> Any:
-        """By how much a carried coordinate grows over one period of x."""
+        """The change of cyclic coordinate `index` over one period of x."""
         return self._quantity(digits, lambda mp: _shape(self, mp.prec).series[1 + index].integral_over_turn(mp), 20)
 
     def turning_points(self, digits: int = 15) -> tuple[Any, Any]:
@@ -111,7 +112,7 @@ class WellMotion(Motion):
         return self._mass(mp, x) * v**2 / 2 + self._potential(mp, x)
 
     def _edges(self, mp: Any) -> tuple[Any, Any]:
-        """The turning points; where the start is one, it is taken as it is."""
+        """The turning points; a start at one of them is used exactly."""
         x0, v0 = self._begin()
         energy, bottom = self._energy(mp), self._bottom(mp)
         found = []
@@ -124,7 +125,7 @@ class WellMotion(Motion):
         return found[0], found[1]
 
     def _edge(self, mp: Any, energy: Any, inside: Any, wall: Any, side: int) -> Any:
-        """Where V = E on one side of the bottom: bisection until Newton's method is safe, then that."""
+        """Where V = E on one side of the bottom: bisection until Newton's method is sure to converge, then that."""
         bottom = inside
         width = mp.one if mp.isinf(wall) else abs(wall - inside) / 2
         outside = inside + side * width

@@ -1,1 +1,1 @@
-"""Exact motions. Motions about a centre of force, and of two and three bodies."""
+"""Exact motions. Central forces, two and three bodies."""

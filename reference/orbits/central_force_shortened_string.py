@@ -1,6 +1,6 @@
-"""A mass on a smooth table, on a string that is drawn through a hole at a given speed (Beatty, Dynamics, 7.8).
+"""A mass on a smooth table, held by a string that is drawn through a hole at a given speed (Beatty, Dynamics, 7.8).
 
-The pull is central, so h = r^2 theta' stays; with r = r0 - c t that gives theta = theta0 + h t/(r0 r): rational numbers.
+The force is central, so h = r^2 theta' is constant; with r = r0 - c t, theta = theta0 + h t/(r0 r): rational numbers.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ class ShortenedString(Motion):
         return self.theta0 + self.omega0 * t * share, self.omega0 * share**2
 
     def tension(self, t: Fraction) -> Fraction:
-        """m r theta'^2 (N)."""
+        """Tension of the string, m r theta'^2 (N)."""
         return self.m * self.radius(t) * self.at(t)[1] ** 2
 
     def work(self, t: Fraction) -> Fraction:
-        """Of the string until t (J): the kinetic energy across it grows as 1/r^2, that along it stays."""
+        """Work of the string until t (J): the transverse kinetic energy grows as 1/r^2, the radial one is constant."""
         return self.m * (self.r0 * self.omega0) ** 2 * ((self.r0 / self.radius(t)) ** 2 - 1) / 2
 
     def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:

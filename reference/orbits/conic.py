@@ -1,7 +1,7 @@
-"""What a Kepler motion owes to three numbers only: r0^2, v0^2 and r0.v0, in any number of dimensions (Beatty 7.12).
+"""The part of a Kepler motion that depends on r0^2, v0^2 and r0.v0 alone, in any number of dimensions (Beatty 7.12).
 
 r(t) = f r0 + g v0 with Lagrange's coefficients in universal variables (Goodyear, Astron. J. 70, 1965). alpha = 1/a is
-taken from exact numbers, so orbits near the parabola lose nothing.
+formed from exact numbers, so that orbits near the parabola lose no digits.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from gnomon.reference.orbits.universal import laguerre_step, rough_root, univers
 
 
 class Conic(Motion):
-    """A subclass is attracted to a point by mu/r^2 and states r0^2, v0^2 and r0.v0 as exact numbers."""
+    """Attraction to a point by mu/r^2; a subclass states r0^2, v0^2 and r0.v0 as exact numbers."""
 
     mu: Fraction
 
@@ -43,13 +43,13 @@ class Conic(Motion):
         return 4 * self.mu**2 - self._rr * self._vv**2
 
     def period(self, digits: int = 15) -> Any:
-        """Of an ellipse (s); ValueError for the other conics."""
+        """Period of an ellipse (s); ValueError for other conics."""
         if self.conic <= 0:
             raise ValueError("only an ellipse has a period; this orbit is not bound")
         return self._quantity(digits, self._period)
 
     def pericentre_time(self, digits: int = 15) -> Any:
-        """The first pericentre at t >= 0 on an ellipse, the only one, of either sign, on the other conics (s)."""
+        """Time of pericentre (s): on an ellipse the first at t >= 0, on other conics the only one, of either sign."""
 
         def formula(mp: Any) -> Any:
             time = self._pericentre_time(mp)
@@ -73,14 +73,14 @@ class Conic(Motion):
         return r0, alpha, mp.mpf(self._rv) / root, root
 
     def _solve(self, mp: Any, t: Fraction) -> tuple[Any, tuple[Any, Any, Any, Any], Any]:
-        """chi with r0 U1 + s0 U2 + U3 = sqrt(mu) t after whole periods are taken off; U0..U3 there; r."""
+        """chi with r0 U1 + s0 U2 + U3 = sqrt(mu) t, without whole periods; U0..U3 there; r."""
         r0, alpha, s0, root = self._elements(mp)
         time = mp.mpf(t)
         if self.conic > 0:
             period = self._period(mp)
             time -= mp.nint(time / period) * period
         if not time:
-            return time, (mp.mpf(1), time, time, time), r0  # relative to nothing Newton's method does not end
+            return time, (mp.mpf(1), time, time, time), r0  # Newton's method has no relative accuracy at 0
         sign = -1 if time < 0 else 1  # backwards: the motion from the reversed velocity
         target, s0 = root * abs(time), sign * s0
         dps, lost = mp.dps, 0 if self.conic > 0 or s0 >= 0 else 2 * mp.log10(1 - alpha * r0)
@@ -100,7 +100,7 @@ class Conic(Motion):
         return 2 * mp.pi / (root * alpha * mp.sqrt(alpha))
 
     def _pericentre_time(self, mp: Any) -> Any:
-        """Of the pericentre nearest in eccentric anomaly."""
+        """Time of the pericentre nearest in eccentric anomaly."""
         r0, alpha, s0, root = self._elements(mp)
         along = 1 - alpha * r0
         if self.conic > 0:

@@ -1,8 +1,8 @@
-"""A million states on one ellipse in about a second: Kepler's equation in double-double, whatever the eccentricity.
+"""A million states on one ellipse in about a second: Kepler's equation in double-double, at any eccentricity.
 
 The eccentric anomaly is found in doubles (Mikkola's start, Celest. Mech. 40, 1987; then Halley) and corrected once in
-double-double. 1 - e is a constant of its own, so a close pericentre and a fall from rest cost nothing. Every value
-comes with a bound of its error; where that leaves the nearest double in doubt it is computed in high precision.
+double-double. 1 - e is a separate constant, so that a close pericentre and a fall from rest lose no digits. Every value
+has an error bound; where this leaves the nearest double uncertain, the value is computed in high precision.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 GRID = 32
 """Sines are tabulated at multiples of 1/32."""
 UNIT = 2.0**-98
-"""Relative error allowed for a few operations of 2**-104 each."""
+"""Bound of the relative error of a few operations, each with 2**-104."""
 
 
 def sample(motion: Any, times: Floats) -> Floats:

@@ -1,8 +1,9 @@
-"""Three bodies at the corners of an equilateral triangle, which keeps its shape: Lagrange's motion (Beatty 8.9.2).
+"""Three bodies at the corners of an equilateral triangle that keeps its shape: Lagrange's motion (Beatty 8.9.2).
 
-Where the velocities too are those of one similarity (a drift, a growth and a turn in the plane of the triangle), each
-side moves as Kepler says with mu = G (m1 + m2 + m3), and all three do so alike: with the f and g of one of them every
-place about the centre of mass is f r0 + g v0. In space such a triangle has rational corners; in a plane it has not.
+If the initial velocities too are those of one similarity (translation, growth and rotation in the plane of the
+triangle), each side is a Kepler motion with mu = G (m1 + m2 + m3), the same for all three: with Lagrange's f and g of
+one side every position about the centre of mass is f r0 + g v0. In space such a triangle can have rational corners, in
+a plane it cannot.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from gnomon.reference.numerics.motion import Cycle
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import working
 from gnomon.reference.orbits.conic import Conic
 
@@ -24,7 +25,7 @@ Vector = tuple[Fraction, Fraction, Fraction]
 class Homographic(Conic):
     """State (r1, r2, r3, v1, v2, v3), three components each; `masses` are G m of each body.
 
-    Raises ValueError where the start is no equilateral triangle that moves as one similarity, or does not turn.
+    Raises ValueError if the start is no equilateral triangle, does not move as one similarity, or does not rotate.
     """
 
     masses: Vector
@@ -37,12 +38,12 @@ class Homographic(Conic):
 
     @cached_property
     def mu(self) -> Fraction:  # type: ignore[override]
-        """G times the mass of all three."""
+        """G times the total mass."""
         return sum(self.masses, Fraction(0))
 
     @cached_property
     def _side(self) -> tuple[Vector, Vector]:
-        """Body 2 as seen from body 1: place and velocity."""
+        """Position and velocity of body 2 relative to body 1."""
         return _minus(self.places[1], self.places[0]), _minus(self.velocities[1], self.velocities[0])
 
     @cached_property
@@ -69,11 +70,11 @@ class Homographic(Conic):
         ]
 
     def eccentricity(self, digits: int = 15) -> Any:
-        """Of the conic that each body describes."""
+        """Eccentricity of the conic on which each body moves."""
         return self._quantity(digits, self._eccentricity, 30)
 
     def sides(self, digits: int = 15) -> tuple[Any, Any | None]:
-        """The shortest and the longest side of the triangle; no longest one where it is not bound."""
+        """The shortest and the longest side of the triangle; None for the longest if it is not bound."""
         pericentre = self._quantity(digits, self._pericentre, 30)
         if self.conic <= 0:
             return pericentre, None
@@ -113,7 +114,7 @@ class Homographic(Conic):
 
 
 def keeps_its_shape(places: Sequence[Sequence[Fraction]], velocities: Sequence[Sequence[Fraction]]) -> bool:
-    """Whether three bodies stand in an equilateral triangle and move as one similarity that turns, decided exactly."""
+    """Whether three bodies form an equilateral triangle and move as one similarity that rotates, decided exactly."""
     first, second = (_minus(places[i], places[0]) for i in (1, 2))
     pace, other = (_minus(velocities[i], velocities[0]) for i in (1, 2))
     square = _dot(first, first)

@@ -1,6 +1,6 @@
 """Gravitation of simple bodies, in balls (Beatty, Dynamics, 5.6-5.10).
 
-mu = G M throughout; fields point towards the body along the named axes, potentials vanish far away.
+mu = G M; fields point towards the body along the named axes, potentials vanish at infinity.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def _ring_elliptic(a: Any, rho: Any, z: Any) -> tuple[Any, Any, Any, Any]:
     far = square(a + rho) + z * z
     near = square(a - rho) + z * z
     m = 4 * a * rho / far
-    # K by the arithmetic-geometric mean of 1 and sqrt(1 - m), which is given without cancellation.
+    # K by the arithmetic-geometric mean of 1 and sqrt(1 - m), which has no cancellation here.
     K = flint.arb.pi() / 2 / flint.arb(1).agm((near / far).sqrt())
     E = flint.acb(m).elliptic_e().real
     return K, E, far, near

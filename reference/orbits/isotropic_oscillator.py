@@ -1,4 +1,4 @@
-"""The isotropic oscillator in a plane, m r'' = -k r: two harmonic motions of one frequency (Beatty, Dynamics, 7.8)."""
+"""The isotropic oscillator in a plane, m r'' = -k r: two harmonic motions of the same frequency (Beatty 7.8)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from gnomon.reference.numerics.motion import Cycle, Motion
+from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.oscillators.harmonic_oscillator import HarmonicMotion
 
 
@@ -33,7 +34,7 @@ class IsotropicOscillator(Motion):
         return self._parts[0].period(digits)
 
     def semi_axes(self, digits: int = 15) -> tuple[Any, Any]:
-        """Of the ellipse: a^2 + b^2 = r^2 + v^2/w^2, a b = |r x v|/w, so a +- b without cancellation."""
+        """Semi-axes a >= b of the ellipse, without cancellation: a^2 + b^2 = r^2 + v^2/w^2 and a b = |r x v|/w."""
         return self._quantity(digits, lambda mp: self._axes(mp)[0], 30), self._quantity(
             digits, lambda mp: self._axes(mp)[1], 30
         )

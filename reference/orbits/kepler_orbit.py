@@ -12,7 +12,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from gnomon.reference.numerics.motion import MANY, Floats
+from gnomon.reference.numerics.motion import MANY
+from gnomon.reference.numerics.pointwise import Floats
 from gnomon.reference.numerics.precision import Number, exact, publish, working
 from gnomon.reference.orbits.conic import Conic
 from gnomon.reference.orbits.universal import universal_functions
@@ -64,7 +65,7 @@ class Kepler(Conic):
         return [f * x + g * vx, f * y + g * vy, df * x + dg * vx, df * y + dg * vy]
 
     def _guard(self, t: Fraction) -> float:
-        """Lost are whole periods taken off and, where the pericentre is close, the cancellation of r."""
+        """Digits lost to the subtraction of whole periods and, near a close pericentre, to cancellation in r."""
         with working(20) as mp:
             r0, alpha, _s0, _root = self._elements(mp)
             size = r0 + (1 / abs(alpha) if self.conic else 0)
@@ -122,11 +123,11 @@ class Kepler(Conic):
         return self._quantity(digits, lambda mp: mp.mpf(self.angular_momentum / 2))
 
     def pericentre(self, digits: int = 15) -> Any:
-        """The smallest distance of the conic from the centre (m)."""
+        """The smallest distance from the centre (m)."""
         return self._quantity(digits, self._pericentre)
 
     def collision_time(self, digits: int = 15, forward: bool = True) -> Any:
-        """When a motion without angular momentum reaches the centre (s, after the start, or before it), or None."""
+        """Time from the start to the next collision, or to it from the last one (s); None if there is none."""
         if self.angular_momentum:
             return None
         outward = self._rv >= 0 if forward else self._rv <= 0
@@ -163,7 +164,7 @@ class Kepler(Conic):
         return mp.mpf(self.angular_momentum**2 / self.mu) / (1 + self._eccentricity(mp))
 
     def _closeness(self, t: Fraction) -> float:
-        """Decades between the collision time and the time that is left; ValueError at and beyond the collision."""
+        """log10 of collision time over time left before it; ValueError at and beyond the collision."""
         collision = self.collision_time(forward=t >= 0)
         if collision is None:
             return 0.0

@@ -1,4 +1,4 @@
-"""Radial fall to an attracting point, and flight from it: Kepler without angular momentum (Beatty 5.9, 5.10, 7.7.1)."""
+"""Radial motion under an attracting point: Kepler's problem without angular momentum (Beatty 5.9, 5.10, 7.7.1)."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class RadialFall(Motion):
 
     @property
     def bound(self) -> bool:
-        """Below the escape speed, decided exactly."""
+        """Whether the speed is below the escape speed, decided exactly."""
         return self.v0**2 < 2 * self.mu / self.r0
 
     def collision_time(self, digits: int = 15) -> Any | None:
-        """When r = 0; None where it escapes."""
+        """Time at which r = 0 (s); None if it escapes."""
         return self._orbit.collision_time(digits)
 
     def escape_speed(self, digits: int = 15) -> Any:
@@ -38,7 +38,7 @@ class RadialFall(Motion):
         return self._quantity(digits, lambda mp: mp.sqrt(mp.mpf(2 * self.mu / self.r0)))
 
     def farthest(self, digits: int = 15) -> Any:
-        """The turning point of the whole fall, infinite where it escapes."""
+        """The largest r of the whole motion; infinite if it escapes."""
         if not self.bound:
             return self._quantity(digits, lambda mp: mp.inf)
         height = 1 / (1 / self.r0 - self.v0**2 / (2 * self.mu))

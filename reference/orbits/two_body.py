@@ -1,7 +1,7 @@
-"""Two bodies that attract each other: their centre drifts, and they move about it as Kepler says (Beatty 8.3).
+"""Two bodies that attract each other: uniform motion of the centre of mass and a Kepler orbit about it (Beatty 8.3).
 
-r1 = R - (m2/M) r and r2 = R + (m1/M) r, where r is the motion of reference/orbits/kepler_orbit.py with mu = G (m1 + m2) and R moves
-uniformly. The relative start and mu are exact rational numbers.
+r1 = R - (m2/M) r and r2 = R + (m1/M) r, where r is the motion of reference/orbits/kepler_orbit.py with
+mu = G (m1 + m2) and R moves uniformly. The relative start and mu are exact rational numbers.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from gnomon.reference.numerics.motion import Cycle, Motion
+from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.orbits.kepler_orbit import Kepler
 
 Four = tuple[Fraction, Fraction, Fraction, Fraction]
@@ -30,7 +31,7 @@ class TwoBody(Motion):
 
     @cached_property
     def relative(self) -> Kepler:
-        """Body 2 as seen from body 1."""
+        """The motion of body 2 relative to body 1."""
         x1, y1, x2, y2 = self.places
         vx1, vy1, vx2, vy2 = self.velocities
         return Kepler(self.G * (self.m1 + self.m2), x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1)

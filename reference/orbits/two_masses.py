@@ -1,6 +1,6 @@
 """Two masses joined by a spring or by a rod, thrown together (Beatty, Dynamics, 8.2 to 8.9).
 
-The centre of mass moves on a parabola; about it the pair vibrates harmonically (spring) or turns uniformly (rod).
+The centre of mass moves on a parabola; about it the pair vibrates harmonically (spring) or rotates uniformly (rod).
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ class SpringPair(Motion):
         return self.m1 * self.m2 / (self.m1 + self.m2)
 
     def vibration(self, axis: int) -> HarmonicMotion:
-        """x2 - x1 - rest along one axis."""
+        """The motion of x2 - x1 - rest along one axis."""
         (x1, x2), (v1, v2) = self.places[axis], self.velocities[axis]
         return HarmonicMotion(self.reduced, self.k, x2 - x1 - self.rests[axis], v2 - v1)
 
     def centre(self, axis: int, t: Fraction = Fraction(0)) -> tuple[Fraction, Fraction]:
-        """Place and velocity of the centre of mass."""
+        """Position and velocity of the centre of mass."""
         total = self.m1 + self.m2
         (x1, x2), (v1, v2) = self.places[axis], self.velocities[axis]
         x, v, a = (self.m1 * x1 + self.m2 * x2) / total, (self.m1 * v1 + self.m2 * v2) / total, self.pulls[axis]
@@ -65,9 +65,9 @@ class SpringPair(Motion):
 
 @dataclass(frozen=True)
 class RodPair(Motion):
-    """Two masses on a massless rod of length l: state (x1, y1, theta, vx1, vy1, omega), of mass 1 and of the rod.
+    """Two masses on a massless rod of length l: state (x1, y1, theta, vx1, vy1, omega) of mass 1 and the rod.
 
-    theta is the angle of the rod from the x axis, seen from mass 1.
+    theta is the angle from the x axis to the rod, from mass 1 to mass 2.
     """
 
     m1: Fraction
@@ -82,7 +82,7 @@ class RodPair(Motion):
     omega: Fraction
 
     def tension(self, digits: int = 15) -> Any:
-        """Of the rod (N): the reduced mass times l omega^2."""
+        """Tension of the rod (N): the reduced mass times l omega^2."""
         force = self.m1 * self.m2 / (self.m1 + self.m2) * self.length * self.omega**2
         return self._quantity(digits, lambda mp: mp.mpf(force))
 
@@ -90,7 +90,7 @@ class RodPair(Motion):
         return 15 + decades((self.omega * t) ** 2 + self.theta**2) / 2
 
     def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
-        """The centre of mass stands at `arm` from mass 1."""
+        """`arm` is the distance of the centre of mass from mass 1."""
         arm = mp.mpf(self.m2 / (self.m1 + self.m2) * self.length)
         angle = mp.mpf(self.theta + self.omega * t)
         c0, s0 = mp.cos_sin(mp.mpf(self.theta))

@@ -52,7 +52,7 @@ def laguerre_step(mp: Any, r0: Any, alpha: Any, s0: Any, target: Any, u: tuple[A
 
 
 def rough_root(mp: Any, r0: Any, alpha: Any, s0: Any, target: Any) -> Any:
-    """The root of F for a target >= 0 to about 10 digits: Laguerre's method, held in a shrinking bracket."""
+    """The root of F for a target >= 0 to about 10 digits: Laguerre's method within a shrinking bracket."""
     low, high = mp.mpf(0), _bound(mp, r0, alpha, s0, target)
     chi = min(target * alpha, high) if alpha > 0 else high
     for k in range(200):
@@ -60,7 +60,7 @@ def rough_root(mp: Any, r0: Any, alpha: Any, s0: Any, target: Any) -> Any:
         value = r0 * u[1] + s0 * u[2] + u[3] - target
         low, high = (chi, high) if value < 0 else (low, chi)
         new = chi - laguerre_step(mp, r0, alpha, s0, target, u)
-        if not low <= new <= high or (k > 20 and k % 2):  # far out on a hyperbola each step takes off 5/3 of w chi only
+        if not low <= new <= high or (k > 20 and k % 2):  # far out on a hyperbola each step changes w chi by 5/3 only
             new = (low + high) / 2
         done = abs(new - chi) <= abs(new) * mp.mpf("1e-10")
         chi = new
@@ -70,7 +70,7 @@ def rough_root(mp: Any, r0: Any, alpha: Any, s0: Any, target: Any) -> Any:
 
 
 def _bound(mp: Any, r0: Any, alpha: Any, s0: Any, target: Any) -> Any:
-    """An upper bound of the root: a turn of an ellipse; else from U3 <= target, counted from a coming pericentre."""
+    """An upper bound of the root: a turn of an ellipse; else from U3 <= target, beyond a pericentre that is ahead."""
     if alpha > 0:
         return 2 * mp.pi / mp.sqrt(alpha)
     bound = mp.cbrt(6 * target)  # from U3 >= chi^3 / 6

@@ -1,4 +1,4 @@
-"""Hamilton's action along true paths, and its second variation, in balls (Beatty, Dynamics, 11.11)."""
+"""Hamilton's action along actual motions, and its second variation, in balls (Beatty, Dynamics, 11.11)."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ def fall(m: Any, g: Any, T: Any, begin: Any, end: Any) -> Any:
 
 
 def variation(m: Any, w: Any, T: Any, size: Any, mode: int) -> Any:
-    """What size sin(mode pi t/T), added to the path, adds to the action; w = 0 for a force that does not depend on x.
+    """The change of the action when size sin(mode pi t/T) is added to the path; w = 0 for a force independent of x.
 
-    The Lagrangian is quadratic: there is no term beyond the second, and none of the first order on the true path.
+    The Lagrangian is quadratic, and the first variation vanishes on the actual path: only the second one is left.
     """
     rate = mode * flint.arb.pi() / T
     return size * size * m * T / 4 * (rate - w) * (rate + w)

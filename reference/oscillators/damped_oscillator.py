@@ -13,10 +13,11 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
 
-from gnomon.reference.numerics.motion import Cycle, Motion, Turn, decades
+from gnomon.reference.numerics.motion import Motion, decades
+from gnomon.reference.numerics.pointwise import Cycle, Turn
 
 LEAST_CYCLING = 20
-"""Above this decay rate over damped frequency a cycle loses e^(-40 pi): no use for a table."""
+"""Least ratio of decay rate and damped frequency without a cycle: the amplitude falls by e^(-40 pi) in a period."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ class DampedMotion(Motion):
 
     @property
     def _never_overshoots(self) -> bool:
-        """Without oscillation x crosses zero once, for t > 0 only where v0/x0 lies below minus the fast rate."""
+        """Without oscillation x crosses zero at most once, at t > 0 only if v0/x0 lies below minus the fast rate."""
         if self.x0 == 0:
             return self.v0 == 0 or self.regime != self.UNDERDAMPED
         if self.regime == self.UNDERDAMPED:
@@ -120,7 +121,7 @@ class DampedMotion(Motion):
 
     @property
     def _spread(self) -> float:
-        """Digits of fast over slow rate, which the slow mode loses between C and S."""
+        """Digits of the ratio of fast and slow rate: the slow mode loses them to cancellation between C and S."""
         return decades(self.damping**2 / (self.mass * self.stiffness))
 
     def _guard(self, t: Fraction) -> float:

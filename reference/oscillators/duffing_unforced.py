@@ -2,8 +2,7 @@
 
 x'^2 = h - alpha x^2 - (beta/2) x^4 with h = 2E. Weierstrass's P gives the motion (Biermann), Legendre's K its period.
 In Jacobi's functions: cn across the middle, dn inside one well of two, sn in the well of a softening spring; sech and
-tanh on the separatrices.
-The discriminant alpha^2 + 2 beta h and h itself are exact rational numbers, so that a regime is never guessed.
+tanh on the separatrices. The discriminant alpha^2 + 2 beta h and h are rational, so that the regime is decided exactly.
 """
 
 from __future__ import annotations
@@ -15,7 +14,8 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.reference.numerics.elliptic import complete_first
-from gnomon.reference.numerics.motion import Cycle, Motion, decades
+from gnomon.reference.numerics.motion import Motion, decades
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import working
 from gnomon.reference.numerics.weierstrass import Quartic, solve_quartic
 
@@ -105,7 +105,7 @@ class DuffingMotion(Motion):
         return small, large
 
     def _shape(self, mp: Any) -> tuple[Any, Any, int]:
-        """Frequency of the elliptic argument, mc = 1 - m, and how many K a period has."""
+        """Frequency of the elliptic argument, mc = 1 - m, and the period in units of K."""
         if self.regime in (self.HARMONIC, self.REST):
             return mp.sqrt(mp.mpf(abs(self.alpha + 3 * self.beta * self.x0**2))), mp.one, 4
         small, large = self._squares(mp)
@@ -139,7 +139,7 @@ class DuffingMotion(Motion):
 
     @cached_property
     def _depth(self) -> float:
-        """Digits between the energy and that of the separatrix, where there is one."""
+        """Digits by which the energy agrees with that of the separatrix, if there is one."""
         if self.beta == 0 or (self.beta > 0 and self.alpha >= 0):
             return 0.0
         gap = self.discriminant if self.beta < 0 else self.beta * abs(self.doubled_energy)
@@ -156,14 +156,14 @@ class DuffingMotion(Motion):
         lost = 30 + 2 * self._depth + decades(t * t * rate)
         if self.periodic:
             return lost
-        with working(15) as mp:  # towards a saddle x shrinks like e^(-sqrt|alpha| t), which the formula takes from 1
+        with working(15) as mp:  # near a saddle x falls as e^(-sqrt|alpha| t), a difference of terms of size 1
             return lost + 2 * float(mp.sqrt(mp.mpf(abs(self.alpha))) * mp.mpf(abs(t)))
 
     def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
         if self.regime == self.REST:
             return mp.mpf(self.x0), mp.zero
         time = mp.mpf(t)
-        if self.periodic:  # P has its pole at every period: stay within half of one
+        if self.periodic:  # P has a pole at every period: reduce t to half a period
             period = self._period(mp)
             time -= period * mp.nint(time / period)
         f: Quartic = (self.doubled_energy, Fraction(0), -self.alpha, Fraction(0), -self.beta / 2)

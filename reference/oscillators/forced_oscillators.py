@@ -1,7 +1,6 @@
 """Linear motion of one coordinate under a load: x'' + 2b x' + c x = h + e^(rt) (C cos pt + S sin pt).
 
-Beatty, Dynamics, 6.4.1, 6.6 and 6.12. One matrix exponential holds every regime of the left side and every resonance
-with the right side.
+Beatty, Dynamics, 6.4.1, 6.6 and 6.12. One matrix exponential covers all damping regimes and all resonances.
 """
 
 from __future__ import annotations
@@ -14,9 +13,10 @@ from typing import Any, ClassVar
 
 import flint
 import numpy as np
-from gnomon.reference.numerics.balls import BallMotion, ball
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.linear import LinearMotion, Row
-from gnomon.reference.numerics.motion import Floats
+from gnomon.reference.numerics.motion import BallMotion
+from gnomon.reference.numerics.pointwise import Floats
 
 
 @dataclass(frozen=True)
@@ -55,27 +55,27 @@ class ForcedLinear(LinearMotion):
         return self._derived(digits, lambda: ball(self.stiffness).sqrt())
 
     def steady_amplitude(self, digits: int = 15) -> Any:
-        """Of the answer to the harmonic load, hypot(C, S)/|c - p^2 + 2ibp|; r = 0, no exact resonance."""
+        """Amplitude of the steady response, hypot(C, S)/|c - p^2 + 2ibp|; r = 0, no exact resonance."""
         below = (self.stiffness - self.frequency**2) ** 2 + (2 * self.damping * self.frequency) ** 2
         return self._derived(digits, lambda: ball((self.cosine**2 + self.sine**2) / below).sqrt())
 
     def magnification(self, digits: int = 15) -> Any:
-        """Steady amplitude over the deflection under the same load at rest."""
+        """Steady amplitude over the static deflection under the same load."""
         below = (self.stiffness - self.frequency**2) ** 2 + (2 * self.damping * self.frequency) ** 2
         return self._derived(digits, lambda: ball(self.stiffness) / ball(below).sqrt())
 
     def unbalance_ratio(self, digits: int = 15) -> Any:
-        """The magnification times p^2/c: of a load that grows as its frequency squared, an unbalance or a moved base."""
+        """The magnification times p^2/c, for loads in proportion to p^2: an unbalance, or a vibrating base."""
         below = (self.stiffness - self.frequency**2) ** 2 + (2 * self.damping * self.frequency) ** 2
         return self._derived(digits, lambda: ball(self.frequency**2) / ball(below).sqrt())
 
     def phase_lag(self, digits: int = 15) -> Any:
-        """Of the steady answer behind the load, in [0, pi]."""
+        """Phase lag of the steady response behind the load (rad), in [0, pi]."""
         real, imaginary = self.stiffness - self.frequency**2, 2 * self.damping * self.frequency
         return self._derived(digits, lambda: flint.arb.atan2(ball(imaginary), ball(real)))
 
     def transmissibility(self, digits: int = 15) -> Any:
-        """Steady force on the foundation over the load; also base motion passed on to the mass."""
+        """Steady force on the foundation over the load; also the amplitude ratio of mass and vibrating base."""
         passed = self.stiffness**2 + (2 * self.damping * self.frequency) ** 2
         below = (self.stiffness - self.frequency**2) ** 2 + (2 * self.damping * self.frequency) ** 2
         return self._derived(digits, lambda: ball(passed / below).sqrt())
@@ -83,7 +83,7 @@ class ForcedLinear(LinearMotion):
 
 @dataclass(frozen=True)
 class SwitchedOff(BallMotion):
-    """A motion (x, v) whose forces all end at time `off`: from there on it is uniform."""
+    """State (x, v) of a motion whose forces all end at the time `off` (s): afterwards it is uniform."""
 
     driven: ForcedLinear
     off: Fraction
@@ -92,7 +92,7 @@ class SwitchedOff(BallMotion):
         return self.driven._balls(t) if t < self.off else Coasting(self)._balls(t)
 
     def sample(self, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
-        """Each part from a table of its own: `off` is where the one ends and the other begins."""
+        """Each part has a table of its own; the state at `off` belongs to the second."""
         times = np.asarray(times, dtype=np.float64)
         nearest = float(self.off)
         past = times >= nearest if Fraction(nearest) >= self.off else times > nearest
@@ -106,13 +106,13 @@ class SwitchedOff(BallMotion):
         return self._rational(digits, self.off)
 
     def impulse(self, mass: Fraction, digits: int = 15) -> Any:
-        """Of the force until its end: what it adds to the momentum."""
+        """Impulse of the force until `off`: the change of momentum."""
         return self._derived(digits, lambda: ball(mass) * (self.driven._balls(self.off)[1] - ball(self.driven.v)))
 
 
 @dataclass(frozen=True)
 class Coasting(BallMotion):
-    """What a motion does once it is switched off, at all times."""
+    """The uniform motion after `off`, extended to all times."""
 
     switched: SwitchedOff
 

@@ -29,14 +29,14 @@ class HangingSprings(LinearMotion):
 
     @property
     def in_series(self) -> Fraction:
-        """Stiffness of both springs one below the other."""
+        """Stiffness of the springs in series."""
         return self.k1 * self.k2 / (self.k1 + self.k2)
 
     def stiffness(self, digits: int = 15) -> Any:
         return self._quantity(digits, lambda mp: mp.mpf(self.in_series))
 
     def side_by_side(self, digits: int = 15) -> Any:
-        """Stiffness of the same springs in parallel."""
+        """Stiffness of the springs in parallel."""
         return self._quantity(digits, lambda mp: mp.mpf(self.k1 + self.k2))
 
     def sag(self, digits: int = 15) -> Any:

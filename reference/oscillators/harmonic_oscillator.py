@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from gnomon.reference.numerics.motion import Cycle, Motion, decades
+from gnomon.reference.numerics.motion import Motion, decades
+from gnomon.reference.numerics.pointwise import Cycle
 
 
 @dataclass(frozen=True)

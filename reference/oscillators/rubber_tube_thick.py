@@ -1,8 +1,4 @@
-"""x'' = -w^2 (x - x^-3), x > 0: Ermakov's and Pinney's equation (Beatty, Dynamics, 6.13.2; Pinney, Proc. AMS 1, 1950).
-
-x^2 = u^2 + s^2 with u = x0 cos(wt) + (v0/w) sin(wt), s = sin(wt)/x0: a sum of squares, so that nothing cancels however
-close to zero x comes. The period is pi/w at every amplitude.
-"""
+"""Radial oscillation of a rubber tube whose wall has any thickness."""
 
 from __future__ import annotations
 
@@ -11,48 +7,88 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from gnomon.reference.numerics.motion import Cycle, Motion, decades
+from gnomon.reference.numerics.precision import working
+from gnomon.reference.numerics.well import WellMotion
 
 
 @dataclass(frozen=True)
-class Pinney(Motion):
-    """State (x, v)."""
+class ThickTube(WellMotion):
+    """Knowles' radial oscillation of a thick incompressible tube: state (x, v), x > 0 (Beatty, Dynamics, 6.13.2).
 
+    M = x^2 ln(1 + gam/x^2), V = (w^2/2)(x^2 - 1) ln(x^2 (1 + gam)/(x^2 + gam)) - p (x^2 - 1)/2 under an inner pressure,
+    p < w^2 ln(1 + gam).
+    """
+
+    gam: Fraction
     w: Fraction
     x0: Fraction
     v0: Fraction
+    p: Fraction = Fraction(0)
 
     @property
-    def energy(self) -> Fraction:
-        """v^2 + w^2 (x^2 + x^-2)."""
-        return self.v0**2 + self.w**2 * (self.x0**2 + 1 / self.x0**2)
+    def rests(self) -> bool:
+        """Whether x stays at 1; under pressure the equilibrium is at no rational stretch."""
+        return self.x0 == 1 and self.v0 == 0 and self.p == 0
 
-    def period(self, digits: int = 15) -> Any:
-        return self._quantity(digits, lambda mp: mp.pi / mp.mpf(self.w))
+    @property
+    def holds(self) -> bool:
+        """Whether the wall bears the pressure: p < w^2 ln(1 + gam), decided with 40 digits."""
+        with working(40) as mp:
+            return bool(mp.mpf(self.p) < mp.mpf(self.w) ** 2 * mp.log1p(mp.mpf(self.gam)))
 
-    def largest(self, digits: int = 15) -> Any:
-        """The largest x; the least is its inverse."""
-        return self._quantity(digits, self._largest, 20)
+    def balance(self, digits: int = 15) -> Any:
+        """The equilibrium stretch."""
+        return self._quantity(digits, self._bottom, 30)
 
-    def top_speed(self, digits: int = 15) -> Any:
-        """At x = 1: v^2 = E - 2 w^2 = v0^2 + w^2 (x0 - 1/x0)^2."""
-        square = self.v0**2 + self.w**2 * (self.x0 - 1 / self.x0) ** 2
-        return self._quantity(digits, lambda mp: mp.sqrt(mp.mpf(square)))
+    def _begin(self) -> tuple[Fraction, Fraction]:
+        return self.x0, self.v0
 
-    def _largest(self, mp: Any) -> Any:
-        half = self.energy / (2 * self.w**2)
-        return mp.sqrt(mp.mpf(half) + mp.sqrt(mp.mpf(half**2 - 1)))
+    def _bottom(self, mp: Any) -> Any:
+        """The root of V'/(w^2 x), monotone in x^2: bisection in the logarithm of x^2, then Newton's method."""
+        if self.p == 0:
+            return mp.one
+        gam, wanted = mp.mpf(self.gam), mp.mpf(self.p / self.w**2)
 
-    def _cycle(self, mp: Any) -> Cycle:
-        return Cycle(mp.pi / mp.mpf(self.w), (mp.zero, mp.zero))
+        def excess(square: Any) -> Any:
+            less = square - 1
+            return mp.log1p(gam * less / (square + gam)) + less * gam / (square * (square + gam)) - wanted
 
-    def _guard(self, t: Fraction) -> float:
-        return 20 + 2 * decades(self.energy / self.w**2) + decades((t * self.w) ** 2) / 2
+        low = high = mp.one
+        while excess(low) > 0:
+            low /= 4
+        while excess(high) < 0:
+            high *= 4
+        for _ in range(60):
+            middle = mp.sqrt(low * high)
+            low, high = (middle, high) if excess(middle) < 0 else (low, middle)
+        square = mp.sqrt(low * high)
+        for _ in range(60):
+            total = square * (square + gam)
+            slope = gam / total + gam / total - gam * (square - 1) * (2 * square + gam) / total**2
+            step = excess(square) / slope
+            square -= step
+            if abs(step) <= 8 * mp.eps * square:
+                break
+        return mp.sqrt(square)
 
-    def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
-        w, x0, v0 = mp.mpf(self.w), mp.mpf(self.x0), mp.mpf(self.v0)
-        cosine, sine = mp.cos_sin(mp.mpf(self.w * t))
-        u, rate = x0 * cosine + v0 / w * sine, v0 * cosine - w * x0 * sine
-        s, turn = sine / x0, w * cosine / x0
-        x = mp.hypot(u, s)
-        return x, (u * rate + s * turn) / x
+    def _walls(self, mp: Any) -> tuple[Any, Any]:
+        return mp.zero, mp.inf
+
+    def _mass(self, mp: Any, x: Any) -> Any:
+        return x**2 * mp.log1p(mp.mpf(self.gam) / x**2)
+
+    def _potential(self, mp: Any, x: Any) -> Any:
+        gam, less = mp.mpf(self.gam), x**2 - 1
+        return less / 2 * (mp.mpf(self.w) ** 2 * mp.log1p(gam * less / (x**2 + gam)) - mp.mpf(self.p))
+
+    def _slope(self, mp: Any, x: Any) -> Any:
+        gam, less = mp.mpf(self.gam), x**2 - 1
+        square = x**2 + gam
+        wall = mp.mpf(self.w) ** 2 * (x * mp.log1p(gam * less / square) + less * gam / (x * square))
+        return wall - mp.mpf(self.p) * x
+
+    def _read(self, mp: Any, t: Fraction, x: Any, rate: Any, carried: Sequence[Any]) -> Sequence[Any]:
+        return x, rate
+
+    def _turned(self, mp: Any, carried: Sequence[Any], period: Any) -> Sequence[Any]:
+        return mp.zero, mp.zero

@@ -1,7 +1,7 @@
 """A block that falls on a massless upright spring and is thrown off again (Beatty, Dynamics, 7.5, 7.7.2, 7.9).
 
-y is the height over the spring's free end: y'' = -g for y > 0 and y'' = -g - w^2 y for y < 0, w^2 = k/m. Both phases are
-elementary; the motion repeats after T = 2u/g + (2/w)(pi - atan(u w/g)), u the speed at y = 0.
+y is the height over the free end of the spring: y'' = -g for y > 0 and y'' = -g - w^2 y for y < 0, w^2 = k/m. Both
+phases are elementary; the period is T = 2u/g + (2/w)(pi - atan(u w/g)), u the speed at y = 0.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from gnomon.reference.numerics.motion import Cycle, Motion
+from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import working
 
 
@@ -38,28 +39,28 @@ class SpringBlock(Motion):
 
     @property
     def leaves(self) -> bool:
-        """Whether the block leaves the spring; where it only just reaches its end, it does not."""
+        """Whether the block leaves the spring; False if it only reaches y = 0."""
         return self.speed_squared > 0
 
     def period(self, digits: int = 15) -> Any:
         return self._quantity(digits, self._period, 20)
 
     def compression(self, digits: int = 15) -> Any:
-        """The deepest y, a positive number: g/w^2 + sqrt((g/w^2)^2 + u^2/w^2)."""
+        """The largest compression -y: g/w^2 + sqrt((g/w^2)^2 + u^2/w^2)."""
         rest = self.g / self.square
         reach = rest**2 + self.speed_squared / self.square
         return self._quantity(digits, lambda mp: mp.mpf(rest) + mp.sqrt(mp.mpf(reach)), 20)
 
     def contact_time(self, digits: int = 15) -> Any:
-        """How long the block stays on the spring each time."""
+        """Duration of each contact with the spring."""
         return self._quantity(digits, lambda mp: self._phases(mp)[1])
 
     def touch_time(self, n: int, digits: int = 15) -> Any:
-        """When the block comes down on the spring for the n-th time, n = 1, 2, ..., after the start."""
+        """Time at which the block meets the spring for the n-th time after the start, n = 1, 2, ..."""
         return self._quantity(digits, lambda mp: self._first_touch(mp) + (n - 1) * self._period(mp), 30)
 
     def lift_time(self, n: int, digits: int = 15) -> Any:
-        """When it leaves the spring for the n-th time, n = 1, 2, ..."""
+        """Time at which it leaves the spring for the n-th time, n = 1, 2, ..."""
 
         def formula(mp: Any) -> Any:
             first = self._first_touch(mp) + self._phases(mp)[1]
@@ -74,7 +75,7 @@ class SpringBlock(Motion):
         return self.y0 < 0 or (self.y0 == 0 and self.v0 < 0)
 
     def speed(self, digits: int = 15) -> Any:
-        """u, at which the block meets and leaves the spring."""
+        """u, the speed at which the block meets and leaves the spring."""
         return self._quantity(digits, lambda mp: mp.sqrt(mp.mpf(self.speed_squared)))
 
     def _phases(self, mp: Any) -> tuple[Any, Any]:
@@ -88,7 +89,7 @@ class SpringBlock(Motion):
         return sum(self._phases(mp))
 
     def _first_touch(self, mp: Any) -> Any:
-        """From a start in flight, or through the flight that follows a start on the spring."""
+        """Time of the first contact after the start; a start on the spring leaves it first."""
         u, g, w = mp.sqrt(mp.mpf(self.speed_squared)), mp.mpf(self.g), mp.sqrt(mp.mpf(self.square))
         v0 = mp.mpf(self.v0)
         if not self._on_spring:
@@ -114,7 +115,7 @@ class SpringBlock(Motion):
             return self._vibrate(mp, w, mp.mpf(self.y0), mp.mpf(self.v0), time)
         period = self._period(mp)
         since = time - self._first_touch(mp)
-        since -= period * mp.floor(since / period)  # since the last time the block came down
+        since -= period * mp.floor(since / period)  # since the last touch
         u, contact = mp.sqrt(mp.mpf(self.speed_squared)), self._phases(mp)[1]
         if since < contact:
             return self._vibrate(mp, w, mp.zero, -u, since)

@@ -12,13 +12,14 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from gnomon.reference.numerics.motion import Cycle, Motion, decades
+from gnomon.reference.numerics.motion import Motion, decades
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import Number, exact, publish, working
 
 
 @dataclass(frozen=True)
 class CycloidalMotion(Motion):
-    """State (phi, phi'), released inside the cusps with |phi'| < sqrt(g/a). Beatty 7.11.3 to 7.11.5."""
+    """State (phi, phi'), started between the cusps with |phi'| < sqrt(g/a). Beatty 7.11.3 to 7.11.5."""
 
     a: Fraction
     g: Fraction
@@ -47,11 +48,11 @@ class CycloidalMotion(Motion):
         return self._quantity(digits, lambda mp: 2 * self._frequency(mp) * mp.sqrt(1 - self._clearance(mp)), 30)
 
     def energy(self, digits: int = 15) -> Any:
-        """Energy over the mass, from the bottom: w^2/2 times the arc's amplitude squared."""
+        """Energy per unit mass above the bottom: w^2/2 times the square of the arc amplitude."""
         return self._quantity(digits, lambda mp: 2 * mp.mpf(self.a * self.g) * (1 - self._clearance(mp)), 30)
 
     def normal_force_bottom(self, digits: int = 15) -> Any:
-        """The force of the track over the mass at the bottom: g cos(phi/2) + v^2/(4 a cos(phi/2)) at phi = 0."""
+        """Normal force per unit mass at the bottom: g cos(phi/2) + v^2/(4 a cos(phi/2)) at phi = 0."""
         return self._quantity(digits, lambda mp: mp.mpf(self.g) * (2 - self._clearance(mp)), 30)
 
     def arc(self, t: Number, digits: int = 15) -> tuple[Any, Any]:
@@ -80,7 +81,7 @@ class CycloidalMotion(Motion):
 
     @cached_property
     def _depth(self) -> float:
-        """Digits that the angle loses next to the cusp, where it turns in the time sqrt(clearance)/w."""
+        """Digits that the angle loses next to the cusp, where it reverses in the time sqrt(clearance)/w."""
         with working(30) as mp:
             return max(0.0, -float(mp.log10(self._clearance(mp))))
 

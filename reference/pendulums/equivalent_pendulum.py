@@ -1,8 +1,8 @@
-"""Systems that are pendulums with numbers that are not rational: theta'' = -W^2 sin(theta + shift).
+"""Systems that are simple pendulums with irrational parameters: theta'' = -W^2 sin(theta + shift).
 
 A uniform chain in a circular tube, its middle at theta from the bottom, has W^2 = (2g/L) sin(L/2R) (Beatty, Dynamics,
-8.12); a pendulum whose support is accelerated hangs along the apparent gravity (6.10). W^2 and the shift are taken as
-rational numbers that differ from them by less than the working precision can show.
+8.12); a pendulum whose support is accelerated hangs along the apparent gravity (6.10). W^2 and the shift are replaced
+by rational numbers that differ from them by less than the working precision resolves.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
-from gnomon.reference.numerics.motion import Cycle, Motion
+from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import exact, working
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 
@@ -34,11 +35,11 @@ class EquivalentPendulum(Motion):
         return mp.zero
 
     def pendulum(self, digits: int = 60) -> Pendulum:
-        """The pendulum of the angle theta + shift, with W^2 and the shift right to `digits`."""
+        """The simple pendulum with the angle theta + shift; W^2 and the shift are correct to `digits`."""
         return _pendulum(self, digits)[0]
 
     def frequency(self, digits: int = 15) -> Any:
-        """W, of small swings."""
+        """W, the angular frequency of small swings."""
         return self._quantity(digits, lambda mp: mp.sqrt(self._pull(mp)))
 
     def rest_angle(self, digits: int = 15) -> Any:
@@ -46,7 +47,7 @@ class EquivalentPendulum(Motion):
         return self._quantity(digits, lambda mp: -self._shift(mp))
 
     def _near(self, mp: Any) -> tuple[Pendulum, Any]:
-        """The pendulum with digits enough for the precision of `mp`, and the shift."""
+        """The pendulum with enough digits for the precision of `mp`, and the shift."""
         depth = self.pendulum()._depth
         pendulum, shift = _pendulum(self, int(mp.dps + 20 + 3 * depth))
         return pendulum, mp.mpf(shift)
@@ -72,7 +73,7 @@ class TubeChain(EquivalentPendulum):
     radius: Fraction
 
     def _pull(self, mp: Any) -> Any:
-        # 2 pi R - L may be small
+        # guard digits: 2 pi R - L may be small
         with mp.workdps(mp.dps + 40):
             return 2 * mp.mpf(self.g / self.length) * mp.sin(mp.mpf(self.length / (2 * self.radius)))
 

@@ -1,7 +1,7 @@
 """The pendulum in Cartesian coordinates, x right and y up from the pivot (Beatty, Dynamics, 11.2.1).
 
-The circle's radius and the angle at the start are irrational numbers of the given ones; the simple pendulum's exact
-motion starts from them with guard digits enough for what the motion makes of a rounding.
+The radius and the initial angle follow from the given coordinates and are irrational. The simple pendulum starts from
+them with enough guard digits for the growth of their rounding errors.
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
-from gnomon.reference.numerics.motion import Cycle, Motion, decades
+from gnomon.reference.numerics.motion import Motion, decades
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import exact, working
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 
 MOST_GROWTH = 60
-"""Digits by which the saddle can magnify a rounding: starts nearer to it than 1e-30 are not meant."""
+"""Digits by which the saddle can magnify a rounding error, for starts no closer to it than 1e-30."""
 
 
 @dataclass(frozen=True)
@@ -41,25 +42,25 @@ class CartesianPendulum(Motion):
 
     @property
     def rests(self) -> bool:
-        """True where it stands at the top or hangs below."""
+        """Whether it is in equilibrium, at the top or at the bottom."""
         return self.x0 == 0 and self.rate == 0
 
     @property
     def on_separatrix(self) -> bool:
-        """Exactly the energy of the top."""
+        """Whether the energy is exactly that of the upright position."""
         energy = (self.vx0**2 + self.vy0**2) / 2 + self.g * self.y0
         return energy > 0 and energy**2 == self.g**2 * self.radius_squared
 
     def pendulum(self, digits: int) -> Pendulum:
-        """The simple pendulum that this one is, its length and angle rational to so many digits."""
+        """The equivalent simple pendulum, with length and angle rounded to `digits`."""
         return _pendulum(self, digits)
 
     def period(self, digits: int = 15) -> Any:
-        """Period of the swing, or time of a turn."""
+        """Period of the swing, or duration of a turn (s)."""
         return self.pendulum(digits + MOST_GROWTH).period(digits)
 
     def multiplier(self, digits: int = 15) -> Any:
-        """The multiplier at the start (1/s^2): the rod's pull over mass and length."""
+        """The Lagrange multiplier at the start (1/s^2): the tension of the rod over mass and length."""
         top = self.vx0**2 + self.vy0**2 - self.g * self.y0
         return self._quantity(digits, lambda mp: mp.mpf(top / self.radius_squared))
 

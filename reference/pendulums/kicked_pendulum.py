@@ -1,7 +1,7 @@
-"""A pendulum that a torque impulse strikes at a given time (Beatty, Dynamics, 7.3): two pendulums, one after the other.
+"""A pendulum under a torque impulse at a given time (Beatty, Dynamics, 7.3): two pendulum motions, one after the other.
 
-The state at the blow is not rational: the second pendulum starts from a rational number that differs from it by less than
-the working precision can show.
+The state at the impulse is irrational: the second motion starts from rational numbers that differ from it by less than
+the working precision resolves.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from gnomon.reference.pendulums.pendulum_simple import Pendulum
 
 @dataclass(frozen=True)
 class KickedPendulum(Motion):
-    """State (theta, omega); at `blow` omega grows by `jump` at once."""
+    """State (theta, omega); at the time `blow` (s) omega jumps by `jump` (rad/s)."""
 
     before: Pendulum
     blow: Fraction
     jump: Fraction
 
     def after(self, digits: int = 60) -> Pendulum:
-        """The motion after the blow, with its own time, its start right to `digits`."""
+        """The motion after the impulse, timed from it, with the start correct to `digits`."""
         return _after(self, digits)
 
     def at_the_blow(self, digits: int = 15) -> tuple[Any, Any, Any]:
-        """The angle, and the rate before and after."""
+        """The angle at the impulse, and the rate before and after it."""
         start = self.after(digits + 20)
         with working(digits + 10) as mp:
             found = (start.theta0, start.omega0 - self.jump, start.omega0)

@@ -1,8 +1,8 @@
-"""A pendulum on a cart that is much lighter than it: the cosine series of reference/numerics/wells.py would take too many terms.
+"""A pendulum on a much lighter cart, where the cosine series of reference/numerics/well.py needs too many terms.
 
 With the amplitude a and theta = a - sigma^2 the time from a turning point is the integral of 2 sqrt(L mu/(2 g sin(a -
 sigma^2/2) sinc(sigma^2/2))), mu = (M + m sin^2 theta)/(M + m). Next to the bottom, where mu is nearly zero, the variable
-is u with sin theta = sqrt(M/m) sinh u, in which mu = M/(M + m) cosh^2 u and nothing is thin.
+is u with sin theta = sqrt(M/m) sinh u, in which mu = M/(M + m) cosh^2 u varies slowly.
 """
 
 from __future__ import annotations
@@ -14,20 +14,23 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, refined
-from gnomon.reference.numerics.motion import MANY, Cycle, Floats, Turn
+from gnomon.reference.numerics.balls import ball, refined
+from gnomon.reference.numerics.motion import MANY, BallMotion
 from gnomon.reference.numerics.passage import Track
+from gnomon.reference.numerics.pointwise import Cycle, Floats, Turn
 from gnomon.reference.numerics.precision import working
 
 LONGEST = 0.5
-"""Of sqrt(L/g): the time between two places of a track."""
+"""In units of sqrt(L/g): the time between two places of a track."""
 LOW = 0.5
-"""Up to this angle, and half the amplitude, a place is told by u."""
+"""Up to this angle, and half the amplitude, u is the variable."""
 
 
 class Quarter(NamedTuple):
-    """A quarter of a swing: sigma from its turning point, u from the bottom; its duration; the time of the start after
-    the turning point at +a."""
+    """A quarter of a swing: tracks in sigma from the turning point and in u from the bottom, and its duration.
+
+    `start` is the time from the turning point at +a to the start of the motion.
+    """
 
     amplitude: Any
     above: Track
@@ -38,7 +41,7 @@ class Quarter(NamedTuple):
 
 @dataclass(frozen=True)
 class LightCart(BallMotion):
-    """State (x, theta, x', theta') of a pendulum (m, L) under a cart M, as CartPendulum has it; it swings, not at rest."""
+    """State (x, theta, x', theta') of a pendulum (m, L) under a cart M, as in CartPendulum; it swings."""
 
     g: Fraction
     m: Fraction
@@ -52,7 +55,7 @@ class LightCart(BallMotion):
     rests = False
 
     def period(self, digits: int = 15) -> Any:
-        """Of the swing."""
+        """Period of the swing."""
         return self._derived(digits, lambda: 4 * self._quarter().duration)
 
     def turning_points(self, digits: int = 15) -> tuple[Any, Any]:
@@ -109,7 +112,7 @@ class LightCart(BallMotion):
         return [self._centre(t) - arm * theta.sin(), theta, self._drift() - arm * rate * theta.cos(), rate]
 
     def _centre(self, t: Fraction) -> Any:
-        """Where the centre of mass is."""
+        """Position of the centre of mass."""
         return ball(self.x) + self._arm * ball(self.theta).sin() + self._drift() * ball(t)
 
     def sample(self, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
@@ -120,7 +123,7 @@ class LightCart(BallMotion):
 
 @dataclass(frozen=True)
 class HalfSwings(BallMotion):
-    """(x, theta, x', theta', X, 1) with the centre of mass at X: after half a period about it all is turned over."""
+    """(x, theta, x', theta', X, 1), X the centre of mass: half a period later the motion about X changes its sign."""
 
     motion: LightCart
 
@@ -182,7 +185,7 @@ def _quarter(motion: LightCart, bits: int) -> Quarter:
     below = Track(low_pace, (ball(low).sin() / thin).asinh(), longest)
     duration = above.duration + below.duration
     begun = flint.acb.integral(pace, flint.acb(0), flint.acb(gap.sqrt())).real if motion.omega else flint.arb(0)
-    # to the right and moving in: after the turning point at +a
+    # theta > 0 and falling: after the turning point at +a
     start = begun if motion.omega < 0 or not motion.omega else -begun
     if motion.theta < 0:
         start = 2 * duration + (begun if motion.omega > 0 else -begun)

@@ -1,8 +1,8 @@
 """A pendulum with drag proportional to the square of its speed (Beatty, Dynamics, 6.13.1).
 
-theta'' = -w2 sin(theta) -+ c theta'^2 against the motion. While it moves one way, u = +-theta growing, p = u'^2 has the
-first integral p = K e^(-2 c u) + A (cos u - 2 c sin u), A = 2 w2/(1 + 4 c^2). A turning point is the next zero of p, and
-the time is a quadrature; a chain of such passages is the motion.
+theta'' = -w2 sin(theta) -+ c theta'^2, the drag against the motion. In each swing, with u = +-theta growing, p = u'^2
+has the first integral p = K e^(-2 c u) + A (cos u - 2 c sin u), A = 2 w2/(1 + 4 c^2). The swing ends at the next zero
+of p, and the time is a quadrature. The motion is a sequence of such swings.
 """
 
 from __future__ import annotations
@@ -14,21 +14,23 @@ from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, floor_of, sign
-from gnomon.reference.numerics.passage import Pace, Track
+from gnomon.reference.numerics.balls import ball, floor_of, sign
+from gnomon.reference.numerics.motion import BallMotion
+from gnomon.reference.numerics.passage import Track, pace_from_rest
 
 LONGEST = 0.7
-"""Of 1/sqrt(w2): the time between two places of a track."""
+"""In units of 1/sqrt(w2): the time between two places of a track."""
 MOST_TURNS = 150
-"""Over the top before it swings: their time is one integral, in parts of `LONGEST`."""
+"""Most turns over the top before it swings: their time is one integral, in parts of `LONGEST`."""
 WIDE = 1e-6
-"""Radius of a ball that integration bounds the integrand on, rather than evaluates it at."""
+"""Balls with a larger radius are subintervals on which the integration bounds the integrand."""
 
 
 class Swing(NamedTuple):
-    """A passage in u from `begin`, at rest there or (the first) not, to its rest at `end`; times `since` and `until`.
+    """A swing in u from `begin`, where it rests except at the start of the motion, to its rest at `end`.
 
-    `out` is the track from the rest at the beginning to the middle, None where there is none; `back` that from the end.
+    It lasts from `since` to `until`. `out` is the track from the rest at `begin` to the middle (None without that
+    rest), `back` the track from the end backwards.
     """
 
     side: int
@@ -42,7 +44,7 @@ class Swing(NamedTuple):
 
 @dataclass(frozen=True)
 class DampedPendulum(BallMotion):
-    """State (theta, v), theta from the downward vertical in rad, not wrapped; t >= 0, w2 and c > 0, not in balance."""
+    """State (theta, v), theta from the downward vertical (rad, unwrapped); t >= 0, w2 and c > 0, not in equilibrium."""
 
     w2: Fraction
     c: Fraction
@@ -58,14 +60,14 @@ class DampedPendulum(BallMotion):
 
     @cached_property
     def turns(self) -> int:
-        """Over the top at first, before it swings; negative backwards."""
+        """Number of turns over the top before it swings; negative if theta falls."""
         side, start = (1 if self.forward else -1), self.theta if self.forward else -self.theta
         return side * (self._first_bottom() - floor_of(lambda: ball(start) / (2 * flint.arb.pi()) + flint.arb(0.5)))
 
     def _balls(self, t: Fraction) -> Sequence[Any]:
         if t == 0:
             return [ball(self.theta), ball(self.v)]
-        swing = course(self, flint.ctx.prec).at(t)
+        swing = swing_sequence(self, flint.ctx.prec).at(t)
         since, left = ball(t) - swing.since, swing.until - ball(t)
         if swing.out is not None and since.mid() < swing.out.duration.mid():
             way, quotient = swing.out.arrival(since), self._begins(swing.begin)
@@ -77,10 +79,10 @@ class DampedPendulum(BallMotion):
         return [swing.side * u, swing.side * speed]
 
     def turning_point(self, n: int, digits: int = 15) -> tuple[Any, Any]:
-        """Time and angle of the n-th rest after the start, n = 1, 2, ..."""
+        """Time (s) and angle (rad) of the n-th turning point after the start, n = 1, 2, ..."""
 
         def swing() -> Swing:
-            return course(self, flint.ctx.prec).number(n - 1)
+            return swing_sequence(self, flint.ctx.prec).number(n - 1)
 
         return (
             self._derived(digits, lambda: swing().until),
@@ -96,14 +98,14 @@ class DampedPendulum(BallMotion):
         return cosine - 2 * ball(self.c) * sine
 
     def _first_bottom(self) -> int:
-        """Which bottom u = 2 pi j the first passage is the last to cross or reach: p at the tops before is positive."""
+        """j of the last bottom u = 2 pi j that the first swing reaches: p is positive at all tops before."""
         start = self.theta if self.forward else -self.theta
         top = -floor_of(lambda: flint.arb(0.5) - ball(start) / (2 * flint.arb.pi()))
         # the first top after the start is (2 top + 1) pi
         for turns in range(MOST_TURNS + 1):
             if not self._passes(start, top + turns):
                 return top + turns
-        raise ArithmeticError(f"it goes over the top more than {MOST_TURNS} times before it swings")
+        raise ArithmeticError(f"it turns over the top more than {MOST_TURNS} times before it swings")
 
     def _passes(self, start: Fraction, top: int) -> bool:
         """Whether p e^(2 c (u - u0)) is positive at u = (2 top + 1) pi."""
@@ -131,7 +133,7 @@ class DampedPendulum(BallMotion):
             return size * (cosine * (2 * c * straight - both) + sine * (straight + 2 * c * both))
 
         def quotient(delta: Any) -> Any:
-            """On wide balls by the mean value theorem: next to the top, p's terms cancel and their widths would not."""
+            """On wide balls by the mean value theorem: next to the top the terms of p cancel, but not their radii."""
             found = plain(delta)
             if delta.rad() < WIDE or delta.contains(0):
                 return found
@@ -143,22 +145,17 @@ class DampedPendulum(BallMotion):
         return quotient
 
 
-def along(quotient: Any) -> Pace:
-    """dt/d sigma, where delta = sigma^2 is the way from the rest and p = delta quotient(delta)."""
-    return lambda sigma, analytic: 2 * quotient(sigma * sigma).rsqrt(analytic=analytic)
-
-
-class Course:
-    """The swings of one motion, at the precision in force when they were asked for."""
+class SwingSequence:
+    """The swings of one motion, at the current precision when they were asked for."""
 
     def __init__(self, motion: DampedPendulum) -> None:
         self.motion = motion
         self.swings: list[Swing] = []
         self.bottom = 0
-        """The bottom 2 pi j that the last of them ends after."""
+        """j of the bottom 2 pi j that the last swing passes."""
 
     def at(self, t: Fraction) -> Swing:
-        """The swing that t falls in."""
+        """The swing that contains t."""
         n = 0
         while self.number(n).until.mid() < ball(t):
             n += 1
@@ -183,16 +180,16 @@ class Course:
         way, longest = end - begin, LONGEST / float(motion.w2) ** 0.5
         if speed.is_zero():
             middle = (way / 2).sqrt()
-            out = Track(along(motion._begins(begin)), middle, longest)
-            back = Track(along(motion._ends(end)), middle, longest)
+            out = Track(pace_from_rest(motion._begins(begin)), middle, longest)
+            back = Track(pace_from_rest(motion._ends(end)), middle, longest)
             return Swing(side, begin, end, since, since + out.duration + back.duration, out, back)
-        back = Track(along(motion._ends(end)), way.sqrt(), longest)
+        back = Track(pace_from_rest(motion._ends(end)), way.sqrt(), longest)
         return Swing(side, begin, end, since, since + back.duration, None, back)
 
     def _rest(self, begin: Any, speed: Any, bottom: int) -> Any:
-        """The zero of p between the bottom and the top after it, whatever the beginning is within its ball.
+        """The zero of p between the bottom and the top after it, for every beginning within its ball.
 
-        Its derivative by the beginning, e^(-2 c (end - begin)) sin(begin)/sin(end), is below 1: balls do not grow.
+        Its derivative by `begin`, e^(-2 c (end - begin)) sin(begin)/sin(end), is below 1: balls do not grow.
         """
         end = self._rest_after(begin.mid(), speed, bottom)
         spread = flint.arb(0, begin.rad().upper())
@@ -228,5 +225,5 @@ class Course:
 
 
 @lru_cache(maxsize=16)
-def course(motion: DampedPendulum, bits: int) -> Course:
-    return Course(motion)
+def swing_sequence(motion: DampedPendulum, bits: int) -> SwingSequence:
+    return SwingSequence(motion)

@@ -15,13 +15,14 @@ from math import ceil
 from typing import Any, ClassVar
 
 from gnomon.reference.numerics.elliptic import complete_first, incomplete_first, jacobi
-from gnomon.reference.numerics.motion import Cycle, Motion, decades
+from gnomon.reference.numerics.motion import Motion, decades
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.numerics.precision import working
 
 
 @dataclass(frozen=True)
 class Pendulum(Motion):
-    """State (theta, omega); theta from the downward vertical in rad, not wrapped. Beatty 7.10."""
+    """State (theta, omega), theta from the downward vertical (rad, unwrapped). Beatty 7.10."""
 
     g: Fraction
     length: Fraction
@@ -52,7 +53,7 @@ class Pendulum(Motion):
         return self._quantity(digits, lambda mp: self._moduli(mp)[0])
 
     def complement(self, digits: int = 15) -> Any:
-        """1 - m, below 0 in rotation, to `digits` significant digits of its own."""
+        """1 - m, below 0 in rotation, to `digits` significant digits."""
         return self._quantity(digits, lambda mp: self._moduli(mp)[1])
 
     def amplitude(self, digits: int = 15) -> Any:
@@ -68,15 +69,15 @@ class Pendulum(Motion):
         return self._quantity(digits, lambda mp: 2 * mp.pi / self._frequency(mp))
 
     def energy(self, digits: int = 15) -> Any:
-        """Energy over m L^2 above the rest position, 2 w^2 m."""
+        """Energy above the rest position, over mass and L^2: 2 w^2 m (1/s^2)."""
         return self._quantity(digits, lambda mp: 2 * mp.mpf(self.g / self.length) * self._moduli(mp)[0])
 
     def tension_lowest(self, digits: int = 15) -> Any:
-        """Tension of the rod over the mass at the bottom, g (1 + 4 m)."""
+        """Tension of the rod per unit mass at the bottom, g (1 + 4 m)."""
         return self._quantity(digits, lambda mp: mp.mpf(self.g) * (1 + 4 * self._moduli(mp)[0]))
 
     def tension_highest(self, digits: int = 15) -> Any:
-        """Tension over the mass at the highest point: g cos(amplitude) = g (1 - 2 m), in rotation g (4 m - 5)."""
+        """Tension per unit mass at the highest point: g cos(amplitude) = g (1 - 2 m), in rotation g (4 m - 5)."""
 
         def formula(mp: Any) -> Any:
             m, mc = self._moduli(mp)
@@ -108,12 +109,12 @@ class Pendulum(Motion):
 
     def _guard(self, t: Fraction) -> float:
         lost = decades(t * t * self.g / self.length + self.omega0**2 * t * t) / 2
-        # In steps of 5: what does not depend on t is then computed at few precisions.
+        # In steps of 5, so that values that do not depend on t are cached at few precisions.
         return 15 + self._depth + 5 * ceil(lost / 5)
 
     @cached_property
     def _depth(self) -> float:
-        """Digits lost to 1/sqrt(mc), in F next to the top and in the phase that its error shifts."""
+        """Digits lost to 1/sqrt(mc): in F next to the top, and in the phase that the error of F shifts."""
         if self.regime in (self.SEPARATRIX, self.REST):
             return 0.0
         with working(15) as mp:
@@ -141,7 +142,7 @@ class Pendulum(Motion):
 
     @property
     def _level(self) -> bool:
-        """Exactly on the separatrix."""
+        """Whether it is exactly on the separatrix."""
         return self.theta0 == 0 and self.omega0**2 * self.length == 4 * self.g
 
     def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
@@ -164,7 +165,7 @@ class Pendulum(Motion):
 
 @lru_cache(maxsize=32)
 def _start(motion: Pendulum, mp: Any, precision: int) -> tuple[Any, Any, Any, Any]:
-    """m, 1 - m, the turns in theta0 in rad (0 in rotation) and the elliptic argument at the start."""
+    """m, 1 - m, the full turns in theta0 (rad; 0 in rotation) and the elliptic argument at the start."""
     m, mc = motion._moduli(mp)
     theta0, omega0 = mp.mpf(motion.theta0), mp.mpf(motion.omega0)
     if motion.regime == motion.ROTATION:

@@ -1,8 +1,8 @@
-"""Bodies as maps of a box (u, v, w) into space, for quadratures of their mass.
+"""Bodies as maps of a box (u, v, w) into space, for quadratures over their mass.
 
-Each map takes f (a module with cos, sin, sqrt: math, numpy or an mpmath context), (u, v, w) and the body's sizes, and
-gives (x, y, z, weight), the weight being proportional to the mass per du dv dw. An edge of None is a full turn: the
-moments are trigonometric polynomials there, and polynomials in the other variables, so few nodes are exact.
+Each map takes f (a module with cos, sin, sqrt: math, numpy or an mpmath context), (u, v, w) and the sizes of the body.
+It returns (x, y, z, weight), with the weight proportional to the mass per du dv dw. Edges of None are a full turn: the
+moments are trigonometric polynomials in that variable and polynomials in the others, so that few nodes are exact.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def box(f: Any, u: Any, v: Any, w: Any, a: Any, b: Any, c: Any) -> Point:
 
 
 def ellipsoid(f: Any, u: Any, v: Any, w: Any, a: Any, b: Any, c: Any) -> Point:
-    """u: share of the radius, v: azimuth, w: cosine of the polar angle."""
+    """u: fraction of the radius, v: azimuth, w: cosine of the polar angle."""
     across = f.sqrt(1 - w * w) * u
     return a * across * f.cos(v), b * across * f.sin(v), c * u * w, u * u
 
@@ -47,13 +47,13 @@ def tube(f: Any, u: Any, v: Any, w: Any, r: Any, inner: Any, h: Any) -> Point:
 
 
 def cone(f: Any, u: Any, v: Any, w: Any, r: Any, h: Any) -> Point:
-    """From the apex at the origin; w: share of the height."""
+    """From the apex at the origin; w: fraction of the height."""
     radius = r * u * w
     return radius * f.cos(v), radius * f.sin(v), h * w, u * w * w
 
 
 def torus(f: Any, u: Any, v: Any, w: Any, R: Any, r: Any) -> Point:
-    """u: share of the tube's radius, v: around the axis, w: around the tube."""
+    """u: fraction of the radius of the tube, v: around the axis, w: around the tube."""
     from_axis = R + r * u * f.cos(w)
     return from_axis * f.cos(v), from_axis * f.sin(v), r * u * f.sin(w), u * from_axis
 
@@ -68,7 +68,7 @@ def lamina(f: Any, u: Any, v: Any, w: Any, a: Any, b: Any) -> Point:
 
 @dataclass(frozen=True)
 class Body:
-    """A map, the names of its sizes, edges of u, v, w; moments are about the centre of mass or the origin."""
+    """A map, the names of its sizes, and the edges of u, v, w; moments are about the centre of mass or the origin."""
 
     place: Callable[..., Point]
     sizes: tuple[str, ...]
@@ -94,7 +94,7 @@ BODIES = {
 
 
 def masses(mp: Any, body: Body, sizes: Sequence[Any]) -> list[Point]:
-    """Points and masses (their sum is 1) whose moments up to the second are the body's."""
+    """Points (x, y, z, mass), of total mass 1, with the same moments as the body up to the second."""
     axes = [
         [(2 * mp.pi * k / STEPS, mp.mpf(1) / STEPS) for k in range(STEPS)]
         if edges is None

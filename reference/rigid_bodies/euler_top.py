@@ -1,7 +1,7 @@
-"""The torque-free rigid body with its full attitude (Beatty, Dynamics, 10.9, 10.14).
+"""The torque-free rigid body and its attitude (Beatty, Dynamics, 10.9, 10.14).
 
-Whittaker, Analytical Dynamics, sections 69 to 71; the attitude by the angles about the angular momentum vector. Which
-formula holds is decided on exact numbers, and 1 - m is formed without cancellation.
+Whittaker, Analytical Dynamics, sections 69 to 71; the attitude follows from angles about the angular momentum vector.
+The choice of the formula is made on exact numbers, and 1 - m is formed without cancellation.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from typing import Any
 
 from gnomon.reference.numerics.carlson import third
 from gnomon.reference.numerics.elliptic import amplitude, complete_first, incomplete_first
-from gnomon.reference.numerics.motion import Cycle, Motion, Turn
+from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.pointwise import Cycle, Turn
 from gnomon.reference.numerics.precision import publish, working
 
 Matrix = list[list[Any]]
@@ -27,7 +28,7 @@ IDENTITY = tuple(Fraction(int(k % 4 == 0)) for k in range(9))
 class EulerTop(Motion):
     """Principal moments, rates in the body (rad/s) and the attitude R(0), row by row: R(t) = R(0) Q(t), R' = R hat(w).
 
-    R(0) need not be orthogonal. Any order of the moments, equal ones included; the state is (w1, w2, w3, R11..R33).
+    R(0) need not be orthogonal. The moments may have any sequence and may be equal. State (w1, w2, w3, R11..R33).
     """
 
     moments: Triple
@@ -38,7 +39,7 @@ class EulerTop(Motion):
         if any(moment <= 0 for moment in self.moments):
             raise ValueError(f"a principal moment of {', '.join(map(str, self.moments))} is not positive")
 
-    # What decides the kind of motion, exactly
+    # The exact numbers that decide the kind of motion
 
     @cached_property
     def twice_energy(self) -> Fraction:
@@ -66,7 +67,7 @@ class EulerTop(Motion):
         return [*rates, *(mp.fsum(start[3 * i + k] * turn[k][j] for k in range(3)) for i in range(3) for j in range(3))]
 
     def rates_and_turn(self, mp: Any, t: Any) -> tuple[list[Any], Matrix]:
-        """w(t) and Q(t), which no R(0) enters."""
+        """w(t) and Q(t), which do not depend on R(0)."""
         if self.kind == "steady":
             return [mp.mpf(w) for w in self.rates], rotation(mp, [mp.mpf(w) * t for w in self.rates])
         if self.kind == "symmetric":
@@ -79,9 +80,9 @@ class EulerTop(Motion):
             lost = 20 + mp.log10(1 + fastest * abs(mp.mpf(t)))
             if self.kind == "general":
                 top = self._ordered
-                # The start near the middle axis resolves sqrt(mc); large parts of Pi cancel; so does a thin cone.
+                # Cancellation: a start near the middle axis (sqrt(mc)), large terms of Pi, a narrow cone.
                 lost += 2 * abs(mp.log10(mp.mpf(top.mc))) + mp.log10(1 - mp.mpf(top.n)) + abs(mp.log10(mp.mpf(top.a2)))
-            return 10.0 * math.ceil(float(lost) / 10)  # in coarse steps, so that what does not depend on t is kept
+            return 10.0 * math.ceil(float(lost) / 10)  # in coarse steps, so that values without t are cached
 
     def _cycle(self, mp: Any) -> Cycle | None:
         """The rates repeat themselves, and R(t + T) = R(0) Q(T) R(0)^-1 R(t)."""
@@ -100,7 +101,7 @@ class EulerTop(Motion):
         return Cycle(period, (mp.zero,) * 12, [Turn(gained.tolist(), [(3 + k, 6 + k, 9 + k) for k in range(3)])])
 
     def _precession_cycle(self, mp: Any) -> Cycle:
-        """Two equal moments: after a turn about the angular momentum rates and attitude are as before, but turned."""
+        """Two equal moments: after a turn about the angular momentum, rates and attitude have only been rotated."""
         k = self._axis
         if self.kind == "steady":
             return Cycle(2 * mp.pi / mp.mpf(sum(map(abs, self.rates))), (mp.zero,) * 12)
@@ -153,7 +154,7 @@ class EulerTop(Motion):
 
     @cached_property
     def _fixed(self) -> dict[int, tuple[Any, ...]]:
-        """By precision: what the motion needs at every time."""
+        """The values that do not depend on time, by precision."""
         return {}
 
     def _without_time(self, mp: Any) -> tuple[Any, ...]:
@@ -170,7 +171,7 @@ class EulerTop(Motion):
     # Derived quantities
 
     def body_period(self, digits: int = 15) -> Any:
-        """After which w repeats itself (s), 4K/p or 2 pi/|Om|; None where w never changes or never returns."""
+        """The period of w (s), 4K/p or 2 pi/|Om|; None if w is constant or never repeats."""
         with working(digits + 10) as mp:
             period = self._body_period(mp)
             return None if period is None else publish([period], digits)[0]
@@ -186,7 +187,7 @@ class EulerTop(Motion):
         return None
 
     def precession(self, digits: int = 15) -> Any:
-        """Mean rate at which the body turns about the angular momentum vector (rad/s)."""
+        """Mean rate of rotation about the angular momentum vector (rad/s)."""
 
         def formula(mp: Any) -> Any:
             momentum = mp.sqrt(mp.mpf(self.momentum_squared))
@@ -208,9 +209,9 @@ class EulerTop(Motion):
 
 @dataclass(frozen=True)
 class Ordered:
-    """A body with three different moments, its axes relabelled by the proper rotation `axes` (w' = S w).
+    """A body with three different moments, with axes relabelled by the proper rotation `axes` (w' = S w).
 
-    The middle moment stands second, and the axis about which the motion circulates third, so that
+    The middle moment is the second, and the axis about which the motion circulates the third, so that
     w = (A cn, B sn, C dn)(tau | m). `a2`, `c2`, `p2` are the squares of A, C, p.
     """
 
@@ -249,7 +250,7 @@ class Ordered:
         )
 
     def amplitudes(self, mp: Any) -> tuple[Any, Any, Any, Any]:
-        """A, B, C, p. C has the sign of w3; A is positive, on the separatrix of the sign of w1."""
+        """A, B, C, p. C has the sign of w3; A is positive, or on the separatrix of the sign of w1."""
         i1, i2, i3 = self.moments
         A, C, p = (mp.sqrt(mp.mpf(square)) for square in (self.a2, self.c2, self.p2))
         A = -A if not self.mc and self.rates[0] < 0 else A
@@ -257,7 +258,7 @@ class Ordered:
         return A, mp.mpf((i3 - i1) / i2) * A * C / p, C, p
 
     def start(self, mp: Any, A: Any, B: Any) -> tuple[Any, Any]:
-        """tau at t = 0 and, away from the separatrix, its amplitude."""
+        """tau at t = 0 and, off the separatrix, its amplitude."""
         sn, cn = mp.mpf(self.rates[1]) / B, mp.mpf(self.rates[0]) / A
         if not self.mc:
             return mp.asinh(sn / cn), None
@@ -297,7 +298,7 @@ def rotation(mp: Any, vector: Sequence[Any]) -> Matrix:
 
 
 def cone(mp: Any, momentum: Sequence[Any]) -> Matrix:
-    """Rx(theta) Rz(psi): the attitude, up to a turn about it, with the angular momentum (in the body) along z."""
+    """Rx(theta) Rz(psi): the attitude with the angular momentum (given in the body) along z, up to a turn about z."""
     m1, m2, m3 = momentum
     across = mp.sqrt(m1 * m1 + m2 * m2)
     size = mp.sqrt(across * across + m3 * m3)

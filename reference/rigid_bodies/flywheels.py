@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, ClassVar
 
-from gnomon.reference.numerics.balls import BallMotion, ball
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.linear import LinearMotion, Row
-from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.motion import BallMotion, Motion
 
 
 @dataclass(frozen=True)
 class BeltDrive(Motion):
-    """State (w1, w2): the belt slips under the constant force F until r1 w1 = r2 w2, and grips from then on.
+    """State (w1, w2): the belt slips with the constant friction force F until r1 w1 = r2 w2, then it grips.
 
     A torque M acts on the first pulley. Every number is rational.
     """
@@ -40,19 +40,19 @@ class BeltDrive(Motion):
 
     @property
     def grip_time(self) -> Fraction:
-        """When the slip is over."""
+        """Time at which the slip ends."""
         first, second = self._slipping
         return -self.slip / (self.r1 * first - self.r2 * second) if self.side else Fraction(0)
 
     @property
     def gripped(self) -> tuple[Fraction, Fraction]:
-        """The state then."""
+        """The state at the grip time."""
         first = self.w1 + self._slipping[0] * self.grip_time
         return first, self.r1 * first / self.r2
 
     @property
     def belt_energy_loss(self) -> Fraction:
-        """F times the way that the belt has slipped."""
+        """F times the distance that the belt slips."""
         return self.F * abs(self.slip) * self.grip_time / 2
 
     @property
@@ -83,7 +83,7 @@ class Flywheel(LinearMotion):
     dimension: ClassVar[int] = 2
 
     def _system(self) -> tuple[Sequence[Row], Row]:
-        """With 1, cos(W t) and sin(W t) as components."""
+        """With the additional components 1, cos(W t) and sin(W t)."""
         load = self.M / self.inertia
         rows: list[Row] = [
             [0, 1, 0, 0, 0],
@@ -119,7 +119,7 @@ class CoastDown(BallMotion):
         return self._derived(digits, lambda: self._turning(self._stop())[0])
 
     def stopped(self, t: Fraction) -> bool:
-        """Whether the wheel rests at t; with drag no rational time is the stop itself (Lindemann)."""
+        """Whether the wheel rests at t; with drag the stop is at no rational time (Lindemann)."""
         if self.w == 0 or t <= 0:
             return self.w == 0
         if self.c == 0:

@@ -1,7 +1,7 @@
 """Inertia of special bodies about their principal axes, and the parallel-axis theorem (Beatty, Dynamics, 9, App. D).
 
-Numbers of any kind go in: balls, mpmath, floats. Uniform density; the axis of a body of revolution is z; moments are
-about the centre of mass unless the name says otherwise.
+Arguments are numbers of any type: balls, mpmath, floats. Density is uniform; the axis of a body of revolution is z;
+moments are about the centre of mass unless the docstring says otherwise.
 """
 
 from __future__ import annotations

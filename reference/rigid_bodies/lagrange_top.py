@@ -1,9 +1,9 @@
-"""The heavy symmetric top in Euler angles, and the spherical pendulum, which is a top without spin.
+"""The heavy symmetric top in Euler angles, and the spherical pendulum, a top without spin.
 
-Beatty, Dynamics, 11.12.4, 6.17 and 11.10. Balls prove the digits, next to the vertical and next to regular precession
-too. What decides the formula is decided on exact numbers: the cosine of a rational number other than zero is
-transcendental (Lindemann), so that a start at a rational angle is never exactly in relative equilibrium nor on the
-homoclinic motion of the sleeping top.
+Beatty, Dynamics, 11.12.4, 6.17 and 11.10. Balls prove the digits, also next to the vertical and next to regular
+precession. The formula is chosen on exact numbers: the cosine of a rational number other than zero is transcendental
+(Lindemann), so that a start at a rational angle is never exactly a relative equilibrium, nor on the homoclinic motion
+of the sleeping top.
 """
 
 from __future__ import annotations
@@ -15,29 +15,30 @@ from functools import lru_cache
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, refined
-from gnomon.reference.numerics.motion import Cycle
+from gnomon.reference.numerics.balls import ball, refined
+from gnomon.reference.numerics.motion import BallMotion
+from gnomon.reference.numerics.pointwise import Cycle
 from gnomon.reference.rigid_bodies.nutation import Start, nutates, nutation
 
 
 class Nutation(BallMotion):
-    """A motion whose tilt is that of a top; a subclass states `_top()` and `_shift(plus, minus)`."""
+    """A motion with the tilt angle of a top; a subclass states `_top()` and `_shift(plus, minus, period)`."""
 
     def _top(self) -> Start:
         raise NotImplementedError
 
     def _shift(self, plus: Any, minus: Any, period: Any) -> Sequence[Any]:
-        """What the state gains in a period of the tilt, from the gains of the two integrals."""
+        """The change of the state over a period of the tilt, from the changes of the two integrals."""
         raise NotImplementedError
 
     def nutation_period(self, digits: int = 15) -> Any | None:
-        """After which theta and theta' repeat; None where they are constant."""
+        """Period of theta and theta' (s); None where they are constant."""
         if not nutates(self._top()):
             return None
         return self._derived(digits, lambda: nutation_of(self, flint.ctx.prec).period())
 
     def precession_per_nutation(self, digits: int = 15) -> Any | None:
-        """The azimuth gained in a nutation period (rad)."""
+        """Change of the azimuth over a nutation period (rad); None where theta is constant."""
         if not nutates(self._top()):
             return None
 
@@ -48,7 +49,7 @@ class Nutation(BallMotion):
         return self._derived(digits, gained)
 
     def heights(self, digits: int = 15) -> tuple[Any, Any] | None:
-        """The least and the greatest cos(theta), theta from the upward vertical."""
+        """The smallest and the largest cos(theta), theta from the upward vertical; None where it is constant."""
         if not nutates(self._top()):
             return None
         return (
@@ -72,7 +73,7 @@ class Nutation(BallMotion):
 
 @lru_cache(maxsize=32)
 def nutation_of(motion: Nutation, bits: int) -> Any:
-    """A Steady, Homoclinic or Nutating at a precision, which is the one in force."""
+    """A Steady, Homoclinic or Nutating, cached by precision; `bits` is the current one."""
     return nutation(motion._top())
 
 
@@ -80,8 +81,8 @@ def nutation_of(motion: Nutation, bits: int) -> Any:
 class LagrangeTop(Nutation):
     """State (theta, theta', phi, psi), 3-1-3 Euler angles, theta from the upward vertical.
 
-    I1, I3 > 0, W = mgl > 0, a = p_psi, b = p_phi. 0 < theta < pi unless b = a not 0: then theta may pass zero, where it
-    changes its sign, and stays within (-pi, pi).
+    I1, I3 > 0, W = mgl > 0, a = p_psi, b = p_phi. 0 < theta < pi, unless b = a != 0: then theta may pass through zero,
+    where it changes its sign, and stays within (-pi, pi).
     """
 
     I1: Fraction
@@ -122,12 +123,12 @@ class LagrangeTop(Nutation):
         start = [ball(x) for x in (self.theta, self.rate, self.phi, self.psi)]
         if t == 0:
             return start
-        gait = nutation_of(self, flint.ctx.prec).at(ball(t))
+        tilt = nutation_of(self, flint.ctx.prec).at(ball(t))
         side = -1 if self.theta < 0 or (self.theta == 0 and self.rate < 0) else 1
-        theta = side * 2 * flint.arb.atan2(gait.s, gait.c)
+        theta = side * 2 * flint.arb.atan2(tilt.s, tilt.c)
         drift = ball(self.a * (1 / self.I3 - 1 / self.I1)) * ball(t)
-        turn = (gait.plus + gait.minus) / 2
-        return [theta, side * gait.rate, start[2] + turn, start[3] + drift + (gait.plus - gait.minus) / 2]
+        turn = (tilt.plus + tilt.minus) / 2
+        return [theta, side * tilt.rate, start[2] + turn, start[3] + drift + (tilt.plus - tilt.minus) / 2]
 
     def _shift(self, plus: Any, minus: Any, period: Any) -> Sequence[Any]:
         drift = ball(self.a * (1 / self.I3 - 1 / self.I1)) * period
@@ -137,7 +138,7 @@ class LagrangeTop(Nutation):
 
 @dataclass(frozen=True)
 class SphericalPendulum(Nutation):
-    """State (theta, theta', phi), theta from the downward vertical, 0 < theta < pi; h = sin^2(theta) phi' not zero."""
+    """State (theta, theta', phi), theta from the downward vertical, 0 < theta < pi; h = sin^2(theta) phi' != 0."""
 
     g: Fraction
     L: Fraction
@@ -155,9 +156,9 @@ class SphericalPendulum(Nutation):
     def _balls(self, t: Fraction) -> Sequence[Any]:
         if t == 0:
             return [ball(self.theta), ball(self.omega), ball(self.phi)]
-        gait = nutation_of(self, flint.ctx.prec).at(ball(t))
-        theta = 2 * flint.arb.atan2(gait.c, gait.s)
-        return [theta, -gait.rate, ball(self.phi) + (gait.plus + gait.minus) / 2]
+        tilt = nutation_of(self, flint.ctx.prec).at(ball(t))
+        theta = 2 * flint.arb.atan2(tilt.c, tilt.s)
+        return [theta, -tilt.rate, ball(self.phi) + (tilt.plus + tilt.minus) / 2]
 
     def _shift(self, plus: Any, minus: Any, period: Any) -> Sequence[Any]:
         return [flint.arb(0), flint.arb(0), (plus + minus) / 2]

@@ -1,4 +1,4 @@
-"""Motions under a constraint on velocities (Beatty, Dynamics, 11.2.2): the Chaplygin sleigh, a skate on an incline."""
+"""Motions with a nonholonomic constraint (Beatty, Dynamics, 11.2.2): the Chaplygin sleigh, a skate on an incline."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, refined
+from gnomon.reference.numerics.balls import ball, refined
+from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.precision import Number, exact, publish, working
 
 
@@ -16,8 +17,8 @@ from gnomon.reference.numerics.precision import Number, exact, publish, working
 class ChaplyginSleigh(BallMotion):
     """State (v, w, theta): v' = a w^2, w' = -v w a/q, theta' = w, q = (I + m a^2)/m; a > 0.
 
-    v = V tanh s, sqrt(q) w = V sech s, s = s0 + (a V/q) t, V^2 = v^2 + q w^2; theta turns by
-    sqrt(q)/a times gd(s) - gd(s0). The edge's way is a quadrature: dx + i dy = (q/a) tan(u) e^(i theta) du, u = gd(s).
+    v = V tanh s, sqrt(q) w = V sech s, s = s0 + (a V/q) t, V^2 = v^2 + q w^2; theta changes by
+    sqrt(q)/a times gd(s) - gd(s0). The edge's path is a quadrature: dx + i dy = (q/a) tan(u) e^(i theta) du, u = gd(s).
     """
 
     m: Fraction
@@ -32,15 +33,15 @@ class ChaplyginSleigh(BallMotion):
         return self.inertia / self.m + self.a**2
 
     def speed(self, digits: int = 15) -> Any:
-        """V, the speed at which the sleigh ends, straight ahead."""
+        """V, the speed in the limit t -> infinity, where the sleigh moves straight ahead."""
         return self._derived(digits, self._speed)
 
     def whole_turn(self, digits: int = 15) -> Any:
-        """theta from t = -infinity to infinity, pi sqrt(q)/a."""
+        """Change of theta from t = -infinity to infinity, pi sqrt(q)/a."""
         return self._derived(digits, lambda: ball(self._square).sqrt() / ball(self.a) * ball(0).acos() * 2)
 
     def path(self, t: Number, digits: int = 15) -> tuple[Any, Any]:
-        """x and y of the edge at time t, from where it starts; x along theta = 0."""
+        """Displacement (x, y) of the edge from its start at time t; x is along theta = 0."""
         time = exact(t, "t")
         with working(digits + 5) as mp:
             x, y = publish(refined(mp, lambda: self._way(time)), digits)
@@ -64,7 +65,7 @@ class ChaplyginSleigh(BallMotion):
         return [along(lambda theta: theta.cos()), along(lambda theta: theta.sin())]
 
     def _place(self, t: Fraction) -> tuple[Any, Any]:
-        """s at the start and at time t; w is not zero."""
+        """s at the start and at time t; w != 0."""
         first = (ball(self.v) / (ball(self._square).sqrt() * abs(ball(self.w)))).asinh()
         return first, first + ball(self.a / self._square * t) * self._speed()
 
@@ -112,5 +113,5 @@ class KnifeEdge(BallMotion):
         ]
 
     def drift(self, digits: int = 15) -> Any | None:
-        """Mean velocity across the slope, gs/(2 w): none down it; None where the skate does not turn."""
+        """Mean velocity across the slope, gs/(2 w), that down the slope is zero; None if the skate does not turn."""
         return self._derived(digits, lambda: ball(self.gs / (2 * self.w))) if self.w else None

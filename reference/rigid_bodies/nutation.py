@@ -1,10 +1,10 @@
-"""The nutation of a heavy symmetric top, in balls: u = cos(theta) by Jacobi's functions, the turns by Carlson's.
+"""The nutation of a heavy symmetric top, in balls: u = cos(theta) by Jacobi's functions, phi and psi by Carlson's.
 
 u'^2 = f(u) = (2/I1) (E - W u) (1 - u^2) - (b - a u)^2/I1^2, with the roots u1 <= u <= u2 <= u3. Sum and
 difference of precession and spin have one pole each: (phi + psi)' = a (1/I3 - 1/I1) + (b + a)/(I1 (1 + u)) and
-(phi - psi)' = a (1/I1 - 1/I3) + (b - a)/(I1 (1 - u)). Where b = a the top passes the vertical, where b = -a the lowest
-point, and c = cos(theta/2), s = sin(theta/2) carry signs, so that theta runs on. Beatty, Dynamics, 11.12.4; Whittaker,
-Analytical Dynamics, section 71. Which formula holds is for the caller to decide, on exact numbers.
+(phi - psi)' = a (1/I1 - 1/I3) + (b - a)/(I1 (1 - u)). For b = a the top can pass through the vertical, for b = -a
+through the lowest point; c = cos(theta/2) and s = sin(theta/2) have signs, so that theta is continuous there. Beatty,
+Dynamics, 11.12.4; Whittaker, Analytical Dynamics, section 71. The caller chooses the formula, on exact numbers.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ import flint
 
 @dataclass(frozen=True)
 class Start:
-    """A top in balls: I1, W > 0, the momenta a and b of spin and precession, E, u and u'.
+    """A top in balls: I1, W > 0, the momenta a and b conjugate to spin and precession, E, u and u'.
 
-    Exact facts: `up` b = a; `down` b = -a; `still` u' = 0 (away from the poles); `pole` +1 or -1 where u is exactly
-    that; `steady` a relative equilibrium; `homoclinic` b = a and E = W, on the way from or to the vertical.
+    Decided on exact numbers: `up` b = a; `down` b = -a; `still` u' = 0 (off the poles); `pole` = u where u is exactly
+    +1 or -1, else 0; `steady` a relative equilibrium; `homoclinic` b = a and E = W, the motion from or to the vertical.
     """
 
     moment: Any
@@ -41,10 +41,10 @@ class Start:
 
 
 @dataclass(frozen=True)
-class Gait:
-    """Half-angles c = cos(theta/2) and s = sin(theta/2) with their signs, theta', and the integrals
+class TiltState:
+    """c = cos(theta/2) and s = sin(theta/2) with their signs, theta' as `rate`, and two integrals over time.
 
-    `plus` of (b + a)/(I1 (1 + u)) and `minus` of (b - a)/(I1 (1 - u)).
+    `plus` is that of (b + a)/(I1 (1 + u)), `minus` that of (b - a)/(I1 (1 - u)).
     """
 
     c: Any
@@ -55,23 +55,23 @@ class Gait:
 
 
 class Steady:
-    """theta constant."""
+    """The motion with constant theta."""
 
     def __init__(self, start: Start) -> None:
         self.start = start
 
-    def at(self, t: Any) -> Gait:
+    def at(self, t: Any) -> TiltState:
         top = self.start
         zero, one = flint.arb(0), flint.arb(1)
         c = zero if top.pole < 0 else one if top.pole > 0 else ((1 + top.u) / 2).sqrt()
         s = zero if top.pole > 0 else one if top.pole < 0 else ((1 - top.u) / 2).sqrt()
         plus = zero if top.down else (top.b + top.a) * t / (top.moment * 2 * c * c)
         minus = zero if top.up else (top.b - top.a) * t / (top.moment * 2 * s * s)
-        return Gait(c, s, zero, plus, minus)
+        return TiltState(c, s, zero, plus, minus)
 
 
 class Homoclinic:
-    """1 - u = w sech^2 x, x = x0 + k t/2: the weak sleeping top falls away and rises again (b = a, E = W)."""
+    """1 - u = w sech^2 x, x = x0 + k t/2: the slow sleeping top leaves the vertical and returns (b = a, E = W)."""
 
     def __init__(self, start: Start) -> None:
         self.start = start
@@ -83,20 +83,20 @@ class Homoclinic:
         self.x0 = flint.arb(0) if level else side * ((self.w - away) / away).sqrt().asinh()
         self.side = side if not level else -1
 
-    def at(self, t: Any) -> Gait:
+    def at(self, t: Any) -> TiltState:
         x = self.x0 + self.k * t / 2
         s = (self.w / 2).sqrt() * x.sech()
         if self.start.down:
-            return Gait(self.side * x.tanh(), s, -self.side * self.k * s, flint.arb(0), flint.arb(0))
+            return TiltState(self.side * x.tanh(), s, -self.side * self.k * s, flint.arb(0), flint.arb(0))
         c = (1 - s * s).sqrt()
         q = (self.w / (2 - self.w)).sqrt()
         a = self.start.a / self.start.moment
         plus = a * t + 2 * a * q / self.k * ((q * x.tanh()).atan() - (q * self.x0.tanh()).atan())
-        return Gait(c, s, -self.k * s * x.tanh() / c, plus, flint.arb(0))
+        return TiltState(c, s, -self.k * s * x.tanh() / c, plus, flint.arb(0))
 
 
 class Nutating:
-    """u = u1 + (u2 - u1) sn^2(tau), tau = tau0 + p t; not a number where the roots cannot be told apart yet."""
+    """u = u1 + (u2 - u1) sn^2(tau), tau = tau0 + p t; NaN where the precision does not separate the roots."""
 
     def __init__(self, start: Start) -> None:
         self.start = start
@@ -129,7 +129,7 @@ class Nutating:
             self.first = (self._incomplete(self.n1, s, c), self._incomplete(self.n2, s, c))
             self.side = way
 
-    def at(self, t: Any) -> Gait:
+    def at(self, t: Any) -> TiltState:
         start, (u1, u2, _) = self.start, self.roots
         tau = self.tau0 + self.p * t
         turns = _nearest(tau / (2 * self.quarter))
@@ -153,7 +153,7 @@ class Nutating:
         else:
             rate = -(u2 - u1) * sn * cn * dn * self.p / (s * c)
         a, b, moment = start.a, start.b, start.moment
-        return Gait(
+        return TiltState(
             c,
             s,
             rate,
@@ -162,11 +162,11 @@ class Nutating:
         )
 
     def period(self) -> Any:
-        """After which theta and theta' repeat: 2K/p, twice that where theta passes a pole."""
+        """Period of theta and theta' (s): 2K/p, twice that where theta passes a pole."""
         return (4 if self.top or self.bottom else 2) * self.quarter / self.p
 
     def advance(self) -> tuple[Any, Any]:
-        """What the integrals `plus` and `minus` gain in a period."""
+        """The changes of the integrals `plus` and `minus` over a period."""
         start, u1 = self.start, self.roots[0]
         count = (4 if self.top or self.bottom else 2) / (self.p * start.moment)
         zero = flint.arb(0)
@@ -176,7 +176,7 @@ class Nutating:
         )
 
     def _complete(self, n: Any) -> Any:
-        """Pi(n | m); nothing where the factor before it is zero."""
+        """Pi(n | m); 0 where its factor is zero."""
         if n is None:
             return flint.arb(0)
         return _rf(flint.arb(0), self.mc, 1) + n / 3 * _rj(flint.arb(0), self.mc, 1, 1 - n)
@@ -191,7 +191,7 @@ class Nutating:
 
 
 def nutates(start: Start) -> bool:
-    """Whether the tilt goes to and fro."""
+    """Whether the tilt oscillates."""
     return not (start.steady or start.homoclinic)
 
 
@@ -203,7 +203,7 @@ def nutation(start: Start) -> Steady | Homoclinic | Nutating:
 
 
 def amplitude(u: Any, m: Any, mc: Any) -> Any:
-    """am(u | m) by the arithmetic-geometric mean (DLMF 22.20(ii)), with a bound of what ends it."""
+    """am(u | m) by the arithmetic-geometric mean (DLMF 22.20(ii)), with a bound of the truncation error."""
     a, b, c = flint.arb(1), mc.sqrt(), m.sqrt()
     ratios: list[Any] = []
     while c.is_finite() and c.upper() > flint.arb(2) ** (-flint.ctx.prec - 10) and len(ratios) < 200:
@@ -217,7 +217,7 @@ def amplitude(u: Any, m: Any, mc: Any) -> Any:
 
 
 def _roots(start: Start) -> tuple[Any, Any, Any]:
-    """The roots of f in order; those that are known exactly stay exact. Not numbers where balls overlap."""
+    """The roots of f, ascending; those that are known exactly stay exact. NaN where balls overlap."""
     i, w, a, b, e = start.moment, start.weight, start.a, start.b, start.energy
     lead = 2 * w / i
     # f over its leading coefficient, the highest power first

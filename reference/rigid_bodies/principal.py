@@ -1,7 +1,7 @@
 """Principal moments of an inertia tensor (Beatty, Dynamics, 9.8-9.10).
 
 The trigonometric solution of the cubic, q + 2 p cos(acos(r)/3 + 2 pi k/3), in balls; multiplicity is decided on the
-exact rational discriminant, because acos at +-1 tells nothing about roots that coincide.
+exact rational discriminant, because a ball of acos at +-1 cannot show that roots coincide.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ def multiplicity(entries: Entries) -> int:
 
 
 def principal_moments(entries: Entries) -> tuple[Any, Any, Any]:
-    """The three moments in rising order, in balls at the precision in force."""
+    """The three moments, ascending, in balls at the current precision."""
     q, p2, half = deviator(entries)
     several = multiplicity(entries)
     if several == 3:
         return ball(q), ball(q), ball(q)
     if several == 2:
-        # p is rational here: p = half / p2 up to its sign, which tells which end is double.
+        # p is rational here: p = half / p2 up to its sign, which determines the double moment.
         p = half / p2
         double, single = ball(q - p), ball(q + 2 * p)
         return (double, double, single) if p > 0 else (single, double, double)

@@ -1,7 +1,7 @@
-"""A rigid body in a medium that takes the fraction nu of its angular momentum a second (Beatty, Dynamics, 10.22).
+"""A rigid body whose angular momentum decays at the rate nu in a Stokes medium (Beatty, Dynamics, 10.22).
 
 With s = (1 - e^(-nu t))/nu the motion is that of the torque-free body (W, Q) at the time s: w(t) = e^(-nu t) W(s) and
-R(t) = Q(s). The body turns no further than the free one does until 1/nu.
+R(t) = Q(s). The attitude converges to that of the free body at the time 1/nu.
 """
 
 from __future__ import annotations
@@ -46,5 +46,5 @@ class StokesBody(Motion):
         return [*(fading * w for w in rates), *rows]
 
     def final_turn(self, digits: int = 15) -> Any | None:
-        """The time of the free body that is never passed, 1/nu; None without a medium."""
+        """The limit of s, 1/nu; None without a medium."""
         return self._quantity(digits, lambda mp: 1 / mp.mpf(self.nu)) if self.nu else None

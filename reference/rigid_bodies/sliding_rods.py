@@ -1,9 +1,9 @@
-"""A uniform rod that slides down: between wall and floor, then on the floor alone (Beatty, Dynamics, 10.12.3).
+"""A uniform rod that slides down between wall and floor, then on the floor alone (Beatty, Dynamics, 10.12.3).
 
-theta is from the vertical. On wall and floor theta'' = (3g/2L) sin(theta), an inverted pendulum; the wall lets go where
-omega^2 = (3g/2L) cos(theta), after a time that is an elliptic integral of the first kind. On the smooth floor alone the
-centre keeps its horizontal velocity and omega^2 (sin^2(theta) + 1/3) + 4 (g/L) cos(theta) is constant: the time is a
-quadrature, inverted by Newton's method. The rod comes to lie at theta = pi/2.
+theta is from the vertical. On wall and floor theta'' = (3g/2L) sin(theta), an inverted pendulum; the rod leaves the
+wall where omega^2 = (3g/2L) cos(theta), after a time that is an elliptic integral of the first kind. On the smooth
+floor alone the horizontal velocity of the centre and omega^2 (sin^2(theta) + 1/3) + 4 (g/L) cos(theta) are constant:
+the time is a quadrature, inverted by Newton's method. The rod ends at rest at theta = pi/2.
 """
 
 from __future__ import annotations
@@ -18,18 +18,19 @@ from typing import Any
 
 import flint
 from gnomon.reference.guided.pendulum_on_hoop import Hoop
-from gnomon.reference.numerics.balls import BallMotion, ball, refined
+from gnomon.reference.numerics.balls import ball, refined
+from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.precision import publish, working
 
 STEP = 0.02
-"""Of sqrt(L/6g), in the rough solution that Newton's method starts from."""
+"""In units of sqrt(L/6g): the step of the rough solution from which Newton's method starts."""
 
 
 @dataclass(frozen=True)
 class FloorFall:
-    """The rod on the smooth floor alone, in balls: g/L, the angle at the start and omega^2 there, None from rest.
+    """The rod on the smooth floor alone, in balls: g/L, the initial angle and omega^2 (None from rest).
 
-    The way is measured by x: theta = start + x, from rest start + x^2, in which the motion begins at a finite rate.
+    Its coordinate is x: theta = start + x, or start + x^2 from rest, so that the initial rate is finite.
     """
 
     ratio: Any
@@ -59,7 +60,7 @@ class FloorFall:
         return self.pace(x) if self.square is not None else 2 * x * self.pace(x)
 
     def elapsed(self, first: Any, last: Any) -> Any:
-        """The time between two places."""
+        """The time between two values of x."""
         path = flint.acb(first), flint.acb(last)
         return flint.acb.integral(lambda z, analytic: 1 / self.pace(z, analytic), *path).real
 
@@ -72,7 +73,7 @@ class FloorFall:
             if not abs(step) > abs(x) * flint.arb(2) ** (24 - flint.ctx.prec):
                 break
             missing, x = missing - self.elapsed(x, x + step), (x + step).mid()
-        # What is missing now is one step of the equations away, its square below the last bit.
+        # One step of the equations covers the remaining time: its square is below the last bit.
         theta, omega = self.angle(x), self.rate(x)
         s, c = theta.sin_cos()
         acceleration = s * (2 * self.ratio - c * omega * omega) / _inertia(theta)
@@ -110,7 +111,7 @@ def _inertia(theta: Any) -> Any:
 
 
 class _Rod(BallMotion):
-    """What ends flat on the floor; a subclass states `_fall()` and when that begins."""
+    """A rod that ends flat on the floor; a subclass states `_fall()` and the time `_begin()` at which it begins."""
 
     @abstractmethod
     def _fall(self) -> FloorFall: ...
@@ -124,7 +125,7 @@ class _Rod(BallMotion):
         """Whether the rod never moves."""
 
     def floor_time(self, digits: int = 15) -> Any:
-        """When the rod lies on the floor."""
+        """Time at which the rod reaches the floor (s)."""
         return self._derived(digits, lambda: self._begin() + _flat(self, flint.ctx.prec))
 
     def flat_angle(self, digits: int = 15) -> Any:
@@ -132,7 +133,7 @@ class _Rod(BallMotion):
         return self._derived(digits, lambda: flint.arb.pi() / 2)
 
     def floor_rate(self, digits: int = 15) -> Any:
-        """omega just before."""
+        """omega just before the rod reaches the floor (rad/s)."""
 
         def rate() -> Any:
             fall = _fall(self, flint.ctx.prec)
@@ -154,7 +155,7 @@ def _fall(motion: _Rod, bits: int) -> FloorFall:
 
 @lru_cache(maxsize=32)
 def _flat(motion: _Rod, bits: int) -> Any:
-    """How long the fall on the floor takes."""
+    """Duration of the motion on the floor alone."""
     fall = _fall(motion, bits)
     return fall.elapsed(flint.arb(0), fall.way(flint.arb.pi() / 2))
 
@@ -200,7 +201,7 @@ class SlidingLadder(_Rod):
         return self.theta == 0 and self.omega == 0
 
     def centre_velocity(self, digits: int = 15) -> Any:
-        """The horizontal velocity of the centre, which it keeps once the wall has let go (m/s)."""
+        """The constant horizontal velocity of the centre after the rod has left the wall (m/s)."""
 
         def velocity() -> Any:
             theta, omega = self._leaving()
@@ -209,11 +210,11 @@ class SlidingLadder(_Rod):
         return self._derived(digits, velocity)
 
     def leaving_time(self, digits: int = 15) -> Any:
-        """When the wall lets go."""
+        """Time at which the rod leaves the wall (s)."""
         return self._derived(digits, self._begin)
 
     def leaving_state(self, digits: int = 15) -> tuple[Any, Any]:
-        """Angle and rate then."""
+        """Angle and rate at the leaving time."""
 
         with working(digits + 2) as mp:
             theta, omega = publish(refined(mp, self._leaving), digits)
@@ -224,7 +225,7 @@ class SlidingLadder(_Rod):
         return fall.theta, fall.rate(flint.arb(0))
 
     def on_wall(self, t: Fraction) -> bool:
-        """Whether the wall still holds at t; no rational time is the end itself, an integral of the first kind."""
+        """Whether the rod touches the wall at t; the leaving time, an elliptic integral, is no rational number."""
         return self.stands or bool(self.leaving_time(40) > t)
 
     def _top(self) -> Any:
@@ -246,7 +247,7 @@ class SlidingLadder(_Rod):
         return 2 * integral / ball(3 * self.g / self.L).sqrt()
 
     def _fall(self) -> FloorFall:
-        """From where the wall lets go."""
+        """From the leaving time on."""
         cosine, ratio = 2 * self._top() / 3, ball(self.g / self.L)
         return FloorFall(ratio, cosine.acos(), 3 * ratio * cosine / 2)
 

@@ -1,4 +1,4 @@
-"""Two rods in a chain, struck while they hang or stand still (Beatty, Dynamics, 11.10.5), in balls."""
+"""Two hinged rods, struck while they are at rest (Beatty, Dynamics, 11.10.5), in balls."""
 
 from __future__ import annotations
 

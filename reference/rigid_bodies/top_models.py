@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from gnomon.reference.numerics.balls import BallMotion, ball
+from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.linear import LinearMotion, Row
+from gnomon.reference.numerics.motion import BallMotion
 
 
 @dataclass(frozen=True)
 class FastTop(BallMotion):
-    """State (theta, theta', phi, psi): theta stays, theta' = 0, phi' = W/a, psi' = a/I3 - (W/a) cos(theta)."""
+    """State (theta, theta', phi, psi): theta is constant, phi' = W/a, psi' = a/I3 - (W/a) cos(theta)."""
 
     I3: Fraction
     W: Fraction
@@ -42,7 +43,7 @@ class SmallNutation(LinearMotion):
     dimension = 4
 
     def rates(self) -> tuple[Any, ...]:
-        """theta'' and its slope, phi' and its slope, psi' and its slope, at the tilt."""
+        """theta'', phi' and psi' at the tilt, each followed by its derivative with respect to theta."""
         s, u = ball(self.tilt).sin_cos()
         moment, a, b, weight = (ball(x) for x in (self.I1, self.a, self.b, self.W))
         turn = (b - a * u) / (moment * s * s)
@@ -56,12 +57,12 @@ class SmallNutation(LinearMotion):
         return pull, steeper, turn, slope, a / ball(self.I3) - turn * u, turn * s - slope * u
 
     def nutation_rate(self, digits: int = 15) -> Any | None:
-        """Of the small nutation (rad/s); None where the tilt is unstable."""
+        """Angular frequency of the small nutation (rad/s); None where the tilt is unstable."""
         square = -self.rates()[1]
         return self._derived(digits, lambda: (-self.rates()[1]).sqrt()) if square > 0 else None
 
     def _system(self) -> tuple[Sequence[Row], Row]:
-        """With 1 as fifth component, and theta measured from the tilt in the loads."""
+        """With 1 as fifth component for the constant terms of the expansion about the tilt."""
         pull, steeper, turn, slope, spin, other = self.rates()
         tilt = ball(self.tilt)
         rows: list[Row] = [

@@ -1,4 +1,4 @@
-"""Projectile on a turning planet, centrifugal acceleration counted in g: exact and to first order in the rate, in balls.
+"""Projectile on a rotating planet, centrifugal acceleration included in g: exact and to first order in Om, in balls.
 
 Beatty, Dynamics, 6.16 and 6.18; axes x east, y north, z up.
 """
@@ -14,7 +14,7 @@ Vector = Sequence[Any]
 
 
 def first_order(turning: Vector, gravity: Vector, velocity: Vector, t: Any) -> Vector:
-    """Displacement by Coriolis' acceleration to first order: -Om x (v t^2 + g t^3/3)."""
+    """Displacement by the Coriolis acceleration to first order in Om: -Om x (v t^2 + g t^3/3)."""
     return scale(-1, cross(turning, add(scale(t * t, velocity), scale(t * t * t / 3, gravity))))
 
 

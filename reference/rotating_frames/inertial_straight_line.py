@@ -1,4 +1,4 @@
-"""Uniform straight motion seen from a turning frame; the first-order Coriolis deflection (Beatty 5.5.2, 5.13, 6.18)."""
+"""Uniform straight motion in a rotating frame, and the first-order Coriolis deflection (Beatty 5.5.2, 5.13, 6.18)."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball
+from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.motion import BallMotion
 
 
 @dataclass(frozen=True)
 class StraightLine(BallMotion):
-    """State (x, y, vx, vy) in a frame that turns at Om: z = e^(-i Om t) (z0 + (v0 + i Om z0) t), z = x + iy."""
+    """State (x, y, vx, vy) in a frame rotating at Om: z = e^(-i Om t) (z0 + (v0 + i Om z0) t), z = x + iy."""
 
     Om: Fraction
     x: Fraction
@@ -31,11 +32,11 @@ class StraightLine(BallMotion):
 
     @property
     def inertial_velocity(self) -> tuple[Fraction, Fraction]:
-        """In the frame at rest that coincides with the turning one at t = 0."""
+        """Velocity in the inertial frame that coincides with the rotating one at t = 0."""
         return self.vx - self.Om * self.y, self.vy + self.Om * self.x
 
     def closest_distance(self, digits: int = 15) -> Any:
-        """Of the straight line from the axis."""
+        """Distance of the straight line from the axis."""
         vx, vy = self.inertial_velocity
         square = vx**2 + vy**2
         if square == 0:
@@ -47,7 +48,7 @@ class StraightLine(BallMotion):
 class FirstOrderFall(BallMotion):
     """r = r0 + v0 t + g t^2/2 - Om x (u t^2 + g t^3/3): the Coriolis acceleration of the velocity u + g t.
 
-    State (x, y, z, vx, vy, vz), Om = Om (0, cos lat, sin lat); the deflection of a throw has u = v0.
+    State (x, y, z, vx, vy, vz), x east, y north, z up, Om = Om (0, cos lat, sin lat); u is `thrown`, v0 for a throw.
     """
 
     g: Fraction

@@ -1,7 +1,7 @@
 """Motion along a tunnel through a planet of uniform density, and above its ends (Beatty, Dynamics, 5.8 to 5.10).
 
 Inside x'' = -(g/R) x, outside x'' = -+g R^2/x^2: the force is continuous at the surface, its derivative is not. A motion
-that leaves the planet and comes back is, from one farthest point to the next on the other side, a fall by the cycloid
+that leaves the planet and returns has three parts between its farthest points on both sides: a fall along the cycloid
 x = h cos^2 e, t = sqrt(h^3/(2 g R^2)) (e + sin e cos e), a harmonic passage A sin(w t), and the fall reversed.
 """
 
@@ -15,8 +15,9 @@ from functools import cached_property
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball, floor_of, refined, sign
-from gnomon.reference.numerics.motion import Cycle
+from gnomon.reference.numerics.balls import ball, floor_of, refined, sign
+from gnomon.reference.numerics.motion import BallMotion
+from gnomon.reference.numerics.pointwise import Cycle
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class PlanetTunnel(BallMotion):
 
     @cached_property
     def surface_square(self) -> Fraction:
-        """The square of the speed at the surface; negative or zero where the motion stays inside."""
+        """The square of the speed at the surface; negative or zero if the motion stays inside."""
         if abs(self.x0) <= self.R:
             return self.v0**2 + self.g / self.R * (self.x0**2 - self.R**2)
         return self.v0**2 + 2 * self.g * self.R - 2 * self.g * self.R**2 / abs(self.x0)
@@ -55,7 +56,7 @@ class PlanetTunnel(BallMotion):
         return self._derived(digits, lambda: ball(value))
 
     def crossings(self, until: Fraction, digits: int = 15) -> list[tuple[Any, bool, int]]:
-        """(time, whether it enters, the side) of each passage of the surface up to `until`."""
+        """(time, whether it enters, the side: 1 or -1) of each passage through the surface up to `until`."""
         if self.inside:
             return []
         found = []
@@ -100,7 +101,7 @@ class PlanetTunnel(BallMotion):
 
     @property
     def _first(self) -> int:
-        """The side of the farthest point from which the phase counts."""
+        """The side (1 or -1) of the farthest point where the phase is zero."""
         if abs(self.x0) > self.R:
             return 1 if self.x0 > 0 else -1
         return -1 if self.v0 > 0 else 1
@@ -121,11 +122,11 @@ class PlanetTunnel(BallMotion):
         return ball(self.R**2 + self.surface_square * self.R / self.g).sqrt()
 
     def _fall(self) -> Any:
-        """From the farthest point to the surface."""
+        """Time from the farthest point to the surface."""
         return self._cycloid(ball(self.R / self.highest).sqrt().acos())
 
     def _passage(self) -> Any:
-        """Through the planet."""
+        """Time from one surface to the other, through the planet."""
         return 2 * flint.arb.atan2(self._rate() * ball(self.R), ball(self.surface_square).sqrt()) / self._rate()
 
     def _half(self) -> Any:
@@ -139,13 +140,13 @@ class PlanetTunnel(BallMotion):
         return self._slowness() * (angle + sine * cosine)
 
     def _outside(self, time: Any) -> Sequence[Any]:
-        """Distance and velocity so long after the farthest point."""
+        """Distance and velocity at a time after the farthest point."""
         angle = flint.arb(self._rough(float(time / self._slowness())))
         for _ in range(math.ceil(math.log2(flint.ctx.prec))):
             angle = (angle + (time.mid() - self._cycloid(angle)) / (2 * self._slowness() * angle.cos() ** 2)).mid()
         x, v = ball(self.highest) * angle.cos() ** 2, -ball(self.highest) * angle.cos() * angle.sin()
         v = v / (self._slowness() * angle.cos() ** 2)
-        # Newton's method ends within rounding of the root: the rest of the way is one step of the equations.
+        # Newton's method ends at the root up to round-off: one step of the equations covers the remaining time.
         rest = time - self._cycloid(angle)
         return x + v * rest, v - ball(self.g * self.R**2) / (x * x) * rest
 

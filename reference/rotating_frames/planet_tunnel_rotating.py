@@ -1,7 +1,7 @@
-"""Free fall inside a turning planet of uniform density (Beatty, Dynamics, 5.8, 6.17).
+"""Free fall inside a rotating planet of uniform density (Beatty, Dynamics, 5.8, 6.17).
 
-At rest it is the isotropic oscillator of rate w = sqrt(g/R): an ellipse about the centre. Seen from the planet the ellipse
-turns at -Om, Larmor's theorem: r'' = -(g/R) r - 2 Om x r' + Om^2 r in the plane of the equator.
+In the inertial frame it is the isotropic oscillator of frequency w = sqrt(g/R): an ellipse about the centre. Seen from
+the planet the ellipse rotates at -Om (Larmor's theorem): r'' = -(g/R) r - 2 Om x r' + Om^2 r in the equatorial plane.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from typing import Any, ClassVar
 import flint
 from gnomon.reference.numerics.balls import ball, refined
 from gnomon.reference.numerics.linear import LinearMotion, Row
-from gnomon.reference.numerics.motion import Cycle, Turn
+from gnomon.reference.numerics.pointwise import Cycle, Turn
 
 
 @dataclass(frozen=True)
 class TurningPlanet(LinearMotion):
-    """State (x, y, vx, vy), turning with the planet about its centre."""
+    """State (x, y, vx, vy) in the frame of the planet, from its centre."""
 
     g: Fraction
     R: Fraction
@@ -37,7 +37,7 @@ class TurningPlanet(LinearMotion):
         return rows, (self.x, self.y, self.vx, self.vy)
 
     def _cycle(self, mp: Any) -> Cycle:
-        """Each turn of the ellipse is the last one, turned."""
+        """Each revolution on the ellipse is the previous one, rotated."""
 
         def numbers() -> list[Any]:
             period = self._period()
@@ -51,12 +51,12 @@ class TurningPlanet(LinearMotion):
         return 2 * flint.arb.pi() / ball(self.g / self.R).sqrt()
 
     def period(self, digits: int = 15) -> Any:
-        """2 pi sqrt(R/g), that of every tunnel."""
+        """2 pi sqrt(R/g), as for every tunnel."""
         return self._derived(digits, self._period)
 
     @property
     def _sums(self) -> tuple[Fraction, Fraction]:
-        """Of the ellipse: sum and product of the squares of its half axes."""
+        """Sum and product of the squares of the half axes of the ellipse."""
         vx, vy = self.vx - self.Om * self.y, self.vy + self.Om * self.x
         square = self.R / self.g
         return (
@@ -66,13 +66,13 @@ class TurningPlanet(LinearMotion):
 
     @property
     def inside(self) -> bool:
-        """Whether it never leaves the planet: the larger half axis is at most R, decided in rational numbers."""
+        """Whether it stays inside the planet: the larger half axis is at most R, decided in rational numbers."""
         total, product = self._sums
         square = self.R**2
         return total <= 2 * square and square**2 - total * square + product >= 0
 
     def half_axes(self, digits: int = 15) -> tuple[Any, Any]:
-        """Farthest and closest distance from the centre."""
+        """Largest and smallest distance from the centre."""
         total, product = self._sums
 
         def larger() -> Any:

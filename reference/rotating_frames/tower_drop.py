@@ -1,7 +1,7 @@
-"""A fall from a tower on a turning planet that attracts as its centre does (Beatty, Dynamics, 6.16).
+"""A fall from a tower on a rotating planet that attracts like a point mass (Beatty, Dynamics, 6.16).
 
-Seen from the frame at rest it is a Kepler orbit whose first velocity is that of the tower's top; the planet's frame
-turns under it. So the deflection is exact: no expansion in the rate of turning or in the height.
+In the inertial frame it is a Kepler orbit that starts with the velocity of the top of the tower; the planet's frame
+rotates. So the deflection is exact, without an expansion in Om or in the height.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from gnomon.reference.orbits.conic import Conic
 class TowerDrop(Conic):
     """State (x, y, z, vx, vy, vz): east, north and up from the tower's foot at latitude `lat`, R from the centre.
 
-    g is the gravitation at the foot, Om the planet's rate. Bound, and not through the centre.
+    g is the gravitation at the foot, Om the angular velocity of the planet. The orbit is bound and misses the centre.
     """
 
     g: Fraction
@@ -41,7 +41,7 @@ class TowerDrop(Conic):
 
     @property
     def bound(self) -> bool:
-        """Below the escape speed, to 40 digits."""
+        """Whether the speed is below the escape speed, decided with 40 digits."""
         with working(60) as mp:
             r0, alpha, _s0, _root = self._elements(mp)
             return bool(alpha * r0 > mp.mpf(10) ** -40)
@@ -51,7 +51,7 @@ class TowerDrop(Conic):
         return mp.zero, rate * mp.cos(lat), rate * mp.sin(lat)
 
     def _start(self, mp: Any) -> tuple[Any, Any]:
-        """From the centre, in the frame at rest."""
+        """Position from the centre and velocity, in the inertial frame."""
         x, y, z = self.position
         place = tuple(mp.mpf(value) for value in (x, y, z + self.R))
         return place, add([mp.mpf(value) for value in self.velocity], cross(self._turning(mp), place))
@@ -72,7 +72,7 @@ class TowerDrop(Conic):
         return here[0], here[1], here[2] - mp.mpf(self.R), *moving
 
     def _turned_back(self, mp: Any, vector: Sequence[Any], t: Fraction) -> tuple[Any, ...]:
-        """A vector of the frame at rest as seen in the planet's (Rodrigues)."""
+        """A vector of the inertial frame in the frame of the planet (Rodrigues)."""
         lat, angle = mp.mpf(self.lat), mp.mpf(self.Om) * mp.mpf(t)
         axis = (mp.zero, mp.cos(lat), mp.sin(lat))
         cosine, sine = mp.cos(angle), mp.sin(angle)
@@ -80,6 +80,6 @@ class TowerDrop(Conic):
         return add(scale(cosine, vector), scale(-sine, cross(axis, vector)), along)
 
     def _guard(self, t: Fraction) -> float:
-        """A fall of metres is found from the planet's radius, a deflection of its third power of the time."""
+        """Metres of fall are a difference of planetary radii, and the deflection grows with the cube of the time."""
         height = max(*map(abs, self.position), *(abs(v) for v in self.velocity), Fraction(1, 10**6))
         return 60 + decades(self.R / height) + 2 * decades(abs(t) * abs(self.Om))

@@ -1,9 +1,9 @@
 """Files of a cache, in a folder that only this user can write: what is read back is what was stored, or nothing.
 
-Each file begins with a code (HMAC-SHA-256, RFC 2104) over its name and its content, of a random key that lies in the same
-folder and that only this user can read. What is damaged, moved to another name, or made by somebody without that key has
-another code and counts as absent. Files are opened relative to the open folder whose owner and mode were looked at, so
-nobody can put another folder in its place in between.
+Each file begins with a code (HMAC-SHA-256, RFC 2104) over its name and its content, by a random key in the same folder
+that only this user can read. A file that is damaged, renamed, or written by somebody without that key has another code
+and counts as absent. Files are opened relative to the open folder whose owner and mode were verified, so that nobody
+can exchange the folder in between.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from pathlib import Path
 KEY = "key"
 PRIVATE_FOLDER, PRIVATE_FILE = 0o700, 0o600
 _LENGTH = 32
-"""Of the key, and of a code, in bytes."""
+"""Length of the key, and of a code, in bytes."""
 _BLOCK = 4096
 _warned: set[Path] = set()
 
 
 def load(folder: Path, name: str) -> bytes | None:
-    """What was stored under a name; None where there is nothing, or something that does not carry its code.
+    """The content stored under a name; None where there is none, or where its code is wrong.
 
     Raises ValueError where another user could write the folder.
     """
@@ -62,7 +62,7 @@ def store_or_warn(folder: Path, name: str, content: bytes) -> None:
 
 
 def check(*folders: Path) -> None:
-    """Make the folders; warn where nothing can be kept in them. Raises ValueError where another user could write one."""
+    """Make the folders; warn of those that cannot be written. Raises ValueError where another user could write one."""
     failed = {}
     for folder in folders:
         name = f".check.{os.getpid()}"
@@ -76,7 +76,7 @@ def check(*folders: Path) -> None:
 
 
 def _warn(failed: Mapping[Path, OSError]) -> None:
-    """Warn once in a process, and in no child: the process that the user started checks the folders of its children."""
+    """Warn once in a process, and not in child processes: their parent has verified the folders."""
     new = {folder: error for folder, error in failed.items() if folder not in _warned}
     if not new or multiprocessing.parent_process() is not None:
         return
@@ -95,7 +95,7 @@ def _make(folder: Path) -> None:
 
 @contextmanager
 def _opened(folder: Path) -> Iterator[int]:
-    """A descriptor of the folder, once it and, where that is gnomon's own, the one above are known to be safe."""
+    """A descriptor of the folder, after it (and the folder above, if that is gnomon's own) was found safe."""
     for path in (folder.parent, folder) if folder.parent.name == "gnomon" else (folder,):
         _refuse_unsafe(path, os.lstat(path))
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
@@ -112,7 +112,7 @@ def _refuse_unsafe(path: Path, found: os.stat_result) -> None:
     elif found.st_uid != os.geteuid():
         what, way_out = f"belongs to another user ({found.st_uid}, you are {os.geteuid()})", "remove it"
     elif found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
-        # what others wrote while they could is refused by its code; the key may be known to them
+        # their codes refuse files written by others, but these may know the key
         what, way_out = f"can be written by other users (mode {stat.S_IMODE(found.st_mode):04o})", "remove it"
     else:
         return
@@ -123,13 +123,13 @@ def _refuse_unsafe(path: Path, found: os.stat_result) -> None:
 
 
 def _key(descriptor: int) -> bytes:
-    """The key of a folder, made where there is no sound one."""
+    """The key of a folder, made where there is no valid one."""
     with suppress(FileNotFoundError):
         key = _read(descriptor, KEY)
         if len(key) == _LENGTH:
             return key
     _write(descriptor, KEY, secrets.token_bytes(_LENGTH))
-    return _read(descriptor, KEY)  # perhaps that of another process; what has an older code is computed anew
+    return _read(descriptor, KEY)  # perhaps that of another process; entries with an older code are computed anew
 
 
 def _code(key: bytes, name: str, content: bytes) -> bytes:
@@ -140,7 +140,7 @@ def _read(folder: int, name: str) -> bytes:
     descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK, dir_fd=folder)
     with open(descriptor, "rb") as file:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise OSError(errno.EINVAL, "no ordinary file", name)
+            raise OSError(errno.EINVAL, "not a regular file", name)
         return file.read()
 
 

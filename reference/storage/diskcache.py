@@ -1,9 +1,8 @@
-"""Dear results kept on disk: arrays and JSON under a key, sound or absent."""
+"""Expensive results kept on disk: arrays and JSON under a key; a damaged entry counts as absent."""
 
 from __future__ import annotations
 
 import hashlib
-import importlib
 import io
 import json
 import os
@@ -12,7 +11,6 @@ import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -28,22 +26,10 @@ _NOTES = "notes"
 
 @dataclass(frozen=True)
 class Entry:
-    """What is kept: named arrays, and notes that JSON can express."""
+    """A result: named arrays, and notes that JSON can express."""
 
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     notes: Any = None
-
-
-@cache
-def fingerprint(*packages: str) -> str:
-    """A hash of every Python source of the packages, in subfolders too: part of the key of what they compute."""
-    found = hashlib.sha256()
-    for package in packages:
-        root = Path(next(iter(importlib.import_module(package).__path__)))
-        for path in sorted(root.rglob("*.py")):
-            found.update(f"{path.relative_to(root)} {path.stat().st_size} ".encode())
-            found.update(path.read_bytes())
-    return found.hexdigest()[:16]
 
 
 def folder() -> Path:
@@ -52,10 +38,10 @@ def folder() -> Path:
 
 
 def cached(key: str, build: Callable[[], Entry]) -> Entry:
-    """The entry under `key`, built and kept where there is none or where its file is damaged.
+    """The entry under `key`; built and kept where there is none, or where its file is damaged.
 
-    `key` names everything that the result depends on; the version of gnomon is added to it. A folder that cannot be
-    written costs the keeping, not the result. Raises ValueError for a folder that another user could write.
+    `key` names everything that the result depends on; the version of gnomon is added to it. If the folder cannot be
+    written, the entry is returned and not kept. Raises ValueError for a folder that another user could write.
     """
     found = load(key)
     if found is not None:
@@ -71,7 +57,7 @@ def store_or_warn(key: str, entry: Entry) -> None:
 
 
 def load(key: str) -> Entry | None:
-    """The entry under `key`, None where there is none or where its file is damaged or made by somebody else."""
+    """The entry under `key`; None where there is none, or where its file is damaged or written by somebody else."""
     payload = cachefolder.load(folder(), _name(key))
     if payload is None:
         return None
@@ -80,7 +66,7 @@ def load(key: str) -> Entry | None:
             arrays = {name: file[name] for name in file.files}
         notes = json.loads(arrays.pop(_NOTES).tobytes())
     except (ValueError, KeyError, EOFError, zipfile.BadZipFile):
-        return None  # written by another format of this file under the same version
+        return None  # written in another format by the same version
     return Entry(arrays, notes)
 
 
@@ -106,8 +92,8 @@ def replace(path: Path, content: bytes) -> None:
 
 @contextmanager
 def whole(target: Path) -> Iterator[Path]:
-    """A file beside the target to write to, put in its place at the end: where writing fails, nothing is half there."""
-    # Of this thread alone; the name ends as it did, for pandas compresses what ends in .gz.
+    """A file beside the target to write to, renamed to it at the end: a failure leaves no partial file."""
+    # The name is unique to this thread and keeps its ending, because pandas compresses files that end in .gz.
     part = target.with_name(f".part.{os.getpid()}.{threading.get_ident()}.{target.name}")
     try:
         yield part

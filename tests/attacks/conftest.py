@@ -11,7 +11,7 @@ from pathlib import Path
 from types import FrameType
 
 import pytest
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
 from gnomon.harness.running.run import run
 
@@ -44,7 +44,7 @@ def no_hang() -> Iterator[None]:
 def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The results of a small run, all in one file."""
     suite = replace(plan.suite("quick"), block_seconds=0.001, repeats=3).within(5.0)
-    integrators = [found for name in ("gnomon:RK4", "scipy:RK45") for found in registry.find(name)]
+    integrators = [found for name in ("gnomon:RK4", "scipy:RK45") for found in lookup.find(name)]
     chosen = plan.choose(["pendulum_simple", "pendulum_simple/rotation", "bouncing_ball"], False)
     path = run(tmp_path_factory.mktemp("measured") / "results.sqlite", suite, chosen, integrators)
     with changing(path) as db:

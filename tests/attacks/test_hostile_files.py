@@ -210,7 +210,7 @@ def test_a_first_write_that_was_killed_is_taken_back(tmp_path: Path) -> None:
             shutil.copy(tmp_path / name, tmp_path / f"killed{name.removeprefix('results')}")
     killed = tmp_path / "killed.sqlite"
     assert killed.stat().st_size
-    with pytest.raises(ValueError, match="broken off"):
+    with pytest.raises(ValueError, match="was interrupted"):
         store.load(killed)
     with store.Store(killed) as opened:
         opened.begin_run("quick", "", {})

@@ -1,4 +1,4 @@
-"""Milliseconds of each SciPy, REBOUND and heyoka adapter on one problem: the cost of a library with its callbacks."""
+"""Time of each SciPy, REBOUND and heyoka adapter on one problem: the cost of a library with its callbacks."""
 
 from __future__ import annotations
 

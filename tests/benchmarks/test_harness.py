@@ -1,4 +1,4 @@
-"""What the harness adds to a trial: judging, storing, and the way through a worker process."""
+"""The time that the harness adds to a trial: scoring, storing, and messages to and from a worker process."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from gnomon.harness.results.store import Store
 from gnomon.harness.running import plan
 from gnomon.harness.running.pool import Pool
 from gnomon.harness.running.sweep import Sweep
-from gnomon.harness.running.worker import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference
+from gnomon.harness.scoring.outcome import Outcome
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "harness"))
@@ -26,7 +26,7 @@ TRIALS = 100
 
 
 class Idle(planted.Sound):
-    """Answers at once: what a trial of it takes is overhead."""
+    """Returns at once: the time of its trials is overhead."""
 
     name = "idle"
     counts_rhs = False
@@ -47,7 +47,7 @@ class Idle(planted.Sound):
 @pytest.fixture(scope="module")
 def scorer() -> Scorer:
     case = planted.Short().rounded()
-    return Scorer(case, None, reference(CaseSpec.of(case)))
+    return Scorer(case, None, reference_solution(CaseSpec.of(case)))
 
 
 def outcome(scorer: Scorer) -> Outcome:
@@ -55,9 +55,9 @@ def outcome(scorer: Scorer) -> Outcome:
     return Outcome(states, None, None, 100, 400, (1e-5,) * 50, 1e-3, None)
 
 
-def test_judging_a_trial(benchmark: Callable[..., Any], scorer: Scorer) -> None:
-    scored_by = outcome(scorer)
-    row, _ = benchmark(scorer.measure, scored_by, 1e-9)
+def test_scoring_a_trial(benchmark: Callable[..., Any], scorer: Scorer) -> None:
+    solved = outcome(scorer)
+    row, _ = benchmark(scorer.measure, solved, 1e-9)
     assert row["status"] == "ok"
 
 
@@ -72,7 +72,7 @@ def test_storing_a_trial(benchmark: Callable[..., Any], scorer: Scorer, tmp_path
 
 
 def test_a_trial_through_a_worker(benchmark: Any, scorer: Scorer) -> None:
-    """A hundred trials that take no time, through one worker: message, set-up of the problem, judgement."""
+    """A hundred trials that take no time, through one worker: messages, set-up of the problem, scoring."""
     suite = replace(plan.suite("quick"), repeats=1, block_seconds=0.0)
     series = plan.Series(scorer.case, None, Idle())
     (first, *_) = series.trials(scorer.problem(series.form))
@@ -80,7 +80,7 @@ def test_a_trial_through_a_worker(benchmark: Any, scorer: Scorer) -> None:
     statuses: list[str] = []
 
     def hundred() -> None:
-        def record(row: Any, settings: Any, states: Any) -> None:
+        def record(row: Any, options: Any, states: Any) -> None:
             statuses.append(row["status"])
 
         Pool(1, "fork").run([Sweep(series, trials, scorer, suite, 1, {}, record, lambda: None)])

@@ -1,7 +1,7 @@
-"""Claims of speed, in pairs in one process; `make bench` launches this file five times and publishes the medians.
+"""Claims of speed, measured in pairs in one process; `make bench` launches this file five times, publishes the medians.
 
-`extra_info["rows"]` of each benchmark holds its comparisons, as `gnomon.harness.studies.benchmarks` reads them. Without
-`--benchmark-only` or with `--benchmark-disable` each is run once, on a short sweep, to see that it works.
+`extra_info["rows"]` of each benchmark holds its comparisons, as `gnomon.harness.studies.benchmarks` reads them. With
+`--benchmark-disable` each runs once on a short sweep, which tests that it works.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ HALF_DECADES = [10.0 ** (-k / 2) for k in range(4, 33)]
 DECADES = [10.0**-k for k in range(6, 16)]
 
 Problem = tuple[str, str, str, int]
-"""Case, variant, a word of its formulation's name, and how many times its span: so many that the null calls of both sides
-take less than a tenth of the time at every error (without more the forced oscillator's take 40 %)."""
+"""Case, variant, a word of its formulation's name, and the span in multiples of the case's own. The span is so long that
+null calls of both sides take less than a tenth of the time at every error (40 % for the forced oscillator's own span)."""
 
 AGAINST_HEYOKA: dict[Problem, tuple[float, ...]] = {
     ("pendulum_simple", "speed", "", 2): (1e-6, 1e-9, 1e-12),
@@ -53,10 +53,10 @@ AGAINST_HEYOKA: dict[Problem, tuple[float, ...]] = {
     ("euler_top", "speed", "", 2): (1e-6, 1e-9, 1e-12),
     ("forced_oscillator", "speed", "", 16): (1e-6, 1e-9, 1e-12),
 }
-"""The errors at which times are compared. Half an ulp in v0 moves Kepler's orbit by 1.9e-12."""
+"""The errors at which times are compared. Half an ulp in v0 changes Kepler's orbit by 1.9e-12."""
 
 SCIPY = (scipy_ivp.DOP853, scipy_ode.Dop853, scipy_ode.Adams, scipy_odeint.Odeint)
-"""The same method, in Python and compiled, and the two that call least."""
+"""The same method, in Python and compiled, and the two solvers with the fewest right-hand sides."""
 
 
 def needs_heyoka() -> None:
@@ -71,7 +71,7 @@ def compare(
     tolerances: Sequence[float],
     repeats: int,
 ) -> None:
-    """Both swept on a problem and timed at equal error; the rows go to the benchmark."""
+    """Run both integrators over their settings on a problem, time them at equal error, and store the rows."""
     name, variant, way, spans = problem
     case = get(name, variant, span=spans * get(name, variant).span).rounded()
     formulation = next((f for f in case.formulations if way and way in f.name.lower()), None)
@@ -84,9 +84,9 @@ def compare(
     )
     times, nulls = at_equal_error((first, second), start, errors, repeats)
     prepares = median(first.prepares), median(second.prepares)
-    said = [f"{name}/{variant}", formulation.name if formulation else "", f"{spans} spans" if spans > 1 else ""]
+    parts = [f"{name}/{variant}", formulation.name if formulation else "", f"{spans} spans" if spans > 1 else ""]
     benchmark.extra_info["rows"] = rows(
-        f"against {pair[1].id}", ", ".join(filter(None, said)), pair, errors, times, nulls, prepares
+        f"against {pair[1].id}", ", ".join(filter(None, parts)), pair, errors, times, nulls, prepares
     )
     benchmark.pedantic(first.solves[-1], (start,), rounds=repeats)
     assert any(one and other for one, other in times), "no comparison was possible"
@@ -102,7 +102,7 @@ def rows(
     prepares: tuple[float, float],
     share: int = 1,
 ) -> list[dict[str, Any]]:
-    """As `gnomon.harness.studies.benchmarks` reads them; seconds of each of `share` trajectories, prepared together."""
+    """Rows as `gnomon.harness.studies.benchmarks` reads them: seconds for each of `share` trajectories of one call."""
     named = {
         "group": group, "problem": problem, "unit": "s", "first_name": pair[0].name, "second_name": pair[1].id,
         "first_null": nulls[0] / share, "second_null": nulls[1] / share,
@@ -116,7 +116,7 @@ def rows(
 
 @pytest.mark.parametrize("problem", AGAINST_HEYOKA, ids=lambda problem: "-".join(filter(None, problem[:3])))
 def test_against_heyoka(benchmark: Any, problem: Problem) -> None:
-    """At the fastest settings that it documents."""
+    """With the fastest options that its documentation recommends."""
     needs_heyoka()
     compare(benchmark, (GaussFast(), heyoka.FastTaylor()), problem, AGAINST_HEYOKA[problem], HALF_DECADES, 25)
 
@@ -142,8 +142,8 @@ def test_an_ensemble_against_heyoka_in_batches(benchmark: Any) -> None:
     count, tolerances, turns = (64, TOGETHER[-3:], 1) if benchmark.disabled else (TRAJECTORIES, TOGETHER, 3)
     case = get("pendulum_simple", "speed").rounded()
     starts = np.column_stack([np.linspace(0.5, 2.5, count), np.zeros(count)])
-    scored_by = np.linspace(0, count - 1, 8).astype(int)
-    alone = [get("pendulum_simple", "speed", tuple(starts[i].tolist()), float(case.span)).rounded() for i in scored_by]
+    scored = np.linspace(0, count - 1, 8).astype(int)
+    alone = [get("pendulum_simple", "speed", tuple(starts[i].tolist()), float(case.span)).rounded() for i in scored]
     exact = [own.sample(case.times) for own in alone]
 
     def side(integrator: Integrator) -> Side:
@@ -155,7 +155,7 @@ def test_an_ensemble_against_heyoka_in_batches(benchmark: Any) -> None:
             assert solution.stopped is None
             distances = [
                 own.metric.distance(states, true)
-                for own, states, true in zip(alone, solution.states[scored_by], exact, strict=True)
+                for own, states, true in zip(alone, solution.states[scored], exact, strict=True)
             ]
             found.errors.append(float(np.max(distances)))
             found.solves.append(solve)
@@ -174,7 +174,7 @@ def test_an_ensemble_against_heyoka_in_batches(benchmark: Any) -> None:
 
 @pytest.mark.parametrize("method", [RK4, KahanLi8, Stormer12, Dop853, Gauss4], ids=lambda method: method.name)
 def test_nanoseconds_a_right_hand_side(benchmark: Any, method: type[Integrator]) -> None:
-    """Of methods that call one right-hand side after the other, on the pendulum: all that a step costs over its calls."""
+    """Time of a whole step divided by its right-hand sides, of methods that evaluate these one after the other."""
     case = get("pendulum_simple", "speed").rounded()
     problem = problem_of(case, method.accepts)
     setting = 1e-9 if method.sweep.kind == "tolerance" else problem.interval / 64
@@ -192,8 +192,8 @@ def test_nanoseconds_a_right_hand_side(benchmark: Any, method: type[Integrator])
 
 
 FIRST_CALLS: dict[str, tuple[type[Integrator], str]] = {
-    method().id.partition(":")[2]: (method, scene)
-    for scene, methods in {
+    method().id.partition(":")[2]: (method, problem)
+    for problem, methods in {
         "pendulum_simple/speed": (
             RK4, KahanLi8, Stormer12, Gauss4, Dop853, DormandPrinceNystrom12, GraggBulirschStoer, GaussFast, Radau5,
             Taylor,
@@ -207,11 +207,11 @@ FIRST_CALLS: dict[str, tuple[type[Integrator], str]] = {
     }.items()
     for method in methods
 }  # fmt: skip
-"""One of each family, on a scene that it accepts."""
+"""One method of each family, on a case that it accepts."""
 
 
 def test_first_call_with_a_warm_cache(benchmark: Any) -> None:
-    """From `prepare` to the end of the first solve, each method in a process of its own, after imports."""
+    """Time from `prepare` to the end of the first solve, each method in a process of its own, without imports."""
     seconds = {}
     for name in list(FIRST_CALLS)[: 1 if benchmark.disabled else None]:
         first_solve(name)  # fills the cache on disk
@@ -230,7 +230,8 @@ def test_first_call_with_a_warm_cache(benchmark: Any) -> None:
 
 
 def first_call(name: str) -> None:
-    """Print the seconds of the first call, without imports. numba has compiled before: that is its own start, once."""
+    """Print the seconds of the first call, without imports and without numba's first compilation, which fills its
+    tables of types."""
     from gnomon.harness.kernels import machine_code  # noqa: F401
     from numba import cfunc
 
@@ -239,9 +240,9 @@ def first_call(name: str) -> None:
 
 
 def first_solve(name: str) -> float:
-    """At a tolerance of 1e-9, or 64 steps a sample."""
-    method, (scene, _, variant) = FIRST_CALLS[name][0], FIRST_CALLS[name][1].partition("/")
-    case = get(scene, variant or None).rounded()
+    """Seconds of `prepare` and the first solve at a tolerance of 1e-9, or with 64 steps between samples."""
+    method, (case_name, _, variant) = FIRST_CALLS[name][0], FIRST_CALLS[name][1].partition("/")
+    case = get(case_name, variant or None).rounded()
     problem, start = problem_of(case, method.accepts), initial_state(case)[None]
     setting = 1e-9 if method.sweep.kind == "tolerance" else problem.interval / 64
     begin = perf_counter()

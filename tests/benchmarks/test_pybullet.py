@@ -1,4 +1,4 @@
-"""Microseconds a step that PyBullet takes on a hinge and on a free body; the report's times are judged by these."""
+"""Time of a step of PyBullet on a hinge and on a free body: times in the report are compared with these."""
 
 from __future__ import annotations
 

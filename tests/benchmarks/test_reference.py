@@ -1,4 +1,4 @@
-"""What an exact state costs, one by one and by table."""
+"""Time of exact states, computed one by one and from a table."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_ten_thousand_samples(benchmark: Any, name: str) -> None:
 
 
 def sampled(benchmark: Any, name: str, count: int) -> None:
-    """The first call builds the table, or reads it from disk."""
+    """Time `case.sample` at `count` times, after a first call that builds the table or reads it from disk."""
     case = get(name).rounded()
     times = np.random.default_rng(1).uniform(0, float(case.span), count)
     case.sample(times[:1000])

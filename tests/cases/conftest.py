@@ -1,8 +1,8 @@
-"""Makes `outside`, the helper in this folder, importable by tests."""
+"""Makes the helpers in this folder, and the second derivation of every case in `mass_points`, importable by tests."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "mass_points")]

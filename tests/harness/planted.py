@@ -15,7 +15,7 @@ from gnomon.cases import Case
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Steps
-from gnomon.harness.kernels import equations as compiling
+from gnomon.harness.kernels.generated_modules import announced
 from gnomon.harness.running import worker
 
 STOOD = Path(tempfile.gettempdir()) / f"gnomon-stood-still-{os.getuid()}"
@@ -70,7 +70,7 @@ class HalfAMillisecond(Sound):
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         worker.perf_counter_ns = lambda: HalfAMillisecond.passed  # type: ignore[attr-defined]
-        worker._check_clocks = lambda: None  # which would find it
+        worker._verify_clocks = lambda: None  # which would find it
         sound = runge_kutta(problem, setting)
 
         def solve(initial_states: Any) -> Solution:
@@ -147,7 +147,7 @@ class Compiles(Sound):
         def solve(initial_states: Any) -> Solution:
             if round(problem.interval / setting) == 8 and not Compiles.compiled:
                 Compiles.compiled = True
-                with compiling.announced():
+                with announced():
                     time.sleep(1.0)
             return sound(initial_states)
 
@@ -163,7 +163,7 @@ class CompilesAndHangs(Hangs):
         hanging = super().prepare(problem, setting)
 
         def solve(initial_states: Any) -> Solution:
-            with compiling.announced():
+            with announced():
                 pass
             return hanging(initial_states)
 

@@ -14,7 +14,7 @@ import planted
 import planted_hostile as hostile
 import pytest
 from gnomon.harness.contract.integrator import Steps, Tolerance
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 from gnomon.harness.registry.declaration import validate
 from gnomon.harness.results import store
 from gnomon.harness.running import plan
@@ -138,7 +138,7 @@ def test_a_wrong_declaration_is_named_before_anything_runs(tmp_path: Path, name:
 
 def test_versions_that_raise_and_attributes_that_raise_are_named(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"planted_hostile:RaisesVersions: versions\(\) raises LookupError: planted"):
-        registry.find("planted_hostile:RaisesVersions")
+        lookup.find("planted_hostile:RaisesVersions")
 
     def fail(_self: Any) -> Any:
         raise LookupError("planted")
@@ -148,13 +148,15 @@ def test_versions_that_raise_and_attributes_that_raise_are_named(tmp_path: Path)
 
 
 def test_every_integrator_of_our_own_has_a_sound_declaration() -> None:
-    for integrator in registry.own().values():
+    for integrator in lookup.own().values():
         validate(integrator)
 
 
 def test_numbers_of_numpy_are_counts_too() -> None:
-    from gnomon.harness.contract import validation as answers
+    from gnomon.harness.contract import validation
     from gnomon.harness.contract.integrator import Solution
 
-    found = answers.checked(Solution(np.zeros((1, 2, 3), dtype=np.float32), np.int32(7), None, [(1, "x")]), (1, 2, 3))
+    found = validation.checked(
+        Solution(np.zeros((1, 2, 3), dtype=np.float32), np.int32(7), None, [(1, "x")]), (1, 2, 3)
+    )
     assert (found.steps, found.states.dtype, found.events) == (7, np.float64, ((1.0, "x"),))

@@ -10,126 +10,131 @@ from mutate import Mutation
 METHODS, CASES = "harness/integrators", "cases"
 ON_METHODS, ON_CASES, ON_TRUTH = "tests/harness/integrators", "tests/cases", "tests/reference"
 STAGES = f"{ON_METHODS}/test_stage_equations.py"
+CLOSURE = f"{ON_TRUTH}/storage/test_import_closure.py"
 
 STEPPING = (
     Mutation(
         "splitting: time stands still within a step",
-        f"{METHODS}/splitting.py",
+        f"{METHODS}/geometric/splitting.py",
         "splitting_step",
         "now += drift",
         "now += 0.0 * drift",
-        (f"{ON_METHODS}/test_splitting.py",),
+        (f"{ON_METHODS}/geometric/test_splitting.py",),
     ),
     Mutation(
         "splitting: symplectic Euler drifts before it kicks",
-        f"{METHODS}/splitting.py",
+        f"{METHODS}/geometric/splitting.py",
         "SymplecticEuler.coefficients",
         "[[mp.mpf(1)], [mp.mpf(1)]]",
         "[[mp.mpf(0), mp.mpf(1)], [mp.mpf(1), mp.mpf(0)]]",
-        (f"{ON_METHODS}/test_splitting.py",),
+        (f"{ON_METHODS}/geometric/test_splitting.py",),
     ),
     Mutation(
         "stormer: one acceleration fewer for the velocity",
-        f"{METHODS}/stormer.py",
+        f"{METHODS}/multistep_extrapolation/stormer.py",
         "Stormer.coefficients",
         "adams_weights(cls.order + 1)",
         "[*adams_weights(cls.order), Fraction(0)]",
-        (f"{ON_METHODS}/test_stormer.py",),
+        (f"{ON_METHODS}/multistep_extrapolation/test_stormer.py",),
     ),
     Mutation(
         "adaptive: sums are not compensated",
-        f"{METHODS}/adaptive.py",
+        f"{METHODS}/base/step_control.py",
         "integrate",
         "low[i] = change[i] - (end[i] - y[i])",
         "low[i] = 0.0",
-        (f"{ON_METHODS}/test_adaptive.py::test_sums_are_compensated",),
+        (f"{ON_METHODS}/base/test_step_control.py::test_sums_are_compensated",),
     ),
     Mutation(
         "embedded: the trial step does not look at the motion",
-        f"{METHODS}/sizes.py",
+        f"{METHODS}/base/sizes.py",
         "trial_step",
         "min(TRIAL * most, 0.01 * slowest) if slowest > 0.0 else TRIAL * most",
         "TRIAL * most",
-        (f"{ON_METHODS}/test_adaptive.py::test_the_trial_step_is_short_beside_the_motion",),
+        (f"{ON_METHODS}/base/test_step_control.py::test_the_trial_step_is_short_beside_the_motion",),
     ),
     Mutation(
         "embedded: the trial step is a hundred times the time of the slowest group",
-        f"{METHODS}/sizes.py",
+        f"{METHODS}/base/sizes.py",
         "trial_step",
         "0.01 * slowest",
         "100.0 * slowest",
-        (f"{ON_METHODS}/test_adaptive.py::test_the_trial_step_is_short_beside_the_motion",),
+        (f"{ON_METHODS}/base/test_step_control.py::test_the_trial_step_is_short_beside_the_motion",),
     ),
     Mutation(
         "embedded: the first step does not look at how the motion turns",
-        f"{METHODS}/embedded.py",
+        f"{METHODS}/runge_kutta/embedded.py",
         "first_step",
         "turning_time(y, k[0], slope, h, groups, most)",
         "most",
-        (f"{ON_METHODS}/test_adaptive.py::test_the_first_step_is_a_part_of_the_time_in_which_the_motion_turns",),
+        (
+            f"{ON_METHODS}/base/test_step_control.py::test_the_first_step_is_a_part_of_the_time_in_which_the_motion_turns",
+        ),
     ),
     Mutation(
         "nystrom: the first step does not look at how the motion turns",
-        f"{METHODS}/nystrom.py",
+        f"{METHODS}/runge_kutta/nystrom.py",
         "first_step",
         "turning_time(y, rates, later, h, groups, most)",
         "most",
-        (f"{ON_METHODS}/test_adaptive.py::test_the_first_step_is_a_part_of_the_time_in_which_the_motion_turns",),
+        (
+            f"{ON_METHODS}/base/test_step_control.py::test_the_first_step_is_a_part_of_the_time_in_which_the_motion_turns",
+        ),
     ),
     Mutation(
         "embedded: the absolute rule looks at one end of a step",
-        f"{METHODS}/sizes.py",
+        f"{METHODS}/base/sizes.py",
         "one_over",
         "max(abs(y[i]), abs(end[i]))",
         "abs(y[i])",
-        (f"{ON_METHODS}/test_adaptive.py::test_the_absolute_rule_takes_the_larger_of_both_ends",),
+        (f"{ON_METHODS}/base/test_step_control.py::test_the_absolute_rule_takes_the_larger_of_both_ends",),
     ),
     Mutation(
         "embedded: sizes of the start are kept",
-        f"{METHODS}/adaptive.py",
+        f"{METHODS}/base/step_control.py",
         "integrate",
         "enlarge(end, groups, sizes) or t == 0.0",
         "t == 0.0",
-        (f"{ON_METHODS}/test_adaptive.py::test_a_motion_that_grows_is_measured_by_the_size_that_it_has",),
+        (f"{ON_METHODS}/base/test_step_control.py::test_a_motion_that_grows_is_measured_by_the_size_that_it_has",),
     ),
     Mutation(
         "events: a guard just met, below zero by round-off, fires again",
-        f"{METHODS}/event_stepping.py",
+        f"{METHODS}/events/event_stepping.py",
         "run",
         "(value == 0.0 or (g == where[FIRED] and value < 0.0))",
         "value == 0.0",
-        (f"{ON_METHODS}/test_hybrid.py::test_a_flight_that_starts_a_rounding_below_the_floor_ends_on_it",),
+        (f"{ON_METHODS}/events/test_hybrid.py::test_a_flight_that_starts_a_rounding_below_the_floor_ends_on_it",),
     ),
     Mutation(
         "events: a guard of the next mode that is zero on arrival is passed over",
-        f"{METHODS}/event_stepping.py",
+        f"{METHODS}/events/event_stepping.py",
         "run",
         "(value == 0.0 or (g == where[FIRED] and value < 0.0))",
         "(g == where[FIRED] and value <= 0.0)",
-        (f"{ON_METHODS}/test_hybrid.py::test_a_guard_of_the_next_mode_that_is_zero_on_arrival_counts",),
+        (f"{ON_METHODS}/events/test_hybrid.py::test_a_guard_of_the_next_mode_that_is_zero_on_arrival_counts",),
     ),
     Mutation(
         "events: steps grow sixty times",
-        f"{METHODS}/event_stepping.py",
+        f"{METHODS}/events/event_stepping.py",
         "run",
         "min(6.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
         "min(60.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
-        (f"{ON_METHODS}/test_adaptive.py::test_a_step_without_error_is_followed_by_one_six_times_as_long",),
+        (f"{ON_METHODS}/base/test_step_control.py::test_a_step_without_error_is_followed_by_one_six_times_as_long",),
     ),
     Mutation(
         "events: steps do not grow",
-        f"{METHODS}/event_stepping.py",
+        f"{METHODS}/events/event_stepping.py",
         "run",
         "min(6.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
         "min(1.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
-        (f"{ON_METHODS}/test_adaptive.py::test_a_step_without_error_is_followed_by_one_six_times_as_long",),
+        (f"{ON_METHODS}/base/test_step_control.py::test_a_step_without_error_is_followed_by_one_six_times_as_long",),
     ),
 )
 
 IMPLICIT = (
     Mutation(
         "gauss: stages are taken whatever their residual",
-        f"{METHODS}/gauss_steps.py",
+        f"{METHODS}/gauss/gauss_steps.py",
         "settled",
         "if change == 0.0:",
         "if change <= 1e-3:",
@@ -137,7 +142,7 @@ IMPLICIT = (
     ),
     Mutation(
         "gauss: a cycle of rounds is taken for round-off",
-        f"{METHODS}/gauss_steps.py",
+        f"{METHODS}/gauss/gauss_steps.py",
         "settled",
         "if iteration == 0 or not change < NOISE * roundoff:",
         "if iteration == 0:",
@@ -145,7 +150,7 @@ IMPLICIT = (
     ),
     Mutation(
         "gauss: no absolute floor in rounds of first order",
-        f"{METHODS}/gauss_steps.py",
+        f"{METHODS}/gauss/gauss_steps.py",
         "gauss_step",
         "if h * moved > SMALLEST:",
         "if h * moved > 0.0:",
@@ -153,7 +158,7 @@ IMPLICIT = (
     ),
     Mutation(
         "gauss: no absolute floor in rounds of second order",
-        f"{METHODS}/gauss_steps.py",
+        f"{METHODS}/gauss/gauss_steps.py",
         "gauss_nystrom_step",
         "if h * moved > SMALLEST:",
         "if h * moved > 0.0:",
@@ -161,7 +166,7 @@ IMPLICIT = (
     ),
     Mutation(
         "gauss: no absolute floor in Newton's iteration",
-        f"{METHODS}/gauss_steps.py",
+        f"{METHODS}/gauss/gauss_steps.py",
         "newton_step",
         "if moved > SMALLEST:",
         "if moved > 0.0:",
@@ -169,7 +174,7 @@ IMPLICIT = (
     ),
     Mutation(
         "rattle: a place is taken whatever it misses the constraint by",
-        f"{METHODS}/rattle.py",
+        f"{METHODS}/geometric/rattle.py",
         "onto_constraint",
         "if settled(iteration, change, least, stalled, roundoff):",
         "if change <= 1e-3:",
@@ -177,7 +182,7 @@ IMPLICIT = (
     ),
     Mutation(
         "radau: stages are taken whatever their residual",
-        f"{METHODS}/radau_steps.py",
+        f"{METHODS}/gauss/radau_steps.py",
         "newton",
         "if norm <= 1e-3 * enough or (iteration > 1 and rate < 1.0 and rate / (1.0 - rate) * norm <= enough):",
         "if iteration > 1:",
@@ -185,7 +190,7 @@ IMPLICIT = (
     ),
     Mutation(
         "radau: stages are taken at thirty times the residual",
-        f"{METHODS}/radau_steps.py",
+        f"{METHODS}/gauss/radau_steps.py",
         "newton",
         "enough = max(rest, min(0.03, sqrt(tolerance)))",
         "enough = max(30.0 * rest, min(0.9, 30.0 * sqrt(tolerance)))",
@@ -193,39 +198,39 @@ IMPLICIT = (
     ),
     Mutation(
         "radau: changes that do not shrink are taken for round-off",
-        f"{METHODS}/radau_steps.py",
+        f"{METHODS}/gauss/radau_steps.py",
         "newton",
         "if iteration > 1 and rate >= 1.0 and norm <= rest:",
         "if iteration > 1 and rate >= 1.0 and norm <= enough:",
-        (f"{ON_METHODS}/test_radau.py::test_changes_that_do_not_shrink_are_no_solution",),
+        (f"{ON_METHODS}/gauss/test_radau.py::test_changes_that_do_not_shrink_are_no_solution",),
     ),
     Mutation(
         "radau: a sample is the end of its step",
-        f"{METHODS}/radau_steps.py",
+        f"{METHODS}/gauss/radau_steps.py",
         "integrate",
         "out[m, sample, i] = y[i] + (low[i] + between(part, table, z, i))",
         "out[m, sample, i] = y[i] + (low[i] + z[2, i])",
-        (f"{ON_METHODS}/test_radau.py",),
+        (f"{ON_METHODS}/gauss/test_radau.py",),
     ),
     Mutation(
         "radau: every sample is a value of its step's polynomial",
-        f"{METHODS}/radau_steps.py",
+        f"{METHODS}/gauss/radau_steps.py",
         "integrate",
         "not smooth(step, table, weight, start, z, norm)",
         "norm < 0.0",
-        (f"{ON_METHODS}/test_radau.py::test_a_sample_is_as_good_as_a_step",),
+        (f"{ON_METHODS}/gauss/test_radau.py::test_a_sample_is_as_good_as_a_step",),
     ),
     Mutation(
         "radau: steps are not foreseen",
-        f"{METHODS}/radau_steps.py",
+        f"{METHODS}/gauss/radau_steps.py",
         "integrate",
         "scale *= min(1.0, step / reach * scale)",
         "scale *= 1.0",
-        (f"{ON_METHODS}/test_radau.py::test_steps_follow_the_predictive_controller",),
+        (f"{ON_METHODS}/gauss/test_radau.py::test_steps_follow_the_predictive_controller",),
     ),
     Mutation(
         "gauss fast: stiff equations are handed over at a thousand times the tolerance",
-        f"{METHODS}/gauss_fast.py",
+        f"{METHODS}/gauss/gauss_fast.py",
         "stiffly",
         "radau.prepared(problem, max(tolerance, finest), 0.0)",
         "radau.prepared(problem, max(1000 * tolerance, finest), 0.0)",
@@ -235,7 +240,7 @@ IMPLICIT = (
     ),
     Mutation(
         "gauss fast: small components are handed over at a thousand times the tolerance",
-        f"{METHODS}/gauss_fast.py",
+        f"{METHODS}/gauss/gauss_fast.py",
         "stiffly",
         "max(tolerance * smallest, finest)",
         "max(1000 * tolerance * smallest, finest)",
@@ -245,7 +250,7 @@ IMPLICIT = (
     ),
     Mutation(
         "gauss fast: an ensemble leaves a hundred times as much to the iteration",
-        f"{METHODS}/gauss_fast_ensemble.py",
+        f"{METHODS}/gauss/gauss_fast_ensemble.py",
         "",
         "PORTION, HELD, HOLDABLE = 0.1,",
         "PORTION, HELD, HOLDABLE = 10.0,",
@@ -304,40 +309,35 @@ RUNNING = (
         "if ratio > np.inf:",
         ("tests/harness/results/test_regression.py",),
     ),
-    Mutation(
-        "cache: the fingerprint of sources is a constant",
-        "reference/storage/diskcache.py",
-        "fingerprint",
-        "return found.hexdigest()[:16]",
-        'return "0" * 16',
-        (f"{ON_TRUTH}/test_diskcache.py",),
-    ),
-    Mutation(
-        "cache: the fingerprint does not see subfolders",
-        "reference/storage/diskcache.py",
-        "fingerprint",
-        'root.rglob("*.py")',
-        'root.glob("*.py")',
-        (f"{ON_TRUTH}/test_diskcache.py",),
+    *(
+        Mutation(f"cache: {name}", "reference/storage/import_closure.py", function, before, after, (CLOSURE,))
+        for name, function, before, after in (
+            ("the key of sources is a constant", "closure", "hashlib.sha256(", 'hashlib.sha256(b"" and '),
+            ("the sources of imported modules are left out", "sources", "if _is_followed(", "if not _is_followed("),
+            ("relative imports are not followed", "_imports", "ast.ImportFrom)", "ast.ImportFrom) and not node.level"),
+            ("imports inside functions are not followed", "_imports", "ast.walk(tree)", "tree.body"),
+            ("packages that act are left out", "_acts", "source.acts", "not source.acts"),
+            ("the functions of a motion are left out", "modules_of", "found.add(value.__module__)", "pass"),
+        )
     ),
 )
 
 TRUTH = (
     Mutation(
         "metric: angles more than half a turn off are not wrapped",
-        f"{CASES}/metric.py",
+        f"{CASES}/core/metric.py",
         "Group.difference",
         "np.remainder(raw + math.pi, 2 * math.pi) - math.pi",
         "raw",
-        (f"{ON_CASES}/test_metric.py",),
+        (f"{ON_CASES}/core/test_metric.py",),
     ),
     Mutation(
         "metric: lengths are wrapped like angles",
-        f"{CASES}/metric.py",
+        f"{CASES}/core/metric.py",
         "Metric.scaled",
         'wrapped = case.state[members[0]].kind == "angle"',
         "wrapped = True",
-        (f"{ON_CASES}/test_metric.py",),
+        (f"{ON_CASES}/core/test_metric.py",),
     ),
     *(
         Mutation(
@@ -349,11 +349,15 @@ TRUTH = (
             (f"{ON_CASES}/test_scales.py::test_sizes_are_those_of_the_motion",),
         )
         for file, function, text in (
-            ("coulomb", "CoulombFrictionOscillator.scales", "max(abs(float(self.initial_state[0])), first)"),
-            ("coulomb", "CoulombFrictionOscillator.scales", "float(motion.fastest())"),
-            ("foucault", "FoucaultLinear.scales", "p + q"),
-            ("foucault", "FoucaultLinear.scales", "p * faster + q * slower"),
-            ("cart_pendulum", "PendulumOnCart.scales", "abs(vx + arm * omega * cos(theta)) + arm * rate"),
+            (
+                "contact/coulomb_friction_oscillator",
+                "CoulombFrictionOscillator.scales",
+                "max(abs(float(self.initial_state[0])), first)",
+            ),
+            ("contact/coulomb_friction_oscillator", "CoulombFrictionOscillator.scales", "float(motion.fastest())"),
+            ("pendulums/foucault_pendulum_linear", "FoucaultLinear.scales", "p + q"),
+            ("pendulums/foucault_pendulum_linear", "FoucaultLinear.scales", "p * faster + q * slower"),
+            ("pendulums/pendulum_on_cart", "PendulumOnCart.scales", "abs(vx + arm * omega * cos(theta)) + arm * rate"),
         )
     ),
     *(
@@ -366,14 +370,22 @@ TRUTH = (
             (f"{ON_CASES}/test_scales.py::test_time_scales_are_those_of_the_equations",),
         )
         for file, kind, text in (
-            ("coulomb", "CoulombFrictionOscillator", 'math.sqrt(float(self.parameters["m"] / self.parameters["k"]))'),
-            ("foucault", "FoucaultLinear", "1 / max(abs(float(rate)) for rate in self.motion().circles()[2:])"),
-            ("foucault_nonlinear", "FoucaultNonlinear", "min(math.sqrt(length / g)"),
+            (
+                "contact/coulomb_friction_oscillator",
+                "CoulombFrictionOscillator",
+                'math.sqrt(float(self.parameters["m"] / self.parameters["k"]))',
+            ),
+            (
+                "pendulums/foucault_pendulum_linear",
+                "FoucaultLinear",
+                "1 / max(abs(float(rate)) for rate in self.motion().circles()[2:])",
+            ),
+            ("pendulums/foucault_pendulum_nonlinear", "FoucaultNonlinear", "min(math.sqrt(length / g)"),
         )
     ),
     Mutation(
         "variants: near_parabolic_bound is a thousand times easier",
-        f"{CASES}/kepler.py",
+        f"{CASES}/orbits/kepler_orbit.py",
         "KeplerOrbit",
         "2 * (1 - 1e-12)",
         "2 * (1 - 1e-9)",
@@ -381,7 +393,7 @@ TRUTH = (
     ),
     Mutation(
         "variants: flips_1e12 is flips_1e6",
-        f"{CASES}/euler_top.py",
+        f"{CASES}/rigid_bodies/euler_top.py",
         "EulerTopCase",
         'spinning("1e-12", 1, "1e-12")',
         'spinning("1e-6", 1, "1e-6")',
@@ -394,13 +406,13 @@ TRUTH = (
             "",
             "DOUBT = 2.0**-7",
             f"DOUBT = {ulp}",
-            (f"{ON_TRUTH}/test_tablekernel.py",),
+            (f"{ON_TRUTH}/numerics/test_tablekernel.py",),
         )
         for ulp in ("2.0**-5", "2.0**-1")
     ),
     Mutation(
         "equations: the gyrocompass is damped twice as much",
-        f"{CASES}/gyrocompass_free.py",
+        f"{CASES}/rigid_bodies/gyrocompass_nonlinear.py",
         "damped_at_any_angle",
         "c * omega / across",
         "2 * c * omega / across",
@@ -408,7 +420,7 @@ TRUTH = (
     ),
     Mutation(
         "equations: the Earth turns about the other horizontal axis in Foucault's pendulum",
-        f"{CASES}/foucault_nonlinear.py",
+        f"{CASES}/pendulums/foucault_pendulum_nonlinear.py",
         "foucault_sphere",
         "oy, oz = rate * cos(lat)",
         "oy, oz = -rate * cos(lat)",
@@ -416,7 +428,7 @@ TRUTH = (
     ),
     Mutation(
         "scenes: the top's weight has no arm",
-        f"{CASES}/top_scene.py",
+        f"{CASES}/rigid_bodies/top_scene.py",
         "standing",
         "place = (arm * r[2], arm * r[5], arm * r[8])",
         "place = (0.0, 0.0, 0.0)",
@@ -424,7 +436,7 @@ TRUTH = (
     ),
     Mutation(
         "scenes: the top's weight has half its arm",
-        f"{CASES}/top_scene.py",
+        f"{CASES}/rigid_bodies/top_scene.py",
         "standing",
         "Scene((0.0, 0.0, -weight / arm)",
         "Scene((0.0, 0.0, -weight / (2 * arm))",
@@ -432,7 +444,7 @@ TRUTH = (
     ),
     Mutation(
         "scenes: the Earth turns about the other horizontal axis in Foucault's pendulum",
-        f"{CASES}/foucault_nonlinear.py",
+        f"{CASES}/pendulums/foucault_pendulum_nonlinear.py",
         "bob_scene",
         "oy, oz = rate * cos(lat)",
         "oy, oz = -rate * cos(lat)",
@@ -440,7 +452,7 @@ TRUTH = (
     ),
     Mutation(
         "ladders: small swings of Foucault's pendulum are lifted to above the support",
-        f"{CASES}/foucault_nonlinear.py",
+        f"{CASES}/pendulums/foucault_pendulum_nonlinear.py",
         "FoucaultNonlinear.ladder",
         "height = -np.sqrt",
         "height = np.sqrt",
@@ -448,7 +460,7 @@ TRUTH = (
     ),
     Mutation(
         "ladders: small swings of Foucault's pendulum fall where they should rise",
-        f"{CASES}/foucault_nonlinear.py",
+        f"{CASES}/pendulums/foucault_pendulum_nonlinear.py",
         "FoucaultNonlinear.ladder",
         "-(x * u + y * w) / height",
         "(x * u + y * w) / height",

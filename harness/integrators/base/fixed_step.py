@@ -14,7 +14,7 @@ from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Steps
 from gnomon.harness.integrators.base import stepping
-from gnomon.harness.kernels import equations as compiling
+from gnomon.harness.kernels.equations import Kernel, acceleration, check_values, right_hand_side
 from gnomon.reference.numerics.precision import nearest_double, working
 from gnomon.reference.storage import diskcache
 from numpy.typing import NDArray
@@ -64,11 +64,11 @@ class FixedStep(Integrator):
         width = dimension // 2 if isinstance(form, SecondOrder) else dimension
         return width, width
 
-    def kernel(self, problem: Problem) -> compiling.Kernel:
+    def kernel(self, problem: Problem) -> Kernel:
         """The same function compiled, counting where the problem asks for it."""
         if isinstance(problem.form, SecondOrder):
-            return compiling.acceleration(problem)
-        return compiling.right_hand_side(problem)
+            return acceleration(problem)
+        return right_hand_side(problem)
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         """The coefficients, with what the step needs beside them: numbers of the problem, the unit round-off."""
@@ -150,7 +150,7 @@ def substeps_of(problem: Problem, h: float) -> int:
 
 def given(mp: Any, function: Callable[[Any], Any], parameters: Sequence[Any], count: int) -> list[Any]:
     """The `count` numbers that a form's function of the parameters gives. Raises ValueError where it gives others."""
-    compiling.check_values({"function": function}, "function(p)", 0, len(parameters), count)
+    check_values({"function": function}, "function(p)", 0, len(parameters), count)
     return [mp.mpf(x) for x in function(tuple(parameters))]
 
 

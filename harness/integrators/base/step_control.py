@@ -1,4 +1,4 @@
-"""Adaptive one-step methods: the loop that they share, its controller and its limits.
+"""The step-size controller of all adaptive one-step methods, its limits, and the loop that they share.
 
 A family (`embedded`, `nystrom`) writes the pieces of a step as plain functions, and each method is the loop compiled
 around them once, with the method's own counts of stages as constants:
@@ -28,7 +28,7 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Sol
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, rounded
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, roughen, soften
 from gnomon.harness.integrators.base.stepping import blank, call, compiled_whole
-from gnomon.harness.kernels import equations as compiling
+from gnomon.harness.kernels.equations import acceleration, right_hand_side
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -93,7 +93,7 @@ class Adaptive(Integrator):
     def prepare(self, problem: Problem, setting: float) -> Solve:
         check_tolerance(setting)
         second = isinstance(problem.form, SecondOrder)
-        kernel = compiling.acceleration(problem) if second else compiling.right_hand_side(problem)
+        kernel = acceleration(problem) if second else right_hand_side(problem)
         limits = ("MOST_STEPS", self.most_steps), ("ABSOLUTE", int(self.absolute))
         run = compiled_whole(type(self).loop, SIGNATURE, (*self.constants(), *limits), self.pieces)
         table = _table(type(self))
@@ -171,8 +171,9 @@ def integrate(
     sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
     taken = 0
     for n in range(initial.shape[0]):
-        y[:] = initial[n]
-        low[:] = 0.0
+        for i in range(dimension):  # `y[:] = initial[n]` makes numba compile an error message in seconds
+            y[i] = initial[n, i]
+            low[i] = 0.0
         t, sample, attempts = 0.0, 0, 0
         h = first_step(f, y, p, k, x, slope, tolerance, min(times[-1], time_scale), groups)
         before, last = 1e-4, 0.0

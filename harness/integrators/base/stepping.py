@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 from gnomon.harness.contract.integrator import Problem
-from gnomon.harness.kernels import equations as compiling
-from gnomon.harness.kernels.equations import OPTIONS, gather_into
+from gnomon.harness.kernels.equations import OPTIONS, gather_into, source_of
+from gnomon.harness.kernels.equations import compiled as compiled_function
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -116,9 +116,12 @@ def advance(
     x_aside, slope_aside, store_aside = np.empty(widths[0]), np.empty(widths[1]), np.empty((rows, dimension))
     taken = 0
     for n in range(initial.shape[0]):
-        y[:] = initial[n]
-        low[:] = 0.0
-        store[:] = 0.0
+        for i in range(dimension):  # `y[:] = initial[n]` makes numba compile an error message in seconds
+            y[i] = initial[n, i]
+            low[i] = 0.0
+        for i in range(rows):
+            for j in range(dimension):
+                store[i, j] = 0.0
         grid = 0
         for k in range(times.size):
             target = (k + 1) * substeps if substeps > 0 else int(times[k] / h)
@@ -140,14 +143,20 @@ def advance(
             for i in range(dimension):
                 out[n, k, i] = y[i]
             if solved and substeps == 0 and times[k] != grid * h:
-                store_aside[:] = 0.0
+                for i in range(rows):
+                    for j in range(dimension):
+                        store_aside[i, j] = 0.0
                 solved = aside(
                     f, grid * h, times[k] - grid * h, y, p, table, x_aside, slope_aside, store_aside, increment
                 )
                 for i in range(dimension):
                     out[n, k, i] += increment[i] + low[i]
-            if not (solved and np.all(np.isfinite(out[n, k]))):
-                out[n, k, :] = np.nan
+            finite = True
+            for i in range(dimension):
+                finite = finite and abs(out[n, k, i]) < np.inf
+            if not (solved and finite):
+                for i in range(dimension):
+                    out[n, k, i] = np.nan
                 if stop[0] == 0:
                     stop[0] = NOT_FINITE if solved else NOT_SOLVED
                     stop[1] = n
@@ -181,8 +190,8 @@ def compiled(method: Step) -> Callable[..., int]:
     parts.append(f"aside = {name}")
     parts.append(plain.replace("@njit(", "@njit(forceinline=True, ", 1).replace(f"def {name}(", "def step(", 1))
     parts.append(f"NOT_FINITE, NOT_SOLVED = {NOT_FINITE}, {NOT_SOLVED}")
-    parts.append(f'@njit("{ADVANCE_SIGNATURE}", {OPTIONS})\n{compiling.source_of(advance)}')
-    run: Callable[..., int] = compiling.compiled("\n".join(parts), "advance")
+    parts.append(f'@njit("{ADVANCE_SIGNATURE}", {OPTIONS})\n{source_of(advance)}')
+    run: Callable[..., int] = compiled_function("\n".join(parts), "advance")
     return run
 
 
@@ -210,7 +219,7 @@ def compiled_whole(
         for part in parts
     ]
     parts[-1] = parts[-1].replace("@njit(", f'@njit("{signature}", ', 1)
-    run: Callable[..., int] = compiling.compiled("\n".join(parts), method.__name__)
+    run: Callable[..., int] = compiled_function("\n".join(parts), method.__name__)
     return run
 
 

@@ -15,7 +15,7 @@ from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Floats
 from gnomon.harness.integrators.base.stepping import Step
 from gnomon.harness.integrators.gauss.gauss_steps import gauss_nystrom_step, gauss_step, newton_numbers, newton_step
 from gnomon.harness.kernels import graph
-from gnomon.harness.kernels.equations import cache_folder, module_name
+from gnomon.harness.kernels.generated_modules import cache_folder, module_name
 from gnomon.reference.numerics.precision import nearest_double, working
 from gnomon.reference.storage import cachefolder
 from numpy.typing import NDArray

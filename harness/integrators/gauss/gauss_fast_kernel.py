@@ -12,10 +12,9 @@ from pathlib import Path
 
 from gnomon.cases.core.forms import Form, SecondOrder
 from gnomon.harness.contract.sources import cached_by_content
-from gnomon.harness.integrators.gauss import gauss_fast_ensemble as ensemble
-from gnomon.harness.integrators.gauss import gauss_fast_text as text
-from gnomon.harness.kernels import equations as compiling
+from gnomon.harness.integrators.gauss import gauss_fast_ensemble, gauss_fast_text
 from gnomon.harness.kernels.equations import OPTIONS
+from gnomon.harness.kernels.equations import compiled as compiled_function
 from gnomon.harness.kernels.traced import DEAR, ROUND, Trace, Value, code, number, pairs, poles, reached, traced
 
 SIGNATURE = (
@@ -120,22 +119,22 @@ def compiled(form: Form, parameters: int, dimension: int, counted: bool) -> Call
     count = len(found.values)
     frequency, control = step_control(found)
     stages = "".join(
-        given(text.STAGES_OF_A_STEP.replace("NAME", name).replace("INLINE", inline), seen)
+        given(gauss_fast_text.STAGES_OF_A_STEP.replace("NAME", name).replace("INLINE", inline), seen)
         for name, inline, seen in (("stages", "forceinline=True,", frequency), ("aside", "", NO_FREQUENCY))
     )
-    words = getattr(text, found.kind)
+    words = getattr(gauss_fast_text, found.kind)
     sums = words["sums"].replace("\n    ", "\n        ").replace("first", "STAGES").replace("once", "ONCE")
     by_turns = any(x.level == ROUND for pair in pairs(reached(found.all_values)).values() for x in pair)
-    slopes = text.SLOPES_BY_TURNS if by_turns else text.SLOPES
-    rounds = {"round": text.ROUND, "slopes": slopes, "correct": correction(found), "sums_of_a_round": sums}
-    rounds["legendre"] = text.LEGENDRE_OF_ONE if count == 1 else text.LEGENDRE_OF_MANY
+    slopes = gauss_fast_text.SLOPES_BY_TURNS if by_turns else gauss_fast_text.SLOPES
+    rounds = {"round": gauss_fast_text.ROUND, "slopes": slopes, "correct": correction(found), "sums_of_a_round": sums}
+    rounds["legendre"] = gauss_fast_text.LEGENDRE_OF_ONE if count == 1 else gauss_fast_text.LEGENDRE_OF_MANY
     words = rounds | words | over_poles(len(found.poles)) | control
-    body = stages + text.ADVANCE
+    body = stages + gauss_fast_text.ADVANCE
     if found.groups:
         words |= round_by_groups(found)
     body = given(body, words)
     module = filled(body.replace("SIGNATURE", SIGNATURE), found, count, parameters, dimension, counted)
-    run: Callable[..., int] = compiling.compiled(module, "advance")
+    run: Callable[..., int] = compiled_function(module, "advance")
     return run
 
 
@@ -146,16 +145,16 @@ def compiled_ensemble(
     """`advance_eight(parameters, table, initial, times, tolerance, out, left_over, work)` and the shape of `work`."""
     found = layout(form, parameters, dimension, False)
     count = len(found.values)
-    words = getattr(text, found.kind)
+    words = getattr(gauss_fast_text, found.kind)
     entries = [(i, j) for i, j, _ in found.derivatives]
-    body, rows = ensemble.text(getattr(ensemble, found.kind), entries, count, len(found.poles))
+    body, rows = gauss_fast_ensemble.text(getattr(gauss_fast_ensemble, found.kind), entries, count, len(found.poles))
     at_start = "<|y[@], |>" + ("<|y[N + @], |>" if found.kind == "WITH_VELOCITY" else "")
     body = body.replace("{placed_at_start}", at_start)
     for word in ("placed", "rate", "first"):
         body = body.replace("{" + word + "}", words[word])
-    body = body.replace("TOGETHER", ensemble.SIGNATURE)
-    module = ensemble.over_stages(filled(body, found, count, parameters, dimension, counted))
-    return compiling.compiled(module, "advance_eight"), (rows, 8)
+    body = body.replace("TOGETHER", gauss_fast_ensemble.SIGNATURE)
+    module = gauss_fast_ensemble.over_stages(filled(body, found, count, parameters, dimension, counted))
+    return compiled_function(module, "advance_eight"), (rows, 8)
 
 
 def filled(body: str, found: Layout, count: int, parameters: int, dimension: int, counted: bool) -> str:
@@ -169,7 +168,7 @@ def filled(body: str, found: Layout, count: int, parameters: int, dimension: int
     body = body.replace("PARAMETERS", "".join(given))
     body = body.replace("COUNT", f"p_[{parameters}] += 8 *") if counted else re.sub(r"\n *COUNT.*", "", body)
     equations = code(found.all_values, found.groups, found.poles)
-    parts = (f"# {lanes_digest()}", text.HEAD, *equations, body)
+    parts = (f"# {lanes_digest()}", gauss_fast_text.HEAD, *equations, body)
     return "\n".join(parts).replace("OPTIONS", OPTIONS)
 
 
@@ -206,16 +205,16 @@ def step_control(found: Layout) -> tuple[dict[str, str], dict[str, str]]:
     """
     count = len(found.values)
     by_position = [n for n, (_, j, _) in enumerate(found.derivatives) if found.second_order and j < count]
-    equal = text.EQUAL_STEPS.strip()
+    equal = gauss_fast_text.EQUAL_STEPS.strip()
     if not by_position:
         return NO_FREQUENCY, {"none_seen": "", "shorter": "", "control": indented(equal, 12)}
     square = " + ".join(f"g[{count + n}] * g[{count + n}]" for n in by_position)
     # Carried to the end by a polynomial that may not be resolved, so within reach of the last stage's.
     at_end = "min(max(total(row(table, ENDS) * squares), 0.25 * lane(squares, 7)), 4 * lane(squares, 7))"
     return {"squares": f"squares = lanes({square})", "at_end": at_end}, {
-        "none_seen": indented(text.NONE_SEEN.strip(), 8),
+        "none_seen": indented(gauss_fast_text.NONE_SEEN.strip(), 8),
         "shorter": "stride = h * pace",
-        "control": indented(text.BY_FREQUENCY.strip() + "\n" + textwrap.indent(equal, " " * 4), 12),
+        "control": indented(gauss_fast_text.BY_FREQUENCY.strip() + "\n" + textwrap.indent(equal, " " * 4), 12),
     }
 
 
@@ -226,8 +225,8 @@ def over_poles(count: int) -> dict[str, str]:
     first = ", ".join(f"lane(beyond[{i}], 0)" for i in range(count)) + ","
     changed = " or ".join(f"(lane(beyond[{i}], 0) < 0.0) != (sides[{i}] < 0.0)" for i in range(count))
     return {
-        "sides": indented(text.SIDES.replace("FIRST", first), 8),
-        "crossed": indented(text.CROSSED.replace("FIRST", first).replace("CHANGED", changed), 12),
+        "sides": indented(gauss_fast_text.SIDES.replace("FIRST", first), 8),
+        "crossed": indented(gauss_fast_text.CROSSED.replace("FIRST", first).replace("CHANGED", changed), 12),
     }
 
 
@@ -249,7 +248,7 @@ def round_by_groups(found: Layout) -> dict[str, str]:
         parts.append((lines, moves))
     *before, (last, moves) = parts
     lines = [line for part in before for line in (*part[0], *part[1])] + last
-    place = getattr(text, found.kind)["place"]
+    place = getattr(gauss_fast_text, found.kind)["place"]
     return {"prepare": place, "round": "\n        ".join(lines), "sums_of_a_round": "\n        ".join(moves)}
 
 

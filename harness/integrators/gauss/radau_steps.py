@@ -107,7 +107,8 @@ def integrate(
                 if not aside:
                     if ABSOLUTE == 0:
                         if t == 0.0:
-                            error[:] = start
+                            for i in range(n):
+                                error[i] = start[i]
                             substitute(real, pivots, error)
                             first_sizes(y, error, groups, sizes, inverse)
                         elif noisy:
@@ -143,7 +144,9 @@ def integrate(
                 aside = times[sample] < end
                 if aside:
                     continue
-                z[:] = z_step
+                for j in range(3):
+                    for i in range(n):
+                        z[j, i] = z_step[j, i]
             else:
                 norm = estimate(
                     f, t, step, y, p, table, weight, x, slope, start, real, pivots, z, error, rejected, steps
@@ -170,7 +173,9 @@ def integrate(
                     break
                 if times[sample] < end and not smooth(step, table, weight, start, z, norm):
                     aside = True
-                    z_step[:] = z
+                    for j in range(3):
+                        for i in range(n):
+                            z_step[j, i] = z[j, i]
                     continue
             while sample < times.size and times[sample] <= end:
                 part = (times[sample] - t) / step

@@ -11,7 +11,7 @@ from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
 from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.gauss.gauss_steps import MOST_ITERATIONS, SMALLEST, settled
 from gnomon.harness.integrators.geometric.splitting import KahanLi6, Suzuki4
-from gnomon.harness.kernels import equations as compiling
+from gnomon.harness.kernels.equations import Kernel, call_kernel, check_values
 
 
 def rattle_step(
@@ -107,7 +107,7 @@ class ConstrainedMethod(FixedStep):
     def widths(self, form: Form, dimension: int) -> tuple[int, int]:
         return dimension // 2, dimension + 1
 
-    def kernel(self, problem: Problem) -> compiling.Kernel:
+    def kernel(self, problem: Problem) -> Kernel:
         form, n = problem.form, problem.dimension // 2
         assert isinstance(form, Constrained)
         functions: dict[str, Callable[..., Any]] = {
@@ -116,9 +116,9 @@ class ConstrainedMethod(FixedStep):
             "gradient": form.gradient,
         }
         for name, count in (("force", n), ("constraint", 1), ("gradient", n)):
-            compiling.check_values({name: functions[name]}, f"{name}(t, y, p)", n, len(problem.parameters), count)
+            check_values({name: functions[name]}, f"{name}(t, y, p)", n, len(problem.parameters), count)
         call = "force(t, y, p) + constraint(t, y, p) + gradient(t, y, p)"
-        return compiling.call_kernel(functions, call, n, len(problem.parameters), 2 * n + 1, problem.counted)
+        return call_kernel(functions, call, n, len(problem.parameters), 2 * n + 1, problem.counted)
 
     def rows(self, form: Form) -> int:
         return 2

@@ -77,8 +77,9 @@ def integrate(
     sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
     taken = 0
     for n in range(initial.shape[0]):
-        y[:] = initial[n]
-        low[:] = 0.0
+        for i in range(dimension):  # `y[:] = initial[n]` makes numba compile an error message in seconds
+            y[i] = initial[n, i]
+            low[i] = 0.0
         t, sample, attempts = 0.0, 0, 0
         h = first_step(f, y, p, first, x, slope, tolerance, min(times[-1], time_scale), groups)
         # Zero-based: the column at which the table should be good enough.

@@ -1,4 +1,4 @@
-"""Embedded explicit Runge-Kutta pairs for y' = f(t, y): a method is its tableau."""
+"""Embedded explicit Runge-Kutta pairs for y' = f(t, y): a method is its tableau. Step sizes: `base/step_control.py`."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from gnomon.harness.contract.integrator import Integrator, Tolerance
-from gnomon.harness.integrators.runge_kutta import verner_table as published
+from gnomon.harness.integrators.runge_kutta import verner_table
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded, Row
 
 
@@ -162,8 +162,8 @@ class Verner9(Embedded):
 
     name, order = "Verner 9(8)", 9
     primary = False
-    stages, weights = published.STAGES, published.WEIGHTS
-    errors = (published.ERROR,)
+    stages, weights = verner_table.STAGES, verner_table.WEIGHTS
+    errors = (verner_table.ERROR,)
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (BogackiShampine3, DormandPrince5, Tsitouras5, Verner6, Verner9)

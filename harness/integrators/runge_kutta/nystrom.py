@@ -1,4 +1,7 @@
-"""Embedded explicit Runge-Kutta-Nyström pairs for q'' = a(t, q): a method is its tableau."""
+"""Embedded explicit Runge-Kutta-Nyström pairs for q'' = a(t, q): a method is its tableau.
+
+Step sizes: `base/step_control.py`.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from gnomon.harness.integrators.base.fixed_step import Table
 from gnomon.harness.integrators.base.sizes import one_over, trial_step, turning_time
 from gnomon.harness.integrators.base.step_control import STAGES, Adaptive
 from gnomon.harness.integrators.base.stepping import call
-from gnomon.harness.integrators.runge_kutta import nystrom_table as published
+from gnomon.harness.integrators.runge_kutta import nystrom_table
 from gnomon.harness.integrators.runge_kutta.embedded import Row, full, number, step_for
 from numpy.typing import NDArray
 
@@ -238,9 +241,9 @@ class DormandPrinceNystrom12(Nystrom):
     name, order, lower = "RKN 12(10)", 12, 10
     primary = False
     sweep = Tolerance(1e-3, 1e-14)
-    nodes, stages = published.NODES, published.STAGES
-    positions, velocities = published.POSITIONS, published.VELOCITIES
-    others = (published.POSITIONS_10, published.VELOCITIES_10)
+    nodes, stages = nystrom_table.NODES, nystrom_table.STAGES
+    positions, velocities = nystrom_table.POSITIONS, nystrom_table.VELOCITIES
+    others = (nystrom_table.POSITIONS_10, nystrom_table.VELOCITIES_10)
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (DormandPrinceNystrom6, DormandPrinceNystrom12)

@@ -13,7 +13,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from gnomon.cases import Case, case_class, check_class, checks, get, names
+from gnomon.cases import Case, case_class, check_class, check_names, get, names
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.numbers import OutOfReachError, Range, show
 from gnomon.reference.numerics.motion import Motion
@@ -61,7 +61,7 @@ def test_an_impossible_number_is_refused_by_case_name_and_range_wherever_it_is_g
             assert len(told) < 400
 
 
-@pytest.mark.parametrize("name", checks())
+@pytest.mark.parametrize("name", check_names())
 def test_an_impossible_number_of_a_check_is_refused_by_name(name: str) -> None:
     for parameter in check_class(name).parameter_list:
         for value in IMPOSSIBLE:

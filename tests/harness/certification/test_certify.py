@@ -1,4 +1,4 @@
-"""Every exact motion is confirmed by independent ways, and a wrong one is not."""
+"""Every exact motion is confirmed in independent ways, and a wrong one is not."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from gnomon.cases import checks, get, names
+from gnomon.cases import check_names, get, names
 from gnomon.cases.core.forms import SecondOrder, Values
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.harness.certification import certify_all, certify_long
@@ -26,13 +26,13 @@ def test_default_case_is_certified(name: str) -> None:
     assert certificate.passed, certificate
 
 
-HARD = [setting for setting in certify_all.settings([], True) if setting[1] is not None]
+HARD = [subject for subject in certify_all.subjects([], True) if subject[1] is not None]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("setting", HARD, ids=["/".join(map(str, setting)) for setting in HARD])
-def test_hard_variant_is_certified(setting: certify_all.Setting) -> None:
-    certificate = certify_all.certificate(setting)
+@pytest.mark.parametrize("subject", HARD, ids=["/".join(map(str, subject)) for subject in HARD])
+def test_hard_variant_is_certified(subject: certify_all.Subject) -> None:
+    certificate = certify_all.certificate(subject)
     assert certificate.passed, certificate
 
 
@@ -94,7 +94,7 @@ def test_balls_prove_the_digits_of_elliptic_motions(name: str) -> None:
     assert certify(get(name)).ways["ball"] >= 45
 
 
-def test_long_spans_are_integrated_in_pieces_chained_and_looked_at_for_jumps() -> None:
+def test_long_spans_are_certified_by_windows_group_and_seams() -> None:
     certificate = certify(get("pendulum_simple", "long_1e6"))
     assert set(certificate.ways) == {"rounding", "residual", "windows", "group", "seams", "ball", "invariants"}
     assert certificate.passed
@@ -118,7 +118,7 @@ class Jumping(PendulumSimple):
 
 
 class Running(PendulumSimple):
-    """An exact motion whose clock gains 1e-30 t^2: right at every short time, but no flow."""
+    """An exact motion whose time is too large by 1e-30 t^2: right at short times, but not a flow."""
 
     def motion(self) -> Motion:
         right = super().motion()
@@ -140,14 +140,14 @@ def test_a_jump_where_a_branch_changes_shows_in_seams() -> None:
     assert seams < 0
 
 
-def test_a_clock_that_gains_shows_in_the_group_property() -> None:
+def test_an_error_that_grows_with_time_shows_in_the_group_property() -> None:
     group = certify_long.group(Running(span=3000))
     assert group is not None
     # 1e-30 of half the span squared
     assert 23 < group < 26
 
 
-def test_what_cannot_be_certified_is_a_row_that_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_case_that_cannot_be_certified_has_a_certificate_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(case: object) -> None:
         raise ArithmeticError("no precision is enough")
 
@@ -157,20 +157,20 @@ def test_what_cannot_be_certified_is_a_row_that_says_why(monkeypatch: pytest.Mon
     assert made.note == "ArithmeticError: no precision is enough"
 
 
-def test_settings_are_those_of_cases_and_checks_and_two_processes_agree_with_one() -> None:
-    chosen = certify_all.settings(["projectile_parabola/default", "moment_equipollent"], True)
+def test_subjects_are_cases_and_checks_and_two_processes_agree_with_one() -> None:
+    chosen = certify_all.subjects(["projectile_parabola/default", "moment_equipollent"], True)
     assert chosen[:2] == [("projectile_parabola", None), ("moment_equipollent", None)]
     assert len(chosen) > 2
     one, two = ([replace(c, seconds=0.0) for c in certify_all.certificates(chosen, n)] for n in (1, 2))
     assert one == two
-    assert len(certify_all.settings([], True)) > len(certify_all.settings([], False)) == len(names()) + len(checks())
+    assert (
+        len(certify_all.subjects([], True)) > len(certify_all.subjects([], False)) == len(names()) + len(check_names())
+    )
     with pytest.raises(ValueError, match="no variant 'wrong'"):
-        certify_all.settings(["pendulum_simple/wrong"], False)
+        certify_all.subjects(["pendulum_simple/wrong"], False)
 
 
-def test_certificates_that_the_disk_cannot_hold_leave_the_last_ones(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_if_the_disk_is_full_the_former_certificates_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "certificates.json"
     path.write_text("[]\n")
 

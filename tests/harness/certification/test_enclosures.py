@@ -1,4 +1,4 @@
-"""Elliptic motions lie in the balls that other formulas give; a motion that is wrong, or half right, does not."""
+"""Elliptic motions lie in the balls of their enclosures; a motion with a small error does not."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gnomon.reference.orbits.kepler_orbit import Kepler
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop, SphericalPendulum
-from gnomon.reference.rigid_bodies.top_attitude import TopAttitude
+from gnomon.reference.rigid_bodies.lagrange_top_attitude import TopAttitude
 
 F = Fraction
 G = F("9.81")
@@ -41,7 +41,7 @@ MOTIONS = {
 
 
 def bound(motion: Motion, t: F) -> F:
-    """The largest error that the enclosure leaves room for."""
+    """The largest error of the state that the enclosure does not exclude."""
     enclosed = enclosure(motion, t, 45)
     assert enclosed is not None
     state = [exact(x) for x in motion.state(t, 40)]
@@ -55,7 +55,7 @@ def test_the_state_lies_in_its_ball(name: str, t: F) -> None:
     assert bound(MOTIONS[name], t) < F(1, 10**37)
 
 
-def test_another_motion_does_not() -> None:
+def test_another_motion_does_not_lie_in_the_balls() -> None:
     class Off(Pendulum):
         def _state(self, mp, t):  # type: ignore[no-untyped-def]
             theta, omega = super()._state(mp, t)
@@ -67,9 +67,9 @@ def test_another_motion_does_not() -> None:
     assert enclosed is not None
     wrong = Off(swing.g, swing.length, swing.theta0, swing.omega0).state(F(3), 40)
     assert abs(exact(wrong[1]) - enclosed[1][0]) > F(1, 10**21)
-    moved = enclosure(replace(swing, theta0=swing.theta0 + F(1, 10**30)), F(3), 45)
-    assert moved is not None
-    assert abs(moved[0][0] - enclosed[0][0]) > F(1, 10**32)
+    other = enclosure(replace(swing, theta0=swing.theta0 + F(1, 10**30)), F(3), 45)
+    assert other is not None
+    assert abs(other[0][0] - enclosed[0][0]) > F(1, 10**32)
 
 
 def test_special_and_other_motions_have_no_enclosure() -> None:

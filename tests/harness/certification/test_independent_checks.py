@@ -1,4 +1,4 @@
-"""The numerical opponents of the checks: right where they should be, and seen to fail where they must."""
+"""Independent computations of the checks: accurate where the method is, and inaccurate where it loses digits."""
 
 from __future__ import annotations
 
@@ -6,33 +6,33 @@ import json
 from pathlib import Path
 
 import pytest
-from gnomon.cases import checks, get_check
-from gnomon.harness.certification import independent_checks as computations
+from gnomon.cases import check_names, get_check
+from gnomon.harness.certification import independent_checks
 from gnomon.harness.certification.independent import IndependentComputation, Unsupported
 
 
 def errors(check: str, variant: str | None, name: str) -> dict[str, float]:
-    chosen = [one for one in computations.OPPONENTS if one.name == name and one.check == check]
-    frame = computations.run_checks([get_check(check, variant)], chosen, repeats=1)
+    chosen = [one for one in independent_checks.COMPUTATIONS if one.name == name and one.check == check]
+    frame = independent_checks.run_checks([get_check(check, variant)], chosen, repeats=1)
     return dict(zip(frame["quantity"], frame["error"], strict=True))
 
 
-def test_every_check_has_an_opponent() -> None:
-    assert {one.check for one in computations.OPPONENTS} == set(checks())
+def test_every_check_has_an_independent_computation() -> None:
+    assert {one.check for one in independent_checks.COMPUTATIONS} == set(check_names())
 
 
 def test_quadrature_of_bodies_keeps_its_tolerance() -> None:
     found = errors("inertia_tensor_special_bodies", None, "cubature")
     assert set(found) == {"box", "cylinder", "cone", "torus"}
-    # The tolerance that it is asked for.
+    # The requested tolerance.
     assert max(found.values()) < 1e-12
 
 
-def test_bullet_gives_shapes_their_inertia_to_rounding() -> None:
+def test_the_inertia_of_pybullets_shapes_is_correct_to_rounding() -> None:
     pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
     found = errors("inertia_tensor_special_bodies", None, "inertia from shapes")
     assert set(found) == {"box", "sphere", "cylinder"}
-    # A few operations of half an ulp each; the shapes' margins do not enter.
+    # A few operations of half an ulp each; the shapes' margins have no effect.
     assert max(found.values()) < 1e-15
 
 
@@ -48,7 +48,8 @@ def test_transfer_over_1e8_sizes_cancels() -> None:
 
 
 def test_paths_and_particles() -> None:
-    """Quadrature and pair sums to rounding; differences to the roots that their steps allow, and lost at 1e-10 apart."""
+    """Quadratures and pair sums are correct to rounding, differences to the error of their steps; at a distance of 1e-10
+    differences have no correct digits."""
     assert max(errors("work_constant_linear_coulomb", None, "quad").values()) < 1e-12
     assert max(errors("work_constant_linear_coulomb", "flat_ellipse", "ellipe, asinh").values()) < 1e-15
     assert max(errors("internal_potential_energy", "close_pair", "sum over pairs").values()) < 1e-15
@@ -59,12 +60,12 @@ def test_paths_and_particles() -> None:
 
 
 def test_frames_and_rides() -> None:
-    """To rounding or to the tolerance asked for; lost where a hole falls between nodes or the answer under an ulp."""
+    """Correct to rounding or to the tolerance; wrong if a hole lies between nodes or the result is below an ulp."""
     assert max(errors("com_rigid_body", None, "average, quad").values()) < 1e-12
     assert errors("com_rigid_body", "pin_hole", "average, quad")["plate"] > 0.1
     assert max(errors("gravity_field_particle_body", None, "quad over round bodies").values()) < 1e-12
     assert max(errors("apparent_gravity_earth", None, "formulas in doubles").values()) < 1e-15
-    # sqrt of an ulp, 1.5e-8, over the second derivative's few units
+    # sqrt of an ulp, 1.5e-8, over a second derivative of a few units
     assert errors("frame_transformation", None, "Rotation, second differences")["acceleration"] < 1e-5
     assert max(errors("material_frame_indifference", None, "Rotation").values()) < 1e-15
     assert errors("projectile_coriolis_first_order", "a_day", "solve_ivp")["beyond"] < 1e-12
@@ -75,17 +76,17 @@ def test_frames_and_rides() -> None:
 
 
 def test_rotors_and_energies() -> None:
-    """To rounding, or to the 1e-12 asked of the integrator; what differs by 1e-15 of its parts is lost."""
+    """Correct to rounding, or to the integrator's tolerance of 1e-12; a difference of 1e-15 of its terms is wrong."""
     assert max(errors("rotor_dynamic_balance", None, "Rotation, solve").values()) < 1e-15
     assert errors("rotor_dynamic_balance", "nearly_isotropic", "Rotation, solve")["I_xz"] > 1e-2
     found = errors("work_energy_rigid_body", None, "solve_ivp, quad")
     assert len(found) == 9
-    # 1e-12 a step over some 50 steps; the top's power is a tenth of its size on the way.
+    # 1e-12 in each of some 50 steps; the power of the top is a tenth of its size in between.
     assert max(found.values()) < 1e-9
 
 
 def test_failures_are_rows_with_their_status(tmp_path: Path) -> None:
-    def planted(what: str) -> IndependentComputation:
+    def failing(what: str) -> IndependentComputation:
         def compute(numbers: object) -> dict[str, float]:
             if what == "refuses":
                 raise Unsupported("no such shape")
@@ -97,9 +98,9 @@ def test_failures_are_rows_with_their_status(tmp_path: Path) -> None:
         return IndependentComputation(what, library, "com_rigid_body", compute)
 
     kinds = ("refuses", "raises", "nan", "wrong", "missing")
-    frame = computations.run_checks([get_check("com_rigid_body")], [planted(kind) for kind in kinds], repeats=1)
+    frame = independent_checks.run_checks([get_check("com_rigid_body")], [failing(kind) for kind in kinds], repeats=1)
     assert list(frame["status"]) == ["refused", "crashed", "diverged", "inaccurate", "not_installed"]
-    computations.write(frame, tmp_path / "checks.json")
+    independent_checks.write(frame, tmp_path / "checks.json")
     rows = json.loads((tmp_path / "checks.json").read_text())
     assert [row["reason"] for row in rows][:2] == ["no such shape", "RuntimeError: broken"]
     assert rows[2]["error"] is None

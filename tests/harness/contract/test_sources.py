@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, Mode, Transition
-from gnomon.harness.contract import sources as source
+from gnomon.harness.contract import sources
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.integrators.gauss.gauss_fast_kernel import layout
 from gnomon.harness.kernels.equations import gather, kernel
 from gnomon.harness.kernels.traced import code
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 
 DECAY = """
 RATE = 1.0
@@ -46,7 +46,7 @@ def end(form: Form, integrator: str, setting: float, start: tuple[float, ...]) -
     """The first component of the state at t = 1."""
     times = np.arange(1, 65) / 64
     problem = Problem(form, len(start), np.array([]), times, 1.0)
-    solution = registry.find(integrator)[0].prepare(problem, setting)(np.array([start]))
+    solution = lookup.find(integrator)[0].prepare(problem, setting)(np.array([start]))
     assert solution.stopped is None
     return float(solution.states[0, -1, 0])
 
@@ -102,7 +102,7 @@ def start(t: Any, state: Any, parameters: Any) -> str:
 def test_numbers_in_closures_and_default_values_belong_to_the_key() -> None:
     calls = []
 
-    @source.cached_by_content
+    @sources.cached_by_content
     def rate(form: FirstOrder) -> float:
         calls.append(form)
         return float(form.equations(0.0, (1.0,), ())[0])
@@ -155,9 +155,9 @@ def test_the_text_of_a_trial_tells_whatever_a_function_reads(before: Any, after:
     """A store measures again where a number has changed: with a text that leaves it out, the old result would stand."""
     equations = module("def decay(t, state, parameters):\n    return held\n")
     equations.held = before  # type: ignore[attr-defined]
-    first = source.of_value(FirstOrder(equations.decay))
+    first = sources.of_value(FirstOrder(equations.decay))
     equations.held = after  # type: ignore[attr-defined]
-    assert source.of_value(FirstOrder(equations.decay)) != first
+    assert sources.of_value(FirstOrder(equations.decay)) != first
 
 
 def test_a_module_that_was_edited_and_loaded_again_is_compiled_anew(tmp_path: Path) -> None:

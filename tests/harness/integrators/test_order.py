@@ -16,11 +16,9 @@ from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.integrators.gauss.gauss import Gauss4
 from gnomon.harness.integrators.geometric.splitting import KahanLi6, KahanLi8, Yoshida8
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
-from gnomon.harness.results.convergence_order import (
-    fit_order,
+from gnomon.harness.results.convergence_order import fit_order, line, mean_slope
+from gnomon.harness.studies.order_measurement import (
     fit_order_exactly,
-    line,
-    mean_slope,
     measure_order,
     measure_order_exactly,
     solve_exactly,

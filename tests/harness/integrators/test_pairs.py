@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.problem import initial_state, problem_of
-from gnomon.harness.integrators.base import step_control as adaptive
+from gnomon.harness.integrators.base import step_control
 from gnomon.harness.integrators.base.fixed_step import DIGITS, rounded
 from gnomon.harness.integrators.base.step_control import Adaptive, tabulated
 from gnomon.harness.integrators.runge_kutta import dop853, explicit_pairs, nystrom
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded, full
 from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom12, Nystrom
-from gnomon.harness.results.convergence_order import measure_order_exactly
+from gnomon.harness.studies.order_measurement import measure_order_exactly
 from gnomon.harness.studies.order_twins import at_fixed_steps
 from gnomon.reference.numerics.precision import working
 from order_conditions import matrix, nystrom_residuals, rk_residuals
@@ -166,24 +166,27 @@ def test_steps_of_high_order_foresee_that_an_error_goes_on_growing(
     monkeypatch: pytest.MonkeyPatch, grown: float
 ) -> None:
     """Its coefficient grew by so much from the last step to this one: the next is to err by 0.8^8 of the tolerance."""
-    monkeypatch.setattr(adaptive, "ERROR_ORDER", 8)
+    monkeypatch.setattr(step_control, "ERROR_ORDER", 8)
     last, step, before = 0.3, 0.2, 0.4
     error = before * grown * (step / last) ** 8
-    factor = adaptive.lengthened(error, before, step, last)
+    factor = step_control.lengthened(error, before, step, last)
     assert next_error(error / step**8 * grown, step, factor) == pytest.approx(0.8**8)
     # One that shrinks is not trusted to go on so, nor is anything foreseen from the first step.
-    for known in (adaptive.lengthened(error, before, step, 0.8 * step), adaptive.lengthened(error, before, step, 0.0)):
+    for known in (
+        step_control.lengthened(error, before, step, 0.8 * step),
+        step_control.lengthened(error, before, step, 0.0),
+    ):
         assert next_error(error / step**8, step, known) == pytest.approx(0.8**8)
     # By half at most beyond what the error itself calls for, and errors below 1e-4 count as that.
-    assert adaptive.lengthened(error, 1e-4, step, last) == pytest.approx(0.5 * 0.8 * error ** (-1 / 8))
-    assert adaptive.lengthened(1e-9, 1e-4, step, step) == pytest.approx(0.8 * 1e-4 ** (-1 / 8))
-    assert next_error(7.0 / step**8, step, adaptive.shortened(7.0)) == pytest.approx(0.8**8)
+    assert step_control.lengthened(error, 1e-4, step, last) == pytest.approx(0.5 * 0.8 * error ** (-1 / 8))
+    assert step_control.lengthened(1e-9, 1e-4, step, step) == pytest.approx(0.8 * 1e-4 ** (-1 / 8))
+    assert next_error(7.0 / step**8, step, step_control.shortened(7.0)) == pytest.approx(0.8**8)
 
 
 def test_steps_of_lower_order_are_those_of_hairers_controller(monkeypatch: pytest.MonkeyPatch) -> None:
     """Solving Ordinary Differential Equations I, II.4: 0.9 err^-(1/q - 0.2 beta) err_before^beta with beta = 0.04."""
-    monkeypatch.setattr(adaptive, "ERROR_ORDER", 5)
+    monkeypatch.setattr(step_control, "ERROR_ORDER", 5)
     for error, before in ((0.5, 0.1), (0.01, 0.9)):
         factor = 0.9 * error ** -(0.2 - 0.008) * before**0.04
-        assert adaptive.lengthened(error, before, 0.1, 0.3) == pytest.approx(factor)
-        assert adaptive.shortened(1 / error) == pytest.approx(0.9 * error ** (0.2 - 0.008))
+        assert step_control.lengthened(error, before, 0.1, 0.3) == pytest.approx(factor)
+        assert step_control.shortened(1 / error) == pytest.approx(0.9 * error ** (0.2 - 0.008))

@@ -20,8 +20,8 @@ from gnomon.harness.integrators.geometric import boris, exponential, splitting
 from gnomon.harness.integrators.geometric.exponential import HochbruckOstermann4
 from gnomon.harness.integrators.multistep_extrapolation import stormer
 from gnomon.harness.integrators.multistep_extrapolation.stormer import Stormer, Stormer8, adams_weights, stormer_weights
-from gnomon.harness.results.convergence_order import solve_exactly
 from gnomon.harness.studies.growth import STRETCH, fitted, twenty_bits
+from gnomon.harness.studies.order_measurement import solve_exactly
 from gnomon.reference.numerics.precision import working
 from scipy import stats
 

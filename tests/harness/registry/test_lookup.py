@@ -7,7 +7,7 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 
 SHARED = """
 from gnomon.cases.core.forms import FirstOrder
@@ -38,23 +38,23 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 @pytest.mark.parametrize("name", ["One", "Two"])
 def test_a_base_without_a_name_takes_nothing_from_its_integrators(module: str, name: str) -> None:
     """A worker looks through the classes of the module for the one that it is to run."""
-    (found,) = registry.find(f"{module}:{name}")
-    assert registry.dereference(*registry.reference(found)).id == f"mine:{name.lower()}"
+    (found,) = lookup.find(f"{module}:{name}")
+    assert lookup.dereference(*lookup.reference(found)).id == f"mine:{name.lower()}"
 
 
 def test_a_base_without_a_name_is_refused_in_one_line_with_the_way_out(module: str) -> None:
     with pytest.raises(
         ValueError, match=r"of_a_user:Shared: .*Shared does not declare name; .* name a subclass"
     ) as said:
-        registry.find(f"{module}:Shared")
+        lookup.find(f"{module}:Shared")
     assert "\n" not in str(said.value)
 
 
 def test_a_base_without_a_name_is_no_entry_point(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    points = [EntryPoint(name, f"{module}:{name}", registry.GROUP) for name in ("Shared", "One")]
-    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    points = [EntryPoint(name, f"{module}:{name}", lookup.GROUP) for name in ("Shared", "One")]
+    monkeypatch.setattr(lookup, "entry_points", lambda group: points)
     with pytest.warns(UserWarning, match="Shared does not declare name"):
-        assert set(registry.registered()) == {"mine:one"}
+        assert set(lookup.registered()) == {"mine:one"}
 
 
 @pytest.mark.parametrize("source", ["import sys\nsys.exit(0)", "raise KeyboardInterrupt", "raise RuntimeError('boom')"])
@@ -64,7 +64,7 @@ def test_an_entry_point_that_ends_what_imports_it_ends_no_run(
     """An installed package is looked at by every run, whatever that is to measure."""
     (tmp_path / "ends_its_import.py").write_text(source)
     monkeypatch.syspath_prepend(tmp_path)
-    points = [EntryPoint("broken", "ends_its_import:Thing", registry.GROUP)]
-    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    points = [EntryPoint("broken", "ends_its_import:Thing", lookup.GROUP)]
+    monkeypatch.setattr(lookup, "entry_points", lambda group: points)
     with pytest.warns(UserWarning, match=r"broken \(ends_its_import:Thing\) cannot be loaded: \w+: "):
-        assert registry.registered() == {}
+        assert lookup.registered() == {}

@@ -18,7 +18,7 @@ from gnomon.harness.results.store import Store
 from gnomon.harness.running import plan
 from gnomon.harness.running.run import run
 
-ROOT = Path(__file__).parent.parent.parent
+ROOT = Path(__file__).parents[3]
 MAKE, GIT = shutil.which("make"), shutil.which("git")
 needs_git = pytest.mark.skipif(GIT is None, reason="git is not installed")
 
@@ -31,7 +31,7 @@ def git(*arguments: str) -> str:
 
 
 def commit(text: str) -> str:
-    Path("harness").mkdir(exist_ok=True)
+    Path("harness/contract").mkdir(parents=True, exist_ok=True)
     Path("harness/contract/sources.py").write_text(text)
     git("add", "harness")
     git("commit", "--quiet", "-m", text)

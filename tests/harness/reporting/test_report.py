@@ -193,7 +193,7 @@ def test_broken_scenes_counts_those_without_an_ok_setting() -> None:
         ("a", "ok", 5), ("a", "partly", 1), ("a", "diverged", 0), ("a", "diverged", 0), ("a", "skipped", 0),
         ("a", "unsupported", 0), ("b", "ok", 2), ("c", "unsupported", 0),
     ]  # fmt: skip
-    matrix = pd.DataFrame([("x", *row) for row in rows], columns=["case", "integrator_id", "verdict", "ok"])
+    matrix = pd.DataFrame([("x", *row) for row in rows], columns=["case", "integrator_id", "verdict", "settings_ok"])
     found = broken_scenes(matrix).set_index("integrator_id")
     assert found.loc["a", ["scenes", "broken", "verdict"]].tolist() == [5, 3, "diverged"]
     assert found.loc["b", ["scenes", "broken", "verdict"]].tolist() == [1, 0, "ok"]

@@ -130,7 +130,14 @@ def test_a_time_without_its_null_call_has_that_beside_it() -> None:
 
 def _stability(**changed: Any) -> list[tables.Cell]:
     key = {"case": "a", "variant": "", "formulation": "", "library": "x", "integrator_id": "x:one"}
-    series = {"verdict": "partly", "ok": 3, "settings": 4, "counts": {"ok": 3}, "failure": "diverged", "reason": "why"}
+    series = {
+        "verdict": "partly",
+        "settings_ok": 3,
+        "settings": 4,
+        "counts": {"ok": 3},
+        "failure": "diverged",
+        "reason": "why",
+    }
     nothing = {"over_tolerance": math.nan, "worst_over_tolerance": math.nan}
     trial = nothing | {"best": 3e-14, "attainable": 1e-14} | changed.get("trial", {})
     order = {"order": 3.98, "margin": 0.05, "lowest": 3.95, "highest": 4.01, "declared": 4.0, "why": ""} | changed.get(

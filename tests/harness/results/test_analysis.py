@@ -1,4 +1,4 @@
-"""Time at equal error, ratios, orders and verdicts on sweeps whose answers are known."""
+"""Time at equal error, ratios, orders and verdicts of sweeps with given errors and times."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_interpolation_is_linear_in_the_logarithms() -> None:
 
 
 def test_a_tighter_setting_that_takes_less_time_counts() -> None:
-    """As with Taylor series: the looser the tolerance, the lower the order and the more steps."""
+    """For example with Taylor series: a looser tolerance gives a lower order and more steps."""
     errors = [1e-2, 1e-4, 1e-6, 1e-8]
     assert analysis.time_at(errors, [9.0, 8.0, 2.0, 3.0], 1e-3) == (2.0, False)
     assert analysis.time_at(errors, [9.0, 8.0, 2.0, 3.0], 1e-1) == (2.0, True)
@@ -51,24 +51,24 @@ def test_a_tighter_setting_that_takes_less_time_counts() -> None:
     assert analysis.time_at(errors, [1.0, 8.0, 2.0, 3.0], 1e-2) == (1.0, True)
 
 
-def test_settings_without_a_time_have_no_say_beyond_their_own_error() -> None:
+def test_a_setting_without_a_time_counts_by_its_error_only() -> None:
     errors, missing = [1e-2, 1e-4, 1e-6, 1e-8], math.nan
     assert analysis.time_at(errors, [9.0, 8.0, missing, 3.0], 1e-4) == (3.0, False)
     assert math.isnan(analysis.time_at(errors, [9.0, 8.0, missing, 3.0], 1e-5)[0])
 
 
-def test_a_setting_beyond_round_off_is_too_late_to_be_faster() -> None:
+def test_the_time_of_a_setting_beyond_round_off_is_ignored() -> None:
     assert analysis.time_at([1e-2, 1e-8, 1e-12, 2e-12, 1e-10], [1.0, 2.0, 4.0, 5.0, 0.1], 1e-8)[0] == pytest.approx(2.0)
 
 
-def test_a_lucky_setting_is_credited_with_what_tighter_ones_hold() -> None:
-    lucky = [1e-2, 1e-9, 1e-4, 1e-5, 1e-6]
-    assert analysis.credited(lucky).tolist() == [1e-2, 1e-4, 1e-4, 1e-5, 1e-6]
-    found, _ = analysis.time_at(lucky, [1.0, 2.0, 4.0, 8.0, 16.0], 1e-6)
+def test_a_small_error_by_chance_is_credited_with_the_errors_of_tighter_settings() -> None:
+    errors = [1e-2, 1e-9, 1e-4, 1e-5, 1e-6]
+    assert analysis.credited(errors).tolist() == [1e-2, 1e-4, 1e-4, 1e-5, 1e-6]
+    found, _ = analysis.time_at(errors, [1.0, 2.0, 4.0, 8.0, 16.0], 1e-6)
     assert found == pytest.approx(16.0)
 
 
-def test_one_lucky_setting_at_the_end_does_not_cut_the_sweep() -> None:
+def test_one_small_error_by_chance_does_not_cut_the_sweep() -> None:
     assert analysis.credited([1e-2, 1e-4, 1e-12, 1e-7, 1e-8]).tolist() == [1e-2, 1e-4, 1e-7, 1e-7, 1e-8]
 
 
@@ -82,7 +82,7 @@ def test_the_sweep_ends_where_errors_are_three_times_the_second_smallest() -> No
     assert analysis.credited([1e-4, 1e-12, 2e-12, 5e-12]).tolist() == [1e-4, 5e-12, 5e-12, 5e-12]
 
 
-def test_equal_error_counts_no_setting_that_diverged() -> None:
+def test_equal_error_ignores_a_setting_that_diverged() -> None:
     rows = _rows("one", [1e-2, 1e-4], [1.0, 2.0])
     rows.loc[rows["error_max"] < 1e-3, "status"] = "diverged"
     assert analysis.equal_error(rows, targets=[1e-2, 1e-4])["target"].tolist() == [1e-2]
@@ -100,7 +100,7 @@ def test_trust_takes_the_best_setting_and_the_tolerances_above_the_attainable() 
     rows["setting"] = [1e-3, 1e-6, 1e-9, 1e-12] * 2
     (found,) = analysis.trust(analysis.settings(rows.assign(conditioning=1e-10))).to_dict("records")
     assert (found["best"], found["at"], found["attainable"]) == (3e-9, 1e-9, 1e-10)
-    # 1e-12 asks for less than the attainable; the others err by 10, 2 and 3 times the tolerance
+    # 1e-12 is below the attainable error; the errors of the others are 10, 2 and 3 times the tolerance
     assert found["over_tolerance"] == pytest.approx(3.0)
     assert found["worst_over_tolerance"] == pytest.approx(10.0)
     (above,) = analysis.trust(analysis.settings(rows.assign(conditioning=1e-18))).to_dict("records")
@@ -113,7 +113,7 @@ def test_the_anatomy_is_that_of_the_setting_nearest_1e_5() -> None:
     assert (found["error_max"], found["error_phase"], found["turns"]) == (3e-5, 2e-5, 4)
 
 
-def test_equal_error_takes_launches_apart_and_claims_nothing_below_1_2() -> None:
+def test_equal_error_separates_launches_and_ties_ratios_below_1_2() -> None:
     one = _rows("one", [1e-2, 1e-4], [1.0, 2.0])
     near = _rows("near", [1e-2, 1e-4], [1.15, 2.3])
     far = _rows("far", [1e-2, 1e-4], [1.3, 2.6])
@@ -131,15 +131,15 @@ def test_order_is_measured_above_the_plateau_of_round_off() -> None:
 
 
 @pytest.mark.parametrize("limit", ["conditioning", "floor"])
-def test_an_order_takes_no_point_below_twenty_times_what_is_attainable(limit: str) -> None:
-    """Of nine errors the last four, on a line of another slope, lie below 2e-7."""
+def test_an_order_is_fitted_to_errors_above_twenty_times_the_attainable_one(limit: str) -> None:
+    """The last four of nine errors are below 2e-7, on a line of another slope."""
     errors = [1e-3 * 0.25**k for k in range(5)] + [1.9e-7 * 2 ** (-1.2 * k) for k in range(4)]
     known = {"conditioning": 1e-16, "floor": 1e-16} | {limit: 1e-8}
     rows = analysis.settings(_rows("verlet", errors, [1.0] * 9, **known))
     assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0, abs=1e-9)]
 
 
-def test_a_coarse_start_that_levels_off_is_no_plateau() -> None:
+def test_errors_of_coarse_steps_that_level_off_are_not_a_plateau() -> None:
     errors = [2e-3, 1.9e-3, *(1e-3 * 0.25**k for k in range(8))]
     rows = analysis.settings(_rows("verlet", errors, [1.0] * 10, conditioning=1e-16))
     assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0, abs=0.05)]
@@ -150,7 +150,7 @@ def test_a_coarse_start_that_levels_off_is_no_plateau() -> None:
     [([1, 1, 1, 1], True), ([1, 1, 1, 1.06], True), ([1, 1, 1, 0.9], False), ([1, 1, 0.03, 1], False)],
 )
 def test_an_order_is_printed_only_where_the_points_lie_on_a_line(bend: list[float], straight: bool) -> None:
-    """A factor f on the finest of four errors turns the last piece by log2 f, and the fit by 0.3 of that."""
+    """A factor f on the finest of four errors changes the last slope by log2 f, and that of the fit by 0.3 of it."""
     errors = [1e-3 * 0.25**k * f for k, f in enumerate(bend)]
     rows = analysis.settings(_rows("verlet", errors, [1.0] * 4, conditioning=1e-16))
     (found,) = analysis.orders(rows).to_dict("records")
@@ -167,15 +167,15 @@ def test_three_settings_show_no_order() -> None:
 
 
 def test_an_order_is_that_of_the_finest_settings_that_agree() -> None:
-    """Of order 1 at coarse steps, of order 2 below, and bent just above round-off."""
+    """Order 1 at coarse steps, order 2 at finer ones, and a bend just above round-off."""
     errors = [4e-2, 2e-2, 1e-2, 5e-3, *(5e-3 * 0.25**k for k in range(1, 5)), 1.5e-5, 1e-5]
     rows = analysis.settings(_rows("verlet", errors, [1.0] * len(errors), conditioning=1e-16))
     assert analysis.orders(rows)["order"].tolist() == [pytest.approx(2.0)]
 
 
 @pytest.mark.parametrize("name", ["error_rms", "error_end", "error_start"])
-def test_an_error_that_passes_through_zero_leaves_the_order_to_another(name: str) -> None:
-    """(1 - 3 h) h^2 on both sides of h = 1/3, and h^2 without a factor."""
+def test_where_an_error_passes_through_zero_another_gives_the_order(name: str) -> None:
+    """One error is |1 - 3 h| h^2, on both sides of h = 1/3; another is h^2."""
     steps = 0.5 ** np.arange(6)
     crossing = (1e-2 * steps**2 * np.abs(1 - 3 * steps)).tolist()
     assert math.isnan(analysis.orders(analysis.settings(_rows("verlet", crossing, [1.0] * 6)))["order"][0])
@@ -200,17 +200,17 @@ def test_an_order_that_is_not_measured_has_its_reason(errors: list[float], why: 
     assert found["why"] == why
 
 
-@pytest.mark.parametrize("answer", [0.5, math.nan])
-def test_a_tighter_setting_that_diverged_is_held_against_looser_ones(answer: float) -> None:
-    """At 1/4 it answered, wrongly, with an error above the motion's size or none at all; at 1/8 it holds again."""
-    rows = _rows("patchy", [1e-9, 1e-9, answer, 1e-9, 1e-9], [1.0, 2.0, 4.0, 8.0, 16.0])
+@pytest.mark.parametrize("error", [0.5, math.nan])
+def test_looser_settings_than_one_that_diverged_are_credited_with_its_error(error: float) -> None:
+    """At 1/4 it diverged, with a large error or with states that are not finite; at 1/8 it is accurate again."""
+    rows = _rows("patchy", [1e-9, 1e-9, error, 1e-9, 1e-9], [1.0, 2.0, 4.0, 8.0, 16.0])
     rows.loc[rows["setting"] == 0.25, "status"] = "diverged"
     (found,) = analysis.equal_error(rows, targets=[1e-6]).to_dict("records")
     assert (found["seconds"], found["at_loosest"]) == (pytest.approx(8.0 * 1.05), True)
 
 
 @pytest.mark.parametrize("status", ["crashed", "refused", "timeout", "skipped"])
-def test_a_setting_without_an_answer_has_no_say(status: str) -> None:
+def test_a_setting_without_a_solution_is_ignored(status: str) -> None:
     rows = _rows("patchy", [1e-9, 1e-9, math.nan, 1e-9], [1.0, 2.0, math.nan, 8.0])
     rows.loc[rows["setting"] == 0.25, "status"] = status
     (found,) = analysis.equal_error(rows, targets=[1e-6]).to_dict("records")
@@ -262,27 +262,27 @@ def test_slow_settings_of_one_launch_leave_the_medians_of_the_others() -> None:
 
 
 def test_times_are_compared_without_their_null_call() -> None:
-    """A call that costs as much as it integrates is not twice as slow an integrator."""
+    """The fixed cost of a call is not part of the integration."""
     errors = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10]
-    lean = _rows("lean", errors, [2e-5, 3e-5, 5e-5, 9e-5, 17e-5])
-    wordy = _rows("wordy", errors, [12e-5, 13e-5, 15e-5, 19e-5, 27e-5], null_seconds=1e-4)
-    equal = analysis.equal_error(pd.concat([lean[lean["launch"] == 0], wordy[wordy["launch"] == 0]]), (1e-6,))
+    cheap = _rows("cheap call", errors, [2e-5, 3e-5, 5e-5, 9e-5, 17e-5])
+    costly = _rows("costly call", errors, [12e-5, 13e-5, 15e-5, 19e-5, 27e-5], null_seconds=1e-4)
+    equal = analysis.equal_error(pd.concat([cheap[cheap["launch"] == 0], costly[costly["launch"] == 0]]), (1e-6,))
     one, other = equal.to_dict("records")
     assert one["seconds"] == pytest.approx(other["seconds"], rel=1e-12)
     assert (other["overhead"], other["tied"]) == (pytest.approx(1e-4), True)
     assert math.isnan(one["overhead"])
-    reduced = analysis.settings(wordy[wordy["launch"] == 0])
+    reduced = analysis.settings(costly[costly["launch"] == 0])
     np.testing.assert_allclose(reduced["seconds"], [2e-5, 3e-5, 5e-5, 9e-5, 17e-5], rtol=1e-9)
     assert set(reduced["overhead"]) == {1e-4}
 
 
-def test_what_is_left_of_a_time_is_never_nothing() -> None:
-    """The difference of two measured times can be zero or below: no method takes no time."""
+def test_a_time_without_its_null_call_is_positive() -> None:
+    """The difference of two measured times can be zero or negative; the time of a method cannot."""
     found = analysis.net(pd.Series([1.0, 1.0, 1.0]), pd.Series([0.95, 2.0, math.nan]))
     assert list(found) == [0.1, 0.1, 1.0]
 
 
-def test_where_a_launch_has_the_median_over_turned_starts_the_error_of_one_start_does_not_count() -> None:
+def test_if_a_launch_has_the_median_over_turned_starts_errors_of_launches_from_one_start_are_ignored() -> None:
     rows = _rows("x", [1e-3, 1e-5], [1.0, 2.0], launch=1, turned_starts=9, error_low=1e-6, error_high=1e-2)
     first = rows.iloc[:2].assign(launch=1)
     later = rows.iloc[:2].assign(launch=2, turned_starts=None, error_low=None, error_high=None, error_max=[1e-1, 1e-7])
@@ -291,4 +291,4 @@ def test_where_a_launch_has_the_median_over_turned_starts_the_error_of_one_start
     assert list(reduced["error_max"]) == [1e-3, 1e-5]
     best = analysis.trust(reduced).iloc[0]
     assert (best["best"], best["error_low"], best["error_high"], best["turned_starts"]) == (1e-5, 1e-6, 1e-2, 9)
-    assert list(analysis.settings(analysis.tidy(later))["error_max"]) == [1e-1, 1e-7], "there is no better one"
+    assert list(analysis.settings(analysis.tidy(later))["error_max"]) == [1e-1, 1e-7], "no launch has turned starts"

@@ -1,4 +1,4 @@
-"""What the commands behind `make bench` write: the row of every subject, whole, with the machine."""
+"""The commands behind `make bench` write the rows of all subjects, and the machine."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gnomon.harness.contract import environment
 from gnomon.harness.results import publish
 
 
-def test_rows_of_all_subjects_stand_in_their_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_are_in_the_sequence_of_the_subjects(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "rows.json"
     monkeypatch.setattr(sys, "argv", ["counted", "--to", str(path)])
     publish.publish("Letters.", Counter, ["aab", "b"])

@@ -1,4 +1,4 @@
-"""The gate sees a lost order, larger errors, more work, a worse status, and what was not compared; nothing else."""
+"""The regression check reports a lower order, larger errors, more work, a worse status, and what was not compared."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from gnomon.harness.results.regression import SERIES, compare
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return synthetic.write(tmp_path_factory.mktemp("gate") / "results.sqlite")
+    return synthetic.write(tmp_path_factory.mktemp("regression") / "results.sqlite")
 
 
 @pytest.fixture(scope="module")
 def base(results: Path) -> Any:
-    """Some series of one case; every test changes a copy."""
+    """A few series of the base; every test changes a copy."""
     frame = store.load(results)
     few = frame["integrator"].isin(["RK4", "DOP853", "IAS15"]) & (frame["variant"] == "default")
     return frame[few & (frame["case"] != "pendulum_simple") & (frame["launch"] < 3)]
@@ -50,7 +50,7 @@ def test_a_run_is_no_worse_than_itself(base: Any) -> None:
         ("status", lambda rows: "crashed", "became crashed"),
     ],
 )
-def test_what_got_worse_is_named(base: Any, column: str, change: Any, says: str) -> None:
+def test_each_regression_is_named(base: Any, column: str, change: Any, says: str) -> None:
     regressions = compare(base, spoiled(base, column, change)).regressions
     assert regressions
     assert all("kepler_orbit default standard gnomon:RK4" in line for line in regressions)
@@ -70,7 +70,7 @@ def test_round_off_is_no_regression(base: Any) -> None:
     assert compare(base, spoiled(base, "error_max", noise)).regressions == []
 
 
-def test_what_got_better_is_no_regression(base: Any) -> None:
+def test_an_improvement_is_no_regression(base: Any) -> None:
     assert compare(base, spoiled(base, "error_max", lambda rows: rows["error_max"] / 100)).regressions == []
 
 
@@ -79,10 +79,10 @@ def test_nothing_in_common_is_an_error(base: Any) -> None:
         compare(base, base.assign(case="another"))
 
 
-def test_one_blown_up_setting_is_named_whichever_it_is(base: Any) -> None:
-    """The median of a series does not see one; what the last bits of libm can do to one is no regression."""
+def test_a_much_larger_error_at_any_one_setting_is_a_regression(base: Any) -> None:
+    """The median of a series does not show it. A change that the last bits of libm can cause is no regression."""
     rows = chosen(base)
-    settings = rows["setting"][rows["error_max"] > 1e-13].tolist()  # below, errors are at what is attainable
+    settings = rows["setting"][rows["error_max"] > 1e-13].tolist()  # below, errors are at the attainable error
     assert len(settings) >= 5
     for setting in settings[::2]:
         at = rows.index[rows["setting"] == setting]
@@ -90,12 +90,12 @@ def test_one_blown_up_setting_is_named_whichever_it_is(base: Any) -> None:
             run = base.copy()
             run.loc[at, "error_max"] *= factor
             lines = compare(base, run).regressions
-            blown = [line for line in lines if f"gnomon:RK4 at {setting:g}: the error is" in line]
-            assert bool(blown) == seen, (setting, factor, lines)
+            named = [line for line in lines if f"gnomon:RK4 at {setting:g}: the error is" in line]
+            assert bool(named) == seen, (setting, factor, lines)
 
 
 def chosen(frame: Any) -> Any:
-    """One series of the base, of eleven settings that are ok or not."""
+    """One series of the base, with eleven settings of any status."""
     rows = frame[(frame["integrator"] == "RK4") & (frame["case"] == "kepler_orbit") & (frame["variant"] == "default")]
     return rows[rows["launch"] == 1].sort_values("setting", ascending=False)
 
@@ -109,13 +109,13 @@ def changed(frame: Any, rows: Any, **columns: Any) -> Any:
 
 @pytest.mark.parametrize("became", ["timeout", "skipped", "interrupted"])
 def test_a_series_without_a_setting_that_is_ok_is_a_regression(base: Any, became: str) -> None:
-    """An integrator that hangs: nothing of it is worse, for nothing of it is there."""
+    """For example an integrator that hangs: it has no errors that could be larger."""
     lines = compare(base, changed(base, chosen(base), status=became, error_max=np.nan)).regressions
     assert all("kepler_orbit default standard gnomon:RK4" in line for line in lines)
     assert f"gnomon:RK4: ok in the base, no setting is ok any more (11 {became})" in lines[-1]
 
 
-def test_a_run_of_timeouts_alone_is_no_success(base: Any) -> None:
+def test_a_run_of_timeouts_only_is_a_regression(base: Any) -> None:
     lines = compare(base, base.assign(status="timeout")).regressions
     assert sum("no setting is ok any more" in line for line in lines) == base.groupby(SERIES).ngroups - 1
     with pytest.raises(ValueError, match="nothing ran in the base"):
@@ -128,7 +128,7 @@ def test_a_run_of_timeouts_alone_is_no_success(base: Any) -> None:
 def test_a_timeout_is_a_regression_once_it_was_tried_three_times_under_the_limit(
     base: Any, tries: int | None, factor: float, regression: bool
 ) -> None:
-    """One may be a stall of the machine, one under a lower limit the choice of who ran it: both count as not compared."""
+    """A single one may be a stall of the machine, and one under a lower limit is chosen: both count as not compared."""
     ok = chosen(base)
     ok = ok[ok["status"] == "ok"]
     limit = factor * ok["limit_seconds"].iloc[0]
@@ -154,7 +154,7 @@ def test_a_missing_series_is_a_regression_unless_it_is_allowed(base: Any) -> Non
 
 
 def test_other_settings_are_not_compared_and_fail(base: Any) -> None:
-    """Errors of .01 that were 1e-9 passed, for no setting was that of the base."""
+    """Errors that grow from 1e-9 to .01 at settings that the base does not have must not pass."""
     rows = chosen(base)
     run = changed(base, rows, setting=rows["setting"] * 1.001, error_max=0.01, status="ok")
     verdict = compare(base, run)
@@ -174,7 +174,7 @@ def test_other_settings_are_not_compared_and_fail(base: Any) -> None:
         ({"numbers": '{"g": "2"}'}, "the numbers of the case are others in the run"),
     ],
 )
-def test_only_like_is_compared_with_like(base: Any, columns: Any, reason: str) -> None:
+def test_only_equal_problems_are_compared(base: Any, columns: Any, reason: str) -> None:
     rows = chosen(base)
     run = changed(base, rows, error_max=rows["error_max"] * 100, **columns)
     verdict = compare(base, run)

@@ -1,4 +1,4 @@
-"""Files of older schemas are read and migrated; a value that was changed in a file is found when it is read."""
+"""Files of older schemas are read and migrated; a value changed in a file is detected when the file is read."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ CREATE TABLE sampled_states (measurement INTEGER PRIMARY KEY REFERENCES measurem
 PRAGMA application_id = 0x676E6F6D;
 PRAGMA user_version = 1;
 """
-"""The tables as revision 2a1f7fd made them."""
+"""The tables of schema 1, as revision 2a1f7fd creates them."""
 
 
 @pytest.fixture
 def older(synthetic_results: Path, tmp_path: Path) -> Path:
-    """The invented results as the former revision would have written them."""
+    """The synthetic results in a file of schema 1."""
     path = tmp_path / "older.sqlite"
     with sqlite3.connect(path) as db:
         db.executescript(SCHEMA_1)
@@ -125,7 +125,7 @@ def test_a_value_changed_in_a_file_is_refused_with_file_and_row(synthetic_result
         store.Store(synthetic_results)
 
 
-def test_a_checksum_that_is_missing_is_a_wrong_one(synthetic_results: Path) -> None:
+def test_a_missing_checksum_is_an_error(synthetic_results: Path) -> None:
     with sqlite3.connect(synthetic_results) as db:
         db.execute("UPDATE trials SET checksum = NULL WHERE rowid = 3")
     with pytest.raises(ValueError, match="table trials, row 3"):
@@ -145,7 +145,7 @@ def test_changed_states_and_a_changed_environment_are_refused_where_they_are_rea
 
 
 @pytest.mark.parametrize("name", ["a#b", "a?b", "a%20b"])
-def test_a_file_is_found_whatever_its_name(tmp_path: Path, name: str) -> None:
+def test_a_file_is_found_with_special_characters_in_its_name(tmp_path: Path, name: str) -> None:
     path = tmp_path / name / "results.sqlite"
     with store.Store(path) as results:
         results.begin_run("quick", "", {})

@@ -1,4 +1,4 @@
-"""The results file: what goes in comes out, and no foreign file is taken for one."""
+"""The results file: rows are read as they were written, and other files are rejected."""
 
 from __future__ import annotations
 
@@ -77,11 +77,11 @@ def test_load_gives_one_row_a_measurement_with_the_promised_columns(synthetic_re
     assert frame.loc[frame["policy"] == "configured", "settings_changed"].map(json.loads).map(bool).all()
 
 
-def test_a_folder_stands_for_its_results_file(synthetic_results: Path) -> None:
+def test_a_folder_means_its_results_file(synthetic_results: Path) -> None:
     assert len(store.load(synthetic_results.parent)) == len(store.load(synthetic_results))
 
 
-def test_states_come_back_bit_for_bit(tmp_path: Path) -> None:
+def test_states_are_read_with_the_same_bits(tmp_path: Path) -> None:
     states = np.random.default_rng(1).normal(size=(64, 3))
     with store.Store(tmp_path / "results.sqlite") as results:
         run = results.begin_run("quick", "", {})
@@ -91,7 +91,7 @@ def test_states_come_back_bit_for_bit(tmp_path: Path) -> None:
     assert found.tobytes() == states.tobytes()
 
 
-def test_what_a_later_run_replaced_is_left_out(tmp_path: Path) -> None:
+def test_measurements_that_a_later_run_replaced_are_left_out(tmp_path: Path) -> None:
     with store.Store(tmp_path / "results.sqlite") as results:
         for key in ("before", "after"):
             run = results.begin_run("quick", "", {})
@@ -118,7 +118,7 @@ def test_export_holds_every_row_and_full_digits(synthetic_results: Path, tmp_pat
     np.testing.assert_allclose(found["error_max"], expected["error_max"], rtol=4e-16)
 
 
-def test_files_that_are_not_ours_are_named_and_refused(tmp_path: Path) -> None:
+def test_other_files_are_rejected_with_their_name(tmp_path: Path) -> None:
     text, foreign, newer = tmp_path / "text", tmp_path / "foreign", tmp_path / "newer"
     text.write_text("not a database, but long enough to be mistaken for the header of one" * 10)
     with sqlite3.connect(foreign) as db:
@@ -136,7 +136,7 @@ def test_files_that_are_not_ours_are_named_and_refused(tmp_path: Path) -> None:
 
 
 def test_a_write_that_fails_names_the_file_and_the_way_out(tmp_path: Path) -> None:
-    """A full disk in mid-run: what was measured before stays, and the same command goes on from there."""
+    """If the disk is full during a run, earlier measurements stay, and the same command continues from them."""
     path = tmp_path / "results.sqlite"
     said = rf"{path}: cannot be written \(database or disk is full\).*stays in it"
     with store.Store(path) as results:
@@ -149,10 +149,10 @@ def test_a_write_that_fails_names_the_file_and_the_way_out(tmp_path: Path) -> No
     assert [run["suite"] for run in store.runs(path)] == ["quick"]
 
 
-def test_a_table_that_cannot_be_written_whole_leaves_what_was_there(
+def test_a_table_that_cannot_be_written_completely_leaves_the_former_file(
     synthetic_results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Half a table looks like a whole one."""
+    """An incomplete table could not be told from a complete one."""
 
     def fill_the_disk(_frame: pandas.DataFrame, path: Path, **_: object) -> None:
         path.write_text("half")

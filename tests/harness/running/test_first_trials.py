@@ -1,4 +1,4 @@
-"""A run tells at once what is wrong with an integrator of a user's own, and at its end what came of it."""
+"""A run reports faults of a user's own integrator before it starts, and that integrator's results at its end."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def crashes(*kinds: Any) -> list[str]:
     return first_trials.crashes(plan.choose(["planted:Short"], False), [kind() for kind in kinds], SUITE, 2.0)
 
 
-def test_only_what_crashes_at_both_settings_is_named_with_where_it_raised() -> None:
-    """Too large a step may raise; a hang, a refusal and a missing library are results of the run."""
+def test_only_an_integrator_that_crashes_at_both_settings_is_named_with_its_traceback() -> None:
+    """A correct method may raise at too large a step; a hang, a refusal and a missing library are results of the run."""
     sound = (planted.Sound, planted.RaisesAtLargeSteps, planted.Hangs, planted.Declines, planted.MissingLibrary)
     found = crashes(*sound, planted.Raises, planted.NoSolution, planted.Aborts)
     raised, returned, aborted = found
@@ -38,7 +38,7 @@ def test_only_what_crashes_at_both_settings_is_named_with_where_it_raised() -> N
     assert aborted.endswith("the process died of SIGABRT")
 
 
-def test_the_integrators_of_gnomon_are_not_tried() -> None:
+def test_the_integrators_of_gnomon_have_no_first_trial() -> None:
     assert not any(users_own(integrator) for integrator in own().values())
     assert users_own(planted.Sound())
 
@@ -73,7 +73,9 @@ def test_a_run_that_measured_shows_it_and_names_the_next_command(
     assert "3 ok" in row
     assert "no answer within 0.5 s" in text
     assert f"gnomon report '{out}'" in text
-    assert gnomon(*RUN, "planted:NotANumber", "--out", str(out)) == 1, "the rows of the other are not its own"
+    assert gnomon(*RUN, "planted:NotANumber", "--out", str(out)) == 1, (
+        "results of another integrator in the file do not count"
+    )
     assert capfd.readouterr().err.splitlines()[-1].startswith("planted:nan never succeeded (diverged: ")
 
 
@@ -89,7 +91,7 @@ def shown(frame: pd.DataFrame) -> list[str]:
     return console.export_text().splitlines()
 
 
-def test_there_is_a_line_a_series_and_an_integrator_where_these_are_many(tmp_path: Path) -> None:
+def test_the_table_has_a_line_for_each_series_or_for_each_integrator_if_series_are_many(tmp_path: Path) -> None:
     many = rows(tmp_path)
     few = many[many["case"] == many["case"].iloc[0]]
     for frame in (few, many):
@@ -102,5 +104,5 @@ def test_there_is_a_line_a_series_and_an_integrator_where_these_are_many(tmp_pat
             assert sum(line.strip().startswith(f"{identity} ") for line in lines) == count
 
 
-def test_a_run_of_which_all_is_well_lacks_nothing(tmp_path: Path) -> None:
+def test_a_run_in_which_every_integrator_succeeded_has_no_shortcomings(tmp_path: Path) -> None:
     assert shortcomings(rows(tmp_path), []) == []

@@ -1,4 +1,4 @@
-"""What a worker sends is data: it comes out as it went in, and nothing else is taken for a message."""
+"""Messages of a worker are data: they are decoded as they were encoded, and all other bytes are rejected."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ def same(a: Message, b: Message) -> bool:
 
 
 @pytest.mark.parametrize("size", [1, 13, 10**6])
-def test_messages_come_out_as_they_went_in_whatever_the_pieces(size: int) -> None:
-    content, inbox = encode(MESSAGE) + encode(MESSAGE._replace(order=8, arrays={})), Inbox()
+def test_messages_are_decoded_as_they_were_encoded_from_pieces_of_any_size(size: int) -> None:
+    content, inbox = encode(MESSAGE) + encode(MESSAGE._replace(request=8, arrays={})), Inbox()
     pieces = [content[at : at + size] for at in range(0, len(content), size)]
     first, second = [message for piece in pieces for message in inbox.take(piece)]
     assert same(first, MESSAGE)
-    assert (second.order, second.arrays) == (8, {})
+    assert (second.request, second.arrays) == (8, {})
 
 
-def test_a_message_longer_than_a_pipe_holds_is_sent_whole() -> None:
+def test_a_message_longer_than_the_buffer_of_a_pipe_is_sent_completely() -> None:
     reading, writing = os.pipe()
     long = MESSAGE._replace(arrays={"states": np.arange(10**5, dtype=float)})
     if os.fork() == 0:
@@ -55,7 +55,7 @@ def test_a_message_longer_than_a_pipe_holds_is_sent_whole() -> None:
         encode(MESSAGE).replace(b"[3, 2]", b"[3,-2]"),
     ],
 )
-def test_what_is_no_message_is_refused(content: bytes) -> None:
+def test_bytes_that_are_not_a_message_are_rejected(content: bytes) -> None:
     inbox = Inbox()
     with pytest.raises(Garbled):
         list(inbox.take(content))

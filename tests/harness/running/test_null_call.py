@@ -1,4 +1,4 @@
-"""The null call holds what a call costs beside the integration, and nothing of the steps."""
+"""The null call measures the cost of a call apart from the integration, without the time of steps."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from gnomon.harness.running import null_call
 from gnomon.harness.running.null_call import SHRUNK, null_seconds
 
 ENTRY, STEP = 1e-3, 2e-6
-"""The clock of these tests: seconds of a call, and of each step in it."""
+"""Simulated seconds of a call, and of each step in it."""
 CASE = planted.Short().rounded()
 
 
 class Costs(Integrator):
-    """Takes ENTRY a call and STEP a step, by a clock of its own; notes what it was prepared for."""
+    """Takes ENTRY for a call and STEP for each step, on a simulated clock; records what it was prepared for."""
 
     name, library = "costs", "planted"
     accepts = (FirstOrder,)
@@ -73,18 +73,18 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> Callable[[type[Costs]], tuple[f
     return measure
 
 
-def test_of_fixed_steps_the_steps_are_taken_off(measured: Any) -> None:
+def test_for_fixed_steps_the_time_of_the_steps_is_subtracted(measured: Any) -> None:
     found, made = measured(Costs)
     assert found == pytest.approx(ENTRY, rel=1e-6), "64 steps would add 13 %"
     interval = CASE.times[0] * SHRUNK
     assert made.asked == [(CASE.times[-1] * SHRUNK, interval), (CASE.times[-1] * SHRUNK, interval / 2)]
 
 
-def test_of_an_adaptive_method_it_is_one_call_at_the_setting_of_the_trial(measured: Any) -> None:
+def test_for_an_adaptive_method_it_is_one_call_at_the_setting_of_the_trial(measured: Any) -> None:
     found, made = measured(Adapts)
     assert found == pytest.approx(ENTRY + STEP, rel=1e-6)
     assert made.asked == [(CASE.times[-1] * SHRUNK, 1e-3)]
 
 
-def test_a_method_that_fails_on_it_has_none(measured: Any) -> None:
+def test_a_method_that_fails_on_the_null_call_has_no_time_for_it(measured: Any) -> None:
     assert measured(Fails)[0] is None

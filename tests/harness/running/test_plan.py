@@ -16,13 +16,13 @@ import planted
 import pytest
 from gnomon.cases.core.forms import Separable
 from gnomon.cases.core.numbers import Domain
-from gnomon.harness.contract import sources as source
 from gnomon.harness.contract.integrator import Steps, Tolerance
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
-from gnomon.harness.scoring.reference_solution import CaseSpec, exact
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
+from gnomon.reference.storage import import_closure
 
 from gnomon import cases
 
@@ -31,7 +31,7 @@ CASE = cases.get("pendulum_simple").rounded()
 
 def trials(case: cases.Case, integrator: Any) -> Any:
     (series,) = plan.pairs([(case, "")], [integrator], formulations=False)
-    scorer = Scorer(case, None, exact(CaseSpec.of(case)))
+    scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
     return series.trials(scorer.problem(series.form))
 
 
@@ -60,10 +60,10 @@ def test_tolerances_go_from_loosest_to_tightest(sweep: Tolerance) -> None:
     assert all(a > b for a, b in itertools.pairwise(found))
 
 
-def test_a_sibling_stays_away_from_hard_variants_unless_it_is_named() -> None:
+def test_a_near_duplicate_method_skips_hard_variants_unless_it_is_named() -> None:
     chosen = [(CASE, ""), (cases.get("pendulum_simple", "engines").rounded(), "")]
     in_suite = plan.pairs(chosen, [planted.NearDuplicate()], formulations=False, near_duplicates=False)
-    assert [series.left_out for series in in_suite] == [None, plan.SIBLING]
+    assert [series.left_out for series in in_suite] == [None, plan.NEAR_DUPLICATE]
     assert [series.left_out for series in plan.pairs(chosen, [planted.NearDuplicate()], formulations=False)] == [
         None,
         None,
@@ -79,9 +79,9 @@ def test_a_pair_takes_the_most_structured_form_that_is_accepted() -> None:
     assert type(second.form).__name__ == "FirstOrder"
 
 
-def test_every_case_meets_every_integrator_or_says_why_not() -> None:
+def test_every_case_is_paired_with_every_integrator_or_has_a_reason_why_not() -> None:
     chosen = plan.choose(None, variants=False)
-    integrators = registry.find_all(None)
+    integrators = lookup.find_all(None)
     found = plan.pairs(chosen, integrators)
     own = [series for series in found if series.formulation is None]
     assert len(own) == len(chosen) * len(integrators)
@@ -106,7 +106,7 @@ def test_keys_depend_on_every_number_and_on_nothing_else() -> None:
 METHOD = """
 from gnomon.harness.contract.integrator import Integrator, Solution, Steps
 from gnomon.cases.core.forms import FirstOrder
-from edited_package.helping import HELP
+from edited_package.inner.deeper.helping import HELP
 
 class Edited(Integrator):
     name, library = "edited", "edited"
@@ -115,98 +115,115 @@ class Edited(Integrator):
     def prepare(self, problem, setting):
         raise NotImplementedError(HELP)
 """
-SCENE = """
+EDITED_CASE = """
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.cases.core.forms import SecondOrder
+from edited_package.inner.deeper import helping
 
 def factor(g):
-    return {factor}
+    return g
 
 def pull(t, q, parameters):
     (theta,) = q
     g, length = parameters
     return (-factor(g) * theta / length,)
 
-class Scene(PendulumSimple):
+class Edited(PendulumSimple):
     name = "edited"
     forms = (SecondOrder(pull),)
 """
 
 
 def fresh(path: Path, text: str) -> None:
-    path.parent.mkdir(exist_ok=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text)
     for name in [name for name in sys.modules if name.startswith("edited_package")]:
         del sys.modules[name]
     importlib.invalidate_caches()
-    source.of_module.cache_clear()
+    import_closure.forget()
 
 
 def test_an_edited_method_or_its_helper_runs_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # two edits in a second would meet one cached module
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # else two edits within a second share a cached module
 
-    def key(helper: str, method: str) -> str:
-        fresh(tmp_path / "edited_package" / "helping.py", helper)
+    def key(helper: str, method: str, other: str = "") -> str:
+        fresh(tmp_path / "edited_package" / "inner" / "deeper" / "helping.py", helper)
+        fresh(tmp_path / "edited_package" / "inner" / "deeper" / "other.py", other)
         fresh(tmp_path / "edited_package" / "method.py", method)
-        (found,) = registry.find("edited_package.method:Edited")
+        (found,) = lookup.find("edited_package.method:Edited")
         return str(trials(CASE, found)[0].key)
 
     first = key("HELP = 1", METHOD)
-    assert key("HELP = 1", METHOD) == first
+    assert key("HELP = 1", METHOD, "OTHER = 2") == first
     assert key("HELP = 2", METHOD) != first
     assert key("HELP = 1", METHOD + "# a line more") != first
 
 
-def test_an_edited_helper_of_the_equations_runs_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_edited_case_or_its_helper_runs_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The equations, and a helper that only the exact motion may use."""
     monkeypatch.syspath_prepend(str(tmp_path))
-    keys = []
-    for n, factor in enumerate(("g", "g", "2 * g")):
-        (tmp_path / f"scene_{n}.py").write_text(SCENE.format(factor=factor))
-        scene = importlib.import_module(f"scene_{n}")
-        keys.append(trials(scene.Scene().rounded(), planted.Sound())[0].key)
-    assert keys[0] == keys[1] != keys[2]
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+
+    def key(helper: str, case: str, other: str = "") -> str:
+        fresh(tmp_path / "edited_package" / "inner" / "deeper" / "helping.py", helper)
+        fresh(tmp_path / "edited_package" / "inner" / "deeper" / "other.py", other)
+        fresh(tmp_path / "edited_package" / "case.py", case)
+        edited = importlib.import_module("edited_package.case").Edited
+        return str(trials(edited().rounded(), planted.Sound())[0].key)
+
+    first = key("HELP = 1", EDITED_CASE)
+    assert key("HELP = 1", EDITED_CASE, "OTHER = 2") == first
+    assert key("HELP = 2", EDITED_CASE) != first
+    assert key("HELP = 1", EDITED_CASE.replace("return g", "return 2 * g")) != first
+
+
+def test_a_key_depends_on_the_sources_that_compile_the_equations() -> None:
+    """Modules of another folder generate the fast Gauss method: after a change of them it must be measured again."""
+    method = lookup.find("gnomon:Gauss 8-stage SIMD")[0]
+    found = import_closure.sources(type(method).__module__)
+    assert {"gnomon.harness.kernels.traced", "gnomon.harness.kernels.equations"} <= found.keys()
 
 
 def test_unknown_names_come_with_the_nearest_valid_one() -> None:
     with pytest.raises(ValueError, match="did you mean RK4"):
-        registry.find("RK-4")
+        lookup.find("RK-4")
     with pytest.raises(ValueError, match="did you mean pendulum_simple"):
         plan.choose(["pendulum_simpel"], False)
     with pytest.raises(ValueError, match="did you mean standard"):
         plan.suite("standart")
     with pytest.raises(ValueError, match=r"give package\.module:Class"):
-        registry.find("no_such_module:Thing")
+        lookup.find("no_such_module:Thing")
 
 
-def test_a_name_stands_for_all_policies_and_a_path_for_a_class() -> None:
-    assert {i.library for i in registry.find("DOP853")} >= {"gnomon", "scipy"}
-    assert {i.library for i in registry.find("scipy")} == {"scipy"}
-    (one,) = registry.find("planted:Sound")
+def test_a_name_means_all_policies_and_a_path_means_a_class() -> None:
+    assert {i.library for i in lookup.find("DOP853")} >= {"gnomon", "scipy"}
+    assert {i.library for i in lookup.find("scipy")} == {"scipy"}
+    (one,) = lookup.find("planted:Sound")
     assert isinstance(one, planted.Sound)
-    assert registry.dereference(*registry.reference(one)).id == one.id
+    assert lookup.dereference(*lookup.reference(one)).id == one.id
 
 
-def test_an_entry_point_registers_an_integrator_and_a_broken_one_costs_nobody_else(
+def test_an_entry_point_registers_an_integrator_and_a_broken_one_does_not_affect_others(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     points = [
-        EntryPoint("broken", "no_such_module:Thing", registry.GROUP),
-        EntryPoint("sound", "planted:Sound", registry.GROUP),
+        EntryPoint("broken", "no_such_module:Thing", lookup.GROUP),
+        EntryPoint("sound", "planted:Sound", lookup.GROUP),
     ]
-    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    monkeypatch.setattr(lookup, "entry_points", lambda group: points)
     with pytest.warns(UserWarning, match="no_such_module"):
-        assert set(registry.registered()) == {"planted:sound"}
+        assert set(lookup.registered()) == {"planted:sound"}
 
 
 def test_every_integrator_is_found_again_by_a_worker() -> None:
-    for identity, one in registry.everything().items():
-        again = registry.dereference(*registry.reference(one))
+    for identity, one in lookup.everything().items():
+        again = lookup.dereference(*lookup.reference(one))
         assert (again.id, type(again)) == (identity, type(one))
 
 
 @pytest.mark.parametrize("name", cases.names())
-def test_moved_states_are_distinct_near_and_in_the_domain(name: str) -> None:
+def test_perturbed_states_are_distinct_near_and_in_the_domain(name: str) -> None:
     case = cases.get(name).rounded()
     scales = case.scales()
     sizes = np.array([scales[coordinate.group] for coordinate in case.state])
@@ -214,8 +231,8 @@ def test_moved_states_are_distinct_near_and_in_the_domain(name: str) -> None:
     found = list(itertools.islice(perturbed_states(case, None, sizes), 100))
     assert len({x.tobytes() for x in found} | {state.tobytes()}) == 101
     unit = np.spacing(np.maximum(np.abs(state), 1e-3 * sizes))
-    # one ulp for the nearest, four where a rule ties components, which then move together by 2^-51 of themselves; 100
-    # states of one component with one side in the domain need 100 times that
+    # one ulp for the nearest; four where a rule relates components, which are then perturbed together by 2^-51 of their
+    # values; 100 states of one component of which one side is in the domain need 100 times that
     nearest = 4 if name == "holonomic_constraint_dae" else 1
     assert np.all(np.abs(found[0] - state) <= nearest * unit)
     assert all(np.all(np.abs(x - state) <= 100 * nearest * unit) for x in found)
@@ -224,8 +241,8 @@ def test_moved_states_are_distinct_near_and_in_the_domain(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["amusement_park", "bead_leaving_sphere", "holonomic_constraint_dae"])
-def test_moved_states_are_found_at_once_where_rules_hold_components(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """They are looked for while the deadline of a trial runs: a sweep of 12 settings takes up to 500 of them."""
+def test_few_states_are_tried_where_rules_fix_components(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search runs within the deadline of a trial, and a sweep of 12 settings takes up to 500 perturbed states."""
     looked = 0
     admits = Domain.admits
 
@@ -241,15 +258,15 @@ def test_moved_states_are_found_at_once_where_rules_hold_components(name: str, m
     assert looked < 3000
 
 
-def test_a_probe_moves_all_that_can_move() -> None:
-    """Next to the cusp the angle has one side; a probe of the speed alone is forgotten within a step."""
+def test_a_probe_changes_every_component_that_the_domain_allows() -> None:
+    """Next to the cusp the angle can change to one side; the effect of a change of speed alone is lost within a step."""
     case = cases.get("cycloidal_pendulum", "cusp_to_cusp").rounded()
     start = np.array([float(x) for x in case.initial_state])
     assert np.all(probe_state(case, None, np.ones(2)) != start)
 
 
-def test_at_the_edge_of_a_formulation_the_encoded_state_moves() -> None:
-    """In arc length the neighbours of the cusp are the cusp, to rounding."""
+def test_at_the_edge_of_a_formulation_the_encoded_state_is_perturbed() -> None:
+    """In arc length the neighbours of the cusp round to the cusp."""
     case = cases.get("cycloidal_pendulum", "cusp_to_cusp").rounded()
     (formulation,) = case.formulations
     found = list(itertools.islice(perturbed_states(case, formulation, np.ones(2)), 10))

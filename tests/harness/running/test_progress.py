@@ -1,4 +1,4 @@
-"""What progress tells where the output is no terminal, and where it is one."""
+"""Progress in plain output and on a terminal."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from rich.console import Console
 
 
 @pytest.mark.parametrize("terminal", [False, True])
-def test_the_remaining_time_is_no_guess_from_the_first_pieces(terminal: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those are often unlike the others: at 1 of 301, 16 s in, 4763 s were told, of what took 10 minutes."""
+def test_the_remaining_time_is_not_shown_for_the_first_pieces(terminal: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They differ from the others: after 16 s, at 1 of 301, 4763 s were shown for a run that took 10 minutes."""
     now = 0.0
     monkeypatch.setattr(progress.time, "monotonic", lambda: now)
     monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)
@@ -27,7 +27,7 @@ def test_the_remaining_time_is_no_guess_from_the_first_pieces(terminal: bool, mo
             if terminal:
                 assert shown._bars is not None
                 shown._bars.refresh()
-                told = "-:--:--" not in written.getvalue()
+                visible = "-:--:--" not in written.getvalue()
             else:
-                told = "s remaining" in written.getvalue()
-            assert told is (count >= 4), f"{count} of 40"
+                visible = "s remaining" in written.getvalue()
+            assert visible is (count >= 4), f"{count} of 40"

@@ -1,4 +1,4 @@
-"""A run keeps what is sound, whatever single integrators do, and shows what they did."""
+"""A run keeps all correct results, however single integrators fail, and records how they failed."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 import planted
 import pytest
-from gnomon.harness.results import regression as gate
-from gnomon.harness.results import store
+from gnomon.harness.results import regression, store
 from gnomon.harness.running import plan
 from gnomon.harness.running.run import compare, run
 from gnomon.harness.system.child_process import queued_seconds
@@ -74,8 +73,8 @@ def test_a_hang_is_a_timeout_and_ends_its_series(frame: Any) -> None:
 
 
 @pytest.mark.parametrize("kind", [planted.StandsStill, planted.Compiles])
-def test_what_is_no_time_of_a_trial_is_none_of_its_limit(tmp_path: Path, kind: Any) -> None:
-    """One pause of the machine, and code that a method finds wanting only once it runs: all settings after are lost else."""
+def test_a_stall_of_the_machine_and_compiling_do_not_count_towards_the_limit(tmp_path: Path, kind: Any) -> None:
+    """One stall, or code that a method compiles only during a call, would otherwise lose all settings after it."""
     planted.STOOD.unlink(missing_ok=True)
     suite = replace(SUITE, limit_seconds=0.2, variant_limit_seconds=0.2)
     found = store.load(run(tmp_path, suite, plan.choose([CASE], True), [kind()], prepare_seconds=5.0))
@@ -88,10 +87,10 @@ def test_what_is_no_time_of_a_trial_is_none_of_its_limit(tmp_path: Path, kind: A
 
 
 @pytest.mark.parametrize(("share", "status"), [(1.0, "ok"), (0.0, "timeout")])
-def test_waiting_for_a_busy_processor_is_none_of_the_limit(
+def test_waiting_for_a_busy_processor_does_not_count_towards_the_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, share: float, status: str
 ) -> None:
-    """The kernel says how long a process was ready to run and others ran; here it says so of a share of all time."""
+    """The kernel reports how long a process was ready to run while others ran; here it reports a given share."""
     monkeypatch.setattr("gnomon.harness.running.pool.queued_seconds", lambda _guard: share * time.monotonic())
     monkeypatch.setattr("gnomon.harness.running.pool.GRACE_SECONDS", 0.05)
     suite = replace(SUITE, limit_seconds=0.1, block_seconds=0.0)
@@ -99,7 +98,7 @@ def test_waiting_for_a_busy_processor_is_none_of_the_limit(
     assert rows["status"][0] == status
 
 
-def test_the_kernel_tells_how_long_the_child_of_a_guard_waited() -> None:
+def test_the_wait_of_a_guards_child_is_read_from_the_kernel() -> None:
     guard = subprocess.Popen(["sh", "-c", "read _line & read _line; :"], stdin=subprocess.PIPE)
     try:
         assert queued_seconds(guard.pid) >= 0.0
@@ -116,7 +115,7 @@ def test_the_kernel_tells_how_long_the_child_of_a_guard_waited() -> None:
 
 @pytest.mark.parametrize("kind", [planted.Hangs, planted.CompilesAndHangs])
 def test_a_hang_is_a_timeout_under_a_short_limit_too(tmp_path: Path, kind: Any) -> None:
-    """It is tried three times, not for ever, and a compilation before it takes nothing from its limit and adds nothing."""
+    """It is tried three times. A compilation before it neither shortens nor extends its limit."""
     suite = replace(SUITE, limit_seconds=0.2, variant_limit_seconds=0.2)
     rows = of(store.load(run(tmp_path, suite, plan.choose([CASE], True), [kind()])), kind)
     first = list(rows["status"]).index("timeout")
@@ -126,16 +125,16 @@ def test_a_hang_is_a_timeout_under_a_short_limit_too(tmp_path: Path, kind: Any) 
 
 
 def test_a_hang_is_a_regression(tmp_path: Path) -> None:
-    """Though every setting that both runs answered is as good as in the base."""
+    """Even if every setting that both runs solved is as good as in the base."""
     suite = replace(SUITE, limit_seconds=0.1, variant_limit_seconds=0.1)
     chosen = plan.choose([CASE], True)
     sound, hangs = (store.load(run(tmp_path / k.name, suite, chosen, [k()])) for k in (planted.Sound, planted.Hangs))
     hangs = hangs.assign(integrator_id=sound["integrator_id"].iloc[0])
-    verdict = gate.compare(sound, hangs)
+    verdict = regression.compare(sound, hangs)
     assert verdict.settings == (sound["status"] == "ok").sum()
     assert any("ok became timeout no answer within 0.1 s" in line for line in verdict.regressions)
     assert any("ok became skipped" in line for line in verdict.regressions)
-    assert gate.compare(sound, sound).regressions == []
+    assert regression.compare(sound, sound).regressions == []
 
 
 def test_a_hang_while_preparing_is_a_timeout(frame: Any) -> None:
@@ -144,18 +143,18 @@ def test_a_hang_while_preparing_is_a_timeout(frame: Any) -> None:
     assert "not prepared" in rows["reason"][0]
 
 
-def test_a_library_that_turns_out_to_be_missing_is_not_installed(frame: Any) -> None:
+def test_a_library_found_missing_in_a_trial_is_not_installed(frame: Any) -> None:
     rows = of(frame, planted.MissingLibrary)
     assert rows["status"][0] == "not_installed"
     assert "a_library_that_is_not_installed" in rows["reason"][0]
     assert set(rows["status"][1:]) == {"skipped"}
 
 
-def test_what_was_printed_is_in_the_record(frame: Any) -> None:
+def test_printed_output_is_recorded(frame: Any) -> None:
     assert of(frame, planted.Raises)["output"].str.contains("what it printed last").all()
 
 
-def test_the_sound_integrator_is_untouched_by_its_neighbours(frame: Any) -> None:
+def test_the_sound_integrator_is_not_affected_by_the_others(frame: Any) -> None:
     rows = of(frame, planted.Sound)
     done = rows[rows["status"] == "ok"]
     assert set(rows["status"]) <= {"ok", "skipped"}
@@ -174,7 +173,7 @@ def test_writing_over_arrays_changes_nothing(frame: Any, kind: Any) -> None:
 
 
 def test_integrating_while_preparing_gains_nothing(frame: Any) -> None:
-    """From the second setting on it hands out one answer for all states, and that is noticed."""
+    """From the second setting on it returns one solution for all starts, which is refused."""
     rows, sound = of(frame, planted.IntegratesInPrepare), of(frame, planted.Sound)
     assert set(rows["status"]) == {"refused"}
     assert rows["reason"].str.contains("different initial states").all()
@@ -182,15 +181,15 @@ def test_integrating_while_preparing_gains_nothing(frame: Any) -> None:
 
 
 def test_memoising_gains_nothing(frame: Any) -> None:
-    """Every call that counts starts from a new state; the scored one repeats the error of the coarsest setting."""
+    """All timed calls but the scored one start from new states; the scored one repeats the error of the coarsest setting."""
     rows, sound = of(frame, planted.Memoises), of(frame, planted.Sound)
     done = rows[rows["status"] == "ok"]
     assert len(done) >= 4
     assert (done["error_max"] == sound["error_max"][0]).all()
     steps = done["steps"].iloc[-1]
-    assert steps == sound["steps"][0], "the remembered answer"
+    assert steps == sound["steps"][0], "the solution that it kept"
     honest = np.array(sound["seconds_low"][: len(done)], dtype=float)
-    # a remembered answer takes microseconds, an integrated one milliseconds that grow with the steps
+    # a kept solution takes microseconds, an integration milliseconds that grow with the steps
     assert (np.array(done["seconds_median"], dtype=float) > honest / 20).all()
 
 
@@ -199,7 +198,7 @@ def test_other_trials_are_kept(frame: Any) -> None:
     assert frame.groupby("trial_key").size().eq(1).all()
 
 
-def test_pairs_left_out_say_why(tmp_path: Path) -> None:
+def test_pairs_that_are_left_out_have_a_reason(tmp_path: Path) -> None:
     class Wants(planted.Sound):
         """Takes a form that no case offers."""
 
@@ -212,7 +211,7 @@ def test_pairs_left_out_say_why(tmp_path: Path) -> None:
     assert rows["setting"].isna().all()
 
 
-def test_compare_is_the_same_in_a_notebook() -> None:
+def test_compare_for_notebooks_runs_a_class_and_returns_a_frame() -> None:
     rows = compare(CASE, planted.Sound, limit_seconds=0.05)
     assert (rows["status"] == "ok").any()
     assert set(rows["integrator_id"]) == {"planted:sound"}
@@ -226,7 +225,7 @@ def measurements(path: Path) -> list[tuple[str, int]]:
 
 
 def test_a_script_needs_no_main_guard(tmp_path: Path) -> None:
-    """Its exact motion is not on disk yet, so that both kinds of child processes are started."""
+    """Its exact motion is not on disk yet, so both kinds of child processes are started."""
     script = tmp_path / "script.py"
     script.write_text(
         "from gnomon import cases\n"
@@ -248,7 +247,7 @@ def test_the_second_run_repeats_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("slow_seconds", "repeats"), [(0.0, 1), (0.0004, 1), (0.0006, 4), (10.0, 4)])
 def test_a_slow_trial_is_timed_once(tmp_path: Path, slow_seconds: float, repeats: int) -> None:
-    """Of calls that take half a millisecond each; a block of two milliseconds holds four."""
+    """Each call takes half a millisecond: four calls fit into a block of two milliseconds."""
     suite = replace(SUITE, slow_seconds=slow_seconds, limit_seconds=60, variant_limit_seconds=60)
     frame = store.load(run(tmp_path, suite, plan.choose([CASE], False), [planted.HalfAMillisecond()]))
     assert set(frame["status"]) == {"ok"}
@@ -256,7 +255,7 @@ def test_a_slow_trial_is_timed_once(tmp_path: Path, slow_seconds: float, repeats
     assert frame["seconds_median"].tolist() == pytest.approx([0.0005] * len(frame))
 
 
-def test_only_a_suite_that_takes_siblings_runs_them(tmp_path: Path) -> None:
+def test_only_a_suite_with_near_duplicates_runs_them(tmp_path: Path) -> None:
     chosen = plan.choose([CASE], False)
     path = run(tmp_path, replace(SUITE, near_duplicates=False), chosen, [planted.Sound(), planted.NearDuplicate()])
     assert set(store.load(path)["integrator"]) == {planted.Sound.name}
@@ -285,12 +284,12 @@ if __name__ == "__main__":
 
 
 def _hear_interrupts() -> None:
-    """Tests that a shell started in the background inherit that Ctrl-C is ignored, and pass it on."""
+    """Restore the default: tests that a shell started in the background inherit an ignored SIGINT and pass it on."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
-def test_a_run_that_is_killed_leaves_no_worker_and_goes_on_where_it_stopped(tmp_path: Path, how: int) -> None:
+def test_a_run_that_is_killed_leaves_no_worker_and_continues_where_it_stopped(tmp_path: Path, how: int) -> None:
     script = tmp_path / "job.py"
     script.write_text(SCRIPT.format(folder=str(Path(__file__).parent), limit=0.5, out=str(tmp_path)))
     marker = {"GNOMON_TEST_RUN": str(tmp_path)}
@@ -301,14 +300,14 @@ def test_a_run_that_is_killed_leaves_no_worker_and_goes_on_where_it_stopped(tmp_
         preexec_fn=_hear_interrupts,
     )
     path = tmp_path / "results.sqlite"
-    # the run is under way once it has measured something; poll() ends the wait should it die before
+    # the run has started once it has measured something; poll() ends the wait if it dies before
     while process.poll() is None and not (path.exists() and _count(path) >= 4):
         os.sched_yield()
     assert process.poll() is None, "the run ended before it could be killed"
     assert len(_family(marker)) > 1, "the marker finds the workers"
     process.send_signal(how)
     assert process.wait() != 0
-    while _family(marker):  # the kernel's signal arrives at once, the processes end when they are scheduled
+    while _family(marker):  # the signal arrives at once, the processes end when they are scheduled
         os.sched_yield()
     with sqlite3.connect(path) as db:
         assert db.execute("PRAGMA integrity_check").fetchone() == ("ok",)
@@ -328,7 +327,7 @@ def _count(path: Path) -> int:
 
 
 def _family(marker: dict[str, str]) -> list[int]:
-    """Processes that inherited the marker of a run, zombies aside."""
+    """Processes that inherited the marker of a run, without zombies."""
     ((name, value),) = marker.items()
     wanted = f"{name}={value}".encode()
     found = []

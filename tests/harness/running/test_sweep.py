@@ -1,4 +1,4 @@
-"""When a sweep stops, what it repeats, and what it leaves alone."""
+"""When a sweep stops, which trials it repeats, and which it skips."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from gnomon.harness.registry.lookup import own
 from gnomon.harness.results.store import Known
 from gnomon.harness.running import plan
 from gnomon.harness.running.sweep import REPEATED_SECONDS, SECONDS_EACH, Sweep
-from gnomon.harness.running.worker import FEWEST_CALLS, Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference
+from gnomon.harness.running.worker import FEWEST_CALLS
+from gnomon.harness.scoring.outcome import Outcome
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
 
 SUITE = replace(plan.suite("quick"), limit_seconds=1.0)
@@ -22,7 +23,7 @@ MOST = SUITE.limit_seconds / SECONDS_EACH["scipy"]
 
 
 class Priced(planted.Sound):
-    """Of a library whose right-hand sides have a known price."""
+    """An integrator of a library whose time for a right-hand side is known."""
 
     library = "scipy"
 
@@ -34,11 +35,11 @@ class PricedTolerance(Priced):
 @pytest.fixture(scope="module")
 def scorer() -> Scorer:
     case = planted.Short().rounded()
-    return Scorer(case, None, reference(CaseSpec.of(case)))
+    return Scorer(case, None, reference_solution(CaseSpec.of(case)))
 
 
 class Log:
-    """A sweep over eight settings, and what it recorded."""
+    """A sweep over eight settings, and the rows that it recorded."""
 
     def __init__(
         self, scorer: Scorer, launch: int = 1, history: Any = None, integrator: Integrator | None = None
@@ -50,7 +51,7 @@ class Log:
         trials = [plan.Trial(str(k), 0.1 / 2**k) for k in range(8)]
         self.sweep = Sweep(series, trials, scorer, SUITE, launch, history or {}, self.record, self.finish)
 
-    def record(self, row: Any, settings: Any, states: Any) -> None:
+    def record(self, row: Any, options: Any, states: Any) -> None:
         self.rows.append(row)
 
     def finish(self) -> None:
@@ -64,27 +65,27 @@ class Log:
         return [row["status"] for row in self.rows]
 
 
-def test_settings_go_out_in_order_and_every_answer_is_recorded(scorer: Scorer) -> None:
+def test_settings_are_requested_in_sequence_and_every_outcome_is_recorded(scorer: Scorer) -> None:
     log = Log(scorer)
     settings = []
-    while (order := log.sweep.next()) is not None:
-        settings.append(order.setting)
+    while (request := log.sweep.next()) is not None:
+        settings.append(request.setting)
         log.answer(0.001)
     assert settings == [0.1 / 2**k for k in range(8)]
     assert log.statuses == ["ok"] * 8
     assert log.finished == 1
 
 
-def test_hard_variants_are_timed_in_a_few_calls_where_that_costs_nothing(scorer: Scorer) -> None:
+def test_hard_variants_are_timed_in_a_few_calls_if_these_are_short(scorer: Scorer) -> None:
     default, hard = Log(scorer), Log(scorer)
     hard.sweep.series.case.variant = "hard"
     try:
-        order = hard.sweep.next()
+        request = hard.sweep.next()
     finally:
         hard.sweep.series.case.variant = None
-    assert order is not None
-    assert (order.block_seconds, order.repeats, order.slow_seconds) == (0.0, FEWEST_CALLS, REPEATED_SECONDS)
-    assert order.count is Log(scorer).sweep.next().count  # type: ignore[union-attr]
+    assert request is not None
+    assert (request.block_seconds, request.repeats, request.slow_seconds) == (0.0, FEWEST_CALLS, REPEATED_SECONDS)
+    assert request.count is Log(scorer).sweep.next().count  # type: ignore[union-attr]
     usual = default.sweep.next()
     assert usual is not None
     assert (usual.block_seconds, usual.repeats, usual.slow_seconds) == (
@@ -104,12 +105,12 @@ def test_a_timeout_ends_the_series_and_a_crash_does_not(scorer: Scorer) -> None:
     assert log.statuses == ["crashed", "timeout"] + ["skipped"] * 6
 
 
-def test_an_answer_that_cannot_be_judged_is_a_crash_of_its_own(scorer: Scorer) -> None:
+def test_an_outcome_that_cannot_be_scored_is_a_crash_of_its_trial_only(scorer: Scorer) -> None:
     log = Log(scorer)
     log.sweep.next()
     log.sweep.done(Outcome(scorer.reference.exact[:, :1], None, None, 1, 4, (0.001,), 0.0, None))
     assert log.statuses == ["crashed"]
-    assert "cannot be judged" in log.rows[0]["reason"]
+    assert "cannot be scored" in log.rows[0]["reason"]
     assert log.sweep.next() is not None
 
 
@@ -125,15 +126,15 @@ def test_what_is_skipped_follows_from_counts_and_never_from_the_clock(scorer: Sc
     history = {(str(k), 1): Known("ok", round(MOST / 40 * 2**k), 1.0) for k in range(5)}
     later = Log(scorer, launch=2, history=history, integrator=Priced())
     settings = []
-    while (order := later.sweep.next()) is not None:
-        assert not order.count
-        settings.append(order.setting)
+    while (request := later.sweep.next()) is not None:
+        assert not request.count
+        settings.append(request.setting)
         later.answer(clock, 0)
     assert settings == [0.1, 0.05], "8 hundredths of a second are 4000 right-hand sides"
 
 
-def test_estimates_are_of_what_an_integrator_counts() -> None:
-    """A step of Taylor's method is dozens of right-hand sides: an estimate that is shared is of one or of the other."""
+def test_each_estimate_is_for_right_hand_sides_or_for_steps() -> None:
+    """A step of Taylor's method takes dozens of right-hand sides: integrators that share an estimate count the same."""
     counted: dict[str, set[bool]] = {}
     for integrator in own().values():
         key = integrator.id if integrator.id in SECONDS_EACH else integrator.library
@@ -142,7 +143,7 @@ def test_estimates_are_of_what_an_integrator_counts() -> None:
     assert {key: kinds for key, kinds in counted.items() if len(kinds) > 1} == {}
 
 
-def test_what_nobody_knows_the_price_of_is_run(scorer: Scorer) -> None:
+def test_trials_without_an_estimate_are_run(scorer: Scorer) -> None:
     log = Log(scorer)
     for _ in range(8):
         assert log.sweep.next() is not None
@@ -150,7 +151,7 @@ def test_what_nobody_knows_the_price_of_is_run(scorer: Scorer) -> None:
     assert log.statuses == ["ok"] * 8
 
 
-def test_what_is_known_is_not_run_again_and_still_predicts(scorer: Scorer) -> None:
+def test_known_trials_are_not_run_again_and_still_serve_for_prediction(scorer: Scorer) -> None:
     known = {(str(k), 1): Known("ok", round(MOST / 5 * 2**k), 1.0) for k in range(3)}
     log = Log(scorer, history=known, integrator=Priced())
     assert log.sweep.next() is None
@@ -169,10 +170,10 @@ def test_a_tolerance_is_predicted_by_the_smallest_growth_so_far(scorer: Scorer) 
 
 
 def test_each_setting_has_its_own_place(scorer: Scorer) -> None:
-    """Which state its counting run starts from must not depend on what an earlier run knows already."""
+    """The start of its counting run must not depend on which trials an earlier run measured."""
     log = Log(scorer, history={("0", 1): Known("ok", 4, 1.0)})
     places = []
-    while (order := log.sweep.next()) is not None:
-        places.append(order.place)
+    while (request := log.sweep.next()) is not None:
+        places.append(request.place)
         log.answer(0.001)
     assert places == list(range(1, 8))

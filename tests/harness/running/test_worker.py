@@ -1,4 +1,4 @@
-"""How often a trial is timed, and from which states, with calls whose seconds are given."""
+"""How often a worker times a trial, and from which starts; the seconds of each call are given by the test."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases import get
-from gnomon.harness.contract import validation as answers
+from gnomon.harness.contract import validation
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.running import worker
-from gnomon.harness.running.worker import FEWEST_CALLS, Order, _Series
+from gnomon.harness.running.worker import FEWEST_CALLS, Request, _Series
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
 
 START = np.zeros(2)
@@ -23,7 +23,7 @@ START = np.zeros(2)
 def timed(
     monkeypatch: pytest.MonkeyPatch, seconds: list[float], estimate: float, slow: float, block: float, repeats: int
 ) -> tuple[list[int], int, Any]:
-    """The states that calls started from (0: the unmoved one, then 1, 2, ...), which was scored, `others`."""
+    """The starts of the calls (0: the exact initial state; 1, 2, ...: perturbed), the start of the scored call, `others`."""
     given = iter(seconds)
 
     class Call:
@@ -33,10 +33,10 @@ def timed(
 
     series = object.__new__(_Series)
     series.task = SimpleNamespace(start=START)  # type: ignore[assignment]
-    series.moved = (np.full(2, float(k)) for k in itertools.count(1))
+    series.perturbed = (np.full(2, float(k)) for k in itertools.count(1))
     monkeypatch.setattr(worker, "_Call", Call)
-    order = Order(0.1, False, block, repeats, slow)
-    calls, scored, others = series._timed(None, order, estimate, None)  # type: ignore[arg-type]
+    request = Request(0.1, False, block, repeats, slow)
+    calls, scored, others = series._timed(None, request, estimate, None)  # type: ignore[arg-type]
     assert gc.isenabled()
     return [call.number for call in calls], scored.number, others  # type: ignore[attr-defined]
 
@@ -44,10 +44,10 @@ def timed(
 def test_a_quick_call_is_repeated_from_new_states_until_the_block_is_full(monkeypatch: pytest.MonkeyPatch) -> None:
     numbers, scored, others = timed(monkeypatch, [0.25] * 9, 0.25, slow=1.0, block=1.25, repeats=9)
     assert (numbers, scored) == ([1, 0, 2, 3, 4], 0)
-    assert np.array_equal(others, [1.0, 1.0]), "the states of another start, to hold the scored ones against"
+    assert np.array_equal(others, [1.0, 1.0]), "the states from another start, to compare with the scored ones"
 
 
-def test_at_most_as_often_as_ordered_and_no_fewer_than_three_times(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_quick_call_is_made_at_most_repeats_times_and_at_least_three_times(monkeypatch: pytest.MonkeyPatch) -> None:
     assert timed(monkeypatch, [0.25] * 9, 0.25, slow=1.0, block=99.0, repeats=4)[0] == [1, 0, 2, 3]
     assert timed(monkeypatch, [0.25] * 9, 0.25, slow=1.0, block=0.0, repeats=9)[0] == [1, 0, 2][:FEWEST_CALLS]
 
@@ -56,15 +56,15 @@ def test_a_slow_call_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert timed(monkeypatch, [2.0] * 9, 2.0, slow=1.0, block=99.0, repeats=9)[:2] == ([0], 0)
 
 
-def test_one_that_is_not_to_be_repeated_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_call_with_repeats_1_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert timed(monkeypatch, [0.25] * 9, 0.25, slow=1.0, block=99.0, repeats=1)[:2] == ([0], 0)
 
 
 @pytest.mark.parametrize("repeats", [1, 9])
-def test_a_call_that_is_quick_because_it_remembers_is_held_against_new_states(
+def test_a_call_that_is_quick_because_results_were_kept_is_followed_by_calls_from_new_states(
     monkeypatch: pytest.MonkeyPatch, repeats: int
 ) -> None:
-    """Less than half of what another state took."""
+    """It is quick if it takes less than half of the time from another state."""
     numbers, scored, _ = timed(monkeypatch, [0.9, 2.0, 2.0], 2.0, slow=1.0, block=99.0, repeats=repeats)
     assert (numbers, scored) == ([0, 1, 2], 0)
     assert timed(monkeypatch, [1.1], 2.0, slow=1.0, block=99.0, repeats=repeats)[0] == [0]
@@ -76,15 +76,15 @@ def test_a_call_that_is_quick_because_it_remembers_is_held_against_new_states(
 def test_a_quick_trial_is_warmed_up_with_plain_equations(
     monkeypatch: pytest.MonkeyPatch, counted: float, repeats: int, estimate: float
 ) -> None:
-    """A slow one, or one that is made once, is estimated by the run that counted right-hand sides."""
+    """The time of a slow one, or of one that is made once, is estimated by the counting run."""
     found = []
 
-    def noted(solve: Any, order: Order, seconds: float, others: Any) -> Any:
+    def noted(solve: Any, request: Request, seconds: float, others: Any) -> Any:
         found.append(seconds)
         raise LookupError
 
     series = object.__new__(_Series)
-    series.task, series.moved = SimpleNamespace(start=START), iter([START])  # type: ignore[assignment]
+    series.task, series.perturbed = SimpleNamespace(start=START), iter([START])  # type: ignore[assignment]
     series.integrator = SimpleNamespace(prepare=lambda problem, setting: None)  # type: ignore[assignment]
     series.say = lambda stage, **content: None  # type: ignore[assignment]
     monkeypatch.setattr(series, "problem", lambda counted: None)
@@ -92,7 +92,7 @@ def test_a_quick_trial_is_warmed_up_with_plain_equations(
     monkeypatch.setattr(series, "_timed", noted)
     monkeypatch.setattr(worker, "_Call", lambda solve, start, task: SimpleNamespace(seconds=0.5, states=start))
     with pytest.raises(LookupError):
-        series.run(Order(0.1, True, 99.0, repeats, 1.0))
+        series.run(Request(0.1, True, 99.0, repeats, 1.0))
     assert found == [estimate]
 
 
@@ -112,28 +112,28 @@ def test_right_hand_sides_of_the_preparation_are_not_counted(monkeypatch: pytest
     series.say = lambda stage, **content: None  # type: ignore[assignment]
     monkeypatch.setattr(series, "problem", lambda counted: problem)
     monkeypatch.setattr(worker, "_Call", call)
-    assert series._count(Order(0.1, True, 0.0, 1, 0.0))[:2] == (7, 0.5)
+    assert series._count(Request(0.1, True, 0.0, 1, 0.0))[:2] == (7, 0.5)
 
 
 def test_counting_runs_start_from_the_state_of_their_setting(monkeypatch: pytest.MonkeyPatch) -> None:
-    """From the next of those that timed calls use up, SciPy's DOP853 counted 1.9 % more in one run than in another."""
+    """When they took the next unused start of timed calls, counts of SciPy's DOP853 differed by 1.9 % between two runs."""
     starts: list[float] = []
 
     def call(solve: Any, start: Any, task: Any) -> Any:
         starts.append(float(start[0]))
         return SimpleNamespace(seconds=0.5, states=start)
 
-    for places in ((0, 1, 2, 3), (2, 0)):  # another worker goes on in the middle of a sweep
+    for places in ((0, 1, 2, 3), (2, 0)):  # another worker continues in the middle of a sweep
         series = object.__new__(_Series)
         series.task = SimpleNamespace(start=START)  # type: ignore[assignment]
-        series.moved = iter([])
+        series.perturbed = iter([])
         series.counting, series.counting_starts = (np.full(2, float(k)) for k in itertools.count(1)), []
         series.integrator = SimpleNamespace(prepare=lambda *_: None, counts_rhs=True)  # type: ignore[assignment]
         series.say = lambda stage, **content: None  # type: ignore[assignment]
         monkeypatch.setattr(series, "problem", lambda counted: SimpleNamespace(buffer=np.zeros(3)))
         monkeypatch.setattr(worker, "_Call", call)
         for place in places:
-            series._count(Order(0.1, True, 0.0, 1, 0.0, place=place))
+            series._count(Request(0.1, True, 0.0, 1, 0.0, place=place))
     assert starts == [1.0, 2.0, 3.0, 4.0, 3.0, 1.0]
 
 
@@ -147,42 +147,42 @@ def test_counting_runs_start_where_no_timed_call_does() -> None:
 
 
 def test_a_replaced_clock_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    worker._check_clocks()
+    worker._verify_clocks()
     for module, name in ((time, "perf_counter"), (time, "monotonic"), (worker, "perf_counter_ns")):
         with monkeypatch.context() as patch:
             patch.setattr(module, name, lambda: 0)
-            with pytest.raises(Unusable, match=f"replaced time.{name}: what a changed clock says is no time"):
-                worker._check_clocks()
+            with pytest.raises(Unusable, match=f"replaced time.{name}: times from a replaced clock are invalid"):
+                worker._verify_clocks()
     with monkeypatch.context() as patch:  # replaced before the worker was loaded
         patch.setattr(time, "perf_counter", changed := lambda: 0)
         patch.setitem(worker.CLOCKS, "perf_counter", changed)
         with pytest.raises(Unusable, match=r"replaced time\.perf_counter"):
-            worker._check_clocks()
+            worker._verify_clocks()
 
 
 @pytest.mark.parametrize(("count", "seconds", "fits"), [(10**9, 1e-3, False), (10**9, 0.1, True), (64, 0.0, True)])
 def test_more_right_hand_sides_than_a_processor_can_do_are_named(count: int, seconds: float, fits: bool) -> None:
     if fits:
-        answers.possible(count, seconds, "right-hand sides")
+        validation.possible(count, seconds, "right-hand sides")
         return
     with pytest.raises(Unusable, match=r"claims 1000000000 right-hand sides in 0.001 s: one takes 1e-11 s at least"):
-        answers.possible(count, seconds, "right-hand sides")
+        validation.possible(count, seconds, "right-hand sides")
 
 
 @pytest.mark.parametrize(
-    ("rhs_calls", "steps", "moved", "unmoved"),
+    ("rhs_calls", "steps", "change", "nothing_done"),
     [(0, 0, 0.0, True), (None, None, 0.0, True), (4, 0, 0.0, False), (None, 1, 0.0, False), (0, 0, 1.0, False)],
 )
-def test_only_what_took_no_step_has_not_moved(
-    rhs_calls: int | None, steps: int | None, moved: float, unmoved: bool
+def test_a_call_without_steps_that_returns_the_start_did_nothing(
+    rhs_calls: int | None, steps: int | None, change: float, nothing_done: bool
 ) -> None:
-    call = SimpleNamespace(solution=SimpleNamespace(steps=steps), states=np.tile(START + moved, (64, 1)))
-    assert worker._unmoved(call, START, rhs_calls) is unmoved  # type: ignore[arg-type]
+    call = SimpleNamespace(solution=SimpleNamespace(steps=steps), states=np.tile(START + change, (64, 1)))
+    assert worker._did_nothing(call, START, rhs_calls) is nothing_done  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("compiling", "made"), [(0, 1), (1, 2), (2, 3), (9, 3)])
-def test_a_call_in_which_something_is_compiled_is_made_again(compiling: int, made: int) -> None:
-    """At most twice: a method that always compiles is as slow as that."""
+def test_a_call_that_compiles_is_repeated(compiling: int, made: int) -> None:
+    """At most twice: of a method that compiles in each call, compiling is part of its time."""
     series = object.__new__(_Series)
     calls = itertools.count(1)
 

@@ -1,3 +1,5 @@
+"""Located events are compared with the exact ones by name and number."""
+
 from __future__ import annotations
 
 import pytest

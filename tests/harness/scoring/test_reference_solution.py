@@ -1,21 +1,24 @@
-"""Truths of many cases at a time."""
+"""Reference solutions of several cases at a time."""
 
 from __future__ import annotations
 
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-from gnomon.harness.scoring import reference_solution as exact
+from gnomon.harness.scoring import reference_solution
 from gnomon.harness.scoring.reference_solution import CaseSpec
-from gnomon.harness.system import child_process as processes
+from gnomon.harness.system import child_process
+from gnomon.reference.storage import import_closure
 
 from gnomon import cases
 
 
-def test_an_interruption_begins_no_other_truth(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C once waited until all that were planned were computed: minutes, with a cold cache."""
+def test_after_an_interruption_no_other_computation_begins(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else Ctrl-C waits until all planned cases are computed: minutes, with an empty cache."""
     begun: list[CaseSpec] = []
     shutting_down = threading.Event()
 
@@ -38,10 +41,43 @@ def test_an_interruption_begins_no_other_truth(monkeypatch: pytest.MonkeyPatch) 
     def interrupt() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(processes, "ProcessPoolExecutor", Pool)
-    monkeypatch.setattr(exact, "exact", compute)
-    monkeypatch.setattr(exact.diskcache, "load", lambda _key: None)
+    monkeypatch.setattr(child_process, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(reference_solution, "reference_solution", compute)
+    monkeypatch.setattr(reference_solution.diskcache, "load", lambda _key: None)
     specs = [CaseSpec.of(cases.get("harmonic_oscillator", k=k).rounded(), None) for k in range(1, 9)]
     with pytest.raises(KeyboardInterrupt):
-        exact.reference_solutions(specs, interrupt)
-    assert len(begun) <= 2, "the one that was done, the one under way"
+        reference_solution.reference_solutions(specs, interrupt)
+    assert len(begun) <= 2, "the one that was done and the one in progress"
+
+
+def test_a_reference_solution_is_computed_again_if_a_source_of_its_case_was_edited(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A helper two folders down is a source of the case, a file beside the helper is not."""
+    computed: list[CaseSpec] = []
+    empty = reference_solution.ReferenceSolution(*[np.zeros(1)] * 8, 1.0, *[np.zeros(1)] * 3)
+    monkeypatch.setattr(reference_solution, "_compute", lambda spec: computed.append(spec) or empty)
+    monkeypatch.setattr(reference_solution.diskcache, "folder", lambda: tmp_path / "results")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    deep = tmp_path / "kept_package" / "inner" / "deeper"
+    deep.mkdir(parents=True)
+    (tmp_path / "kept_package" / "case.py").write_text("from .inner.deeper import motion\n")
+    spec = CaseSpec("kept_package.case:Own", None, ("1",), (), "1")
+    counts = []
+    for motion, other in (("1", "1"), ("1", "1"), ("1", "2"), ("2", "2"), ("2", "2")):
+        (deep / "motion.py").write_text(f"PERIOD = {motion}\n")
+        (deep / "other.py").write_text(f"PERIOD = {other}\n")
+        import_closure.forget()
+        reference_solution.reference_solution(spec)
+        counts.append(len(computed))
+    assert counts == [1, 1, 1, 2, 2]
+
+
+def test_the_reference_solution_of_a_case_without_a_file_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A case in a notebook may be redefined under the same name."""
+    computed: list[CaseSpec] = []
+    empty = reference_solution.ReferenceSolution(*[np.zeros(1)] * 8, 1.0, *[np.zeros(1)] * 3)
+    monkeypatch.setattr(reference_solution, "_compute", lambda spec: computed.append(spec) or empty)
+    for _ in range(2):
+        reference_solution.reference_solution(CaseSpec("in_no_file:Own", None, ("1",), (), "1"))
+    assert len(computed) == 2

@@ -1,4 +1,4 @@
-"""What an answer is worth: status, errors, drift, and the clock of a formulation."""
+"""The score of a solution: status, errors, drift, and the clock of a formulation."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases.core import accuracy
-from gnomon.harness.running.worker import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference
+from gnomon.harness.scoring.outcome import Outcome
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer, _to_time, above_text
 
 from gnomon import cases
@@ -22,7 +22,7 @@ CASE = cases.get("pendulum_simple").rounded()
 
 @pytest.fixture(scope="module")
 def scorer() -> Scorer:
-    return Scorer(CASE, None, reference(CaseSpec.of(CASE)))
+    return Scorer(CASE, None, reference_solution(CaseSpec.of(CASE)))
 
 
 def test_the_exact_motion_is_ok_and_within_its_floor(scorer: Scorer) -> None:
@@ -31,17 +31,17 @@ def test_the_exact_motion_is_ok_and_within_its_floor(scorer: Scorer) -> None:
     assert row["invariant_drift"]["energy"] < 1e-15
 
 
-def test_a_trial_is_told_by_its_largest_floor_and_conditioning(scorer: Scorer) -> None:
+def test_the_summary_has_the_largest_floor_and_conditioning(scorer: Scorer) -> None:
     found = scorer.summary()
     assert found["conditioning"] == max(scorer.reference.conditioning) > min(scorer.reference.conditioning)
     assert found["floor"] == max(scorer.reference.floor) > min(scorer.reference.floor)
 
 
-def test_a_judge_takes_its_metric_from_the_truth(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run makes hundreds of judges before it begins; scales and crowded times took it minutes to find again."""
+def test_a_scorer_takes_its_metric_from_the_reference_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run makes hundreds of scorers before it begins; computing scales and crowded times again would take minutes."""
     limit = cases.get("bouncing_ball", "zeno").rounded().quantities()["t_inf"]
     whole = cases.get("bouncing_ball", e="0.999", span=float(limit) * (1 - 2.0**-30)).rounded()
-    metric, known = whole.metric, reference(CaseSpec.of(whole))
+    metric, known = whole.metric, reference_solution(CaseSpec.of(whole))
     assert metric.crowded
     for name in ("grid_scales", "crowded"):
         monkeypatch.setattr(accuracy, name, pytest.fail)
@@ -58,7 +58,7 @@ def test_thresholds(scorer: Scorer, error: float, status: str) -> None:
     assert (reason == "") == (status == "ok")
 
 
-def test_what_the_conditioning_excuses_is_ok(scorer: Scorer) -> None:
+def test_an_error_that_the_conditioning_explains_is_ok(scorer: Scorer) -> None:
     exact_ = scorer.reference
     excused = type(exact_)(**{**vars(exact_), "conditioning": np.full(64, 0.2)})
     status, _ = Scorer(CASE, None, excused).status(np.full(64, 1.9))
@@ -66,8 +66,8 @@ def test_what_the_conditioning_excuses_is_ok(scorer: Scorer) -> None:
     assert Scorer(CASE, None, excused).status(np.full(64, 2.1))[0] == "diverged"
 
 
-def test_later_samples_are_excused_by_the_worst_conditioning_before() -> None:
-    exact_ = reference(CaseSpec.of(CASE))
+def test_errors_are_compared_with_the_largest_conditioning_up_to_their_time() -> None:
+    exact_ = reference_solution(CaseSpec.of(CASE))
     peak = np.full(64, 1e-15)
     peak[10] = 0.2
     excused = Scorer(CASE, None, type(exact_)(**{**vars(exact_), "conditioning": peak}))
@@ -99,7 +99,7 @@ def test_states_that_are_not_finite_name_the_time(scorer: Scorer) -> None:
     assert f"{scorer.reference.times[10]:.6g}" in row["reason"]
 
 
-def test_wild_states_are_diverged(scorer: Scorer) -> None:
+def test_very_large_states_are_diverged(scorer: Scorer) -> None:
     assert scorer.score(scorer.reference.exact * 1e200)["status"] == "diverged"
     assert scorer.score(np.full_like(scorer.reference.exact, 1e308))["status"] == "diverged"
 
@@ -121,7 +121,7 @@ def test_a_shift_in_time_is_phase_and_a_larger_swing_is_shape(scorer: Scorer) ->
     assert row["error_shape"] == pytest.approx(1e-6, rel=1e-9)
 
 
-def test_a_turn_too_many_is_reported_apart(scorer: Scorer) -> None:
+def test_extra_turns_are_counted_apart_from_the_error(scorer: Scorer) -> None:
     states = scorer.reference.exact.copy()
     states[-1, 0] += 4 * math.pi
     row = scorer.score(states)
@@ -144,7 +144,7 @@ def test_an_invariant_that_decays_may_not_grow() -> None:
     case = cases.get("damped_oscillator").rounded()
     decaying = [name for name, invariant in case.invariants.items() if invariant.law == "decays"]
     assert decaying, "the case has one"
-    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
     exact = scorer.drift(scorer.reference.exact)[decaying[0]]
     assert np.max(exact) < 1e-15
     grown = scorer.reference.exact.copy()
@@ -158,7 +158,7 @@ def test_an_invariant_that_decays_may_not_grow() -> None:
 
 def test_the_size_of_an_invariant_that_vanishes_is_that_of_its_terms() -> None:
     case = cases.get("kepler_orbit", "parabolic").rounded()
-    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
     for name, drift in scorer.drift(scorer.reference.exact * (1 + 1e-6)).items():
         assert np.max(drift) < 1e-4, name
     # Of v^2/2 - mu/r = 0 the terms |x dI/dx| add up to v^2 + mu/r = 3 mu/r, by which this scaling changes it per unit.
@@ -167,10 +167,10 @@ def test_the_size_of_an_invariant_that_vanishes_is_that_of_its_terms() -> None:
 
 
 @pytest.mark.parametrize(("speed", "by_terms"), [("1.4", False), ("1.4142", True)])
-def test_an_invariant_that_is_small_but_no_remainder_is_its_own_measure(speed: str, by_terms: bool) -> None:
-    """v^2/2 - 1/r is -1/50 of terms of 3, or -2e-5 of them: below a thousandth the terms count."""
+def test_drift_is_relative_to_a_small_invariant_unless_its_terms_cancel(speed: str, by_terms: bool) -> None:
+    """v^2/2 - 1/r is -1/50 or -2e-5, with terms of size 3: below a thousandth of the terms, these are the size."""
     case = cases.get("kepler_orbit", initial_state=("1", "0", "0", speed), span=20).rounded()
-    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
     moved = scorer.reference.exact * (1 + 1e-6)
     x, y, vx, vy = moved.T
     start = float(speed) ** 2 / 2 - 1
@@ -191,10 +191,10 @@ def test_an_invariant_that_leaves_binary64_has_no_size_and_no_warning(scorer: Sc
         assert not math.isfinite(scorer._size(bursting, 0.0))
 
 
-def test_what_is_zero_all_along_drifts_by_its_own_value() -> None:
-    """The angular momentum of a fall into the centre, whose terms are zero too."""
+def test_an_invariant_that_is_always_zero_drifts_by_its_own_value() -> None:
+    """For example the angular momentum of a fall into the centre: its terms are zero too."""
     case = cases.get("kepler_orbit", "plunge").rounded()
-    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
     assert np.max(scorer.drift(scorer.reference.exact)["angular_momentum"]) == 0.0
     aside = scorer.reference.exact.copy()
     aside[:, 3] += 1e-6
@@ -204,10 +204,10 @@ def test_what_is_zero_all_along_drifts_by_its_own_value() -> None:
 @pytest.mark.parametrize(
     ("name", "apart"), [("forced_oscillator", False), ("bouncing_ball", False), ("euler_top", True)]
 )
-def test_phase_and_shape_are_told_of_smooth_motions_that_nothing_drives(name: str, apart: bool) -> None:
-    """Of the others an error along the flow is no error in time."""
+def test_phase_and_shape_are_defined_for_smooth_motions_that_nothing_drives(name: str, apart: bool) -> None:
+    """In the others an error along the flow is not an error in time."""
     case = cases.get(name).rounded()
-    scorer = Scorer(case, None, reference(CaseSpec.of(case)))
+    scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
     assert np.all(np.isfinite(scorer.split(scorer.reference.exact * (1 + 1e-9)))) == apart
 
 
@@ -219,16 +219,16 @@ def test_one_step_of_the_formulation_corrects_the_clock() -> None:
     start, wanted = (math.e**0.3, 0.3), 0.3 + 1e-3
     x, t = _to_time(equations, (), start, 1, wanted)
     assert abs(t - wanted) <= math.ulp(wanted)
-    # the fifth power of the step, with a constant of order one
+    # the fifth power of the step, with a constant of about one
     assert x == pytest.approx(math.exp(wanted), rel=1e-14)
 
 
-def test_a_formulation_is_judged_as_the_case() -> None:
+def test_a_formulation_is_scored_like_the_case() -> None:
     case = cases.get("kepler_orbit").rounded()
     formulation = next(f for f in case.formulations if f.clock is not None)
-    scorer = Scorer(case, formulation, reference(CaseSpec.of(case, formulation)))
+    scorer = Scorer(case, formulation, reference_solution(CaseSpec.of(case, formulation)))
     # The encoded start is the case's own and a clock: its rounding has the effect of half an ulp in each component.
-    effects = [reference(CaseSpec.of(case)).conditioning]
+    effects = [reference_solution(CaseSpec.of(case)).conditioning]
     times = case.times.tolist()
     for index, value in enumerate(case.initial_state):
         if value != 0:
@@ -249,17 +249,17 @@ def test_a_formulation_is_judged_as_the_case() -> None:
     np.testing.assert_allclose(decoded, [float(x) for x in case.initial_state], rtol=0, atol=1e-15)
 
 
-def test_a_start_at_the_edge_of_what_decodes_is_moved_inward() -> None:
+def test_a_start_at_the_edge_of_the_domain_of_decode_is_perturbed_inward() -> None:
     case = cases.get("cycloidal_pendulum", "cusp_to_cusp").rounded()
     (formulation,) = case.formulations
-    found = reference(CaseSpec.of(case, formulation))
+    found = reference_solution(CaseSpec.of(case, formulation))
     assert np.all(np.isfinite(found.conditioning))
-    assert np.all(found.conditioning >= reference(CaseSpec.of(case)).conditioning * (1 - 1e-12))
+    assert np.all(found.conditioning >= reference_solution(CaseSpec.of(case)).conditioning * (1 - 1e-12))
 
 
 @pytest.mark.parametrize("limit", [0.1, 1.0, 50.0])
 def test_a_value_above_a_limit_reads_as_one(limit: float) -> None:
-    """ "error 1, above 1" says nothing: the value keeps as many digits as that takes."""
+    """ "error 1, above 1" would be a contradiction: the value has as many digits as needed."""
     for excess in (1e-15, 1e-9, 0.004, 0.3, 7.0):
         value = limit * (1 + excess)
         text = above_text(value, limit)
@@ -269,9 +269,9 @@ def test_a_value_above_a_limit_reads_as_one(limit: float) -> None:
 
 
 def test_errors_over_turned_starts_are_those_of_the_start_in_the_middle() -> None:
-    """Each start is held against its own exact motion; one that is not finite is the worst."""
+    """Each solution is compared with the exact motion from its own start; an error that is not finite is the largest."""
     case = cases.get("kepler_orbit").rounded()
-    known = reference(CaseSpec.of(case))
+    known = reference_solution(CaseSpec.of(case))
     scorer = Scorer(case, None, known)
     count = len(known.turned)
     assert count >= 8
@@ -284,7 +284,7 @@ def test_errors_over_turned_starts_are_those_of_the_start_in_the_middle() -> Non
     assert row["error_over_tolerance"] == pytest.approx(np.median(sizes) / 1e-6, rel=1e-6)
     assert (row["error_low"], row["error_high"]) == (pytest.approx(4e-12, rel=1e-3), pytest.approx(9e-2, rel=1e-6))
     assert (row["turned_starts"], row["null_seconds"]) == (count, 1e-5)
-    assert row["error_unturned"] < 1e-15, "the timed call, from the start as it is"
+    assert row["error_unturned"] < 1e-15, "the error of the timed call, from the start that is not turned"
     assert states is not answers
     np.testing.assert_array_equal(states, known.exact)
     answers[int(np.argmin(sizes))] = np.nan

@@ -1,4 +1,4 @@
-"""The power of growth and its law, on growths whose law is known."""
+"""The fitted power and law of growths whose law is given."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ T = np.arange(1, 65) / 6.4
         (1e-6 * T**0.757, "between sqrt t and t"),
         (1e-6 * T * np.where(np.arange(64) % 4 == 3, 2.0, 0.1), "t"),
         (2e-13 * T / T[-1], "t"),
-        (1e-6 * np.minimum(T, T[-1] / 4) ** 3, ""),  # a start-up within the octaves: no power of time
+        (1e-6 * np.minimum(T, T[-1] / 4) ** 3, ""),  # growth that ends within the octaves: no power of time
         (1e-9 * np.exp(1.5 * T), "exponential"),
         (np.where(T > 5, np.nan, T), "diverged"),
         (1e-6 * T[:7], ""),  # three octaves
@@ -46,7 +46,7 @@ def test_laws(sizes: np.ndarray, expected: str) -> None:
     ("power", "name"), [(0.0, "bounded"), (0.5, "sqrt t"), (1.0, "t"), (1.5, "t^1.5"), (2.0, "t^2")]
 )
 def test_a_wrong_law_is_named_less_than_once_in_twenty(power: float, name: str) -> None:
-    """Oscillations that grow as a power, of three turns in the span to one in two samples."""
+    """For oscillations that grow as a power, with a period from a third of the span to two samples."""
     random = np.random.default_rng(5)
     others = {law for law in LAWS if law != name}
     held = wrong = right = 0
@@ -60,8 +60,8 @@ def test_a_wrong_law_is_named_less_than_once_in_twenty(power: float, name: str) 
     assert right > 100
 
 
-def test_of_random_walks_the_interval_holds_one_half() -> None:
-    """Of independent residuals of a line it would in 73 to 90 of 100: the samples of a walk depend on each other."""
+def test_for_random_walks_the_interval_contains_one_half() -> None:
+    """An interval from residuals of a line would in 73 to 90 of 100 only, as samples of a walk are not independent."""
     random = np.random.default_rng(6)
     found = [growth(T, np.abs(1e-6 * np.cumsum(random.standard_normal(64)))) for _ in range(300)]
     assert sum(one.low <= 0.5 <= one.high for one in found) >= 0.95 * 300 - 2 * math.sqrt(0.95 * 0.05 * 300)
@@ -75,7 +75,7 @@ def test_a_case_is_rebuilt_from_its_stored_numbers() -> None:
     assert (again.numbers, again.span, again.variant) == (case.numbers, Fraction(float(case.span)), "rotation")
 
 
-def test_a_case_that_has_changed_since_is_refused() -> None:
+def test_a_case_with_other_parameters_than_stored_is_refused() -> None:
     with pytest.raises(ValueError, match="theta"):
         rebuilt(cases.case_class("pendulum_simple"), "", {"g": "1", "L": "1", "omega": "0"}, 1.0)
 
@@ -100,6 +100,6 @@ def test_laws_are_those_of_the_setting_whose_error_is_nearest_1e_5(tmp_path: Pat
     found = laws(tmp_path, frame, frame["variant"] == "", {case.name: type(case)}).set_index("quantity")
     assert set(found.index) == {"error", "energy"}
     assert found.loc["error", ["setting", "law"]].tolist() == [2e-5, "t"]
-    assert laws(tmp_path, frame, frame["variant"] == "", {}).empty  # a case that is not known is not looked for
+    assert laws(tmp_path, frame, frame["variant"] == "", {}).empty  # no laws for a case that is not known
     # theta is scaled by its amplitude, 2 rad
     assert found.loc["error", "size"] == pytest.approx(1e-5, rel=1e-6)

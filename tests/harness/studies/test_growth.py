@@ -1,4 +1,4 @@
-"""Growth of energy errors: the fit finds planted powers, and methods follow their laws over a thousand periods."""
+"""Growth of energy errors: the fit finds given powers, and methods follow their laws over a thousand periods."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from gnomon.cases import get
 from gnomon.harness.contract.integrator import Problem, Solve
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 from gnomon.harness.studies.growth import (
     SAMPLES,
     STRETCH,
@@ -30,8 +30,8 @@ from gnomon.harness.studies.growth import (
 
 
 @pytest.mark.parametrize("power", [0.0, 0.5, 1.0])
-def test_a_planted_power_is_found(power: float) -> None:
-    """Sixteen errors of random sign and size about t^power."""
+def test_a_given_power_is_found(power: float) -> None:
+    """For sixteen errors that scatter by 10 % about t^power."""
     times = np.arange(1, SAMPLES + 1) / SAMPLES
     noise = 1 + 0.1 * np.random.default_rng(1).standard_normal((16, SAMPLES))
     powers = fitted(times, np.abs(1e-10 * times**power * noise))
@@ -39,8 +39,8 @@ def test_a_planted_power_is_found(power: float) -> None:
     assert np.mean(powers) == pytest.approx(power, abs=0.03)
 
 
-def test_the_interval_covers_the_mean_as_often_as_it_says() -> None:
-    """Of 24 values, in 300 trials: percentiles are a little short, .935, and 300 trials are good to .014."""
+def test_the_interval_contains_the_mean_with_its_confidence() -> None:
+    """With 24 values the coverage of percentiles is slightly low, .935; 300 samples determine it to .014."""
     random = np.random.default_rng(3)
     held = 0
     for _ in range(300):
@@ -53,10 +53,10 @@ def test_the_interval_covers_the_mean_as_often_as_it_says() -> None:
 
 @pytest.mark.parametrize(("until", "seen"), [(1 / 128, False), (1 / 64, True)])
 def test_the_power_is_that_of_the_last_seven_octaves(until: float, seen: bool) -> None:
-    """Two decades, in whole octaves: an error ten times too large before them does not show, in their first it does."""
+    """Two decades in whole octaves: an error ten times too large has an effect in the first of them, and none before."""
     times = np.arange(1, SAMPLES + 1) / SAMPLES
     found, _ = fitted(times, np.array([np.where(times <= until, 10.0, 1.0) * times] * 2)).tolist()
-    # Over seven octaves a first one too large by ln 10 bends the slope by 3 ln 10 / (28 ln 2).
+    # A first of seven octaves that is too large by ln 10 changes the slope by 3 ln 10 / (28 ln 2).
     assert 1 - found == pytest.approx(3 * math.log(10) / (28 * math.log(2)) if seen else 0.0, abs=0.02)
 
 
@@ -68,20 +68,20 @@ def test_random_walks_grow_as_the_square_root() -> None:
     assert high - low < 0.2
 
 
-def test_every_smooth_method_of_our_own_is_there() -> None:
-    """Left out: methods that locate events, and time stepping for contact."""
+def test_every_in_house_smooth_method_is_a_subject() -> None:
+    """Methods that locate events, and time stepping for contact, are not smooth."""
     left_out = ("hybrid", "moreau")
     wanted = {
         name
-        for name, integrator in registry.own().items()
+        for name, integrator in lookup.own().items()
         if ".integrators." in type(integrator).__module__ and type(integrator).__module__.split(".")[-1] not in left_out
     }
     assert {subject.integrator for subject in SUBJECTS} == wanted
 
 
-def test_symplectic_methods_are_those_expected_to_stay_bounded() -> None:
+def test_bounded_growth_is_expected_of_symplectic_or_reversible_methods_only() -> None:
     for subject in SUBJECTS:
-        conserves = registry.own()[subject.integrator].conserves
+        conserves = lookup.own()[subject.integrator].conserves
         if subject.expected == "bounded":
             assert set(conserves) & {"symplectic", "reversible"}
         if "symplectic" in conserves:
@@ -96,13 +96,13 @@ def test_symplectic_methods_are_those_expected_to_stay_bounded() -> None:
         (2.2, 2.3, "faster than t^2"), (0.02, 1.05, "undecided between bounded, sqrt t and t"),
     ],
 )  # fmt: skip
-def test_a_law_is_named_where_the_others_are_excluded(low: float, high: float, law: str) -> None:
-    """To within 0.03, by which a fit over two decades can be off: .757 (.695 to .810) is neither sqrt t nor t."""
+def test_a_law_is_named_if_the_others_are_excluded(low: float, high: float, law: str) -> None:
+    """Within 0.03, the bias of a fit over two decades: .757 (.695 to .810) is neither sqrt t nor t."""
     assert named(low, high) == law
 
 
-def test_no_step_is_a_whole_fraction_of_a_period() -> None:
-    """Nor does it come near: the same roundings would come back in every period."""
+def test_no_step_nearly_divides_a_period() -> None:
+    """Otherwise the same rounding errors would repeat in every period."""
     for subject in SUBJECTS:
         if subject.setting > 1:
             a_period = round(subject.setting * subject.periods / SAMPLES) * SAMPLES / (STRETCH * subject.periods)
@@ -122,13 +122,13 @@ SHORT = [
 
 @pytest.mark.parametrize(("name", "law"), SHORT)
 def test_the_law_over_a_thousand_periods(name: str, law: str) -> None:
-    """Samples are 2.57 periods apart: a whole number of them would see the same phase again and again."""
+    """The interval between samples is not a multiple of the period: samples would otherwise all be at one phase."""
     subject = next(s for s in SUBJECTS if s.integrator == name)
     row = measured(replace(subject, periods=1.3e3, starts=8))
     assert row["law"] == law == subject.expected
 
 
-def test_times_are_in_periods_and_every_start_is_its_own() -> None:
+def test_times_are_in_periods_and_every_start_is_different() -> None:
     subject = next(s for s in SUBJECTS if s.integrator == "gnomon:RK4")
     times, errors = energy_errors(replace(subject, periods=1e3, starts=3, parts=2))
     assert times[-1] == pytest.approx(STRETCH * 1e3, rel=1e-5)
@@ -142,7 +142,7 @@ def test_times_are_in_periods_and_every_start_is_its_own() -> None:
     assert (row["setting"], row["expected"]) == ("about 128 steps a period", "t")
 
 
-def test_starts_are_those_of_the_case_shrunk_by_one_in_64(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_starts_are_the_initial_state_scaled_in_steps_of_one_64th(monkeypatch: pytest.MonkeyPatch) -> None:
     started = []
 
     class Watched(RK4):
@@ -155,14 +155,14 @@ def test_starts_are_those_of_the_case_shrunk_by_one_in_64(monkeypatch: pytest.Mo
 
             return watched
 
-    monkeypatch.setattr(registry, "own", lambda: {"gnomon:RK4": Watched()})
+    monkeypatch.setattr(lookup, "own", lambda: {"gnomon:RK4": Watched()})
     energy_errors(Subject("gnomon:RK4", 16, "t", periods=1e3, starts=3))
     (found,) = started
     assert found.tolist() == [[2.0, 0.0], [2.0 - 2 / 64, 0.0], [2.0 - 4 / 64, 0.0]]
 
 
 def test_energies_are_rounded_far_below_the_states() -> None:
-    """A state's own rounding is 1e-16 of it: in binary64 the invariant would add as much."""
+    """A state is rounded by 1e-16 of itself; an invariant computed in binary64 would add as much."""
     if np.finfo(np.longdouble).eps > 1e-18:
         pytest.skip("this machine has no arithmetic beyond binary64")
     case = get("pendulum_simple").rounded()
@@ -177,24 +177,24 @@ def test_energies_are_rounded_far_below_the_states() -> None:
             assert abs((mpmath.mpf(high) + mpmath.mpf(float(found - np.longdouble(high)))) / energy - 1) < 1e-18
 
 
-def test_where_no_period_is_known_it_is_that_of_the_time_scale() -> None:
-    assert period_of(get("projectile_stokes_drag")) == pytest.approx(4 * math.pi)  # of the time 1/nu = 2 s
+def test_without_a_known_period_it_is_2_pi_time_scales() -> None:
+    assert period_of(get("projectile_stokes_drag")) == pytest.approx(4 * math.pi)  # the time scale is 1/nu = 2 s
     assert period_of(get("harmonic_oscillator")) == pytest.approx(math.pi)
 
 
-def test_an_integration_that_ends_early_is_no_row(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_integration_that_ends_early_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     class Stops(RK4):
         def prepare(self, problem: Problem, setting: float) -> Solve:
             solve = super().prepare(problem, setting)
             return lambda initial: replace(solve(initial), stopped="enough")
 
-    monkeypatch.setattr(registry, "own", lambda: {"gnomon:RK4": Stops()})
+    monkeypatch.setattr(lookup, "own", lambda: {"gnomon:RK4": Stops()})
     with pytest.raises(RuntimeError, match="gnomon:RK4 stopped: enough"):
         energy_errors(Subject("gnomon:RK4", 16, "t", periods=1e3))
 
 
 def test_gauss_follows_brouwers_law() -> None:
-    """Rounded coefficients, or an iteration that stops too early, would make it 1, and ten times the error."""
+    """With rounded coefficients, or an iteration that stops too early, the power is 1 and the error ten times larger."""
     subject = Subject("gnomon:Gauss 8-stage", 16, "sqrt t", periods=2e3, starts=16)
     row = measured(subject)
     assert row["size"] < 1e-14

@@ -1,4 +1,4 @@
-"""What a rung of a ladder is worth, against numbers that follow from the models themselves."""
+"""Errors of the levels of model hierarchies, compared with values derived from the models."""
 
 from __future__ import annotations
 
@@ -6,44 +6,44 @@ import math
 
 import pandas as pd
 import pytest
-from gnomon.harness.studies.model_hierarchy import cost, hierarchies, worth
+from gnomon.harness.studies.model_hierarchy import cost, hierarchies, model_errors
 
 from gnomon import cases
 
 
-def test_each_rung_of_the_pendulum_is_nearer_to_it() -> None:
+def test_each_level_of_the_pendulum_is_nearer_to_it() -> None:
     swing = cases.get("pendulum_simple", initial_state=("0.1", 0))
-    levels = pd.DataFrame(worth(swing))
+    levels = pd.DataFrame(model_errors(swing))
     assert levels["model"].tolist() == ["harmonic_oscillator", "duffing_unforced"]
     assert levels["error"].is_monotonic_decreasing
     assert (levels["early"] <= levels["error"]).all()
 
 
 def test_the_linear_pendulum_lags_by_amplitude_squared_over_16() -> None:
-    """Its period is short by A^2/16, so after N swings it is ahead by 2 pi N A^2/16, at most a phase of the whole."""
+    """Its period is too short by A^2/16 of itself: after N swings it is ahead by a phase of 2 pi N A^2/16."""
     amplitude = 0.1
     swing = cases.get("pendulum_simple", initial_state=(str(amplitude), 0))
     swings = float(swing.span) / float(swing.quantities()["period"])
     lag = 2 * math.pi * swings * amplitude**2 / 16
-    # The sample nearest the largest slope misses it by 1 %; the next term of the period is A^4.
-    assert worth(swing)[0]["error"] == pytest.approx(lag, rel=0.05)
-    # After one period, where the speed turns fastest.
-    assert worth(swing)[0]["early"] == pytest.approx(2 * math.pi * amplitude**2 / 16, rel=0.05)
+    # The sample nearest the largest slope is 1 % below it; the next term of the period is A^4.
+    assert model_errors(swing)[0]["error"] == pytest.approx(lag, rel=0.05)
+    # After one period, where the speed changes fastest.
+    assert model_errors(swing)[0]["early"] == pytest.approx(2 * math.pi * amplitude**2 / 16, rel=0.05)
 
 
 def test_the_quartic_pendulum_lags_by_amplitude_to_the_fourth_over_384() -> None:
-    """Period over that of a small swing: 1 + A^2/16 + 33 A^4/9216 for the pendulum, 57 in place of 33 for the model."""
+    """Ratio of the period to that of small swings: 1 + A^2/16 + 33 A^4/9216 for the pendulum, 57 A^4/9216 in the model."""
     amplitude, span = 0.2, 40
     swing = cases.get("pendulum_simple", initial_state=(str(amplitude), 0), span=span)
     lag = math.sqrt(9.81) * span * amplitude**4 * (57 - 33) / 9216
-    # The sample nearest the largest slope misses it by 1 %; the next term of the periods is A^2 smaller.
-    assert worth(swing)[1]["error"] == pytest.approx(lag, rel=0.06)
+    # The sample nearest the largest slope is 1 % below it; the next term of the periods is smaller by a factor A^2.
+    assert model_errors(swing)[1]["error"] == pytest.approx(lag, rel=0.06)
 
 
 def test_a_throw_is_the_orbit_in_its_own_axes() -> None:
-    """Over a short while gravity is uniform to h/R: with the axes mixed up the throw would miss by its own size."""
+    """Over a short time gravity is uniform to h/R. With interchanged axes the error would be as large as the throw."""
     throw = cases.get("kepler_orbit", "throw")
-    (row,) = worth(throw)
+    (row,) = model_errors(throw)
     # in 61 s the height changes by some 20 km of 6371
     assert row["error"] < 0.02
 
@@ -59,8 +59,8 @@ def test_cost_is_per_characteristic_time_and_a_ratio_to_the_full_model() -> None
     assert (found["integrators"], found["fastest"], found["seconds"]) == (2, "a", 0.5)
 
 
-def test_the_table_of_a_ladder_ends_with_the_full_model() -> None:
-    """A rung that is the case itself with other numbers has an error, but no time: it was never run."""
+def test_the_rows_of_a_hierarchy_end_with_the_full_model() -> None:
+    """A level that is the case itself with other parameters has an error, but no time: it was not run."""
     full = cases.get("torpedo_firing_pin")
     fixed = {"variant": "", "formulation": "", "target": 1e-6, "case": full.name, "integrator_id": "a"}
     spans = pd.DataFrame([{"case": full.name, "span": 4.0, "time_scale": 2.0, "variant": ""}])
@@ -75,20 +75,20 @@ def test_the_table_of_a_ladder_ends_with_the_full_model() -> None:
     assert (last["ratio"], last["integrators"], last["seconds"]) == (1.0, 1, 1.5)
 
 
-def test_rungs_of_one_case_are_numbered() -> None:
+def test_levels_of_one_case_are_numbered() -> None:
     turning = "free_fall_rotating_earth"
-    labels = [row["label"] for row in worth(cases.get("free_fall_rotating_frame_centrifugal"))]
+    labels = [row["label"] for row in model_errors(cases.get("free_fall_rotating_frame_centrifugal"))]
     assert labels == [f"{turning} (1)", "free_fall_first_order", f"{turning} (2)"]
 
 
-def test_the_span_holds_its_first_period() -> None:
-    """64 samples of the first period find a peak that those of the span may miss."""
-    (level,) = worth(cases.get("rotating_pendulum"))
+def test_the_error_over_the_span_includes_the_first_period() -> None:
+    """64 samples of the first period may show a peak between the samples of the span."""
+    (level,) = model_errors(cases.get("rotating_pendulum"))
     assert level["error"] >= level["early"] > 1
 
 
 @pytest.mark.parametrize("name", [name for name in cases.names() if cases.get(name).hierarchy])
-def test_every_rung_is_in_the_coordinates_of_its_case(name: str) -> None:
+def test_every_level_is_projected_to_the_coordinates_of_its_case(name: str) -> None:
     full = cases.get(name).rounded()
     times = full.times[::16]
     for level in full.hierarchy:

@@ -1,4 +1,4 @@
-"""The published orders: every in-house method is there, and its measured order is the declared one."""
+"""The published orders: every in-house method is measured, and its order is the declared one."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from gnomon.harness.studies.orders import SUBJECTS, WITHIN, Subject, measured
 
 IN_HOUSE = {m.id.removeprefix("gnomon:"): m for m in own().values() if ".integrators." in type(m).__module__}
 FORMULA_OF_ANOTHER = {"DOP853 [events]": "DOP853"}
-"""Measured on the same formula with the same numbers: once is enough here."""
+"""Measured with the same formula on the same problem: once is enough here."""
 
 
-def test_every_method_of_our_own_is_there_once() -> None:
+def test_every_in_house_method_is_a_subject_once() -> None:
     assert sorted(subject.integrator for subject in SUBJECTS) == sorted(IN_HOUSE)
 
 
@@ -33,17 +33,17 @@ def test_the_measured_order_is_the_declared_one(subject: Subject) -> None:
     assert row["points"] >= 4
     assert row["case"].split("/") == [name for name in (subject.case, subject.variant) if name]
     chooses_steps = IN_HOUSE[subject.integrator].sweep.kind == "tolerance"
-    assert row["at_fixed_steps"] == chooses_steps, "the page says so"
+    assert row["at_fixed_steps"] == chooses_steps, "the page shows this column"
     assert declared <= 8 or row["digits"] >= 60, "binary64 has no asymptotic range above order 8"
 
 
-def test_a_method_without_a_range_is_no_row() -> None:
-    """At 8 steps an orbit the error is above 1e-2."""
+def test_a_method_without_an_asymptotic_range_is_an_error() -> None:
+    """With so few steps in an orbit the error is above 1e-2."""
     with pytest.raises(RuntimeError, match="no range of steps shows the order of RK4"):
         measured(Subject("RK4", case="kepler_orbit", most_steps=64))
 
 
-def test_what_is_published(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_published_file_has_rows_and_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(orders, "SUBJECTS", [Subject("RK4", span="3")])
     monkeypatch.setattr("sys.argv", ["orders", "--to", str(tmp_path / "orders.json")])
     orders.main()

@@ -1,4 +1,4 @@
-"""Times at equal error of two planted sides; launches gathered; what the report says of them."""
+"""Times at equal error of two sides with given errors; launches combined; their rows in the report."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def test_a_side_times_only_the_settings_near_its_targets() -> None:
 
 
 def test_two_sides_at_equal_error() -> None:
-    """Each setting burns so many milliseconds; the slower side does not reach the second error."""
+    """Each setting takes a given processor time; the slower side does not reach the second error."""
 
-    def burning(milliseconds: float) -> Any:
+    def lasting(milliseconds: float) -> Any:
         def solve(start: Any) -> Solution:
             end = time.process_time() + milliseconds * 1e-3
             while time.process_time() < end:
@@ -45,8 +45,8 @@ def test_two_sides_at_equal_error() -> None:
 
         return solve
 
-    fast = Side(ERRORS, [burning(k) for k in (1, 2, 4, 8)], burning(0))
-    slow = Side(ERRORS[:3], [burning(k) for k in (10, 20, 40)], burning(5))
+    fast = Side(ERRORS, [lasting(k) for k in (1, 2, 4, 8)], lasting(0))
+    slow = Side(ERRORS[:3], [lasting(k) for k in (10, 20, 40)], lasting(5))
     (reached, missed), nulls = at_equal_error((fast, slow), np.zeros((1, 2)), (1e-4, 1e-8), repeats=1)
     assert nulls[1] >= 5e-3 > nulls[0]
     assert reached[0] is not None
@@ -58,8 +58,8 @@ def test_two_sides_at_equal_error() -> None:
 
 
 @pytest.mark.parametrize("integrator", [GaussFast(), Dop853(), scipy_odeint.Odeint(), rebound_ode.OdeMode()])
-def test_a_null_call_makes_the_calls_and_next_to_no_steps(integrator: Any) -> None:
-    """As many states as the call, all still at the start; a step from sample to sample at most."""
+def test_a_null_call_makes_the_same_calls_with_almost_no_steps(integrator: Any) -> None:
+    """It returns as many states, all equal to the start to 1e-7, with at most one step from sample to sample."""
     case = get("pendulum_simple", "speed").rounded()
     problem, start = problem_of(case, integrator.accepts), initial_state(case)[None]
     null = null_call(integrator, problem, 1e-6)(start)
@@ -69,14 +69,14 @@ def test_a_null_call_makes_the_calls_and_next_to_no_steps(integrator: Any) -> No
     assert null.steps <= 65 < whole.steps
 
 
-def test_sides_take_turns() -> None:
-    order: list[str] = []
+def test_calls_of_the_sides_alternate() -> None:
+    called: list[str] = []
 
     def noted(name: str) -> Any:
-        return lambda start: order.append(name)
+        return lambda start: called.append(name)
 
     interleaved([[noted("a"), noted("b")], [noted("c")]], np.zeros(1), repeats=1)
-    assert order == ["a", "c", "b"] * 2
+    assert called == ["a", "c", "b"] * 2
 
 
 def row(**values: Any) -> dict[str, Any]:
@@ -86,7 +86,7 @@ def row(**values: Any) -> dict[str, Any]:
 
 @pytest.fixture
 def published(tmp_path: Path) -> Path:
-    """Three launches: a ratio with its range, the same with much overhead, one not so accurate, one single time."""
+    """Three launches with a ratio and its range, the same with large overhead, a missed error, and a single time."""
     for launch, ratio in enumerate((3.0, 2.0, 5.0)):
         nulls = {"first_null": 5e-5, "second_null": 5e-5, "first_prepare": 0.01 * ratio, "second_prepare": 0.2}
         rows = [
@@ -102,7 +102,7 @@ def published(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_launches_are_gathered(published: Path) -> None:
+def test_launches_are_combined(published: Path) -> None:
     found = json.loads((published / "benchmarks.json").read_text())
     assert found["launches"] == 3
     reached, _, missed, single = found["rows"]
@@ -127,7 +127,7 @@ def test_the_report_claims_what_was_measured(published: Path) -> None:
     assert report_benchmarks.growth(published) is None
 
 
-def test_a_file_of_an_earlier_revision_has_no_claims_and_costs_no_report(tmp_path: Path) -> None:
+def test_a_file_of_an_earlier_revision_has_no_claims_and_does_not_end_the_report(tmp_path: Path) -> None:
     old = {"launches": 5, "environment": {}, "rows": [{"ours_name": "o", "peer_name": "x"}]}
     (tmp_path / "benchmarks.json").write_text(json.dumps(old))
     found = report_benchmarks.benchmarks(tmp_path)

@@ -19,12 +19,12 @@ HOLDS = """
 import signal, sys
 from pathlib import Path
 from gnomon.harness.system import locks
-from gnomon.harness.system import child_process as processes
+from gnomon.harness.system import child_process
 from gnomon.harness.results.store import Store
 results = Store(Path(sys.argv[1]))
 folder = locks.temporary_folder()
 (folder / "output").write_text("printed")
-processes.context()  # the socket of multiprocessing's server
+child_process.context()  # the socket of multiprocessing's server
 print(folder, flush=True)
 signal.pause()
 """

@@ -6,14 +6,14 @@ from fractions import Fraction
 
 import mpmath
 import pytest
-from gnomon.reference.guided.chains_over_edge import Runaway
+from gnomon.reference.guided.chains_over_edge import SlidingChain
 from gnomon.reference.numerics.precision import exact
 
 G = Fraction("9.81")
 
 
 def chain(mu, s, v):
-    return Runaway(G * (1 + mu), mu / (1 + mu), Fraction(1), G, exact(s), exact(v))
+    return SlidingChain(G * (1 + mu), mu / (1 + mu), Fraction(1), G, exact(s), exact(v))
 
 
 CASES = [

@@ -18,8 +18,8 @@ from gnomon.reference.oscillators.duffing_unforced import DuffingMotion
 from gnomon.reference.oscillators.forced_oscillators import Coasting, ForcedLinear, SwitchedOff
 from gnomon.reference.oscillators.harmonic_oscillator import HarmonicMotion
 from gnomon.reference.pendulums.cycloidal_pendulum import CycloidalMotion
-from gnomon.reference.pendulums.foucault_linear import Foucault
 from gnomon.reference.pendulums.foucault_pendulum_centrifugal import FoucaultCentrifugal
+from gnomon.reference.pendulums.foucault_pendulum_linear import Foucault
 from gnomon.reference.pendulums.holonomic_constraint_dae import CartesianPendulum
 from gnomon.reference.pendulums.light_cart import HalfSwings, LightCart
 from gnomon.reference.pendulums.pendulum_simple import Pendulum

@@ -5,7 +5,7 @@ import pytest
 from gnomon.reference.numerics.precision import exact
 from gnomon.reference.numerics.taylor import ball, integrate
 from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop, SphericalPendulum
-from gnomon.reference.rigid_bodies.top_attitude import TopAttitude
+from gnomon.reference.rigid_bodies.lagrange_top_attitude import TopAttitude
 from mpmath import mpf
 
 IDENTITY = (1, 0, 0, 0, 1, 0, 0, 0, 1)

@@ -77,36 +77,3 @@ def test_folder_that_cannot_be_written_costs_only_the_keeping(home):
 def test_reserved_array_name_is_refused(home):
     with pytest.raises(ValueError, match="notes"):
         diskcache.store("key", Entry({"notes": np.zeros(1)}))
-
-
-def test_the_fingerprint_sees_every_source_of_a_package_and_of_its_folders(tmp_path, monkeypatch):
-    """A constant would serve exact motions of sources that were edited since."""
-    package = tmp_path / "fingerprinted"
-    (package / "inner").mkdir(parents=True)
-    for path in (
-        package / "__init__.py",
-        package / "a.py",
-        package / "inner" / "__init__.py",
-        package / "inner" / "b.py",
-    ):
-        path.write_text("x = 1\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    found = {_fingerprint()}
-    for path in (package / "a.py", package / "inner" / "b.py"):
-        path.write_text("x = 2\n")
-        found.add(_fingerprint())
-    (package / "a.py").rename(package / "inner" / "a.py")
-    found.add(_fingerprint())
-    assert len(found) == 4
-
-
-def _fingerprint():
-    diskcache.fingerprint.cache_clear()
-    return diskcache.fingerprint("fingerprinted")
-
-
-@pytest.fixture(autouse=True)
-def forgotten():
-    """What the cache of fingerprints holds of these tests is forgotten after each."""
-    yield
-    diskcache.fingerprint.cache_clear()

@@ -18,7 +18,7 @@ from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.integrators.gauss.gauss import INTEGRATORS, Gauss, Gauss2, Gauss4, ImplicitMidpoint, newton_rows
 from gnomon.harness.integrators.gauss.gauss_steps import newton_numbers, newton_step
-from gnomon.harness.results.convergence_order import solve_exactly
+from gnomon.harness.studies.order_measurement import solve_exactly
 from gnomon.reference.numerics.precision import nearest_double, working
 
 METHODS = [method for method in INTEGRATORS if issubclass(method, Gauss)]

@@ -19,14 +19,13 @@ from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem, Refused
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
-from gnomon.harness.integrators.gauss import gauss_fast, gauss_fast_kernel
-from gnomon.harness.integrators.gauss import gauss_fast_text as text
+from gnomon.harness.integrators.gauss import gauss_fast, gauss_fast_kernel, gauss_fast_text
 from gnomon.harness.integrators.gauss.gauss import Gauss, integrals, nodes
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast, foreseen, table
 from gnomon.harness.integrators.gauss.gauss_fast_kernel import layout
-from gnomon.harness.kernels import equations as compiling
-from gnomon.harness.results.convergence_order import measure_order_exactly
+from gnomon.harness.kernels.generated_modules import load_module
 from gnomon.harness.studies.growth import Subject, energy_errors
+from gnomon.harness.studies.order_measurement import measure_order_exactly
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -160,44 +159,53 @@ def test_order_in_sixty_digits() -> None:
 def test_the_table_is_the_rounding_of_the_exact_method() -> None:
     """Weights and powers of the nodes integrate polynomials up to degree 15; the stage matrix up to degree 7."""
     first, second = table(False), table(True)
-    nodes, weights = first[text.NODES], first[text.WEIGHTS]
+    nodes, weights = first[gauss_fast_text.NODES], first[gauss_fast_text.WEIGHTS]
     for degree in range(16):
         assert weights @ nodes**degree == pytest.approx(1 / (degree + 1), rel=1e-14)
     for degree in range(8):
         power = nodes**degree
-        assert first[text.STAGES :][:8].T @ power == pytest.approx(
+        assert first[gauss_fast_text.STAGES :][:8].T @ power == pytest.approx(
             nodes ** (degree + 1) / (degree + 1), rel=1e-12, abs=1e-16
         )
         if degree < 7:  # the first of the two integrals must be of degree 7 at most for the second one to be exact
             twice = nodes ** (degree + 2) / ((degree + 1) * (degree + 2))
-            assert second[text.STAGES :][:8].T @ power == pytest.approx(twice, rel=1e-12, abs=1e-16)
-            assert second[text.POWERED + degree] == pytest.approx(twice, rel=1e-12, abs=1e-16)
-        assert first[text.POWERED + degree] == pytest.approx(nodes ** (degree + 1) / (degree + 1), rel=1e-12, abs=1e-16)
-        assert first[text.ENDS] @ power == pytest.approx(1, rel=1e-12)
+            assert second[gauss_fast_text.STAGES :][:8].T @ power == pytest.approx(twice, rel=1e-12, abs=1e-16)
+            assert second[gauss_fast_text.POWERED + degree] == pytest.approx(twice, rel=1e-12, abs=1e-16)
+        assert first[gauss_fast_text.POWERED + degree] == pytest.approx(
+            nodes ** (degree + 1) / (degree + 1), rel=1e-12, abs=1e-16
+        )
+        assert first[gauss_fast_text.ENDS] @ power == pytest.approx(1, rel=1e-12)
         # The integral of what the last step's polynomial becomes in this one: 1 + c in place of c.
         carried = ((1 + nodes) ** (degree + 1) - 1) / (degree + 1)
-        assert first[text.CARRIED :][:8].T @ power == pytest.approx(carried, rel=1e-8)
+        assert first[gauss_fast_text.CARRIED :][:8].T @ power == pytest.approx(carried, rel=1e-8)
         # The monomials about the end of the step, evaluated at the nodes.
-        monomials = first[text.MONOMIALS :][:8].T @ power
+        monomials = first[gauss_fast_text.MONOMIALS :][:8].T @ power
         assert np.polyval(monomials[::-1], nodes - 1) == pytest.approx(power, abs=1e-9)
     one = np.longdouble(1)
-    exactly, fine = one * first[text.NODES_HIGH] + first[text.NODES_LOW], one * weights + first[text.WEIGHTS_LOW]
+    exactly, fine = (
+        one * first[gauss_fast_text.NODES_HIGH] + first[gauss_fast_text.NODES_LOW],
+        one * weights + first[gauss_fast_text.WEIGHTS_LOW],
+    )
     for degree in range(16):
         # Rounded to binary64 they are off by some 1e-17.
         assert abs(np.sum(fine * exactly**degree) - one / (degree + 1)) < np.finfo(np.longdouble).eps
-    assert np.array_equal(first[text.NODES_HIGH] + first[text.NODES_LOW], nodes)
-    assert np.array_equal(first[text.NODES_HIGH], first[text.NODES_HIGH].astype(np.float32))
+    assert np.array_equal(first[gauss_fast_text.NODES_HIGH] + first[gauss_fast_text.NODES_LOW], nodes)
+    assert np.array_equal(first[gauss_fast_text.NODES_HIGH], first[gauss_fast_text.NODES_HIGH].astype(np.float32))
     sums = [
         np.sum(one * matrix, axis=0)
-        for matrix in (first[text.STAGES :][:8], first[text.ONCE :][:8], second[text.ONCE :][:8])
+        for matrix in (
+            first[gauss_fast_text.STAGES :][:8],
+            first[gauss_fast_text.ONCE :][:8],
+            second[gauss_fast_text.ONCE :][:8],
+        )
     ]
     assert max(np.max(np.abs(found - exactly)) for found in sums) < 8 * np.finfo(np.longdouble).eps
     for degree in range(8):
         # The coefficients of one Legendre polynomial on the step: itself alone.
         values = scipy.special.eval_legendre(degree, 2 * nodes - 1)
         alone = np.eye(8)[degree]
-        assert first[text.LEGENDRE :][:8].T @ values == pytest.approx(alone, abs=1e-14)
-        assert first[text.HIGHEST :][:4] @ values == pytest.approx(alone[4:], abs=1e-14)
+        assert first[gauss_fast_text.LEGENDRE :][:8].T @ values == pytest.approx(alone, abs=1e-14)
+        assert first[gauss_fast_text.HIGHEST :][:4] @ values == pytest.approx(alone[4:], abs=1e-14)
 
 
 @pytest.mark.parametrize("width", [0.2, 1.0, 2.0])
@@ -557,7 +565,7 @@ def step_sums(monkeypatch: pytest.MonkeyPatch) -> StepSums:
         problem = problem_of(case, GaussFast.accepts)
         found = layout(problem.form, len(problem.parameters), problem.dimension)
         with monkeypatch.context() as patched:
-            patched.setattr(compiling, "compiled", lambda source, name: source)
+            patched.setattr(gauss_fast_kernel, "compiled_function", lambda source, name: source)
             given = (problem.form, len(problem.parameters), problem.dimension, problem.counted)
             module = str(gauss_fast_kernel.compiled.__wrapped__(*given))
         count = len(found.values)
@@ -567,7 +575,7 @@ def step_sums(monkeypatch: pytest.MonkeyPatch) -> StepSums:
             f"    return moved_exactly(h, y, low, ({vectors}), ({coarse}), table)\n"
         )
         functions = module[: module.index("@njit", module.index("def moved_exactly"))]
-        return compiling.load_module(functions + probe).probe, table(found.second_order), count, found.second_order
+        return load_module(functions + probe).probe, table(found.second_order), count, found.second_order
 
     return of
 

@@ -18,7 +18,8 @@ from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.integrators.geometric import lie
 from gnomon.harness.integrators.geometric.lie import AxisSplitting2, AxisSplitting6, MuntheKaas4, RigidBodyMethod
-from gnomon.harness.results.convergence_order import fit_order, solve_exactly
+from gnomon.harness.results.convergence_order import fit_order
+from gnomon.harness.studies.order_measurement import solve_exactly
 from gnomon.reference.numerics import taylor
 from gnomon.reference.numerics.precision import nearest_double, working
 from numpy.typing import NDArray

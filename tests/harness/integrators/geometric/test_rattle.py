@@ -16,7 +16,8 @@ from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.integrators.geometric import rattle
 from gnomon.harness.integrators.geometric.rattle import Rattle
-from gnomon.harness.results.convergence_order import fit_order, measure_order, solve_exactly
+from gnomon.harness.results.convergence_order import fit_order
+from gnomon.harness.studies.order_measurement import measure_order, solve_exactly
 from gnomon.reference.numerics.precision import working
 
 METHODS = pytest.mark.parametrize("method", rattle.INTEGRATORS, ids=lambda method: method.name)

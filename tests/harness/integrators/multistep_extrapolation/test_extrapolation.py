@@ -7,7 +7,7 @@ import pytest
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.multistep_extrapolation.extrapolation import GraggBulirschStoer
-from gnomon.harness.results.convergence_order import measure_order_exactly
+from gnomon.harness.studies.order_measurement import measure_order_exactly
 from gnomon.harness.studies.order_twins import with_columns
 
 

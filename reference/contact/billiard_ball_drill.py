@@ -1,8 +1,8 @@
-"""A ball on a table whose contact is a small patch: friction against sliding and drilling together (Beatty, 10.15).
+"""A ball on a table with a small contact patch: coupled friction against sliding and drilling (Beatty, 10.15).
 
-Over mass the force is -mu g s/(|s| + rho |wz|), the torque -mu g rho^2 wz/(|s| + rho |wz|): the linear quotients by which
-Zhuravlev (J. Appl. Math. Mech. 62, 1998) replaces Contensou's integrals, with one length. In the variable u with
-du = mu g dt/(|s| + rho |wz|) slip and drill fade as e^(-7u/2) and e^(-ku), k = 5 rho^2/(2 R^2), and
+Per unit mass the force is -mu g s/(|s| + rho |wz|) and the torque -mu g rho^2 wz/(|s| + rho |wz|): Zhuravlev's linear
+quotients (J. Appl. Math. Mech. 62, 1998) in place of Contensou's integrals, with one length rho. In the variable u,
+du = mu g dt/(|s| + rho |wz|), slip and drilling rate decay as e^(-7u/2) and e^(-ku), k = 5 rho^2/(2 R^2), and
 
     mu g t = |s0| (1 - e^(-7u/2)) 2/7 + rho |wz0| (1 - e^(-ku))/k.
 
@@ -21,7 +21,7 @@ from gnomon.reference.numerics.motion import Motion
 
 @dataclass(frozen=True)
 class DrillingBall(Motion):
-    """State (x, y, vx, vy, wx, wy, wz), a solid sphere; slip, wz, mu, g and rho not zero.
+    """State (x, y, vx, vy, wx, wy, wz) of a solid sphere; slip, wz, mu, g and rho are not zero.
 
     A time at or beyond the end raises ValueError.
     """
@@ -44,16 +44,16 @@ class DrillingBall(Motion):
         return self.vx - self.R * self.wy, self.vy + self.R * self.wx
 
     def end_time(self, digits: int = 15) -> Any:
-        """When the ball neither slides nor drills."""
+        """Time from which the ball neither slides nor drills (s)."""
         return self._quantity(digits, lambda mp: sum(size / rate for size, rate in self._fading(mp)))
 
     def final_velocity(self, digits: int = 15) -> tuple[Any, Any]:
-        """The same as without drilling: (5/7) v0 + (2/7) R w0 x k."""
+        """Velocity at the end, the same as without drilling: (5/7) v0 + (2/7) R w0 x k."""
         sx, sy = self.slip
         return self._rational(digits, self.vx - 2 * sx / 7), self._rational(digits, self.vy - 2 * sy / 7)
 
     def _fading(self, mp: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
-        """Size over mu g and rate in u, of the slip and of the drill."""
+        """Size over mu g and decay rate in u, for the slip and for the drilling."""
         sx, sy = self.slip
         unit = mp.mpf(self.mu * self.g)
         return (
@@ -65,10 +65,10 @@ class DrillingBall(Motion):
         return 25
 
     def _clock(self, mp: Any, time: Any) -> Any:
-        """u at a time: t(u) is concave, so Newton's method climbs from the left."""
+        """u at a time: t(u) is concave, so that Newton's method converges from the left."""
         parts, u = self._fading(mp), mp.zero
         if time >= mp.fsum(size / rate for size, rate in parts):
-            raise ValueError(f"no state at t = {float(time):g} s: the ball neither slides nor drills from its end on")
+            raise ValueError(f"no state at t = {float(time):g} s: the ball neither slides nor drills from end_time on")
         for _ in range(200):
             past = -mp.fsum(size * mp.expm1(-rate * u) / rate for size, rate in parts)
             pace = mp.fsum(size * mp.exp(-rate * u) for size, rate in parts)

@@ -1,7 +1,7 @@
-"""The attitude of a billiard ball (Beatty, Dynamics, 10.15): R' = hat(w) R with w in space.
+"""The attitude of a billiard ball (Beatty, Dynamics, 10.15): R' = hat(w) R with w in the inertial frame.
 
-While the ball slides, w = w0 + alpha t; the quaternion's power series in t converges everywhere, with its terms below
-those of exp(|w0| t/2 + |alpha| t^2/4). While it rolls w is constant.
+While the ball slides, w = w0 + alpha t; the power series of the quaternion in t converges for all t, with terms below
+those of exp(|w0| t/2 + |alpha| t^2/4). While it rolls, w is constant.
 """
 
 from __future__ import annotations
@@ -13,16 +13,17 @@ from typing import Any
 
 import flint
 from gnomon.reference.contact.billiard_ball import BilliardBall
-from gnomon.reference.numerics.balls import BallMotion, ball, refined
+from gnomon.reference.numerics.balls import ball, refined
+from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.precision import publish, working
-from gnomon.reference.rigid_bodies.top_attitude import Quaternion, matrix, product
+from gnomon.reference.rigid_bodies.lagrange_top_attitude import Quaternion, matrix, product
 
 NOTHING = (flint.arb(0),) * 3
 PIECE = 16
-"""Of the bound of half the angle, in rad: one series over more would take digits in proportion to it."""
+"""Largest bound of half the angle (rad) for one series, whose loss of digits is proportional to the bound."""
 MOST_PIECES = 256
 MOST_TURN = 2 * MOST_PIECES * PIECE
-"""Of the bound of the whole angle, in rad."""
+"""Largest bound of the whole angle (rad)."""
 
 
 @dataclass(frozen=True)
@@ -33,12 +34,12 @@ class BilliardAttitude(BallMotion):
     attitude: tuple[Fraction, ...]
 
     def rolling_state(self, digits: int = 15) -> tuple[Any, ...]:
-        """The state at the end of the sliding; mu > 0."""
+        """The state when sliding ends; mu > 0."""
         with working(digits + 2) as mp:
             return publish(refined(mp, lambda: self._after(self.centre._rolling_time(), flint.arb(0))), digits)
 
     def _after(self, until: Any, rest: Any) -> list[Any]:
-        """The state `rest` after the end of the sliding at `until`."""
+        """The state at `rest` after sliding ends at `until`."""
         here = list(self.centre._rolled(rest))
         start = [ball(w) for w in (self.centre.wx, self.centre.wy, self.centre.wz)]
         slid = turned(start, self.centre.spin_up(), until)
@@ -58,7 +59,7 @@ class BilliardAttitude(BallMotion):
 
 
 def turned(rate: Sequence[Any], growth: Sequence[Any], time: Any) -> Quaternion:
-    """The rotation after a time at the rate `rate` + `growth` t, both in space, by halves where it is long."""
+    """The rotation after `time` at the rate `rate` + `growth` t (inertial frame); long times are halved."""
     zero = flint.arb(0)
     square = sum(w * w for w in rate)
     if growth is NOTHING and square > 0:
@@ -75,7 +76,7 @@ def turned(rate: Sequence[Any], growth: Sequence[Any], time: Any) -> Quaternion:
     if size > PIECE:
         middle = [w + a * time / 2 for w, a in zip(rate, growth, strict=True)]
         return product(turned(middle, growth, time / 2), turned(rate, growth, time / 2))
-    # Beyond n terms of exp(a + b), a and b the sizes, less than e^(2a + 4b) 2^(1 - n) is left (Cauchy, on |z| = 2).
+    # The remainder of exp(a + b) after n terms, a and b the sizes, is below e^(2a + 4b) 2^(1 - n) (Cauchy, |z| = 2).
     count = flint.ctx.prec + int(float(size.mid()) * 6) + 16
     before: Quaternion = (zero, zero, zero, zero)
     term: Quaternion = (flint.arb(1), zero, zero, zero)

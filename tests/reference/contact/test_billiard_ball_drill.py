@@ -7,9 +7,9 @@ from fractions import Fraction
 import mpmath
 import pytest
 from gnomon.cases import get
-from gnomon.reference.contact.billiard_attitude import BilliardAttitude
 from gnomon.reference.contact.billiard_ball import BilliardBall
-from gnomon.reference.contact.drilling_ball import DrillingBall
+from gnomon.reference.contact.billiard_ball_attitude import BilliardAttitude
+from gnomon.reference.contact.billiard_ball_drill import DrillingBall
 from gnomon.reference.numerics.precision import exact
 from gnomon.reference.rigid_bodies.euler_top import IDENTITY
 

@@ -1,7 +1,7 @@
-"""A rigid body that falls and turns in a Stokes medium (Beatty, Dynamics, 10.22.4).
+"""A rigid body that falls and rotates in a Stokes medium (Beatty, Dynamics, 10.22.4).
 
-The drag of every element, -nu v per unit mass, makes a force at the centre of mass and a torque -nu H about it: centre
-and rotation know nothing of each other.
+The drag of every element, -nu v per unit mass, gives a force at the centre of mass and a torque -nu H about it:
+translation and rotation are independent.
 """
 
 from __future__ import annotations

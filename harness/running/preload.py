@@ -1,4 +1,4 @@
-"""What the server of worker processes imports once, so that a worker starts in 50 ms. Imported by that server only."""
+"""Imports all libraries once in the fork server, so that a worker starts in 50 ms. Only the fork server imports this."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import importlib
 import os
 import sys
 
-from gnomon.harness.registry import lookup as registry
+from gnomon.harness.registry import lookup
 from gnomon.harness.system.child_process import quiet_child
 
 from gnomon import cases
@@ -26,17 +26,17 @@ LIBRARIES = (
 
 def _import_everything() -> None:
     for name in LIBRARIES:
-        with contextlib.suppress(ImportError):  # a missing library is `not_installed`, as the plan says
+        with contextlib.suppress(ImportError):  # the plan gives trials of a missing library the status `not_installed`
             importlib.import_module(name)
     for name in cases.names():
         cases.case_class(name)
-    registry.everything()
+    lookup.everything()
     _warm_up()
 
 
 def _warm_up() -> None:
-    """numba builds its tables of types at the first compilation: 0.3 s, which every worker would pay again."""
-    from numba import cfunc
+    """Compile once: at the first compilation numba builds its tables of types, which takes 0.3 s in each worker else."""
+    from numba import cfunc  # slow to load: a process that compiles nothing goes without
 
     cfunc("float64(float64)")(_identity)
 
@@ -46,7 +46,7 @@ def _identity(x: float) -> float:
 
 
 def _quietly() -> None:
-    """Libraries print while they are imported; nobody's record wants it."""
+    """Import with output discarded: what libraries print at import belongs to no trial."""
     sys.stdout.flush()
     saved = os.dup(1), os.dup(2)
     null = os.open(os.devnull, os.O_WRONLY)
@@ -65,4 +65,4 @@ def _quietly() -> None:
 quiet_child()
 _quietly()
 gc.collect()
-gc.freeze()  # a collection in a worker then neither walks these objects nor copies their pages
+gc.freeze()  # a collection in a worker then neither visits these objects nor copies their pages

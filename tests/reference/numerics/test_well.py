@@ -4,18 +4,12 @@ from __future__ import annotations
 
 import mpmath
 import pytest
+from gnomon.reference.guided.curve_sliding import Catenary, Parabola, Quartic
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.numerics.wells import (
-    CartPendulum,
-    Catenary,
-    HangingMass,
-    Logarithmic,
-    Parabola,
-    Quartic,
-    SpringDumbbell,
-    ThickTube,
-)
+from gnomon.reference.orbits.central_force import HangingMass, Logarithmic, SpringDumbbell
+from gnomon.reference.oscillators.rubber_tube_thick import ThickTube
 from gnomon.reference.pendulums.light_cart import LightCart
+from gnomon.reference.pendulums.pendulum_on_cart import CartPendulum
 
 
 def made(kind, *numbers):

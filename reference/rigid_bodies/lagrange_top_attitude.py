@@ -1,8 +1,8 @@
-"""The heavy symmetric top as a rigid body: rates in the body and rotation matrix, with no singular angle.
+"""The heavy symmetric top as a rigid body: rates in the body and rotation matrix, without singular angles.
 
-Only the third row of R(0), the vertical in the body, acts on the motion; its length is a factor of the weight, so that
-R(0) need not be orthogonal: R(t) = R(0) Q(t). Every special motion (regular precession, through the vertical or
-the lowest point, rising to the vertical for ever) is recognised on exact numbers. Beatty, Dynamics, 11.12.4.
+Only the third row of R(0), the vertical in the body, enters the motion; its length is a factor of the weight, so that
+R(0) need not be orthogonal: R(t) = R(0) Q(t). Every special motion (regular precession, passage through the vertical or
+the lowest point, asymptotic approach to the vertical) is recognised on exact numbers. Beatty, Dynamics, 11.12.4.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ from functools import lru_cache
 from typing import Any
 
 import flint
-from gnomon.reference.numerics.balls import BallMotion, ball
+from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
-from gnomon.reference.rigid_bodies.nutation import Gait, Start, nutates, nutation
+from gnomon.reference.rigid_bodies.nutation import Start, TiltState, nutates, nutation
 
 Quaternion = tuple[Any, Any, Any, Any]
 """(w, x, y, z)."""
@@ -36,13 +37,13 @@ class TopAttitude(BallMotion):
     attitude: tuple[Fraction, ...]
 
     def nutation_period(self, digits: int = 15) -> Any | None:
-        """After which the tilt repeats; None where it is constant, or rises to the vertical for ever."""
+        """Period of the tilt (s); None where it is constant or approaches the vertical asymptotically."""
         if self._square == 0 or not nutates(self._top()):
             return None
         return self._derived(digits, lambda: _nutation(self, flint.ctx.prec).period())
 
     def precession_per_nutation(self, digits: int = 15) -> Any | None:
-        """The azimuth gained in a nutation period (rad); None where there is none."""
+        """Change of the azimuth over a nutation period (rad); None without such a period."""
         if self._square == 0 or not nutates(self._top()):
             return None
 
@@ -111,15 +112,15 @@ class TopAttitude(BallMotion):
         motion = _nutation(self, flint.ctx.prec)
         top = motion.start
         spin = self._first_spin()
-        gait = motion.at(ball(t))
+        tilt = motion.at(ball(t))
         drift = top.a * ball((1 / self.I3 - 1 / self.I1) * t)
-        both, apart = spin + drift + gait.plus, gait.minus - spin - drift
+        both, apart = spin + drift + tilt.plus, tilt.minus - spin - drift
         turn = matrix(
-            product(conjugate(_quaternion(self._first_gait(top), spin, -spin)), _quaternion(gait, both, apart))
+            product(conjugate(_quaternion(self._first_tilt(top), spin, -spin)), _quaternion(tilt, both, apart))
         )
-        across = _across(top, gait)
+        across = _across(top, tilt)
         sine, cosine = ((both - apart) / 2).sin_cos()
-        rates = (gait.rate * cosine + across * sine, across * cosine - gait.rate * sine, start[2])
+        rates = (tilt.rate * cosine + across * sine, across * cosine - tilt.rate * sine, start[2])
         rows = [start[3 + 3 * i : 6 + 3 * i] for i in range(3)]
         return [*rates, *(sum(row[k] * turn[k][j] for k in range(3)) for row in rows for j in range(3))]
 
@@ -130,34 +131,34 @@ class TopAttitude(BallMotion):
             return flint.arb.atan2(ball(x), ball(y))
         return flint.arb.atan2(ball(-w2), ball(w1)) if w1 or w2 else flint.arb(0)
 
-    def _first_gait(self, top: Start) -> Gait:
+    def _first_tilt(self, top: Start) -> TiltState:
         zero = flint.arb(0)
         if top.pole:
-            return Gait(flint.arb(int(top.pole > 0)), flint.arb(int(top.pole < 0)), zero, zero, zero)
-        return Gait(((1 + top.u) / 2).sqrt(), ((1 - top.u) / 2).sqrt(), zero, zero, zero)
+            return TiltState(flint.arb(int(top.pole > 0)), flint.arb(int(top.pole < 0)), zero, zero, zero)
+        return TiltState(((1 + top.u) / 2).sqrt(), ((1 - top.u) / 2).sqrt(), zero, zero, zero)
 
 
 @lru_cache(maxsize=32)
 def _nutation(motion: TopAttitude, bits: int) -> Any:
-    """A Steady, Homoclinic or Nutating at a precision, which is the one in force."""
+    """A Steady, Homoclinic or Nutating, cached by precision; `bits` is the current one."""
     return nutation(motion._top())
 
 
-def _across(top: Start, gait: Gait) -> Any:
+def _across(top: Start, tilt: TiltState) -> Any:
     """phi' sin(theta)."""
     total = flint.arb(0)
     if not top.down:
-        total += (top.b + top.a) * gait.s / gait.c
+        total += (top.b + top.a) * tilt.s / tilt.c
     if not top.up:
-        total += (top.b - top.a) * gait.c / gait.s
+        total += (top.b - top.a) * tilt.c / tilt.s
     return total / (2 * top.moment)
 
 
-def _quaternion(gait: Gait, both: Any, apart: Any) -> Quaternion:
+def _quaternion(tilt: TiltState, both: Any, apart: Any) -> Quaternion:
     """Rz(phi) Rx(theta) Rz(psi), from phi + psi and phi - psi."""
     sine, cosine = (both / 2).sin_cos()
     other_sine, other_cosine = (apart / 2).sin_cos()
-    return gait.c * cosine, gait.s * other_cosine, gait.s * other_sine, gait.c * sine
+    return tilt.c * cosine, tilt.s * other_cosine, tilt.s * other_sine, tilt.c * sine
 
 
 def conjugate(q: Quaternion) -> Quaternion:

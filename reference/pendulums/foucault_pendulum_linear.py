@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from gnomon.reference.numerics.motion import Cycle, Motion, Turn
+from gnomon.reference.numerics.motion import Motion
+from gnomon.reference.numerics.pointwise import Cycle, Turn
 from gnomon.reference.numerics.precision import publish, working
 
 
@@ -15,7 +16,7 @@ class Foucault(Motion):
     """Z = x + iy (east, north, m) with Z'' + 2 i W Z' + (g/L) Z = 0, W = Om sin(lat).
 
     Z = exp(-iWt) (Z0 cos st + ((V0 + iW Z0)/s) sin st), s^2 = g/L + W^2. With `larmor` the equation has the term
-    -W^2 Z that makes s^2 = g/L: the pendulum seen from a frame that turns at W, nothing else (precession only).
+    -W^2 Z that makes s^2 = g/L: an isotropic oscillator seen from a frame rotating at W, which only precesses.
     """
 
     g: Fraction
@@ -32,7 +33,7 @@ class Foucault(Motion):
         W, s = self._rates(mp)
         z, v = mp.mpc(self.x, self.y), mp.mpc(self.vx, self.vy)
         time = mp.mpf(t)
-        # In the frame that turns with the plane of swing: an isotropic oscillator.
+        # In the frame that rotates with the plane of swing it is an isotropic oscillator.
         start = v + 1j * W * z
         cosine, sine = mp.cos(s * time), mp.sin(s * time)
         place, speed = z * cosine + start / s * sine, start * cosine - z * s * sine
@@ -41,14 +42,14 @@ class Foucault(Motion):
         return [here.real, here.imag, moving.real, moving.imag]
 
     def _guard(self, t: Fraction) -> float:
-        """The digits of the phase, and those of a W above sqrt(g/L), where parts of the motion cancel."""
+        """Digits of the phase, and for W above sqrt(g/L) those of terms that cancel."""
         with working(15) as mp:
             W, s = self._rates(mp)
             phase = (s + abs(W)) * abs(mp.mpf(t))
             return float(15 + mp.log10(1 + phase) + 2 * mp.log10(1 + abs(W) / s + s / mp.sqrt(mp.mpf(self.g / self.L))))
 
     def _cycle(self, mp: Any) -> Cycle:
-        """Each swing is the last one, turned."""
+        """Each swing is the previous one, rotated."""
         W, s = self._rates(mp)
         period = 2 * mp.pi / s
         sine, cosine = mp.sin(W * period), mp.cos(W * period)
@@ -60,11 +61,11 @@ class Foucault(Motion):
         return W, mp.sqrt(square if self.larmor else square + W * W)
 
     def precession_rate(self, digits: int = 15) -> Any:
-        """Rate at which the plane of swing turns (rad/s): -Om sin(lat), clockwise in the north."""
+        """Angular velocity of the plane of swing (rad/s): -Om sin(lat), clockwise in the northern hemisphere."""
         return self._quantity(digits, lambda mp: -self._rates(mp)[0])
 
     def swing_period(self, digits: int = 15) -> Any:
-        """Period of the oscillator in the turning frame, 2 pi / s (s)."""
+        """Period of the oscillator in the rotating frame, 2 pi / s (s)."""
         return self._quantity(digits, lambda mp: 2 * mp.pi / self._rates(mp)[1])
 
     def closest(self, digits: int = 15) -> Any:
@@ -75,7 +76,7 @@ class Foucault(Motion):
             z, v = mp.mpc(self.x, self.y), mp.mpc(self.vx, self.vy)
             start = (v + 1j * W * z) / s
             both = abs(z - 1j * start) + abs(z + 1j * start)
-            # P^2 - Q^2 = Im(start conj(z)), moment of momentum over s, which is zero where it is.
+            # P^2 - Q^2 = Im(start conj(z)), the angular momentum over s; the two vanish together.
             return 2 * abs((start * mp.conj(z)).imag) / both if both else mp.zero
 
         return self._quantity(digits, distance, 30)

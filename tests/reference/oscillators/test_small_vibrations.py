@@ -7,7 +7,7 @@ from fractions import Fraction
 import mpmath
 import pytest
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.oscillators.vibrations import Vibrations, chain
+from gnomon.reference.oscillators.small_vibrations import Vibrations, chain
 
 ONE, NONE = Fraction(1), Fraction(0)
 STILL = chain((NONE,) * 3, (NONE,) * 2)

@@ -3,7 +3,7 @@ import math
 import gnomon.cases as cases
 import numpy as np
 import pytest
-from gnomon.cases.pendulums.foucault_linear import FoucaultLinear
+from gnomon.cases.pendulums.foucault_pendulum_linear import FoucaultLinear
 from gnomon.harness.certification.certify import certify
 from gnomon.reference.numerics.precision import nearest_double
 

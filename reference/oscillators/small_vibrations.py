@@ -1,7 +1,7 @@
 """Small vibrations of masses joined by springs and dampers: M q'' + C q' + K q = 0 (Beatty, Dynamics, 11.13 and 11.14).
 
-The motion is the exponential of the matrix of its first-order form. So coincident frequencies, zero modes and
-defective damping, where a sum of modes divides by differences of rates, are no special cases.
+The motion is the matrix exponential of its first-order form. Coincident frequencies, zero modes and defective damping,
+where a sum of modes divides by differences of rates, are therefore no special cases.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Matrix = tuple[tuple[Fraction, ...], ...]
 
 
 def chain(ground: Sequence[Fraction], couplings: Sequence[Fraction]) -> Matrix:
-    """The symmetric matrix of a row of masses, each tied to the ground and to its next neighbour."""
+    """The symmetric matrix of a row of masses, each coupled to the ground and to its next neighbour."""
     size = len(ground)
     rows = [[Fraction(0)] * size for _ in range(size)]
     for i, k in enumerate(ground):
@@ -77,7 +77,7 @@ class Vibrations(LinearMotion):
             return tuple((publish([a], digits)[0], publish([b], digits)[0]) for a, b in found)
 
     def _roots(self, mp: Any, rows: Sequence[Sequence[Fraction]]) -> list[Any]:
-        """The eigenvalues, isolated as roots of the exact characteristic polynomial, each as often as it is one."""
+        """The eigenvalues with their multiplicity, isolated as roots of the exact characteristic polynomial."""
         size = len(rows)
         entries = [flint.fmpq(x.numerator, x.denominator) for row in rows for x in row]
         with precision(mp.prec + 30):

@@ -14,8 +14,8 @@ from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, posi
 from gnomon.cases.core.point_scene import free_point
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.turning import Turning
-from gnomon.cases.pendulums.foucault_linear_scene import SCENE
-from gnomon.reference.pendulums.foucault_linear import Foucault
+from gnomon.cases.pendulums.foucault_pendulum_linear_scene import SCENE
+from gnomon.reference.pendulums.foucault_pendulum_linear import Foucault
 
 TURN = 2 * math.pi
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mpmath
 import pytest
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.oscillators.rubber_tube_thick import Pinney
+from gnomon.reference.oscillators.rubber_tube_thin import Pinney
 
 MOTIONS = [Pinney(exact(2), exact(x), exact(v)) for x, v in (("0.5", 0), (3, "-1"), ("1e-4", 0), (1, "1e-9"))]
 

@@ -3,7 +3,7 @@ from fractions import Fraction
 
 import mpmath
 import pytest
-from gnomon.reference.pendulums.foucault_linear import Foucault
+from gnomon.reference.pendulums.foucault_pendulum_linear import Foucault
 from mpmath import mpf
 
 PARIS = {"g": "9.81", "L": 67, "Om": "7.292115e-5", "lat": "0.8526", "x": 3, "y": 0, "vx": 0, "vy": 0}

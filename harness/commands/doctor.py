@@ -1,0 +1,41 @@
+"""`gnomon doctor`: what gnomon finds on this machine."""
+
+from __future__ import annotations
+
+from gnomon.harness.commands.options import out
+from rich.markup import escape
+from rich.table import Table
+
+
+def doctor() -> None:
+    """Show what gnomon finds here: the machine, the libraries, and why a library is missing."""
+    out.print(environment_table())
+    out.print(libraries_table())
+
+
+def environment_table() -> Table:
+    """Machine, versions, and where results are cached."""
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.harness.contract import environment
+    from gnomon.harness.kernels.generated_modules import cache_folder
+    from gnomon.reference.storage import diskcache
+
+    table = Table("what", "found", title="Environment", show_header=False)
+    for name, value in environment.describe().items():
+        table.add_row(name, value)
+    table.add_row("compiled equations", str(cache_folder()))
+    table.add_row("exact results", str(diskcache.folder()))
+    return table
+
+
+def libraries_table() -> Table:
+    """Each library: ready, or the reason why it is missing."""
+    from gnomon.harness.registry import lookup
+
+    libraries: dict[str, str | None] = {}
+    for one in lookup.everything().values():
+        libraries.setdefault(one.library, lookup.missing(one))
+    table = Table("library", "state", title="Libraries")
+    for library, reason in libraries.items():
+        table.add_row(library, "[green]ready[/]" if reason is None else f"[yellow]missing:[/] {escape(reason)}")
+    return table

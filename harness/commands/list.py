@@ -1,0 +1,75 @@
+"""`gnomon list`: cases, checks and integrators."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from gnomon.harness.commands.options import out
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from gnomon.cases import Case, Check
+
+INTEGRATORS_WIDTH = 96
+"""Columns for ids of full length, so that they can be copied."""
+
+
+class Listed(StrEnum):
+    """What `gnomon list` lists."""
+
+    cases = "cases"
+    checks = "checks"
+    integrators = "integrators"
+
+
+def list_(what: Annotated[Listed | None, typer.Argument(help="What to list; by default everything.")] = None) -> None:
+    """List cases, checks (rows without motion) and integrators."""
+    if what in (None, Listed.cases):
+        out.print(cases_table())
+    if what in (None, Listed.checks):
+        out.print(checks_table())
+    if what in (None, Listed.integrators):
+        Console(width=max(out.width, INTEGRATORS_WIDTH), emoji=False).print(integrators_table())
+
+
+def cases_table() -> Table:
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon import cases
+
+    return _scenes_table("Cases", "case", [(name, cases.case_class(name)) for name in cases.names()])
+
+
+def checks_table() -> Table:
+    from gnomon import cases
+
+    return _scenes_table("Checks, without motion", "check", [(n, cases.check_class(n)) for n in cases.check_names()])
+
+
+def _scenes_table(title: str, column: str, kinds: Iterable[tuple[str, type[Case] | type[Check]]]) -> Table:
+    """Cases, or checks: name, title and variants of each."""
+    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
+    table.add_column(column, no_wrap=True)
+    table.add_column("title")
+    table.add_column("variants")
+    for name, kind in kinds:
+        table.add_row(name, kind.title, ", ".join(variant.name for variant in kind.variants))
+    return table
+
+
+def integrators_table() -> Table:
+    from gnomon.harness.registry import lookup
+
+    table = Table(title="Integrators", box=SIMPLE_HEAD, padding=(0, 1))
+    table.add_column("id", no_wrap=True)
+    table.add_column("order", justify="right")
+    table.add_column("accepts", no_wrap=True)
+    for identity, one in lookup.everything().items():
+        accepted = ", ".join(kind.__name__ for kind in one.accepts)
+        table.add_row(escape(identity), "" if one.order is None else str(one.order), accepted)
+    return table

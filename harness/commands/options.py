@@ -1,0 +1,120 @@
+"""What the commands share: where they print, their common options, and the checks of what was given."""
+
+from __future__ import annotations
+
+import errno
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from gnomon.cases import Case, Check
+
+out = Console(soft_wrap=True, emoji=False)
+problems = Console(stderr=True, soft_wrap=True, emoji=False)
+
+Parameters = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]
+
+MOST_WORKERS = 256
+PART = ".part.1234567.123456789012345."
+"""A prefix of the same length as that of the temporary name under which a file is written."""
+
+
+def as_path(given: str | Path) -> Path:
+    """A path of the command line, or a default; wrong usage if no file can have this name."""
+    text = str(given)
+    if not text.strip():
+        raise typer.BadParameter("an empty name; give a path")
+    try:
+        os.stat(text)
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        if error.errno in (errno.ENAMETOOLONG, errno.ELOOP):
+            raise typer.BadParameter(f"{cut(text)}: {error.strerror}; give another path") from None
+    except ValueError as error:  # a zero byte, half a surrogate pair
+        raise typer.BadParameter(f"{cut(text)}: {error}; give another path") from None
+    return Path(text)
+
+
+def cut(text: str) -> str:
+    """A long text shortened in its middle: the end of a path identifies it."""
+    return text if len(text) <= 160 else f"{text[:60]}...{text[-60:]}"
+
+
+def chosen(
+    names: list[str] | None, variants: bool, parameters: list[str] | None, rounded: bool = True
+) -> list[tuple[Case, str]]:
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.harness.running import plan
+
+    for position, name in enumerate(names or ()):
+        if name in (names or ())[:position]:
+            raise ValueError(f"--case {name}: named twice; name it once")
+    given = given_parameters(parameters)
+    for reserved in {"variant", "initial_state", "span"} & set(given):
+        raise ValueError(f"--set {reserved}: not a parameter; a variant is chosen by case/variant")
+    return plan.choose(names, variants, rounded=rounded, **given)
+
+
+def check_workers(workers: int) -> None:
+    if not 1 <= workers <= MOST_WORKERS:
+        raise ValueError(f"--workers {cut(str(workers))}: give a number of processes from 1 to {MOST_WORKERS}")
+
+
+def check_writable(path: Path, option: str) -> None:
+    """Make the folder of a file to write; raise ValueError if the file could not be written."""
+    if path.is_dir():
+        raise ValueError(f"{option} {path} is a folder; name a file in it")
+    if path.exists() and not path.is_file():  # it would be replaced
+        raise ValueError(f"{option} {path} is a device or a pipe; name a file")
+    check_folder(path.parent, option, path)
+
+
+def check_folder(folder: Path, option: str, file: Path | None = None) -> None:
+    """Make a folder to write to; raise ValueError if `file`, or any file without it, cannot be written there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        # Permissions are not enough: system folders and full disks refuse files too.
+        with tempfile.NamedTemporaryFile(dir=folder, prefix=PART, suffix=f".{file.name}" if file else ""):
+            pass
+    except OSError as error:
+        raise ValueError(
+            f"{option} {file or folder}: cannot be written ({error.strerror}); name another place with {option}"
+        ) from None
+
+
+def check_results(path: Path) -> None:
+    """Raise ValueError if the results of a run could not be written, or if the file holds something else."""
+    from gnomon.harness.results import opening
+
+    file = path if path.suffix == ".sqlite" else path / "results.sqlite"
+    if file.is_file() and file.stat().st_size:
+        with opening.reading(file, ()):
+            pass  # raises if these are no results of gnomon
+    else:
+        check_writable(file, "--out")
+
+
+def given_parameters(parameters: list[str] | None) -> dict[str, str]:
+    """The parameters of `--set name=value`, as text."""
+    given: dict[str, str] = {}
+    for text in parameters or ():
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise ValueError(f"--set {text!r}: write name=value")
+        if name in given:
+            raise ValueError(f"--set {name}: given twice, {given[name]} and {value}; give it once")
+        given[name] = value
+    return given
+
+
+def chosen_check(name: str, parameters: list[str] | None) -> Check:
+    from gnomon import cases
+
+    check, _, variant = name.partition("/")
+    return cases.get_check(check, variant or None, **given_parameters(parameters))

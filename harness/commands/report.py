@@ -1,0 +1,35 @@
+"""`gnomon report`: the page of a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from gnomon.harness.commands import options
+from gnomon.harness.commands.options import out
+
+
+def report(
+    run: Annotated[Path, typer.Argument(help="A results file or its folder.", parser=options.as_path)],
+    to: Annotated[Path, typer.Option(help="The folder to write to.", parser=options.as_path)] = Path("reports/local"),
+    case: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A case that is not installed, package.module:Class; a results file cannot name code to import."
+        ),
+    ] = None,
+) -> None:
+    """Write the report of a run: one offline page, a summary and the figures."""
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.cases.core.registry import case_class
+    from gnomon.harness.reporting.report import write_report
+    from gnomon.harness.results import opening
+    from gnomon.harness.results.store import results_file
+
+    database, given = results_file(run), {name: case_class(name) for name in case or ()}
+    with opening.reading(database, ()):
+        pass  # raises before a folder is made if these are no results of gnomon
+    options.check_folder(to, "--to")
+    page = write_report(database, to, given)
+    out.print(f"The report is {page}")

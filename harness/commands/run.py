@@ -1,0 +1,138 @@
+"""`gnomon run`: integrators on cases, into a results file."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from gnomon.harness.commands import options
+from gnomon.harness.commands.options import out, problems
+from gnomon.harness.contract.status import SCORED, Status
+from rich.console import Console
+from rich.markup import escape
+
+if TYPE_CHECKING:
+    from gnomon.harness.contract.integrator import Integrator
+    from gnomon.harness.running.plan import Suite
+
+TABLE_WIDTH = 150
+SHORTEST_LIMIT, LONGEST_LIMIT = 1e-6, 1e6
+"""Seconds: about the resolution of a clock, and eleven days."""
+
+
+def run(
+    case: Annotated[
+        list[str] | None, typer.Option(help="A case, case/variant or package.module:Case; repeatable.")
+    ] = None,
+    integrator: Annotated[
+        list[str] | None, typer.Option(help="An id, name, library or package.module:Class; repeatable.")
+    ] = None,
+    suite: Annotated[str, typer.Option(help="standard, foundation, quick or catalogue.")] = "standard",
+    out_path: Annotated[
+        Path, typer.Option("--out", help="The results: a folder or a file.sqlite.", parser=options.as_path)
+    ] = Path("runs"),
+    limit: Annotated[
+        float | None,
+        typer.Option(
+            help="Seconds that one trial may take, without waits for a busy processor; by default 1 on default"
+            " variants, .08 on hard variants (up to .4 on long ones), .12 in the suite quick."
+        ),
+    ] = None,
+    workers: Annotated[
+        int,
+        typer.Option(
+            help="Trials at a time. Together they may use 80 % of the memory of the machine or of its cgroup, in equal"
+            " shares.",
+        ),
+    ] = 2,
+    parameters: options.Parameters = None,
+) -> None:
+    """Run integrators on cases. The same command resumes an interrupted run.
+
+    Exit code 1 if nothing was measured, or if an integrator of your own never succeeded.
+    """
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.harness.registry import lookup
+    from gnomon.harness.running import first_trials
+    from gnomon.harness.running.progress import Progress
+    from gnomon.harness.running.run import run as run_
+
+    options.check_workers(workers)
+    chosen_suite = _suite(suite, case, limit)
+    integrators = lookup.find_all(integrator)
+    if integrator:
+        chosen_suite = replace(chosen_suite, near_duplicates=True)
+    for one in integrators if integrator else ():
+        reason = lookup.missing(one)
+        if reason is not None:
+            raise ValueError(f"{one.id} cannot run here: {reason}")
+    chosen = options.chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
+    if not case:
+        chosen = [one for one in chosen if chosen_suite.takes(one[0])]
+    options.check_results(out_path)
+    try:
+        crashes = first_trials.crashes(chosen, integrators, chosen_suite)
+        if crashes:
+            for text in crashes:
+                problems.print(escape(text), highlight=False)
+            problems.print("nothing was run: the first trials of these integrators crashed")
+            raise typer.Exit(1)
+        path = run_(
+            out_path, chosen_suite, chosen, integrators, Progress(), workers, near_duplicates=bool(case or integrator)
+        )
+    except KeyboardInterrupt:
+        problems.print("interrupted; the same command resumes the run")
+        raise typer.Exit(130) from None
+    _summarize(path, {one.name for one, _ in chosen}, integrators)
+
+
+def _suite(name: str, cases_named: list[str] | None, limit: float | None) -> Suite:
+    """The suite with what the command line changes of it; ValueError for checks and for a limit that is no time."""
+    from gnomon.harness.running import plan
+
+    from gnomon import cases
+
+    found = plan.suite(name)
+    if cases_named:
+        found = replace(found, rest=None)  # a case that is named is run in full
+    without = [name for name in cases_named or () if name.partition("/")[0] in cases.check_names()]
+    if without:
+        raise ValueError(f"{without[0]} is a check, without motion: `gnomon certify {without[0]}` confirms it")
+    if limit is None:
+        return found
+    if not SHORTEST_LIMIT <= limit <= LONGEST_LIMIT:
+        raise ValueError(
+            f"--limit {limit:g}: a trial needs a positive number of seconds,"
+            f" from {SHORTEST_LIMIT:g} to {LONGEST_LIMIT:g}"
+        )
+    return found.within(limit)
+
+
+def _summarize(path: Path, names: set[str], integrators: Sequence[Integrator]) -> None:
+    from gnomon.harness.commands.run_table import run_table, shortcomings
+    from gnomon.harness.registry.lookup import users_own
+    from gnomon.harness.results.store import load
+
+    frame = load(path)
+    frame = frame[frame["case"].isin(names) & frame["integrator_id"].isin([one.id for one in integrators])]
+    if not frame.empty:
+        Console(width=max(out.width, TABLE_WIDTH), emoji=False).print(run_table(frame))
+    counts = ", ".join(f"{count} {status}" for status, count in frame["status"].value_counts().items())
+    out.print(f"{len(frame)} measurements: {counts}", highlight=False)
+    interrupted = frame[frame["status"] == Status.INTERRUPTED]
+    if len(interrupted):
+        reasons = ", ".join(interrupted["reason"].unique()[:3])
+        text = f"{len(interrupted)} trials were interrupted ({reasons}); the same command runs them again"
+        problems.print(escape(text), highlight=False)
+    out.print(f"results: {path}", highlight=False)
+    if frame["status"].isin(SCORED).any():
+        out.print(f"its report: gnomon report {shlex.quote(str(path))}", highlight=False)
+    failed = shortcomings(frame, [one for one in integrators if users_own(one)])
+    for text in failed:
+        problems.print(escape(text), highlight=False)
+    if failed:
+        raise typer.Exit(1)

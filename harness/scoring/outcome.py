@@ -1,0 +1,32 @@
+"""The outcome of a trial before it is scored: a worker sends it and the scorer reads it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass
+class Outcome:
+    """What a trial measured. `states` (64, dim_y) is the solution from the exact initial state, without perturbation.
+
+    `turned` (n, 64, dim_y) are the solutions from the turned starts, None if they were not requested. Times are in
+    seconds; those of the timed calls are `seconds`.
+    """
+
+    states: Floats
+    stopped: str | None
+    events: tuple[tuple[float, str], ...] | None
+    steps: int | None
+    rhs_calls: int | None
+    seconds: tuple[float, ...]
+    prepare_seconds: float
+    reset_seconds: float | None
+    options: dict[str, str] = field(default_factory=dict)
+    output: str = ""
+    null_seconds: float | None = None
+    turned: Floats | None = None

@@ -1,0 +1,17 @@
+"""`gnomon show` prints what a case is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from command_line import gnomon
+
+
+def test_show_prints_equations_numbers_and_variants(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    drawing = tmp_path / "motion.svg"
+    assert gnomon("show", "pendulum_simple", "--set", "L=2", "--plot", str(drawing)) == 0
+    text = capfd.readouterr().out
+    for part in ("-(g / length) * sin(theta)", "9.81", "period", "separatrix", "energy", "theta from the downward"):
+        assert part in text
+    assert drawing.read_text().startswith("<svg")

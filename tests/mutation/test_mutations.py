@@ -1,0 +1,16 @@
+"""Each mutation changes a text that is there, and names tests that are: after a file or a function was renamed too."""
+
+from __future__ import annotations
+
+import pytest
+from mutate import ROOT, Mutation
+from mutations import MUTATIONS
+
+
+@pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda one: one.name)
+def test_a_mutation_applies(mutation: Mutation) -> None:
+    text = (ROOT / mutation.file).read_text(encoding="utf-8")
+    assert mutation.applied(text) != text
+    for test in mutation.tests:
+        file, _, function = test.partition("::")
+        assert f"def {function}" in (ROOT / file).read_text(encoding="utf-8")
