@@ -26,10 +26,10 @@ def _kept(table: pd.DataFrame, *columns: str) -> list[dict[str, Any]]:
     return records(short)
 
 
-def broken_scenes(matrix: pd.DataFrame) -> pd.DataFrame:
+def broken_problems(matrix: pd.DataFrame) -> pd.DataFrame:
     """Case x integrator: on how many problems no setting was ok, and the most frequent status of those.
 
-    `matrix`: case, integrator_id, verdict, settings_ok. One row a pair that ran, with columns scenes (problems that
+    `matrix`: case, integrator_id, verdict, settings_ok. One row a pair that ran, with columns problems (problems that
     ran), broken, verdict; if nothing failed and a hard variant was not run, the verdict is `not_run`.
     """
     ran = matrix[~matrix["verdict"].isin(NEVER_RAN)]
@@ -42,12 +42,12 @@ def broken_scenes(matrix: pd.DataFrame) -> pd.DataFrame:
         whole = Status.OK if (part["verdict"] == Status.OK).all() else PARTLY
         verdict = lost["verdict"].mode().iloc[0] if len(lost) else NOT_RUN if (case, name) in missing else whole
         rows.append((case, name, len(part), len(lost), verdict))
-    return pd.DataFrame(rows, columns=["case", "integrator_id", "scenes", "broken", "verdict"])
+    return pd.DataFrame(rows, columns=["case", "integrator_id", "problems", "broken", "verdict"])
 
 
 def break_map(broken: pd.DataFrame, look: pd.DataFrame, cases: list[str]) -> alt.LayerChart:
-    """Case x integrator: on how many of its problems no setting was ok. `broken` is what `broken_scenes` returns."""
-    table = broken.assign(scene=broken["case"], cell=[f"{n}" if n else "" for n in broken["broken"]])
+    """Case x integrator: on how many of its problems no setting was ok. `broken` is what `broken_problems` returns."""
+    table = broken.assign(problem=broken["case"], cell=[f"{n}" if n else "" for n in broken["broken"]])
     present = [name for name in STATUS_COLOURS if name in set(table["verdict"])]
     base = _grid(table, look, cases)
     colour = alt.Color(
@@ -59,18 +59,18 @@ def break_map(broken: pd.DataFrame, look: pd.DataFrame, cases: list[str]) -> alt
     dark = alt.condition(f"datum.verdict == '{Status.CRASHED}'", alt.value("white"), alt.value(INK))
     cells = base.mark_rect(stroke="white", strokeWidth=1).encode(color=colour)
     words = base.transform_filter("datum.cell").mark_text(fontSize=10).encode(text="cell:N", color=dark)
-    data = {"cells": _kept(table, "scene", "integrator_id", "verdict", "cell")}
+    data = {"cells": _kept(table, "problem", "integrator_id", "verdict", "cell")}
     return _map(alt.layer(cells, words), table, data)
 
 
-def trust_map(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt.LayerChart:
+def trust_map(table: pd.DataFrame, look: pd.DataFrame, problems: list[str]) -> alt.LayerChart:
     """Problem x integrator: the digits at the best setting, coloured by how many more binary64 would allow.
 
-    `table` has the columns scene, integrator_id, best, attainable.
+    `table` has the columns problem, integrator_id, best, attainable.
     """
     lost = np.log10(np.maximum(table["best"], 1e-17)) - np.log10(np.maximum(table["attainable"], 1e-17))
     reached = table.assign(cell=[str(digits(best)) for best in table["best"]], lost=np.clip(lost, 0, 12))
-    base = _grid(reached, look, scenes)
+    base = _grid(reached, look, problems)
     colour = alt.Color(
         "lost:Q",
         title="digits short of the attainable",
@@ -80,7 +80,7 @@ def trust_map(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt
     cells = base.mark_rect(stroke="white", strokeWidth=1).encode(color=colour)
     ink = alt.condition("datum.lost < 5", alt.value("white"), alt.value(INK))
     words = base.mark_text(fontSize=10.5).encode(text="cell:N", color=ink)
-    return _map(alt.layer(cells, words), reached, {"cells": _kept(reached, "scene", "integrator_id", "cell", "lost")})
+    return _map(alt.layer(cells, words), reached, {"cells": _kept(reached, "problem", "integrator_id", "cell", "lost")})
 
 
 def _map(chart: alt.LayerChart, table: pd.DataFrame, data: dict[str, Any]) -> alt.LayerChart:
@@ -89,7 +89,7 @@ def _map(chart: alt.LayerChart, table: pd.DataFrame, data: dict[str, Any]) -> al
     return dressed(chart.properties(width={"step": step}, height={"step": 20}, datasets=data))
 
 
-def _grid(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt.Chart:
+def _grid(table: pd.DataFrame, look: pd.DataFrame, problems: list[str]) -> alt.Chart:
     """A column an integrator, a row a problem, in the given order."""
     quiet = {"title": None, "labelLimit": 260}
     lines = {"ticks": False, "domain": False, "grid": False}
@@ -101,9 +101,9 @@ def _grid(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt.Cha
             axis=alt.Axis(orient="top", labelAngle=-60, **quiet, **lines),
         ),
         y=alt.Y(
-            "scene:N",
+            "problem:N",
             title=None,
-            sort=[name for name in scenes if name in set(table["scene"])],
+            sort=[name for name in problems if name in set(table["problem"])],
             axis=alt.Axis(labelColor=INK, **quiet, **lines),
         ),
     )
@@ -208,12 +208,12 @@ def hierarchy_chart(levels: pd.DataFrame) -> alt.LayerChart:
 
 
 def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
-    """Engines as shipped, configured and staggered at equal step. `points`: scene, engine, policy, step, error."""
+    """Engines as shipped, configured and staggered at equal step. `points`: problem, engine, policy, step, error."""
     table = points.assign(
         decades=np.clip(np.log10(points["error"].fillna(np.inf).clip(1e-17, 1e3)), -16, 1.5),
         place=[
-            scene + (f"  {step:g} s" if step else "")
-            for scene, step in zip(points["scene"], points["step"], strict=True)
+            problem + (f"  {step:g} s" if step else "")
+            for problem, step in zip(points["problem"], points["step"], strict=True)
         ],
     )
     names = [name for name in ("as shipped", "configured", "staggered") if name in set(table["policy"])]
@@ -236,7 +236,7 @@ def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
         x,
         color=alt.Color("policy:N", legend=legend, scale=alt.Scale(domain=names, range=colours[: len(names)])),
         shape=alt.Shape("policy:N", legend=legend, scale=alt.Scale(domain=names, range=shapes[: len(names)])),
-        tooltip=["scene:N", "engine:N", "policy:N", "step:Q", alt.Tooltip("error:Q", format=".2e"), "status:N"],
+        tooltip=["problem:N", "engine:N", "policy:N", "step:Q", alt.Tooltip("error:Q", format=".2e"), "status:N"],
     )
-    data = {"points": _kept(table, "place", "scene", "engine", "policy", "step", "error", "status", "decades")}
+    data = {"points": _kept(table, "place", "problem", "engine", "policy", "step", "error", "status", "decades")}
     return dressed(alt.layer(lines, dots).properties(width=640, height=20 * table["place"].nunique(), datasets=data))

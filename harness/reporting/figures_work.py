@@ -28,11 +28,11 @@ TOP = 2.6
 EXACT = -17.0
 """The decade at which an error of exactly zero is drawn: below every floor."""
 OTHERS = "#c4c1b8"
-SCENE = ["case", "variant", "formulation"]
+PROBLEM = ["case", "variant", "formulation"]
 
 
 def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
-    """The points of work-precision diagrams: one row a setting of a series, decades on both axes, and its SCENE.
+    """The points of work-precision diagrams: one row a setting of a series, decades on both axes, and its PROBLEM.
 
     A failed trial is drawn in the margin above the diagram, in the row of its library, at its own work if that was
     measured, else at the work of the nearest measured setting of its series. `front` marks the integrators in colour.
@@ -42,7 +42,7 @@ def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
     with np.errstate(divide="ignore", invalid="ignore"):
         table = pd.DataFrame(
             {
-                **{name: rows[name] for name in SCENE},
+                **{name: rows[name] for name in PROBLEM},
                 "series": rows["integrator_id"],
                 "setting": rows["setting"],
                 "status": rows["status"],
@@ -52,7 +52,7 @@ def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
             }
         )
     failed = ~table["status"].isin([Status.OK, Status.INACCURATE]) | ~(table["error"] <= MARGIN)
-    sweep = table.groupby([*SCENE, "series"], sort=False).ngroup()
+    sweep = table.groupby([*PROBLEM, "series"], sort=False).ngroup()
     for axis in ("time", "calls"):
         table[axis] = table[axis].where(np.isfinite(table[axis]))
         nearest = table[axis].groupby(sweep).ffill().groupby(sweep).bfill()
@@ -61,12 +61,12 @@ def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
     kinds = dict(zip(look["series"], look["library"] + look["family"], strict=True))
     answered = table.assign(error=table["error"].where(~failed, math.inf))
     answered = answered[~failed | (table["status"] == Status.DIVERGED)]
-    chosen = {scene: front(part, kinds) for scene, part in answered.groupby(SCENE, sort=False)}
-    names = zip(*(table[name] for name in SCENE), table["series"], strict=True)
+    chosen = {problem: front(part, kinds) for problem, part in answered.groupby(PROBLEM, sort=False)}
+    names = zip(*(table[name] for name in PROBLEM), table["series"], strict=True)
     return table.assign(
         failed=failed,
         error=table["error"].where(~failed, MARGIN + heights),
-        front=[name in chosen.get(tuple(scene), ()) for *scene, name in names],
+        front=[name in chosen.get(tuple(problem), ()) for *problem, name in names],
     )
 
 

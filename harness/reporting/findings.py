@@ -67,14 +67,14 @@ def _listed(words: Sequence[str]) -> str:
 
 def _most_reliable(matrix: pd.DataFrame) -> list[str]:
     """Of the integrators that ran on at least half of the hard variants, those that solved the largest share."""
-    each, scenes = solved(matrix)
-    most = each[each["ran"] >= scenes / 2]
+    each, problems = solved(matrix)
+    most = each[each["ran"] >= problems / 2]
     if most.empty:
         return []
     share = (most["solved"] / most["ran"]).sort_values(ascending=False, kind="stable")
     words = [f"{name} on {most.loc[name, 'solved']} of {most.loc[name, 'ran']}" for name in share.index[:3]]
     return [
-        f"Of those that accept at least half of the {scenes} hard variants, most reliable (some setting is ok within the time limit): {', '.join(words)}."
+        f"Of those that accept at least half of the {problems} hard variants, most reliable (some setting is ok within the time limit): {', '.join(words)}."
     ]
 
 
@@ -110,11 +110,11 @@ def _engines(policies: pd.DataFrame) -> list[str]:
     said: list[str] = []
     if policies.empty:
         return said
-    step = float(policies.groupby("step")["scene"].nunique().idxmax())  # the step with the most problems
+    step = float(policies.groupby("step")["problem"].nunique().idxmax())  # the step with the most problems
     at = policies[np.isclose(policies["step"], step)]
     at = at.assign(error=at["error"].fillna(np.inf))  # diverged to what is no number
     if {"as shipped", "configured"} <= set(at["policy"]):
-        wide = at.pivot_table(index=["engine", "scene"], columns="policy", values="error", aggfunc="min")
+        wide = at.pivot_table(index=["engine", "problem"], columns="policy", values="error", aggfunc="min")
         both = wide.dropna(subset=["as shipped", "configured"])
         if len(both):
             gain = float((both["as shipped"] / both["configured"]).median())

@@ -10,7 +10,7 @@ from typing import Any
 import vl_convert
 from gnomon.cases.core.case import Case
 from gnomon.harness.reporting import tables
-from gnomon.harness.reporting.report_charts import other_charts, page_charts, work_scenes, write_figures
+from gnomon.harness.reporting.report_charts import other_charts, page_charts, work_problems, write_figures
 from gnomon.harness.reporting.report_pack import packed, packed_json
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
@@ -37,7 +37,7 @@ def write_report(
     """
     run = Run.read(store.results_file(database), cases)
     folder.mkdir(parents=True, exist_ok=True)
-    work = work_scenes(run)
+    work = work_problems(run)
     charts = other_charts(run)
     words = page_words(run, beside or (run.path.parent, folder, folder.parent), work)
     page = folder / "index.html"

@@ -58,8 +58,8 @@ def _choice(at: pd.DataFrame) -> Cell:
         return Cell("not reached", kind="none")
     counts = _counts(at)
     best = counts.iloc[0]
-    scenes = at["case"].nunique()
-    note = f"fastest on {best['wins']} of {scenes}"
+    problems = at["case"].nunique()
+    note = f"fastest on {best['wins']} of {problems}"
     others = _counts(at[at["library"] != best["library"]])
     if len(others):
         # Of the other libraries the one that reaches the error most often: ratios on a few easy cases do not compare.
@@ -84,11 +84,11 @@ def _counts(at: pd.DataFrame) -> pd.DataFrame:
 
 def _most_reliable(matrix: pd.DataFrame, cases: Sequence[str]) -> Cell:
     """The integrators with an ok setting on most hard variants of the cases."""
-    each, scenes = solved(matrix[matrix["case"].isin(cases)])
+    each, problems = solved(matrix[matrix["case"].isin(cases)])
     if each.empty:
         return Cell("–", "no hard variant was run", "none")
     best = each[each["solved"] == each["solved"].max()].index.tolist()
-    note = f"{each['solved'].max()} of {scenes}"
+    note = f"{each['solved'].max()} of {problems}"
     if len(best) > 1:
         note += f"; so {'does' if len(best) == 2 else 'do'} {', '.join(best[1:3])}"
     return Cell(str(best[0]), note + (f" and {len(best) - 3} more" if len(best) > 3 else ""))

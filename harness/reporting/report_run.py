@@ -74,7 +74,7 @@ class Run:
         missing = analysis.not_run(
             ran, {name: [variant.name for variant in found.variants] for name, found in self.classes.items()}
         )
-        return tables.with_scenes(pd.concat([ran, missing], ignore_index=True) if len(missing) else ran)
+        return tables.with_problems(pd.concat([ran, missing], ignore_index=True) if len(missing) else ran)
 
     @cached_property
     def classes(self) -> dict[str, type[Case]]:
@@ -85,7 +85,7 @@ class Run:
 
     @cached_property
     def trusted(self) -> pd.DataFrame:
-        return tables.with_scenes(analysis.trust(self.reduced))
+        return tables.with_problems(analysis.trust(self.reduced))
 
     @cached_property
     def orders(self) -> pd.DataFrame:
@@ -114,9 +114,9 @@ class Run:
         return dict(self.frame.drop_duplicates("case")[["case", "section"]].to_numpy())
 
     @cached_property
-    def scenes(self) -> pd.DataFrame:
-        """Every problem that was run, in the order of the book, variants of a case together: case, variant, scene."""
-        ran = tables.with_scenes(self.frame.drop_duplicates(["case", "variant", "formulation"]))
+    def problems(self) -> pd.DataFrame:
+        """Every problem that was run, in the order of the book, variants of a case together: case, variant, problem."""
+        ran = tables.with_problems(self.frame.drop_duplicates(["case", "variant", "formulation"]))
         place = {name: i for i, name in enumerate(self.names)}
         return ran.sort_values("case", key=lambda column: column.map(place), kind="stable")
 
@@ -150,12 +150,12 @@ class Run:
     @cached_property
     def policies(self) -> pd.DataFrame:
         """Engines under each policy at the decimal steps, where two policies gave an answer (diverged is one)."""
-        found = tables.with_scenes(analysis.policies(self.reduced).assign(formulation=""))
+        found = tables.with_problems(analysis.policies(self.reduced).assign(formulation=""))
         near = np.zeros(len(found), dtype=bool)
         for step in DECIMAL_STEPS:
             near |= np.isclose(found["setting"].to_numpy(float), step, rtol=1e-9)
         answered = found[near & (found["error"].notna() | (found["status"] == Status.DIVERGED))]
-        several = answered.groupby(["scene", "library", "setting"])["policy"].transform("nunique") > 1
+        several = answered.groupby(["problem", "library", "setting"])["policy"].transform("nunique") > 1
         return answered[several].rename(columns={"library": "engine", "setting": "step"})
 
 

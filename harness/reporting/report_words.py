@@ -11,19 +11,21 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import findings, report_benchmarks, report_card, report_checks, style, tables
-from gnomon.harness.reporting.report_charts import Scenes
+from gnomon.harness.reporting.report_charts import Problems
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import analysis, store
 from gnomon.harness.running.calls import PYTHON_CALL
 from gnomon.harness.studies.drift import laws
 
 
-def page_words(run: Run, folders: Sequence[Path], work: dict[str, Scenes]) -> dict[str, Any]:
+def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> dict[str, Any]:
     """The values of the templates of page and summary, without the charts. Certificates and benchmarks are read from the
     first of `folders` that has them."""
     ran = run.reduced[~run.reduced["status"].isin(analysis.NEVER_RAN)]
     own = ran[ran["variant"] == ""].drop_duplicates(["case", "formulation"])
-    scenes = [(name, formulation) for name in run.names for formulation in own.loc[own["case"] == name, "formulation"]]
+    problems = [
+        (name, formulation) for name in run.names for formulation in own.loc[own["case"] == name, "formulation"]
+    ]
     growth, orders = (read(*folders) for read in (report_benchmarks.growth, report_benchmarks.orders))
     kinds = report_card.kind_rows(run.equal, run.matrix, report_card.kinds(run.forms, run.names))
     runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
@@ -42,7 +44,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Scenes]) -> di
         "cases": _cases(run, work),
         "counts": {
             "cases": len(run.names),
-            "scenes": len(run.scenes),
+            "problems": len(run.problems),
             "integrators": ran["integrator_id"].nunique(),
             "libraries": ran["library"].nunique(),
             "not_installed": sorted(set(run.frame["library"]) - set(ran["library"])),
@@ -52,7 +54,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Scenes]) -> di
         },
         "shares": tables.status_shares(run.reduced),
         "overall": tables.overall(run.equal),
-        "fastest": tables.fastest(run.equal, scenes),
+        "fastest": tables.fastest(run.equal, problems),
         "chapters": run.chapters,
         "first": str(run.frame["case"].iloc[0]),
         "libraries": tables.libraries(run.equal),
@@ -71,7 +73,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Scenes]) -> di
     }
 
 
-def _cases(run: Run, work: dict[str, Scenes]) -> list[dict[str, Any]]:
+def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
     """Each case with its variants and the rows of its tables."""
     times = tables.equal_error_rows(run.equal, run.reduced)
     grown = laws(run.path, run.frame, run.frame["variant"] == "", run.classes)
@@ -82,7 +84,7 @@ def _cases(run: Run, work: dict[str, Scenes]) -> list[dict[str, Any]]:
             "name": name,
             "title": run.titles[name],
             "section": run.sections[name],
-            "stresses": {label: scene["stresses"] for label, scene in work[name].items()},
+            "stresses": {label: problem["stresses"] for label, problem in work[name].items()},
             "times": times.get(name, []),
             "stability": stability.get(name, []),
         }

@@ -26,7 +26,7 @@ MEANINGS = {
     Status.NOT_INSTALLED: "the library is not installed on this machine",
 }
 
-SCENE_AND_NAME = ("case", "formulation", "integrator_id")
+PROBLEM_AND_NAME = ("case", "formulation", "integrator_id")
 LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
 
 
@@ -96,14 +96,14 @@ def ratio_text(ratio: float) -> str:
     return f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:,.0f}".replace(",", "\u202f")
 
 
-def scene_name(case: str, variant: str, formulation: str) -> str:
+def problem_name(case: str, variant: str, formulation: str) -> str:
     """The name of a problem in every table: case/variant (formulation)."""
     return case + (f"/{variant}" if variant else "") + (f" ({formulation})" if formulation else "")
 
 
-def with_scenes(table: pd.DataFrame) -> pd.DataFrame:
+def with_problems(table: pd.DataFrame) -> pd.DataFrame:
     columns = zip(table["case"], table["variant"], table["formulation"], strict=True)
-    return table.assign(scene=[scene_name(*names) for names in columns])
+    return table.assign(problem=[problem_name(*names) for names in columns])
 
 
 @dataclass
@@ -126,7 +126,7 @@ class Row:
     note: str = field(default="")
 
 
-def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]:
+def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]]) -> list[Row]:
     """Per case and formulation, the fastest integrator at each target, with those that are on a par with it.
 
     Times do not include the null call and the preparation, which are printed beside them.
@@ -134,7 +134,7 @@ def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]
     own = equal[equal["variant"] == ""].sort_values("seconds")
     found = {key: part.to_dict("records") for key, part in own.groupby(["case", "formulation", "target"], sort=False)}
     rows = []
-    for case, formulation in scenes:
+    for case, formulation in problems:
         cells = []
         for target in TARGETS:
             at = found.get((case, formulation, target))
@@ -188,11 +188,11 @@ def libraries(equal: pd.DataFrame) -> list[Row]:
         for target in TARGETS:
             at = own[own["target"] == target]
             best = at[at["library"] == library].groupby("case")["ratio"].min()
-            reached, scenes = len(best), at["case"].nunique()
+            reached, problems = len(best), at["case"].nunique()
             cells.append(
-                Cell(f"{ratio_text(float(best.median()))} ×", f"{reached} of {counted(scenes, 'case')}")
+                Cell(f"{ratio_text(float(best.median()))} ×", f"{reached} of {counted(problems, 'case')}")
                 if reached
-                else Cell("–", f"0 of {counted(scenes, 'case')}", "none")
+                else Cell("–", f"0 of {counted(problems, 'case')}", "none")
             )
         rows.append(Row(str(library), cells))
     return sorted(rows, key=lambda row: row.head != "gnomon")
@@ -204,11 +204,11 @@ def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, li
     Times do not include the null call, which is printed with the range over launches. The last cell is the median time
     of a preparation, which the other cells do not include.
     """
-    reached = _by_key(equal[equal["variant"] == ""], *SCENE_AND_NAME, "target")
+    reached = _by_key(equal[equal["variant"] == ""], *PROBLEM_AND_NAME, "target")
     ran = reduced[(reduced["variant"] == "") & ~reduced["status"].isin(NEVER_RAN)]
-    preparing = preparations(ran).groupby(list(SCENE_AND_NAME)).first().to_dict()
+    preparing = preparations(ran).groupby(list(PROBLEM_AND_NAME)).first().to_dict()
     found: dict[str, list[tuple[Any, Row]]] = {}
-    for case, formulation, name in sorted(_by_key(ran, *SCENE_AND_NAME)):
+    for case, formulation, name in sorted(_by_key(ran, *PROBLEM_AND_NAME)):
         cells, place = [], [math.inf] * len(TARGETS)
         for i, target in enumerate(TARGETS):
             at = reached.get((case, formulation, name, target))
@@ -340,7 +340,7 @@ def failure_groups(failed: pd.DataFrame) -> list[dict[str, Any]]:
             continue
         rows = []
         for name, mine in part.groupby("integrator_id", sort=True):
-            where = list(dict.fromkeys(scene for scenes in mine["where"] for scene in scenes))
+            where = list(dict.fromkeys(problem for problems in mine["where"] for problem in problems))
             reasons = list(dict.fromkeys(reason for reason in mine["reason"] if reason))
             rows.append(
                 {

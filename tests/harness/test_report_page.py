@@ -157,7 +157,7 @@ CHOSEN = """(async () => {
     select.dispatchEvent(new Event("change", { bubbles: true }));
   };
   choose("case", 1);
-  choose("scene", -1);
+  choose("problem", -1);
   document.querySelector('[data-role="axis"] [value="calls"]').click();
   document.querySelector('[data-role="which"] [value="all"]').click();
   while (gnomonCharts.built + gnomonCharts.failed < WANTED) await new Promise(requestAnimationFrame);
@@ -177,8 +177,8 @@ FOUND = """(() => {
 
 
 SHOWN = """(() => {
-  const [of, scene] = ["case", "scene"].map((role) => document.querySelector(`#panel [data-role="${role}"]`));
-  [[of, "pendulum_simple"], [scene, "NAME"]].forEach(([select, value]) => {
+  const [of, problem] = ["case", "problem"].map((role) => document.querySelector(`#panel [data-role="${role}"]`));
+  [[of, "pendulum_simple"], [problem, "NAME"]].forEach(([select, value]) => {
     select.value = value;
     select.dispatchEvent(new Event("change", { bubbles: true }));
   });
@@ -238,9 +238,9 @@ def test_page_in_a_browser(browser: Browser, page: Path, tmp_path: Path, width: 
     assert browser.value(drawn)
     cells = """[...document.querySelectorAll("[data-map]")].map((map) => map.querySelectorAll("td").length)"""
     variants = {(name, variant.name) for name in synthetic.CASES for variant in case_class(name).variants}
-    scenes = variants | {(name, label) for name, (*_, labels) in synthetic.CASES.items() for label in labels}
-    assert browser.value(cells) == [3 * 7 + 2, (2 + 3 + len(scenes)) * 7], (
-        "rows of defaults; of chapters, cases, scenes"
+    problems = variants | {(name, label) for name, (*_, labels) in synthetic.CASES.items() for label in labels}
+    assert browser.value(cells) == [3 * 7 + 2, (2 + 3 + len(problems)) * 7], (
+        "rows of defaults; of chapters, cases, problems"
     )
     assert browser.value("document.documentElement.scrollWidth") == width
 
@@ -258,11 +258,11 @@ def test_page_in_a_browser(browser: Browser, page: Path, tmp_path: Path, width: 
     assert browser.requests() == [page.resolve().as_uri()]
 
 
-@pytest.mark.parametrize(("scene", "shown"), [("long", [False, True]), ("separatrix", [True, False])])
-def test_an_empty_diagram_is_not_shown_but_said(browser: Browser, page: Path, scene: str, shown: list[bool]) -> None:
+@pytest.mark.parametrize(("problem", "shown"), [("long", [False, True]), ("separatrix", [True, False])])
+def test_an_empty_diagram_is_not_shown_but_said(browser: Browser, page: Path, problem: str, shown: list[bool]) -> None:
     browser.open(page, 1400, 900)
     browser.value(READY)
-    assert browser.value(SHOWN.replace("NAME", scene)) == shown
+    assert browser.value(SHOWN.replace("NAME", problem)) == shown
     assert browser.complaints() == []
 
 

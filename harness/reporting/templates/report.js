@@ -25,8 +25,8 @@
   }
 
   // Positions in diagrams are stored as whole hundredths of a decade.
-  function pointsOf(scene) {
-    const points = rows(scene.points);
+  function pointsOf(problem) {
+    const points = rows(problem.points);
     for (const point of points) for (const name of ["time", "calls", "error"]) if (point[name] !== null) point[name] /= 100;
     return points;
   }
@@ -73,15 +73,15 @@
   const pressed = (role) => part(role).querySelector('[aria-pressed="true"]').value;
 
   function workSpec(figure) {
-    const scene = data.work.cases[part("case").value][part("scene").value];
+    const problem = data.work.cases[part("case").value][part("problem").value];
     const axis = pressed("axis");
     const spec = charted(data.work.specs[axis]);
-    const points = pointsOf(scene);
+    const points = pointsOf(problem);
     // If none is in colour, all failed, and the legend names these.
     if (pressed("which") === "all" || !points.some((point) => point.front && point[axis] !== null)) points.forEach((point) => (point.front = 1));
     spec.datasets.points = points;
-    spec.datasets.limits = scene.limits;
-    span(spec, points, scene.limits, axis);
+    spec.datasets.limits = problem.limits;
+    span(spec, points, problem.limits, axis);
     const named = new Set(points.filter((point) => point.front && point[axis] !== null).map((point) => point.series));
     restrict(spec.layer, named);
     spec.width = "container";
@@ -138,7 +138,7 @@
     return row;
   }
 
-  function sceneRow(map, [name, label, cells, why], shown, blue) {
+  function problemRow(map, [name, label, cells, why], shown, blue) {
     const row = made("tr");
     shown.forEach((column) => {
       const [verdict, digits, lost] = cells.slice(3 * column, 3 * column + 3);
@@ -169,7 +169,7 @@
     const byCase = byCaseOf(own);
     Object.entries(data.chapters).forEach(([chapter, names]) => {
       const rows = names.flatMap((name) => byCase.get(name) ?? []).map((given) => {
-        const row = sceneRow(map, given, shown, true);
+        const row = problemRow(map, given, shown, true);
         row.prepend(made("th", "", given[0] + given[1].slice("default".length)));
         return row;
       });
@@ -203,10 +203,10 @@
   }
 
   // One cell an integrator: on how many of the problems no setting was ok, and the most frequent status of those.
-  function brokenRow(map, name, scenes, shown) {
+  function brokenRow(map, name, problems, shown) {
     const row = made("tr");
     shown.forEach((column) => {
-      const all = scenes.map((scene) => scene[2].slice(3 * column, 3 * column + 3)).filter((c) => c[0] !== " ")
+      const all = problems.map((problem) => problem[2].slice(3 * column, 3 * column + 3)).filter((c) => c[0] !== " ")
         .map((c) => [map.verdicts[parseInt(c[0], 16)], c[1] === "-"]);
       const words = all.filter(([word]) => !/^(un|not)/.test(word));
       const missing = all.filter(([word]) => word === "not_run").length;
@@ -229,22 +229,22 @@
     const shown = map.series.map((_, i) => i);
     const table = made("table");
     table.append(heading(map, shown));
-    const many = (scenes) => `${scenes.length} problem${scenes.length > 1 ? "s" : ""}`;
-    const scenesOf = byCaseOf(map.rows);
+    const many = (problems) => `${problems.length} problem${problems.length > 1 ? "s" : ""}`;
+    const problemsOf = byCaseOf(map.rows);
     const caseRow = (name) => {
-      const scenes = scenesOf.get(name) ?? [];
-      return opener(brokenRow(map, name, scenes, shown), name, many(scenes), () =>
-        scenes.map((given) => {
-          const one = sceneRow(map, given, shown, false);
+      const problems = problemsOf.get(name) ?? [];
+      return opener(brokenRow(map, name, problems, shown), name, many(problems), () =>
+        problems.map((given) => {
+          const one = problemRow(map, given, shown, false);
           one.prepend(made("th", "variant", given[1]));
           return one;
         }),
       );
     };
-    const few = scenesOf.size <= 20;
+    const few = problemsOf.size <= 20;
     Object.entries(data.chapters).forEach(([chapter, names]) => {
-      const scenes = names.flatMap((name) => scenesOf.get(name) ?? []);
-      const row = opener(brokenRow(map, chapter, scenes, shown), chapter, many(scenes), () => names.map(caseRow), few);
+      const problems = names.flatMap((name) => problemsOf.get(name) ?? []);
+      const row = opener(brokenRow(map, chapter, problems, shown), chapter, many(problems), () => names.map(caseRow), few);
       row.classList.add("chapter");
       table.append(row, ...row.below);
     });
@@ -276,26 +276,26 @@
   }
 
   function showCase(name) {
-    const scenes = part("scene");
+    const problems = part("problem");
     const about = data.about[name];
     all('[data-role="case"]').forEach((select) => (select.value = name));
     part("title").textContent = about.title;
     part("section").textContent = `${name} · Beatty, Dynamics, section ${about.section}`;
-    scenes.replaceChildren(...Object.keys(about.stresses).map((label) => new Option(label, label)));
+    problems.replaceChildren(...Object.keys(about.stresses).map((label) => new Option(label, label)));
     all("[data-table]").forEach((place) => {
       const text = data.tables[name][place.dataset.table];
       place.hidden = !text.trim();
       place.querySelector(".scroll").innerHTML = text;
     });
-    showScene();
+    showProblem();
   }
 
-  function showScene() {
+  function showProblem() {
     const figure = panel.querySelector(".chart");
-    const scene = part("scene").value;
+    const problem = part("problem").value;
     part("calls").hidden = pressed("axis") !== "calls";
-    panel.querySelector(".stresses").textContent = data.about[part("case").value].stresses[scene] ?? "";
-    const points = scene ? pointsOf(data.work.cases[part("case").value][scene]) : [];
+    panel.querySelector(".stresses").textContent = data.about[part("case").value].stresses[problem] ?? "";
+    const points = problem ? pointsOf(data.work.cases[part("case").value][problem]) : [];
     part("nothing").hidden = !points.length || points.some((point) => !point.failed);
     figure.hidden = !points.some((point) => point[pressed("axis")] !== null);
     if (figure.dataset.state && !figure.hidden) build(figure);
@@ -308,13 +308,13 @@
     all('[data-role="find"]').forEach((field) => field.addEventListener("input", () => find(field.value)));
     document.addEventListener("change", (event) => {
       if (event.target.dataset.role === "case") showCase(event.target.value);
-      if (event.target.dataset.role === "scene") showScene();
+      if (event.target.dataset.role === "problem") showProblem();
     });
     all(".switch").forEach((buttons) =>
       buttons.addEventListener("click", (event) => {
         if (!event.target.value) return;
         all("button", buttons).forEach((one) => one.setAttribute("aria-pressed", String(one === event.target)));
-        showScene();
+        showProblem();
       }),
     );
     all("a[data-case]").forEach((link) => link.addEventListener("click", () => showCase(link.dataset.case)));
@@ -323,7 +323,7 @@
     window.addEventListener("resize", () => {
       if (narrow === window.innerWidth < 760) return;
       narrow = !narrow;
-      showScene();
+      showProblem();
     });
     // A printed page has every chart.
     window.addEventListener("beforeprint", () => all(".chart").forEach((figure) => figure.dataset.state || build(figure)));

@@ -149,8 +149,8 @@ def test_kinds_with_one_answer_are_one_part_of_the_sentence() -> None:
 
 
 def test_a_hard_variant_is_solved_where_some_setting_is_ok() -> None:
-    each, scenes = solved(MATRIX)
-    assert scenes == 2
+    each, problems = solved(MATRIX)
+    assert problems == 2
     assert each.to_dict("index") == {"x:one": {"solved": 1, "ran": 2}, "x:two": {"solved": 2, "ran": 2}}
 
 

@@ -69,8 +69,8 @@ def test_who_wins_and_how_far_behind_the_others_are() -> None:
     assert behind.endswith("over the cases that it reaches: y 4.0 times on 2.")  # of 3 and 5
 
 
-def _matrix(*scenes: tuple[str, str, str, float]) -> pd.DataFrame:
-    table = pd.DataFrame(scenes, columns=["case", "variant", "integrator_id", "best"])
+def _matrix(*problems: tuple[str, str, str, float]) -> pd.DataFrame:
+    table = pd.DataFrame(problems, columns=["case", "variant", "integrator_id", "best"])
     return table.assign(formulation="", verdict="ok").astype({"best": float})
 
 
@@ -98,8 +98,8 @@ def test_who_holds_on_hard_variants_and_whose_tolerance_means_what_it_says() -> 
 
 def _policies(*errors: tuple[str, float, float]) -> pd.DataFrame:
     rows = [
-        {"engine": "e", "scene": scene, "policy": policy, "step": 0.01, "error": error}
-        for scene, shipped, configured in errors
+        {"engine": "e", "problem": problem, "policy": policy, "step": 0.01, "error": error}
+        for problem, shipped, configured in errors
         for policy, error in (("as shipped", shipped), ("configured", configured))
     ]
     return pd.DataFrame(rows)
@@ -115,14 +115,14 @@ def test_an_integrator_that_accepts_few_of_the_cases_is_not_among_those_that_exc
 
 
 def test_the_three_most_reliable_of_those_that_ran_on_half() -> None:
-    scenes = [("a", str(n)) for n in range(4)]
+    problems = [("a", str(n)) for n in range(4)]
     right = {"x:all": 4, "x:most": 3, "x:some": 2, "x:none": 0}
     rows = [
-        (*scene, name, 1e-9 if k < count else math.nan)
+        (*problem, name, 1e-9 if k < count else math.nan)
         for name, count in right.items()
-        for k, scene in enumerate(scenes)
+        for k, problem in enumerate(problems)
     ]
-    rows += [(*scene, "x:half", 1e-9) for scene in scenes[:2]]
+    rows += [(*problem, "x:half", 1e-9) for problem in problems[:2]]
     said = findings(_equal(), pd.DataFrame(), (), _matrix(*rows), _trusted())[-1]
     assert said.endswith(": x:all on 4 of 4, x:half on 2 of 2, x:most on 3 of 4.")
 
@@ -137,7 +137,7 @@ def test_libraries_are_listed_from_the_fastest_to_the_slowest_for_one_target() -
     assert said[2].endswith("over the cases that it reaches: y 4.0 times on 2, a 9.0 times on 2.")
 
 
-def test_engines_are_compared_at_the_step_of_most_scenes_and_policies_by_their_best() -> None:
+def test_engines_are_compared_at_the_step_of_most_problems_and_policies_by_their_best() -> None:
     policies = _policies(("a", 0.2, 0.1), ("b", 0.4, 0.1), ("b", 0.3, 0.2))
     other = _policies(("a", 0.9, 0.01)).assign(step=0.001)
     said = findings(_equal(), pd.concat([other, policies]), (), _matrix(), _trusted())[-1]
