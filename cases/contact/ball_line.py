@@ -1,4 +1,7 @@
-"""Balls that collide on one line: a chain of three of any masses, and Newton's cradle."""
+"""Balls that collide on one line: three balls of any masses, and Newton's cradle.
+
+Cases: three_ball_chain, newtons_cradle.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""More of the billiard ball: its attitude, and the friction against its drill."""
+"""The billiard ball with its attitude, and with drilling friction against the spin about the vertical.
+
+Cases: billiard_ball_attitude, billiard_ball_drill.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Rolling bodies: down an incline with or without slip, and the yo-yo."""
+"""Rolling bodies: down an incline with or without slip, and the yo-yo.
+
+Cases: rolling_bodies, yo_yo.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The distance between two states of a case: groups of like coordinates, gauged, each on its own scale."""
+"""The error of a state: its distance from the exact one, by groups of like coordinates, each on its own scale."""
 
 from __future__ import annotations
 

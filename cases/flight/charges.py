@@ -1,4 +1,7 @@
-"""A charge in uniform electric and magnetic fields, slow and relativistic."""
+"""A charge in uniform electric and magnetic fields, slow and relativistic.
+
+Cases: charge_in_E_and_B, relativistic_charge.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Droplets in electric fields: the ink jet, and Millikan's oil drop."""
+"""Droplets in electric fields: the ink jet, and Millikan's oil drop.
+
+Cases: ink_jet_printer, millikan_oil_drop.
+"""
 
 from __future__ import annotations
 

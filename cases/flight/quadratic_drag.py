@@ -1,4 +1,7 @@
-"""Drag proportional to the square of the speed: the projectile, and the vertical throw."""
+"""Drag proportional to the square of the speed: the projectile, and the vertical throw.
+
+Cases: projectile_quadratic_drag, vertical_quadratic_drag.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Uniformly accelerated systems: an Atwood machine, and a block on a wedge that is free to slide."""
+"""Uniformly accelerated systems: an Atwood machine, and a block on a wedge that is free to slide.
+
+Cases: atwood_pulley_systems, wedge_block_energy_momentum.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Chains that pull themselves over an edge: off a table, with and without friction, and over a small pulley."""
+"""Chains that slide over an edge by their own weight: off a table, with or without friction, or over a small pulley.
+
+Cases: chain_off_table, chain_over_pulley.
+"""
 
 from __future__ import annotations
 

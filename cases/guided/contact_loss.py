@@ -1,4 +1,7 @@
-"""A particle that slides off a sphere, and one that falls out of a loop."""
+"""A particle that slides off a sphere, one that leaves a loop, and a pendulum whose string goes slack.
+
+Cases: bead_leaving_sphere, amusement_park, pendulum_on_string.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A bead that slides on a smooth curve in a vertical plane: parabola, quartic, catenary."""
+"""A bead that slides on a smooth curve in a vertical plane: parabola, quartic, catenary.
+
+Cases: curve_sliding_small, curve_sliding_quartic, curve_sliding_catenary.
+"""
 
 from __future__ import annotations
 

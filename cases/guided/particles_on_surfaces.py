@@ -1,4 +1,7 @@
-"""A particle on a smooth surface of revolution, its axis upright: the azimuth is ignorable."""
+"""A particle on a smooth surface of revolution with a vertical axis: the azimuth is ignorable.
+
+Cases: ignorable_coordinates (cone), particle_on_paraboloid, particle_on_torus.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The bead on a hoop whose rate is not constant: a hoop that turns freely, and one that is sped up slowly."""
+"""A bead on a hoop whose rate is not constant: a hoop that turns freely, and one whose rate is changed slowly.
+
+Cases: rotating_pendulum_free_hoop, rotating_pendulum_swept.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""theta'' = -A sin(theta) + B sin(theta) cos(theta): what hangs from a turning axis, and the gyrocompass."""
+"""theta'' = -A sin(theta) + B sin(theta) cos(theta): what hangs from a turning axis.
+
+Cases: rotating_pendulum, bearing_reaction_torque_stability. The gyrocompass has the same equation
+(cases/rigid_bodies/gyrocompass.py).
+"""
 
 from __future__ import annotations
 
@@ -26,7 +30,7 @@ def hoop_acceleration(theta: Any, pull: Any, lift: Any) -> Values:
 
 
 def hoop_potential(theta: Any, pull: Any, lift: Any) -> Values:
-    """Zero at theta = 0: without the cancellation of -A cos(theta) there."""
+    """Zero at theta = 0, so without the cancellation of -A cos(theta) there."""
     half = sin(theta / 2)
     return (2 * pull * half * half - lift * sin(theta) * sin(theta) / 2,)
 
@@ -42,7 +46,7 @@ def bead_potential(t: Any, q: Values, parameters: Values) -> Values:
 
 
 def bead_jacobi(t: Any, state: Values, parameters: Values) -> Values:
-    """Jacobi's integral over m R^2; the energy is not constant, the drive does work."""
+    """Jacobi's integral over m R^2; the energy is not constant, because the drive does work."""
     return (state[1] * state[1] / 2 + bead_potential(t, state[:1], parameters)[0],)
 
 
@@ -60,23 +64,7 @@ def hinged_jacobi(t: Any, state: Values, parameters: Values) -> Values:
     return (state[1] * state[1] / 2 + hinged_potential(t, state[:1], parameters)[0],)
 
 
-def compass_acceleration(t: Any, q: Values, parameters: Values) -> Values:
-    across, along, spin, earth, cosine = parameters
-    rate = earth * cosine
-    return hoop_acceleration(q[0], along * spin * rate / across, rate * rate)
-
-
-def compass_potential(t: Any, q: Values, parameters: Values) -> Values:
-    across, along, spin, earth, cosine = parameters
-    rate = earth * cosine
-    return hoop_potential(q[0], along * spin * rate / across, rate * rate)
-
-
-def compass_jacobi(t: Any, state: Values, parameters: Values) -> Values:
-    return (state[1] * state[1] / 2 + compass_potential(t, state[:1], parameters)[0],)
-
-
-HINGED_SCENE, COMPASS_SCENE = hinged_pull(hinged_acceleration), hinged_pull(compass_acceleration)
+HINGED_SCENE = hinged_pull(hinged_acceleration)
 
 
 def _unchanged(states: Floats) -> Floats:
@@ -84,11 +72,11 @@ def _unchanged(states: Floats) -> Floats:
 
 
 class HoopCase(Case):
-    """What the thin cases share; a subclass states A and B by its parameters."""
+    """Base class of the cases in this family; a subclass states A and B as functions of its parameters."""
 
     state = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
     _CYCLES: ClassVar[dict[str, str]] = {}
-    """Spans in periods where they are not 10.37."""
+    """Spans by variant, in periods; others last 10.37 periods."""
 
     def coefficients(self) -> tuple[Fraction, Fraction]:
         """A and B (1/s^2)."""
@@ -104,7 +92,7 @@ class HoopCase(Case):
 
     @property
     def time_scale(self) -> float:
-        """Of a small swing without rotation and with it, and of a turn where that is shorter."""
+        """The shortest time of a small swing, with rotation or without, or of a radian of a motion over the top."""
         pull, lift = map(abs, self.coefficients())
         rate = sqrt(pull + lift)
         if self._exact.regime == Hoop.ROTATION:
@@ -112,13 +100,13 @@ class HoopCase(Case):
         return 1 / rate if rate else 1.0
 
     def natural_span(self) -> Number:
-        """10.37 periods; 9 time scales where the motion has none."""
+        """10.37 periods; 9 time scales if the motion is not periodic."""
         period = self._exact.period(20)
         cycles = self._CYCLES.get(self.variant or "", "10.37")
         return 9 * self.time_scale if period is None else float(period) * float(cycles)
 
     def scales(self) -> dict[str, float]:
-        """Next to a homoclinic motion the peaks are sharper than the grid, but stand at quarters of the period."""
+        """Close to a homoclinic motion the peaks are narrower than the grid spacing; they are at quarters of the period."""
         found = accuracy.grid_scales(self)
         period = self._exact.period()
         if period is not None and 60 * self.time_scale < float(period) < float(self.span):
@@ -185,27 +173,27 @@ class RotatingPendulum(HoopCase):
         ),
         Variant(
             "homoclinic_inside",
-            "released at the double below 2 pi/3: creeps to the unstable bottom",
+            "released at the double below 2 pi/3: approaches the unstable bottom slowly",
             {"g": 1, "Om": 2},
             (2.0943951023931953, 0),
         ),
         Variant(
             "homoclinic_outside",
-            "released at the double above 2 pi/3: creeps to the unstable bottom, from the other side of the separatrix",
+            "released at the double above 2 pi/3: approaches the unstable bottom slowly, outside the separatrix",
             {"g": 1, "Om": 2},
             (2.0943951023931957, 0),
         ),
-        Variant("near_homoclinic", "1e-12 beside the unstable bottom", {"g": 1, "Om": 2}, ("1e-12", 0)),
+        Variant("near_homoclinic", "1e-12 rad from the unstable bottom", {"g": 1, "Om": 2}, ("1e-12", 0)),
         Variant(
             "separatrix",
-            "exactly the energy of the top, which it reaches after infinite time",
+            "exactly the energy at the top, which it reaches after infinite time",
             {"g": 1, "Om": "0.5"},
             (0, 2),
         ),
         Variant("tilted", "small swings about the tilted equilibrium", initial_state=("0.911", 0)),
         Variant("long_1e4", "10,000 periods: phase error"),
         Variant("without_rotation", "Om = 0: the simple pendulum", {"Om": 0}, (2, 0)),
-        Variant("engines", "the numbers of engine tests, 5 s", initial_state=("0.3", 0), span=5),
+        Variant("engines", "the parameters of engine tests, 5 s", initial_state=("0.3", 0), span=5),
     )
     invariants: ClassVar = {"jacobi": Invariant(bead_jacobi)}
     _CYCLES: ClassVar[dict[str, str]] = {
@@ -228,7 +216,7 @@ class RotatingPendulum(HoopCase):
         return SCENE
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`drive_torque` over the mass, of the start: 2 R^2 Om sin(theta) cos(theta) theta' (m^2/s^2)."""
+        """`drive_torque` over the mass at the start: 2 R^2 Om sin(theta) cos(theta) theta' (m^2/s^2)."""
         _g, radius, rate = self.parameter_values()
         theta, omega = self.initial_state
         with working(digits + 10) as mp:
@@ -247,8 +235,8 @@ class BearingReactionTorqueStability(HoopCase):
     title = "Plate or rod hinged to a rotating shaft: relative equilibria and their stability"
     section = "10.12.5"
     conventions = (
-        "theta from the downward vertical, rad, not wrapped; a the hinge axis, c along the body, b across both, "
-        "moments about the hinge; Om is prescribed. Held away from the shaft where I_b > I_c."
+        "theta from the downward vertical, rad, not wrapped; axis a is the hinge, c along the body, b perpendicular to "
+        "both; moments about the hinge; Om is prescribed. Rotation drives the body away from the shaft if I_b > I_c."
     )
     parameter_list = (
         Parameter("mgl", "N m", "4.905", "weight times distance of the centre of mass from the hinge"),
@@ -271,13 +259,13 @@ class BearingReactionTorqueStability(HoopCase):
         Variant("flat", "I_b < I_c: rotation presses the body to the shaft", {"I_b": "0.05", "I_c": "0.35"}),
         Variant(
             "between",
-            "I_b < I_c, fast: the upright is stable too, and the motion stays about it",
+            "I_b < I_c, fast: the upright position is stable too, and the motion stays around it",
             {"I_b": "0.05", "I_c": "0.35", "Om": 12},
             ("3.5", 0),
         ),
         Variant("no_moment", "I_b = I_c: rotation has no effect", {"I_b": "0.2", "I_c": "0.2"}),
-        Variant("balanced", "hinged at the centre of mass: two wells a half turn apart", {"mgl": 0}, ("0.3", 0)),
-        Variant("unstable", "1e-10 beside the unstable bottom", initial_state=("1e-10", 0)),
+        Variant("balanced", "hinged at the centre of mass: two wells half a turn apart", {"mgl": 0}, ("0.3", 0)),
+        Variant("unstable", "1e-10 rad from the unstable bottom", initial_state=("1e-10", 0)),
     )
     invariants: ClassVar = {"jacobi": Invariant(hinged_jacobi)}
     _CYCLES: ClassVar[dict[str, str]] = {"unstable": "2.37"}
@@ -295,9 +283,9 @@ class BearingReactionTorqueStability(HoopCase):
         return HINGED_SCENE
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Of the start: the torque that drives the shaft, 2 Om (I_b - I_c) sin(theta) cos(theta) theta', and that
+        """At the start: the torque that drives the shaft, 2 Om (I_b - I_c) sin(theta) cos(theta) theta' (N m), and
 
-        across it which the bearings take, Om theta' (I_a + (I_b - I_c) cos(2 theta)).
+        the transverse torque on the bearings, Om theta' (I_a + (I_b - I_c) cos(2 theta)) (N m).
         """
         _moment, ia, ib, ic, rate = self.parameter_values()
         theta, omega = self.initial_state
@@ -306,88 +294,3 @@ class BearingReactionTorqueStability(HoopCase):
             size, apart = mp.mpf(rate * omega), mp.mpf(ib - ic)
             torques = publish((size * apart * mp.sin(turn), size * (mp.mpf(ia) + apart * mp.cos(turn))), digits)
         return super().quantities(digits) | dict(zip(("drive_torque", "bearing_torque"), torques, strict=True))
-
-
-class Gyrocompass(HoopCase):
-    name = "gyrocompass"
-    title = "Gyrocompass, its axis held in the horizontal plane"
-    section = "10.13, 11.12.3"
-    conventions = (
-        "theta from true north to the spin axis in the horizontal plane, rad; s is the conserved total axial spin; C "
-        "axial moment, A transverse with the gimbal; coslat is the cosine of the latitude."
-    )
-    parameter_list = (
-        Parameter("A", "kg m^2", "0.08", "transverse moment, gimbal included"),
-        Parameter("C", "kg m^2", "0.1", "axial moment"),
-        Parameter("s", "rad/s", 1000, "axial spin"),
-        Parameter("Om", "rad/s", "7.292115e-5", "rate of the Earth"),
-        Parameter("coslat", "1", "0.7", "cosine of the latitude"),
-    )
-    default_state = ("0.5", 0)
-    domain = Domain(
-        {
-            "A": positive(0.1, 1.0),
-            "C": positive(0.1, 1.0),
-            "s": Range(typical=(-20.0, 20.0)),
-            "Om": Range(typical=(-5.0, 5.0)),
-            "coslat": Range(0.0, 1.0, typical=(0.0, 1.0)),
-            "theta": Range(typical=(-7.0, 7.0)),
-            "omega": Range(typical=(-8.0, 8.0)),
-        }
-    )
-    variants = (
-        Variant(
-            "slow_spin",
-            "C s = A W/2: the quadratic term wins and the axis settles 60 degrees off north",
-            {"A": "0.1", "C": "0.1", "s": "0.5", "Om": 1, "coslat": 1},
-        ),
-        Variant(
-            "south_seeking",
-            "negative spin: the axis seeks south",
-            {"s": -1000},
-            (3, 0),
-        ),
-        Variant(
-            "bifurcation",
-            "exactly C s = A W: north neither draws nor repels to first order",
-            {"A": "0.1", "C": "0.1", "s": 1, "Om": 1, "coslat": 1},
-            ("0.01", 0),
-        ),
-        Variant("fast_spin", "the quadratic term is 1e-9 of the first", {"s": 40834.0, "Om": "7.292115e-5"}),
-        Variant("pole", "no horizontal rate: the axis turns on unmoved", {"coslat": 0}, ("0.5", "0.01")),
-        Variant("turning", "thrown round the compass", initial_state=("0.5", "0.5")),
-    )
-    invariants: ClassVar = {"jacobi": Invariant(compass_jacobi)}
-
-    def coefficients(self) -> tuple[Fraction, Fraction]:
-        across, along, spin, earth, cosine = self.parameter_values()
-        rate = earth * cosine
-        return along * spin * rate / across, rate * rate
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(compass_acceleration, compass_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return COMPASS_SCENE
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`small_angle_period`: 2 pi sqrt(A/(C s W)), without the square of the Earth's rate."""
-        found, (pull, _) = super().quantities(digits), self.coefficients()
-        if pull <= 0:
-            return found
-        with working(digits + 10) as mp:
-            return found | {"small_angle_period": publish([2 * mp.pi / mp.sqrt(mp.mpf(pull))], digits)[0]}
-
-    @property
-    def hierarchy(self) -> tuple[Level, ...]:
-        """The pendulum that is left without the square of the Earth's rate."""
-        pull, _ = self.coefficients()
-        if pull <= 0:
-            return ()
-        pendulum = PendulumSimple(initial_state=self.initial_state, span=self.span, g=pull, L=1)
-        return (
-            *pendulum.hierarchy,
-            Level(pendulum, _unchanged, "restoring torque as the sine; no square of the Earth's rate"),
-        )

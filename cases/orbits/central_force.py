@@ -1,4 +1,7 @@
-"""Central motions in a plane: the isotropic oscillator, a mass hanging through a hole, k/r, a dumbbell on a spring."""
+"""Central motions in a plane: isotropic oscillator, string through a hole, attraction k/r, dumbbell with a spring.
+
+Cases: central_force_conservation, central_force_hanging_mass, central_force_logarithmic, dumbbell_spring.
+"""
 
 from __future__ import annotations
 

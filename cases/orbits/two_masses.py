@@ -1,4 +1,7 @@
-"""Two masses joined by a spring or a rod, thrown together: the centre of mass and the motion about it."""
+"""Two masses joined by a spring or a rod: the motion of the centre of mass and the motion about it.
+
+Cases: two_mass_spring, center_of_mass_motion, dumbbell_free_flight.
+"""
 
 from __future__ import annotations
 

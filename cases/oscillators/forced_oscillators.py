@@ -1,4 +1,7 @@
-"""Linear motion under loads that depend on time: forced vibration, the general equation, a force on a free mass."""
+"""Linear motion under loads that depend on time: forced vibration, the general equation, a force on a free mass.
+
+Cases: forced_oscillator, second_order_linear_ode, time_varying_force.
+"""
 
 from __future__ import annotations
 

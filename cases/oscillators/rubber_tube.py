@@ -1,4 +1,7 @@
-"""Radial oscillation of a rubber tube: a thin wall, and a wall of any thickness."""
+"""Radial oscillation of a rubber tube: a thin wall, and a wall of any thickness.
+
+Cases: rubber_tube_thin, rubber_tube_thick.
+"""
 
 from __future__ import annotations
 

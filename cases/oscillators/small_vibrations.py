@@ -1,4 +1,7 @@
-"""Small vibrations of three masses in a row, without damping."""
+"""Small vibrations of three masses in a row, without damping.
+
+Cases: small_vibrations_3dof_chain, small_vibrations_mdof.
+"""
 
 from __future__ import annotations
 

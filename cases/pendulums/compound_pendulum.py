@@ -1,4 +1,7 @@
-"""Bodies that swing like a simple pendulum of another length: about a fixed axis, and rolling in a bowl."""
+"""Bodies that swing like a simple pendulum of another length: about a fixed axis, or rolling in a bowl.
+
+Cases: rotation_fixed_axis_compound_pendulum, rolling_sphere_in_bowl.
+"""
 
 from __future__ import annotations
 

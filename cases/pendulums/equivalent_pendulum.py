@@ -1,4 +1,7 @@
-"""A chain in a circular tube, and a pendulum on an accelerated support: each exactly a pendulum."""
+"""A chain in a circular tube and a pendulum on an accelerated support: each moves exactly like a pendulum.
+
+Cases: chain_in_circular_tube, moment_of_momentum_pendulum.
+"""
 
 from __future__ import annotations
 

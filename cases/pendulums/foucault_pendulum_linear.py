@@ -1,4 +1,7 @@
-"""Foucault's pendulum for small amplitudes, and the model that knows its precession only."""
+"""Foucault's pendulum for small amplitudes, and a model with precession as the only effect of rotation.
+
+Cases: foucault_pendulum_linear, foucault_precession.
+"""
 
 from __future__ import annotations
 

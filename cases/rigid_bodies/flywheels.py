@@ -1,4 +1,7 @@
-"""A belt drive that slips and grips; a flywheel under a cyclic torque, and one that coasts down."""
+"""A belt drive that slips and then grips; a flywheel under a cyclic torque, and one that coasts down.
+
+Cases: belt_driven_machine, flywheel, flywheel_coast_down.
+"""
 
 from __future__ import annotations
 

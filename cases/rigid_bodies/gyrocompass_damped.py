@@ -12,7 +12,7 @@ from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.hinge_scene import hinged_point
 from gnomon.cases.core.numbers import Domain, Parameter, Range, positive
 from gnomon.cases.core.scene import SceneForm
-from gnomon.cases.guided.pendulum_on_hoop import Gyrocompass
+from gnomon.cases.rigid_bodies.gyrocompass import Gyrocompass
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.damped_oscillator import DampedMotion
 

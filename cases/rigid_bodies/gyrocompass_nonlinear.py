@@ -1,4 +1,7 @@
-"""The gyrocompass beyond small angles and beyond its plane: with a damper, and with its axis free to tilt."""
+"""The gyrocompass at any angle: with damping in the horizontal plane, and with its axis free to tilt.
+
+Cases: gyrocompass_damped_nonlinear, gyrocompass_tilting.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from gnomon.cases.core.hinge_scene import hinged_point
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
-from gnomon.cases.guided.pendulum_on_hoop import Gyrocompass, compass_jacobi
+from gnomon.cases.rigid_bodies.gyrocompass import Gyrocompass, compass_jacobi
 from gnomon.cases.rigid_bodies.gyrocompass_damped import GyrocompassDamped
 from gnomon.reference.numerics.precision import Number, publish, working
 

@@ -1,4 +1,7 @@
-"""The heavy symmetric top: in Euler angles, on its way to the vertical, and as a rigid body."""
+"""The heavy symmetric top: in Euler angles, rising to the vertical, and as a rigid body.
+
+Cases: lagrange_top, lagrange_top_sleeping_separatrix, lagrange_top_attitude.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A sleigh and a skate on an edge: constraints on the velocity that no function of position expresses."""
+"""A sleigh and a skate on a knife edge: nonholonomic constraints.
+
+Cases: chaplygin_sleigh, knife_edge_incline.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A rigid body in a Stokes medium under a load: its own weight, or a constant torque."""
+"""A rigid body in a Stokes medium under a load: its own weight, or a constant torque.
+
+Cases: rigid_body_stokes_medium_falling, rigid_body_stokes_medium_torque.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A rod that slides down: the ladder between wall and floor, and the rod on a smooth floor."""
+"""A rod that slides down: the ladder between wall and floor, and the rod on a smooth floor.
+
+Cases: sliding_ladder, rigid_link_plane_motion.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Simpler models of the heavy top: the rungs below `lagrange_top`."""
+"""Simpler models of the heavy top: the levels below `lagrange_top` in its hierarchy.
+
+Cases: lagrange_top_fast, lagrange_top_small_nutation.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Free motion seen from a turning frame: falls on the turning Earth, and the straight line of an inertial frame."""
+"""Free motion in a rotating frame: falls on the rotating Earth, and uniform straight motion in the inertial frame.
+
+Cases: free_fall_rotating_earth, free_fall_rotating_frame_centrifugal, free_fall_first_order, inertial_straight_line.
+"""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ from gnomon.harness.certification import (
 from gnomon.harness.certification.independent import IndependentComputation, Unsupported
 from gnomon.harness.contract import environment
 from gnomon.harness.contract.status import Status
-from gnomon.harness.results import publish
+from gnomon.harness.results import measured_rows
 from gnomon.reference.numerics.precision import exact, working
 
 REPEATS = 5
@@ -78,7 +78,7 @@ def write(frame: pandas.DataFrame, path: Path) -> None:
     """Write the table as JSON for the report: one object for each row, with the revision of the sources."""
     revision = environment.describe().get("revision")
     rows = frame.astype(object).where(frame.notna(), None).to_dict("records")
-    publish.write([row | {"revision": revision} for row in rows], path)
+    measured_rows.write([row | {"revision": revision} for row in rows], path)
 
 
 def _measure(check: Check, computation: IndependentComputation, repeats: int) -> list[dict[str, Any]]:

@@ -24,6 +24,7 @@ from gnomon.cases.core.forms import (
     Separable,
 )
 from gnomon.cases.core.numbers import show as number
+from gnomon.harness.commands.source_file import source_file
 from gnomon.reference.storage import diskcache
 from rich.console import Console
 from rich.markup import escape
@@ -39,6 +40,8 @@ DRAWN_SCALES = 80.0
 def describe(case: Case, out: Console) -> None:
     """Print title, conventions, equations, parameters, quantities, variants, forms and formulations."""
     out.print(f"[bold]{escape(case.title)}[/]  {escape(case.id)}   (Beatty, Dynamics, {escape(case.section)})")
+    out.print(f"Case: {escape(source_file(type(case)))}", soft_wrap=True)
+    out.print(f"Exact motion: {escape(source_file(type(case.motion())))}", soft_wrap=True)
     if case.conventions:
         out.print(escape(case.conventions))
     _equations(case, out)

@@ -7,6 +7,7 @@ import textwrap
 
 from gnomon.cases import Check
 from gnomon.cases.core.numbers import show as number
+from gnomon.harness.commands.source_file import source_file
 from rich.console import Console
 from rich.markup import escape
 from rich.syntax import Syntax
@@ -16,6 +17,7 @@ from rich.table import Table
 def describe_check(check: Check, out: Console) -> None:
     """Print title, conventions, closed forms, parameters, results and variants."""
     out.print(f"[bold]{escape(check.title)}[/]  {escape(check.id)}   (Beatty, Dynamics, {escape(check.section)})")
+    out.print(f"Check: {escape(source_file(type(check)))}", soft_wrap=True)
     out.print(escape(check.conventions))
     out.print("\n[bold]Closed forms[/]")
     text = textwrap.dedent(inspect.getsource(type(check).formulas).rstrip())

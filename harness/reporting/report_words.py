@@ -14,7 +14,7 @@ from gnomon.harness.reporting import findings, report_benchmarks, report_card, r
 from gnomon.harness.reporting.report_charts import Problems
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import analysis, store
-from gnomon.harness.running.calls import PYTHON_CALL
+from gnomon.harness.running.call_cost import PYTHON_CALL
 from gnomon.harness.studies.drift import laws
 
 

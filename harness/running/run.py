@@ -18,7 +18,7 @@ from gnomon.harness.registry import declaration, lookup
 from gnomon.harness.results import store
 from gnomon.harness.results.store import Known, Store
 from gnomon.harness.running import plan
-from gnomon.harness.running.calls import described as python_calls
+from gnomon.harness.running.call_cost import described as python_calls
 from gnomon.harness.running.plan import Series, Suite, Trial
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.running.progress import Progress

@@ -1,4 +1,4 @@
-"""The child process of one series: prepares and times one trial after another, at the parent's requests.
+"""The child process of one series: prepares and times one trial after another; `pool` requests them, and kills it.
 
 The parent (`pool`) sets a deadline for each stage and kills a worker that passes it. For each request the worker sends
 messages (see `messages`): `prepared` and `counted` during the counting run, `prepared` and `ran` during the warm-up,

@@ -17,7 +17,7 @@ from statistics import median
 from typing import Any
 
 from gnomon.harness.contract import environment
-from gnomon.harness.results import publish
+from gnomon.harness.results import measured_rows
 
 NAMED = ("group", "problem", "level", "first_name", "second_name", "unit")
 """The columns that identify a row, the same in every launch."""
@@ -56,7 +56,7 @@ def main() -> None:
     parser.add_argument("launches", nargs="+", type=Path)
     parser.add_argument("--to", type=Path, required=True)
     arguments = parser.parse_args()
-    publish.write(gathered(arguments.launches), arguments.to)
+    measured_rows.write(gathered(arguments.launches), arguments.to)
 
 
 if __name__ == "__main__":

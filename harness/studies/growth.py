@@ -24,7 +24,7 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import accepted_form, groups_of, initial_state
 from gnomon.harness.registry import lookup
-from gnomon.harness.results.publish import publish
+from gnomon.harness.results.measured_rows import publish
 from gnomon.harness.scoring.score import NUMPY
 from numpy.typing import NDArray
 

@@ -19,9 +19,9 @@ from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep
 from gnomon.harness.integrators.taylor.taylor import Taylor
 from gnomon.harness.registry import lookup
-from gnomon.harness.results.publish import publish
+from gnomon.harness.results.measured_rows import publish
+from gnomon.harness.studies.fixed_step_formulas import at_fixed_steps, taylor_steps
 from gnomon.harness.studies.order_measurement import fit_order_exactly, measure_order, measure_order_exactly
-from gnomon.harness.studies.order_twins import at_fixed_steps, taylor_steps
 from gnomon.reference.numerics.precision import working
 
 WITHIN = 0.1

@@ -1,4 +1,4 @@
-"""How child processes are started, and how they and what they leave behind end."""
+"""Starts child processes and ends them with all that they started; `running/pool.py` decides when a worker is killed."""
 
 from __future__ import annotations
 

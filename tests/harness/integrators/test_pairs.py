@@ -17,8 +17,8 @@ from gnomon.harness.integrators.base.step_control import Adaptive, tabulated
 from gnomon.harness.integrators.runge_kutta import dop853, explicit_pairs, nystrom
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded, full
 from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom12, Nystrom
+from gnomon.harness.studies.fixed_step_formulas import at_fixed_steps
 from gnomon.harness.studies.order_measurement import measure_order_exactly
-from gnomon.harness.studies.order_twins import at_fixed_steps
 from gnomon.reference.numerics.precision import working
 from order_conditions import matrix, nystrom_residuals, rk_residuals
 

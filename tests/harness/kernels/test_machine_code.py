@@ -162,7 +162,7 @@ def test_a_forged_file_is_made_anew(kept: Path, tmp_path: Path) -> None:
     program = (
         "import sys\n"
         "from pathlib import Path\n"
-        "from gnomon.harness import machine_code\n"
+        "from gnomon.harness.kernels import machine_code\n"
         "source, kept, *forged = sys.argv[1:]\n"
         "def anew(source):\n"
         "    raise KeyError('made anew')\n"
@@ -215,7 +215,7 @@ def test_arrays_are_returned_by_a_process_that_has_compiled_nothing(kept: Path) 
     """What the code needs of Python and of numba's runtime is there: a name that is missing would end the process."""
     program = (
         "import numpy as np, sys\n"
-        "from gnomon.harness import machine_code\n"
+        "from gnomon.harness.kernels import machine_code\n"
         "machine_code.load_module = None\n"
         "found = machine_code.function(sys.argv[1], 'reversed_array', 'float64[::1](float64[::1])')\n"
         "values = [found(np.arange(3.0)) for _ in range(1000)]\n"

@@ -164,7 +164,7 @@ def test_children_leave_the_warning_to_the_process_above(tmp_path):
     (tmp_path / "file").write_text("where the folder should be")
     program = (
         "import multiprocessing, pathlib, sys\n"
-        "from gnomon.reference import cachefolder\n"
+        "from gnomon.reference.storage import cachefolder\n"
         "folder = pathlib.Path(sys.argv[1])\n"
         "cachefolder.check(folder)\n"
         "for _ in range(3):\n"

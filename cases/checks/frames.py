@@ -1,4 +1,7 @@
-"""Frames: apparent gravity, the transformation of accelerations, frame indifference (Beatty, Dynamics, 5.13-5.18)."""
+"""Frames: apparent gravity, the transformation of accelerations, frame indifference (Beatty, Dynamics, 5.13-5.18).
+
+Checks: apparent_gravity_earth, frame_transformation, material_frame_indifference.
+"""
 
 from __future__ import annotations
 

@@ -1,11 +1,14 @@
-"""Derived numbers of rigid bodies: unbalanced rotors, struck rods (Beatty 10.11, 10.12, 11.10)."""
+"""Derived numbers of rigid bodies: unbalanced rotors, struck rods (Beatty 10.11, 10.12, 11.10).
+
+Checks: rotor_dynamic_balance, generalized_impulse.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from gnomon.cases.checks.checks_frames import second_derivative
+from gnomon.cases.checks.frames import second_derivative
 from gnomon.cases.core.check import Check, Setting
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.reference.numerics.vectors import named

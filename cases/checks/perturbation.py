@@ -1,4 +1,7 @@
-"""First-order results held against the motions that they approximate (Beatty, Dynamics, 6.14, 6.18)."""
+"""First-order results held against the motions that they approximate (Beatty, Dynamics, 6.14, 6.18).
+
+Checks: projectile_coriolis_first_order, falkland_gunnery, stability_pendulum_linearisation.
+"""
 
 from __future__ import annotations
 

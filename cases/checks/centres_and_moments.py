@@ -1,4 +1,7 @@
-"""Centres of mass, and forces and moments that are equipollent (Beatty, Dynamics, 5.2-5.4)."""
+"""Centres of mass, and forces and moments that are equipollent (Beatty, Dynamics, 5.2-5.4).
+
+Checks: com_rigid_body, moment_equipollent.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Work along paths, and the test for conservative forces (Beatty, Dynamics, 7.4, 7.6)."""
+"""Work along paths, and the test for conservative forces (Beatty, Dynamics, 7.4, 7.6).
+
+Checks: work_constant_linear_coulomb, conservative_force_test.
+"""
 
 from __future__ import annotations
 

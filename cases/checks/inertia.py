@@ -1,4 +1,7 @@
-"""Inertia: closed forms of special bodies, composite bodies and transfer, principal moments (Beatty 9, App. D)."""
+"""Inertia: closed forms of special bodies, composite bodies and transfer, principal moments (Beatty 9, App. D).
+
+Checks: inertia_tensor_special_bodies, inertia_composite_parallel_axis, inertia_transformation_principal.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Gravitation of bodies, weight and centre of gravity (Beatty, Dynamics, 5.6-5.10)."""
+"""Gravitation of bodies, weight and centre of gravity (Beatty, Dynamics, 5.6-5.10).
+
+Checks: gravity_field_particle_body, weight_local_gravity.
+"""
 
 from __future__ import annotations
 

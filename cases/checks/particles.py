@@ -1,4 +1,7 @@
-"""Derived numbers of particles and systems: rod tension, moment of momentum, internal energy (Beatty 7.10, 8.5-8.9)."""
+"""Derived numbers of particles and systems: rod tension, moment of momentum, internal energy (Beatty 7.10, 8.5-8.9).
+
+Checks: rod_tension_circular, moment_momentum_moving_point, internal_potential_energy.
+"""
 
 from __future__ import annotations
 
