@@ -1,1 +1,1 @@
-"""Third-party libraries, one library a file."""
+"""Adapters of third-party libraries as integrators; each file is named after its library."""

@@ -4,21 +4,21 @@ How it is driven, and why:
 
 - The case's own equations are evaluated once in heyoka's expressions, with the parameters as numbers, which it folds.
 - Samples by `propagate_grid`: each comes from the Taylor polynomial of its step, as accurate as the step itself.
-- The knob is `tol`: the size of the remainder, relative to the largest component of the state, absolute while all of
+- The setting is `tol`: the size of the remainder, relative to the largest component of the state, absolute while all of
   them are below 1. The order follows from it (12 at 1e-9, 20 at the default, the epsilon of binary64).
-- Ensembles in batch mode, one batch integrator a core. A batch keeps a step of its own for each trajectory.
-- Two policies: as it comes, and `fast math`, the fastest of what its manual documents. `fast_math` lets the compiler
-  contract and reassociate, and 1/(u sqrt(u)) is written u^(-3/2), as in its own model of N bodies: one recurrence for
-  three. Its time over that of the other, best of 40 in turns: pendulum .73 to .81, Kepler .72 to .76, oscillator .72 to
-  .87, heavy top .94 to 1.18, rigid body .94 to .99 (AMD EPYC, tolerances 1e-12 to 1e-6, a loaded machine).
-- Plain mode, not compact mode: its manual keeps that for large systems; on five problems of the catalogue it was slower,
-  up to 7 times, `parallel_mode` 35 to 100 times. `high_accuracy` gained nothing beyond noise, `slp_vectorize` lost up to
-  a third; `force_avx512` was tried on a processor without these instructions only.
-- Compiling, .03 to .4 s for every tolerance, is preparation. Right-hand sides are not called one by one, so they are
-  not counted; a step's work goes with its order.
+- Ensembles in batch mode, one batch integrator a core. A batch has a separate step size for each trajectory.
+- Two policies: the defaults, and `fast math`, the fastest that its manual documents. `fast_math` lets the compiler
+  contract and reassociate, and 1/(u sqrt(u)) is written u^(-3/2), as in its own model of N bodies: one recurrence instead
+  of three. Its time over that of the defaults, best of 40 alternating runs: pendulum .73 to .81, Kepler .72 to .76,
+  oscillator .72 to .87, heavy top .94 to 1.18, rigid body .94 to .99 (AMD EPYC, tolerances 1e-12 to 1e-6, a loaded machine).
+- Plain mode, not compact mode: its manual recommends that for large systems; on five problems of the catalogue it was
+  slower, up to 7 times, `parallel_mode` 35 to 100 times. `high_accuracy` gained nothing beyond noise, `slp_vectorize` lost
+  up to a third; `force_avx512` was only tried on a processor without these instructions.
+- Compilation, .03 to .4 s for each tolerance, is preparation. Right-hand sides are not called one by one, so they are
+  not counted; the work of a step grows with its order.
 
 Traps, seen in 7.13: the first point of the grid must be the present time. Where a state is not finite the samples from
-there on are simply missing; the outcome tells. `hypot` has no counterpart.
+there on are missing, and only the outcome shows it. `hypot` has no counterpart.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
 
 ENSEMBLE, BATCH = 16, 8
-"""From so many trajectories on they go through batches of so many: the lanes of its vectors, 8 with AVX-512."""
+"""From ENSEMBLE trajectories on they are integrated in batches of BATCH: the lanes of its vectors, 8 with AVX-512."""
 
 
 class Taylor(Integrator):
@@ -77,7 +77,7 @@ class Taylor(Integrator):
 
         @cache
         def batches() -> list[Any]:
-            """One batch integrator for each core, compiled when the first ensemble comes."""
+            """One batch integrator for each core, compiled at the first ensemble."""
             start, width = np.zeros((problem.dimension, BATCH)), os.cpu_count() or 1
             first = heyoka.taylor_adaptive_batch(equations, start, **options)
             return [first, *(copy.deepcopy(first) for _ in range(width - 1))]
@@ -92,12 +92,12 @@ class Taylor(Integrator):
                 for first in firsts[which :: len(integrators)]:
                     here = initial_states[first : first + BATCH]
                     batch.set_time(0.0)
-                    # What is left of the last batch repeats its last trajectory.
+                    # The last batch is filled up with its last trajectory.
                     batch.state[:] = here[np.minimum(np.arange(BATCH), len(here) - 1)].T
                     _, found = batch.propagate_grid(many)
                     states[first : first + BATCH] = np.moveaxis(found[1:], 2, 0)[: len(here)]
                     outcomes = batch.propagate_res[: len(here)]
-                    steps += sum(taken for _, _, _, taken in outcomes)
+                    steps += sum(accepted for _, _, _, accepted in outcomes)
                     stopped += [str(outcome) for outcome, *_ in outcomes if outcome != finished]
                 return steps, stopped
 
@@ -106,7 +106,7 @@ class Taylor(Integrator):
             stopped = [reason for _, reasons in shares for reason in reasons]
             return Solution(states, sum(steps for steps, _ in shares), stopped[0] if stopped else None)
 
-        solve.settings = options  # type: ignore[attr-defined]
+        solve.options = options  # type: ignore[attr-defined]
         return solve
 
     def versions(self) -> Mapping[str, Any]:
@@ -114,7 +114,7 @@ class Taylor(Integrator):
 
 
 class FastTaylor(Taylor):
-    """Taylor's method with the fastest of heyoka's documented settings. Biscani and Izzo, MNRAS 504 (2021) 2614."""
+    """Taylor's method with the fastest of heyoka's documented options. Biscani and Izzo, MNRAS 504 (2021) 2614."""
 
     policy, fast = "fast math", True
 
@@ -150,7 +150,7 @@ def system(problem: Problem, powers: bool) -> list[tuple[Any, Any]]:
 
 
 def either(heyoka: Any, name: str) -> Callable[..., Any]:
-    """A function of numbers (the sine of a latitude) or of expressions; heyoka's own take expressions only."""
+    """A function of numbers (the sine of a latitude) or of expressions; heyoka's functions take only expressions."""
     symbolic, numeric = getattr(heyoka, name), getattr(math, name)
 
     def function(*arguments: Any) -> Any:
@@ -161,7 +161,7 @@ def either(heyoka: Any, name: str) -> Callable[..., Any]:
 
 
 def as_expression(heyoka: Any, value: Any) -> Any:
-    """A derivative that is a plain number (the clock's, a constant force) becomes an expression too."""
+    """A derivative as an expression, also where it is a plain number (that of a clock, a constant force)."""
     return value if isinstance(value, heyoka.expression) else heyoka.expression(float(value))
 
 

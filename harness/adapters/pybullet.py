@@ -1,4 +1,4 @@
-"""PyBullet: Bullet's rigid bodies, driven by scenes. The engine kicks, then drifts: symplectic Euler.
+"""PyBullet: Bullet's rigid bodies, built from scenes. A step is a kick, then a drift: symplectic Euler.
 
 Positions and rates are read through the functions that return doubles (`getLinkState` gives float32 velocities).
 """
@@ -18,12 +18,12 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refu
 
 
 class PyBullet(Integrator):
-    """PyBullet with every setting chosen so that it models the scene and nothing else. Order 1, for charges 2.
+    """PyBullet with every option chosen so that it models the scene and nothing else. Order 1, for charges 2.
 
     Coumans, pybullet.org.
 
-    Bodies are reduced-coordinate multibodies (Featherstone), except where something bounces: a multibody gains energy
-    at impacts, so those scenes are in maximal coordinates.
+    Bodies are multibodies in reduced coordinates (Featherstone), except where a body bounces: a multibody gains energy at
+    impacts, so those scenes are in maximal coordinates.
     """
 
     name, library, order = "stepSimulation", "pybullet", 1
@@ -47,7 +47,7 @@ class PyBullet(Integrator):
     configured: ClassVar[bool] = True
     staggered: ClassVar[bool] = False
     maximal: ClassVar[frozenset[str]] = frozenset({"rigid_impact"})
-    """The tokens whose scenes are in maximal coordinates."""
+    """Scenes with one of these tokens are in maximal coordinates."""
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
         if not isinstance(form, SceneForm):
@@ -67,7 +67,7 @@ class PyBullet(Integrator):
 
 
 class PyBulletStaggered(PyBullet):
-    """PyBullet with velocities understood half a step before positions: leapfrog, order 2.
+    """PyBullet with velocities taken as those half a step before the positions: leapfrog, order 2.
 
     It starts from v0 - dt/2 a(q0) and reads v + dt/2 a(q), both from the change of the velocity over one step.
     """
@@ -76,7 +76,7 @@ class PyBulletStaggered(PyBullet):
 
 
 class PyBulletMaximal(PyBullet):
-    """PyBullet in maximal coordinates where `configured` has reduced ones and both do well. Order 1.
+    """PyBullet in maximal coordinates for scenes that both kinds of coordinates can model. Order 1.
 
     Gyroscopic torque is then implicit, and a hinge is a point-to-point constraint.
     """
@@ -93,7 +93,7 @@ class PyBulletMaximal(PyBullet):
 
 
 class PyBulletAsShipped(PyBullet):
-    """PyBullet as it comes: what the scene declares is set, all else is left at the engine's default."""
+    """PyBullet with its defaults: only what the scene declares is set."""
 
     policy, configured = "as shipped", False
     sweep = Steps(coarsest=0.5, halvings=7)  # its errors come from damping and motors: finer steps do not help
@@ -114,20 +114,20 @@ class Run:
         self.form, self.staggered = problem.form, policy.staggered
         self.counts = step_counts(problem.times, dt)
         self.parameters = tuple(map(float, problem.parameters))
-        self.nothing_moved = self.form.build((0.0,) * problem.dimension, self.parameters)
+        self.at_zero = self.form.build((0.0,) * problem.dimension, self.parameters)
         maximal = bool(self.form.needs & policy.maximal)
-        # A staggered start takes a step first, to learn the accelerations: in a world of its own, as steps leave traces.
+        # A staggered start first takes a step for the accelerations, in a separate world, because steps leave state behind.
         self.worlds = [
             World(pybullet, self.form, dt, policy.configured, maximal) for _ in range(2 if self.staggered else 1)
         ]
         self.world = self.worlds[0]
-        self.settings: Mapping[str, Any] = self.world.settings
+        self.options: Mapping[str, Any] = self.world.options
         self.reset()
 
     def reset(self) -> None:
-        """Back to worlds in which no step was taken: contacts keep memories that no function clears."""
+        """Rebuild the worlds: contacts keep state from earlier steps that no function clears."""
         for world in self.worlds:
-            world.build(self.nothing_moved)
+            world.build(self.at_zero)
         self.fresh = True
 
     def close(self) -> None:
@@ -140,7 +140,7 @@ class Run:
         for rows, start in zip(states, initial_states, strict=True):
             try:
                 self._follow(self.form.build(tuple(map(float, start)), self.parameters), rows)
-            except ArithmeticError as error:  # a force law where it is singular
+            except ArithmeticError as error:  # a singularity of a force law
                 stopped = f"{type(error).__name__}: {error}"
         return Solution(states, steps=len(states) * self.counts[-1], stopped=stopped)
 
@@ -166,7 +166,7 @@ class Run:
 
 
 def step_counts(times: Floats, dt: float) -> list[int]:
-    """Steps from the start to each time; raises Refused where a time is no multiple of the step."""
+    """The number of steps from the start to each time. Raises Refused where a time is no multiple of the step."""
     counts = np.rint(times / dt)
     # 1e-6 of a step: far above the rounding of times and step, far below any error of order 1.
     if np.any(np.abs(counts * dt - times) > 1e-6 * dt) or np.any(np.diff(counts, prepend=0.0) < 1):
@@ -196,7 +196,7 @@ def backed_up(scene: Scene, start: Readings, after: Readings) -> Scene:
 
 
 def with_mean_rates(now: Readings, after: Readings) -> Readings:
-    """Positions of now, and the rates of now: the mean of those half a step before and half a step after."""
+    """The positions of `now`, with rates at that time: the mean of those half a step before and half a step after."""
     joints = {name: (q, (rate + after.joints[name][1]) / 2) for name, (q, rate) in now.joints.items()}
     bodies = {
         name: (position, attitude, _mean(v, after.bodies[name][2]), _mean(w, after.bodies[name][3]))

@@ -23,35 +23,35 @@ from gnomon.cases.core.scene import (
 
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 BREAKING_THRESHOLD = 0.02
-"""The engine's default, set in every world because it is global to the process and would leak from the last one."""
+"""The engine's default, set in every world because the value is global to the process."""
 
 UNDAMPED = {"linearDamping": 0.0, "angularDamping": 0.0}
-"""The defaults are 0.04, by a law that no scene states."""
+"""The defaults are 0.04: a damping that no scene declares."""
 UNLIMITED = {"maxJointVelocity": 1e9}
-"""All velocities of a multibody, those of its base too, are clamped at 100 by default."""
+"""By default all velocities of a multibody, those of its base too, are limited to 100."""
 IMPACT = {"restitutionVelocityThreshold": 0.0, "contactERP": 0.0, "contactSlop": 0.0}
 IMPACT_BODY = {"contactProcessingThreshold": 0.0}
-"""By default contacts are solved before they close, and restitution is lost as the step shrinks."""
+"""By default contacts act before they close, and restitution vanishes as the step size decreases."""
 FRICTION = {"contactSlop": 0.0, "solverResidualThreshold": 0.0, "numSolverIterations": 100}
-"""With the default residual and 50 iterations a block at rest creeps. Friction is isotropic by default: a cone."""
+"""With the default residual and 50 iterations a block at rest creeps. Friction is isotropic by default, a cone."""
 
 
 class World:
-    """One world of the engine: `build` creates what a scene holds, `place` sets its start, then `advance` and `read`.
+    """One world of the engine: `build` creates the bodies of a scene, `place` sets its start, then `advance` and `read`.
 
-    A charge is pushed as Boris does it (Buneman 1967; Boris 1970): the engine adds the force times the step to the
-    velocity, so the force mass (Boris' new velocity - velocity) / step gives that velocity. Between steps the engine
-    holds it half a step before the position; `place` and `read` turn it there and back. Order 2.
+    A charge is pushed by Boris' method (Buneman 1967; Boris 1970): the engine adds force times step over mass to the
+    velocity, so the force mass (Boris' new velocity - velocity) / step gives that velocity. The engine's velocity is that
+    half a step before the position; `place` and `read` convert it. Order 2.
 
     `configured`: what the engine adds to the scene is switched off; otherwise it keeps its defaults. `maximal`: six
-    coordinates a body and constraints, instead of joint coordinates. `settings`: all that was set to other than the
-    engine's default, apart from the step and what the scene declares.
+    coordinates for each body and constraints, instead of joint coordinates. `options`: those that differ from the engine's
+    defaults, apart from the step and what the scene declares.
     """
 
     def __init__(self, pybullet: Any, form: SceneForm, dt: float, configured: bool, maximal: bool) -> None:
         self.api, self.needs, self.dt = pybullet, form.needs, dt
         self.configured, self.maximal = configured, maximal
-        self.settings: dict[str, Any] = {"useMaximalCoordinates": 1} if maximal else {}
+        self.options: dict[str, Any] = {"useMaximalCoordinates": 1} if maximal else {}
         self.steps = 0
         self.client = int(pybullet.connect(pybullet.DIRECT))
         self._step, self._pose, self._twist, self._joint_state = map(
@@ -60,20 +60,20 @@ class World:
         )
 
     def close(self) -> None:
-        """Disconnect: worlds left open slow every later connect."""
+        """Disconnect: each open world slows down later connections."""
         if self.client >= 0:
             self.api.disconnect(physicsClientId=self.client)
             self.client = -1
 
     def build(self, scene: Scene) -> None:
-        """Empty the world and create what `scene` consists of."""
+        """Empty the world and create the bodies, joints, contacts and forces of `scene`."""
         self.steps = 0
         self.bodies: dict[str, int] = {}
         self.hinged: dict[str, tuple[int, Hinge, Vector]] = {}
         self.jointed: dict[str, int] = {}
         self.fields = {force.body: force.fields for force in scene.forces if force.fields and self.configured}
         if self.fields:
-            self.settings["charges"] = "pushed by Boris' method, velocities half a step before positions"
+            self.options["charges"] = "pushed by Boris' method, velocities half a step before positions"
         self._call("resetSimulation")
         self._call(
             "setPhysicsEngineParameter",
@@ -104,7 +104,7 @@ class World:
         if shape >= 0 and not contacts:
             self._call("setCollisionFilterGroupMask", number, -1, 0, 0)
         self._inertia(number, -1, body.mass, body.inertia)
-        # The engine takes the product of the two surfaces' coefficients.
+        # The engine multiplies the coefficients of the two surfaces.
         for contact in contacts:
             if contact.partner:
                 self._surface(number, sqrt(contact.restitution), sqrt(contact.friction))
@@ -141,14 +141,14 @@ class World:
         self._inertia(number, 0, body.mass, body.inertia)
         if self.configured:  # the default motor locks a joint
             self._call("setJointMotorControl2", number, 0, self.api.VELOCITY_CONTROL, force=0.0)
-            self.settings["velocityMotorForce"] = 0.0
+            self.options["velocityMotorForce"] = 0.0
         self.jointed[joint.name] = number
 
     def _constrained(self, body: Body, hinge: Hinge) -> None:
-        """The body held to a fixed one by a point-to-point constraint.
+        """The body attached to a fixed one by a point-to-point constraint.
 
-        The engine wants positive inertia: a point mass at the arm's end swings like one at half the arm with the moment
-        m |arm|^2 / 4, whatever the hinge's angle.
+        The engine needs positive inertia: a point mass at the arm's end moves like one at half the arm with the moment
+        m |arm|^2 / 4, at every angle of the hinge.
         """
         arm, inertia = hinge.arm, body.inertia
         if not any(inertia):
@@ -169,7 +169,7 @@ class World:
         return int(self._call("createMultiBody", mass, shape, useMaximalCoordinates=int(self.maximal)))
 
     def _shape(self, body: Body) -> int:
-        """The body's shape; a sphere that touches nothing where maximal coordinates ask for one."""
+        """The body's shape: a box, or a sphere, in maximal coordinates also for bodies without contacts."""
         if body.half_extents is not None:
             return self._shape_of("GEOM_BOX", halfExtents=body.half_extents)
         return self._shape_of("GEOM_SPHERE", radius=body.radius if body.radius is not None else 0.1)
@@ -178,12 +178,12 @@ class World:
         return int(self._call("createCollisionShape", getattr(self.api, kind), **sizes))
 
     def _inertia(self, number: int, link: int, mass: float, inertia: Vector) -> None:
-        if any(inertia):  # in one call: alone, the inertia of a body in maximal coordinates sets its mass to zero
+        if any(inertia):  # in one call: set alone, the inertia of a body in maximal coordinates sets its mass to 0
             self._call("changeDynamics", number, link, mass=mass, localInertiaDiagonal=inertia)
         self._extra("changeDynamics", UNDAMPED if self.maximal else UNDAMPED | UNLIMITED, number, link)
 
     def place(self, scene: Scene) -> None:
-        """Set the start of every body and joint."""
+        """Set the initial state of every body and joint."""
         settling = self.maximal and not scene.contacts
         poses = [(self.bodies[b.name], b.position, b.quaternion) for b in scene.bodies if b.name in self.bodies]
         twists = [
@@ -204,7 +204,9 @@ class World:
             self._call("resetJointState", self.jointed[slider.name], 0, slider.position, slider.rate)
         for pose in poses:
             self._call("resetBasePositionAndOrientation", *pose)
-        if settling:  # the first step after a change of pose or inertia uses the old one: take it at rest, weightless
+        if (
+            settling
+        ):  # the first step after a change of pose or inertia uses the old one: take it at rest, without gravity
             self._call("setGravity", *ORIGIN)
             self._step()
             self._call("setGravity", *scene.gravity)
@@ -219,7 +221,7 @@ class World:
         self.steps += steps
 
     def _push(self, force: Force, joint: Hinge | Slider | None) -> Callable[[float], None]:
-        """What applies a force for one step: the engine holds it over the step."""
+        """A function that applies a force at time t for one step, over which the engine keeps it constant."""
         law = force.law
         if force.partner:
             return self._push_pair(force)
@@ -264,7 +266,7 @@ class World:
         return push_body
 
     def _push_pair(self, force: Force) -> Callable[[float], None]:
-        """What applies a force and the opposite one on the partner."""
+        """A function that applies a force at time t, and the opposite one to the partner."""
         one, two, law = self.bodies[force.body], self.bodies[force.partner], force.law
         apply, frame = self._bound("applyExternalForce"), self.api.WORLD_FRAME
 
@@ -290,7 +292,7 @@ class World:
         return Readings(joints, bodies)
 
     def _pushed(self, name: str, t: float, position: Vector, velocity: Vector, steps: float) -> Vector:
-        """The velocity of a charge after so many steps in the fields of this time and place; of others as it is."""
+        """The velocity of a charge after `steps` steps in the fields at this time and position; others are unchanged."""
         if name not in self.fields:
             return velocity
         electric, magnetic = self.fields[name](t, position)
@@ -308,10 +310,10 @@ class World:
         return getattr(self.api, name)(*arguments, physicsClientId=self.client, **named)
 
     def _extra(self, name: str, values: dict[str, Any], *arguments: Any) -> None:
-        """Set what no scene declares, and record it; nothing as shipped."""
+        """If `configured`, set options that no scene declares, and record them."""
         if self.configured:
             self._call(name, *arguments, **values)
-            self.settings |= values
+            self.options |= values
 
 
 def _dot(a: Vector, b: Vector) -> float:
@@ -327,7 +329,7 @@ def _along(start: Vector, direction: Vector, length: float) -> Vector:
 
 
 def _turned(axis: Vector, arm: Vector, angle: float) -> tuple[Quaternion, Vector]:
-    """The attitude turned by `angle` about a unit `axis`, and the arm turned with it (Rodrigues)."""
+    """The attitude after a rotation by `angle` about a unit `axis`, and the rotated arm (Rodrigues)."""
     x, y, z = _along(ORIGIN, axis, sin(angle / 2))
     lever = _along(_along(ORIGIN, arm, cos(angle)), _cross(axis, arm), sin(angle))
     return (x, y, z, cos(angle / 2)), _along(lever, axis, _dot(axis, arm) * (1 - cos(angle)))

@@ -4,21 +4,21 @@ How it is driven, and why:
 
 - G = 1 and masses that are G*m, so that no product is rounded twice. Bodies without mass come last and are declared
   test particles (`N_active`).
-- Methods with a fixed step divide the sampling interval exactly and go on by `steps(n)`: the interval has 20
-  significant bits, so every time on the way is exact. `integrate` would end with a shortened step.
-- Adaptive methods go by `integrate(t)`, which shortens the last step before a sample and resumes with the full one.
-- The simulation is made once; before each trajectory the integrator is set anew, which clears what it remembers (the
-  predictor of IAS15, the order of BS, the unsynchronised state of WHFast). Tests hold repeated runs to the same bits.
-- Positions and velocities are read through a view of REBOUND's own array: its attributes cost 1 us each.
+- Methods with a fixed step divide the sampling interval exactly and advance by `steps(n)`: the interval has 20
+  significant bits, so every time of a step is exact. `integrate` would end with a shortened step.
+- Adaptive methods advance by `integrate(t)`, which shortens the last step before a sample and resumes with the full one.
+- The simulation is made once; before each trajectory the integrator is set again, which clears its state (the predictor
+  of IAS15, the order of BS, the unsynchronised state of WHFast). Tests verify that repeated runs give the same bits.
+- Positions and velocities are read through a view of REBOUND's own array: each attribute of it costs 1 us.
 
 Traps, seen in 5.2.2:
 
-- Settings of a method live in `sim.integrator` (`sim.integrator.epsilon`), not in `ri_ias15` and its like, as in
-  REBOUND 4. There is no `step()`; setting `sim.integrator` again drops the settings.
+- Options of a method are in `sim.integrator` (`sim.integrator.epsilon`), not in `ri_ias15` and the like, as in REBOUND 4.
+  There is no `step()`; setting `sim.integrator` again resets the options.
 - `integrate` installs its own handler for SIGINT and leaves it there: afterwards Ctrl-C does nothing. It is put back.
 - The first step, 1e-3 by default, is in the units of the problem: here it is a hundredth of the time scale.
-- `steps_done` counts the steps that IAS15 and BS rejected too.
-- `integrate` takes a time within 1e-12 of the one asked for as that time; tests show that it is met to the bit.
+- `steps_done` also counts the steps that IAS15 and BS rejected.
+- `integrate` may end within 1e-12 of the requested time; tests show that it is met to the bit.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from gnomon.cases.core.forms import NBody
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Steps, Tolerance
 
 FIRST_STEP = 0.01
-"""First step of adaptive methods, in time scales; they find their own from there."""
+"""First step of adaptive methods, in time scales; later ones come from their step-size control."""
 
 
 class Native(Integrator):
@@ -48,11 +48,11 @@ class Native(Integrator):
     engine: ClassVar[str]
 
     def options(self, setting: float) -> dict[str, Any]:
-        """Settings of the integrator that differ from its defaults."""
+        """Options of the engine that differ from its defaults."""
         return {}
 
     def advances(self, simulation: Any, problem: Problem, setting: float) -> tuple[float, list[Callable[[], None]]]:
-        """The first step, and for each sample what moves the simulation to its time."""
+        """The first step, and for each sample a function that advances the simulation to its time."""
         times = problem.times.tolist()
         return FIRST_STEP * problem.time_scale, [lambda t=t: simulation.integrate(t) for t in times]  # type: ignore[misc]
 
@@ -94,12 +94,12 @@ class Native(Integrator):
             with interrupt_kept():
                 for start, path in zip(initial_states, paths, strict=True):
                     stopped = solve_one(start, path) or stopped
-            # All samples are read back at once: a body's components are arrays (n, samples).
+            # All samples are converted at once: a body's components are arrays (n, samples).
             found = tuple(tuple(np.moveaxis(paths[:, :, i], -1, 0)) for i in range(len(masses)))
             states = np.stack(np.broadcast_arrays(*form.state(found)), axis=-1)
             return Solution(states, simulation.steps_done - before, stopped)
 
-        solve.settings = {"dt": first_step, **options} | (  # type: ignore[attr-defined]
+        solve.options = {"dt": first_step, **options} | (  # type: ignore[attr-defined]
             {"N_active": active} if active < len(masses) else {}
         )
         return solve
@@ -109,7 +109,7 @@ class Native(Integrator):
 
 
 class FixedSteps(Native):
-    """A method whose step is the knob."""
+    """A method whose setting is the step size."""
 
     sampling = "grid"
 
@@ -133,9 +133,9 @@ class Leapfrog(FixedSteps):
 class WHFast(FixedSteps):
     """Wisdom and Holman's splitting. Rein and Tamayo, MNRAS 452 (2015) 376.
 
-    For two bodies there is nothing to split: the method is exact at any step, and what is measured is its solver of
-    Kepler's equation and the growth of round-off with the number of steps. No order can be seen. `safe_mode` = 0, as
-    its manual says for speed, with `synchronize()` before each sample is read.
+    For two bodies the method is exact at any step: the error is that of its solver of Kepler's equation and the growth of
+    round-off with the number of steps, and shows no order. `safe_mode` = 0, as its manual recommends for speed, with
+    `synchronize()` before each sample is read.
     """
 
     name, engine = "WHFast", "whfast"
@@ -149,9 +149,9 @@ class WHFast(FixedSteps):
 class IAS15(Native):
     """Everhart's Gauss-Radau method with adaptive steps. Order 15. Rein and Spiegel, MNRAS 446 (2015) 1424.
 
-    The knob is `epsilon`, default 1e-9: not an error but the size of the last term of the acceleration's series, to
-    which the step goes as its seventh root. The default already means round-off, and the manual advises to leave it.
-    Above 1e-3 its predictor stops converging, and on close approaches (e = 0.999999) it may not end at all.
+    The setting is `epsilon`, default 1e-9: not an error but the size of the last term of the acceleration's series, whose
+    seventh root the step follows. With the default the error is round-off, and the manual advises to keep it. Above 1e-3
+    its predictor does not converge, and on close approaches (e = 0.999999) it may never end.
     """
 
     name, engine, order = "IAS15", "ias15", 15
@@ -165,7 +165,7 @@ class IAS15(Native):
 class BulirschStoer(Native):
     """Gragg, Bulirsch and Stoer's extrapolation, step and order adaptive. Hairer, Norsett, Wanner (1993), II.9.
 
-    The knob is `eps_rel`; `eps_abs` equals it, as in the defaults (1e-8 both).
+    The setting is `eps_rel`; `eps_abs` equals it, as in the defaults (1e-8 both).
     """
 
     name, engine = "BS", "bs"
@@ -177,7 +177,7 @@ class BulirschStoer(Native):
 
 
 def step_counts(times: Floats, step: float) -> list[int]:
-    """How many steps lead from one sample to the next. Raises Refused where they do not meet the times."""
+    """The numbers of steps from one sample to the next. Raises Refused where no multiple of the step meets a time."""
     ends = np.rint(times / step) if step > 0 else np.zeros_like(times)
     if not np.allclose(ends * step, times, rtol=4 * np.finfo(float).eps, atol=0):
         raise Refused(

@@ -2,18 +2,18 @@
 
 How it is driven, and why:
 
-- The right-hand side is a compiled C function. Set through the property (`ode.derivatives = f`) it would be wrapped
-  back through Python, 35 times slower and slower than plain Python; so the C pointer itself goes into the structure,
-  and a reference to it stays.
-- That function gets the ODE structure, and finds the address of the parameters in its field `ref`, made for this.
+- The right-hand side is a compiled C function. Set through the property (`ode.derivatives = f`) it would be called
+  through Python, 35 times slower and slower than plain Python; so the C pointer itself is written into the structure,
+  and a reference to it is kept.
+- That function gets the ODE structure, and reads the address of the parameters in its field `ref`, made for this.
 - No particles are needed (`needs_nbody=False`), with BS as the simulation's integrator.
-- One simulation and one ODE serve all trajectories: REBOUND does not free an ODE with its simulation. What BS remembers
-  (order, rejection) is set back before each.
-- The knob is `eps_rel`; `eps_abs` equals it, as in the defaults (1e-8 both), in SI units.
+- One simulation and one ODE serve all trajectories: REBOUND does not free an ODE with its simulation. The state of BS
+  (order, rejection) is reset before each.
+- The setting is `eps_rel`; `eps_abs` equals it, as in the defaults (1e-8 both), in SI units.
 
-Traps, seen in 5.2.2: `ode.y` is another array after each step (BS swaps two), so it is looked up for each sample. A NaN
-ends the run with an error where the last component has it; elsewhere it is lost in a maximum, and comes out as a
-success until it spreads. The rest is in `rebound_nbody`.
+Traps, seen in 5.2.2: `ode.y` is another array after each step (BS swaps two), so it is read again for each sample. A NaN
+ends the run with an error only if it is in the last component; in others a maximum hides it, and the run succeeds until
+it spreads. For more see `rebound_nbody`.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class OdeMode(Integrator):
                     stopped = solve_one(start, samples) or stopped
             return Solution(states, simulation.steps_done - before, stopped)
 
-        solve.settings = {"dt": first_step, **options}  # type: ignore[attr-defined]
+        solve.options = {"dt": first_step, **options}  # type: ignore[attr-defined]
         solve.keep = (function, buffer)  # type: ignore[attr-defined]  # C holds their addresses
         return solve
 

@@ -13,16 +13,16 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refu
 from gnomon.harness.kernels.equations import function_kernel
 
 PROBE = 1e-9
-"""Fraction of a time scale after which a guard that is zero at the very start is looked at again."""
+"""Fraction of a time scale after which a guard that is zero at the start of the motion is evaluated again."""
 
 
 class SolveIvpEvents(Integrator):
     """A method of `scipy.integrate.solve_ivp` with terminal events; `method` is its name there.
 
-    SciPy sees a sign change of a guard between the ends of a step. Where the motion has just left a guard, the guard is
-    zero at the restart and would fire at once, so its value there is replaced by that of the side it comes from. It looks
-    at the states there, but brackets the root on its interpolant: where these differ in sign by round-off it raises
-    `f(a) and f(b) must have different signs`, which is its own and stays `crashed` (Radau, two starts of forty from rest).
+    SciPy detects a sign change of a guard between the ends of a step. Right after an event the guard is zero at the restart
+    and would fire at once, so its value there is replaced by one with the sign of the side that it comes from. SciPy tests
+    the states, but brackets the root on its interpolant: where both differ in sign by round-off it raises `f(a) and f(b)
+    must have different signs`, an error of SciPy that stays `crashed` (Radau, two starts of forty from rest).
     """
 
     library = "scipy"
@@ -51,7 +51,7 @@ class SolveIvpEvents(Integrator):
             return Solution(states, stopped=next((why for why, _ in runs if why), None), events=tuple(runs[0][1]))
 
         given = {f"jac in {name}": recorded(side.options)["jac"] for name, side in sides.items() if side.options}
-        solve.settings = recorded(options) | given  # type: ignore[attr-defined]
+        solve.options = recorded(options) | given  # type: ignore[attr-defined]
         return solve
 
     def versions(self) -> Mapping[str, Any]:
@@ -59,7 +59,7 @@ class SolveIvpEvents(Integrator):
 
 
 class Side:
-    """One mode as SciPy calls it: its right-hand side, its Jacobian where it is taken, the guards of its transitions."""
+    """One mode as SciPy calls it: its right-hand side, its Jacobian where it is used, the guards of its transitions."""
 
     def __init__(self, problem: Problem, form: Hybrid, mode: Mode, takes_jacobian: bool) -> None:
         dimension, numbers = problem.dimension, len(problem.parameters)
@@ -81,13 +81,13 @@ class Side:
         return self.array(t, np.ascontiguousarray(y), self.buffer)
 
     def counted(self) -> float:
-        """Calls since the last time that this was asked."""
+        """The number of right-hand sides since the last call of this function."""
         calls, self.buffer[-1] = float(self.buffer[-1]), 0.0
         return calls
 
 
 class Guard:
-    """A guard as a terminal event of SciPy, latched away from zero at the start of a segment."""
+    """A guard as a terminal event of SciPy, with its value at the start of a segment replaced by -1 or 1 (latched)."""
 
     terminal = True
 
@@ -103,7 +103,7 @@ class Guard:
         return self.latched if self.latched and t == self.start else self.value(t, y)
 
     def latch(self, t: float, armed: bool) -> None:
-        """From t on the guard counts as not yet crossed where it is `armed`, else as crossed already."""
+        """Replace the guard's value at t: not yet crossed if `armed`, else already crossed."""
         self.start, self.latched = t, -self.direction if armed else self.direction
 
     def unlatch(self) -> None:
@@ -154,9 +154,9 @@ def trajectory(
 
 
 def set_latch(guard: Guard, side: Side, t: float, y: Floats, fired: bool, after_event: bool, probe: float) -> None:
-    """Latch a guard that stands on zero at the start of a segment.
+    """Replace the value of a guard that is zero at the start of a segment.
 
-    After an event it counts again; at the very start only where it first moves away from zero.
+    After an event the guard counts as not yet crossed; at the start of the motion only if it first increases from zero.
     """
     guard.unlatch()
     value = guard.value(t, y) * -guard.direction

@@ -2,23 +2,23 @@
 
 How it is driven, and why:
 
-- Samples through `t_eval`, which is how SciPy's manual says to ask for given times: steps stay as long as the
-  tolerance allows and each sample comes from the interpolant of its step (order 4 for RK45, 7 for DOP853, 3 for
-  Radau). `dense_output=True` would build an interpolant for every step, sampled or not.
-- The knob is `rtol`; `atol` = 1e-3 `rtol`, the ratio of SciPy's defaults (1e-3 and 1e-6), in SI units.
-- The right-hand side is compiled. SciPy calls it from Python, which costs 3 to 5 us a call: that is the library's own
-  cost; it takes no C function here (`LowLevelCallable` is for its quadratures).
+- Samples through `t_eval`, as SciPy's manual recommends: steps stay as long as the tolerance allows and each sample comes
+  from the interpolant of its step (order 4 for RK45, 7 for DOP853, 3 for Radau). `dense_output=True` would build an
+  interpolant for every step, sampled or not.
+- The setting is `rtol`; `atol` = 1e-3 `rtol`, the ratio of SciPy's defaults (1e-3 and 1e-6), in SI units.
+- The right-hand side is compiled. SciPy calls it from Python, which takes 3 to 5 us a call: that belongs to the library's
+  time, since it takes no C function here (`LowLevelCallable` is for its quadratures).
 - Radau, BDF and LSODA get the compiled Jacobian, as the manual recommends; it is differentiated from the equations as
-  for the in-house Radau IIA. Where these cannot be written down (atan2), SciPy takes finite differences: `jac` = None.
+  for the in-house Radau IIA. Where these cannot be traced (atan2), SciPy uses finite differences: `jac` = None.
 
 Traps:
 
-- `rtol` below 100 ulp is raised with no more than a warning; here it is refused.
-- A right-hand side that is not finite at the start gives a first step that is NaN, and RK45 and DOP853 then never
-  return; it is looked at before (LSODA returns NaN and calls it success).
-- Towards a singularity LSODA takes ever smaller steps without end, where the others say that the step is too small: the
-  time limit of the trial ends it.
-- Radau does not look whether a Jacobian is finite: off the domain of the equations (a step past a pericentre at a loose
+- SciPy raises an `rtol` below 100 ulp with only a warning; here it is refused.
+- A right-hand side that is not finite at the start gives a first step that is NaN, and RK45 and DOP853 then never return;
+  it is evaluated before (LSODA returns NaN and reports success).
+- Towards a singularity LSODA takes ever smaller steps without end, where the others stop with too small a step: the time
+  limit of the trial ends it.
+- Radau does not test whether a Jacobian is finite: off the domain of the equations (a step past a pericentre at a loose
   tolerance) LAPACK's wrapper raises `array must not contain infs or NaNs`, and the trial counts as crashed.
 - Without a Jacobian Radau and BDF evaluate at columns of a matrix, which are not contiguous, and do not count these
   right-hand sides in their `nfev`; they are counted here.
@@ -41,7 +41,7 @@ from gnomon.harness.kernels.graph import jacobian_text, module_text
 ABSOLUTE = 1e-3
 """atol over rtol."""
 SMALLEST = 100 * float(np.finfo(float).eps)
-"""The smallest rtol that SciPy takes as it is."""
+"""The smallest rtol that SciPy does not change."""
 
 JACOBIAN = """\
 {kernel}
@@ -99,7 +99,7 @@ class SolveIvp(Integrator):
                 stopped = stopped or why
             return Solution(states, stopped=stopped)
 
-        solve.settings = recorded(options)  # type: ignore[attr-defined]
+        solve.options = recorded(options)  # type: ignore[attr-defined]
         return solve
 
     def versions(self) -> Mapping[str, Any]:
@@ -107,9 +107,9 @@ class SolveIvp(Integrator):
 
 
 def right_hand_side_of(problem: Problem) -> Callable[[float, Floats], Floats]:
-    """The compiled right-hand side as SciPy calls it, counting where the problem asks for it.
+    """The compiled right-hand side as SciPy calls it; it counts its calls if `problem.counted`.
 
-    The array for the answer is made in Python: numba takes 200 ns longer (of 700) to hand one back.
+    The array of derivatives is made in Python: numba takes 200 ns longer (of 700) to return one.
     """
     kernel, buffer, dimension, empty = right_hand_side(problem).pointer, problem.buffer, problem.dimension, np.empty
 
@@ -124,7 +124,7 @@ def right_hand_side_of(problem: Problem) -> Callable[[float, Floats], Floats]:
 def jacobian_of(form: FirstOrder, dimension: int, buffer: Floats) -> Callable[[float, Floats], Floats] | None:
     """The compiled Jacobian (dim, dim) of equations whose parameters are all of `buffer` but its last element.
 
-    None where the equations cannot be written down as a graph.
+    None where the equations cannot be traced into a graph.
     """
     try:
         text = jacobian_text(form, dimension, len(buffer) - 1)
@@ -137,12 +137,12 @@ def jacobian_of(form: FirstOrder, dimension: int, buffer: Floats) -> Callable[[f
 
 
 def recorded(options: Mapping[str, Any]) -> dict[str, Any]:
-    """What SciPy was given, in words where it is a function."""
+    """The options given to SciPy, with the word "compiled" for a function."""
     return {name: "compiled" if callable(value) else value for name, value in options.items() if name != "method"}
 
 
 def reason(message: str, said: list[warnings.WarningMessage]) -> str:
-    """Why SciPy stopped: its message, and the last warning, where LSODA puts the cause."""
+    """Why SciPy stopped: its message, and the last warning, which has the cause for LSODA."""
     return " ".join([message, *(str(entry.message) for entry in said[-1:])])
 
 

@@ -2,15 +2,15 @@
 
 How they are driven, and why:
 
-- DOP853 has no interpolant to offer, so it stops at each sample, and begins there with a new first step: at loose
-  tolerance the samples, not the tolerance, set the step. VODE steps past a sample and interpolates.
-- The knob is `rtol`; `atol` = 1e-6 `rtol`, the ratio of its defaults (1e-6 and 1e-12), in SI units.
+- DOP853 has no interpolant here, so it stops at each sample, and begins there with a new first step: at loose tolerance
+  the samples, not the tolerance, determine the step. VODE steps past a sample and interpolates.
+- The setting is `rtol`; `atol` = 1e-6 `rtol`, the ratio of its defaults (1e-6 and 1e-12), in SI units.
 - `nsteps` is the limit of steps between two samples; its default of 500 ends long intervals early, so it is raised.
-- Adams' methods iterate without a Jacobian: that is what VODE does by itself where none is given.
+- Adams' methods iterate without a Jacobian, VODE's default where none is given.
 
-Traps: where it gives up it warns, returns the state that it got to, and goes on if asked again; only `successful()`
-tells. Here the remaining samples are NaN and the reason is kept. `atol` = 0 refuses every start with a component at 0.
-VODE halves its step without end where values are not finite: the time limit of the trial ends it.
+Traps: where it fails it warns, returns the state that it reached, and continues in the next call; only `successful()`
+shows it. Here the remaining samples are NaN and the reason is kept. With `atol` = 0 every start with a component at 0 is
+refused. VODE halves its step without end where values are not finite: the time limit of the trial ends it.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ class Ode(Integrator):
     engine: ClassVar[str]
     method: ClassVar[dict[str, str]] = {}
     accepted: ClassVar[int]
-    """Where the solver's work array has the number of accepted steps (IWORK in its manual, counted from 1)."""
+    """The index of the number of accepted steps in the solver's work array (IWORK in its manual, from 1)."""
     accumulates: ClassVar[bool]
-    """Whether that number is of all calls since the start, or of the last one."""
+    """Whether that number counts all calls since the start, or only the last one."""
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         from scipy.integrate import ode  # slow to load: only the trials of this library wait
@@ -69,13 +69,13 @@ class Ode(Integrator):
             states = np.full((len(initial_states), len(times), problem.dimension), np.nan)
             steps, stopped = 0, None
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # what the warning says is in the return code
+                warnings.simplefilter("ignore")  # the return code has the same information
                 for start, samples in zip(initial_states, states, strict=True):
                     taken, why = solve_one(start, samples)
                     steps, stopped = steps + taken, stopped or why
             return Solution(states, steps, stopped)
 
-        solve.settings = options  # type: ignore[attr-defined]
+        solve.options = options  # type: ignore[attr-defined]
         return solve
 
     def versions(self) -> Mapping[str, Any]:

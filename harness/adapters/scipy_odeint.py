@@ -2,15 +2,15 @@
 
 How it is driven, and why:
 
-- The same algorithm as `solve_ivp`'s LSODA, 3 to 4 times faster on the pendulum: only the right-hand side is Python's.
-  It takes no C function (`LowLevelCallable` is refused), so that is compiled and called from Python.
-- The knob is `rtol`; `atol` = 1e-3 `rtol` as in `scipy_ivp` (its defaults are equal, 1.5e-8), in SI units.
-- It gets the compiled Jacobian, which it evaluates while it takes the problem for a stiff one, and never otherwise.
+- The same algorithm as `solve_ivp`'s LSODA, 3 to 4 times faster on the pendulum: only the right-hand side is called from
+  Python. It takes no C function (`LowLevelCallable` is refused), so the compiled one is called from Python.
+- The setting is `rtol`; `atol` = 1e-3 `rtol` as in `scipy_ivp` (its defaults are equal, 1.5e-8), in SI units.
+- It gets the compiled Jacobian, which it evaluates only while it treats the problem as stiff.
 - `mxstep`, the limit of steps between two samples, is 500 by default, which ends long intervals early.
 
-Traps: where it gives up it warns, and all samples from there on are memory that was never written, so that below 100 ulp
-of `rtol` (LSODA's own limit) it returns the initial state and garbage. Such tolerances are refused; `tcur` tells the
-samples that were reached. Values that are not finite it takes for a success.
+Traps: where it fails it warns, and all samples from there on are uninitialised memory; for `rtol` below 100 ulp (LSODA's
+own limit) that is all but the initial state. Such tolerances are refused; `tcur` shows which samples were reached. Values
+that are not finite it reports as a success.
 """
 
 from __future__ import annotations
@@ -68,13 +68,13 @@ class Odeint(Integrator):
             states = np.full((len(initial_states), len(problem.times), problem.dimension), np.nan)
             steps, stopped = 0, None
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # what the warning says is in the message
+                warnings.simplefilter("ignore")  # the message has the same information
                 for start, samples in zip(initial_states, states, strict=True):
                     taken, why = solve_one(start, samples)
                     steps, stopped = steps + taken, stopped or why
             return Solution(states, steps, stopped)
 
-        solve.settings = recorded(options)  # type: ignore[attr-defined]
+        solve.options = recorded(options)  # type: ignore[attr-defined]
         return solve
 
     def versions(self) -> Mapping[str, Any]:

@@ -1,1 +1,1 @@
-"""What an integrator implements and is given."""
+"""The contract of integrators: what one implements and is given, and the validation of what it returns."""

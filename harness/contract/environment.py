@@ -1,4 +1,4 @@
-"""Where a run took place: machine, libraries, revision."""
+"""The environment of a run: machine, libraries, revision of the sources."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LIBRARIES = ("numpy", "scipy", "numba", "rebound", "pybullet", "heyoka", "mpmath
 
 @cache
 def describe() -> dict[str, str]:
-    """The environment by name: cpu, cores, system, python, versions of libraries, revision of gnomon's own sources."""
+    """Names and values: machine, cpu, cores, system, python, versions of libraries, revision of gnomon's sources."""
     found = {
         "machine": machine(),
         "cpu": _cpu(),
@@ -35,7 +35,7 @@ def describe() -> dict[str, str]:
 
 @cache
 def library_version(name: str) -> str | None:
-    """The version of an installed distribution, None where it is not installed."""
+    """The version of an installed distribution; None where it is not installed."""
     try:
         return version(name)
     except PackageNotFoundError:
@@ -44,7 +44,7 @@ def library_version(name: str) -> str | None:
 
 @cache
 def machine() -> str:
-    """A short name of the machine: what makes two timings comparable, not who owns it."""
+    """A short name, equal for machines whose timings are comparable: processor, cores, system. Not the host name."""
     parts = (_cpu(), str(os.cpu_count()), platform.system(), platform.machine())
     return f"{platform.machine()}-{hashlib.sha256(' '.join(parts).encode()).hexdigest()[:8]}"
 
@@ -61,7 +61,7 @@ def _cpu() -> str:
 def _revision() -> str | None:
     """The git revision that gnomon runs from, with + where files differ from it; None outside a working tree.
 
-    The published report does not count: it is what a run is for.
+    Changes in reports/ are ignored: a run writes there.
     """
     folder = Path(__file__).resolve().parent
     try:

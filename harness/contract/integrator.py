@@ -1,4 +1,4 @@
-"""The contract between the harness and an integrator."""
+"""The contract between the harness and an integrator: what it declares, is given and returns."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Refused(Exception):  # noqa: N818 - named for the status that it becomes
 
 @dataclass(frozen=True)
 class Tolerance:
-    """The one knob is a relative tolerance, swept from `loosest` to `tightest`, `per_decade` settings a decade."""
+    """The setting is a relative tolerance; the sweep goes from `loosest` to `tightest`, `per_decade` settings a decade."""
 
     loosest: float = 1e-3
     tightest: float = 1e-13
@@ -33,7 +33,7 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Steps:
-    """The one knob is the step size: the sampling interval over powers of two.
+    """The setting is a step size: the sampling interval over a power of two.
 
     The sweep starts at the largest such step not above `coarsest` time scales and halves it `halvings` times.
     """
@@ -45,10 +45,11 @@ class Steps:
 
 @dataclass(frozen=True)
 class Problem:
-    """What `prepare` sees: the equations, the numbers of the problem, the sample times. Never the initial state.
+    """What `prepare` is given: the equations, the parameters, the sample times. Never the initial state.
 
-    `form` is of a type that the integrator accepts. `times`: float64 (64,), the values of the independent variable at
-    which states are wanted, multiples of an exact interval unless the formulation has a clock. The start is at 0.
+    `form` is of a type that the integrator accepts. `dimension`: the number of components of the state. `parameters`:
+    float64, those of the case. `times`: float64 (64,), the values of the independent variable at the samples, multiples
+    of an exact interval unless the formulation has a clock. The start is at 0. `time_scale`: in the units of `times`.
     """
 
     form: Form | SceneForm
@@ -57,10 +58,11 @@ class Problem:
     times: Floats
     time_scale: float
     counted: bool = False
-    """True in the untimed run that counts right-hand sides: `gnomon.harness.kernels.equations` then hands out counting twins."""
+    """True in the untimed run that counts right-hand sides: the kernels of `gnomon.harness.kernels.equations` then count
+    their calls."""
     groups: tuple[int, ...] = ()
-    """The number, from 0, of the group of each component: those of a group have one unit and are measured by one size,
-    as in the case's metric. Empty: each component by its own."""
+    """For each component the index of its group, from 0. The components of a group have one unit and one size, by which
+    errors are divided, as in the case's metric. Empty: each component is a group."""
 
     @property
     def uniform(self) -> bool:
@@ -69,7 +71,7 @@ class Problem:
 
     @property
     def interval(self) -> float:
-        """The sampling interval; with a clock, the whole over the number of samples, to 20 bits."""
+        """The sampling interval; with a clock the mean one, rounded down to 20 bits."""
         if self.uniform:
             return float(self.times[0])
         mean = float(self.times[-1]) / len(self.times)
@@ -78,7 +80,7 @@ class Problem:
 
     @cached_property
     def grouping(self) -> NDArray[np.int64]:
-        """`groups` as an array, one number a component. Raises ValueError where that is not their number."""
+        """`groups` as an array (dimension,). Raises ValueError where `groups` has another length."""
         if self.groups and len(self.groups) != self.dimension:
             raise ValueError(
                 f"{len(self.groups)} numbers of groups for {self.dimension} components; state one for each"
@@ -87,7 +89,7 @@ class Problem:
 
     @cached_property
     def buffer(self) -> Floats:
-        """The parameters and one more element, which counting kernels raise by 1 a call; hand this to kernels."""
+        """The argument `p` of kernels: the parameters and one more element, to which counting kernels add 1 each call."""
         return np.append(self.parameters, 0.0)
 
 
@@ -95,9 +97,9 @@ class Problem:
 class Solution:
     """What `solve` returns for initial states (n, dim).
 
-    `states`: float64 (n, len(problem.times), dim). `steps`: steps taken, None where not defined. `stopped`: why the
-    integration ended early, if it did (remaining states are nan). `events`: for hybrid problems with n = 1, the
-    (time, transition name) pairs that were located.
+    `states`: float64 (n, len(problem.times), dim). `steps`: the number of steps taken, None where not defined. `stopped`:
+    why the integration ended early, None where it did not (remaining states are nan). `events`: for hybrid problems with
+    n = 1, the (time, transition name) pairs that were located.
     """
 
     states: Floats
@@ -116,10 +118,10 @@ class Integrator(ABC):
        state.
     2. It returns `solve`, which is timed. `solve` takes copies of initial states, float64 (n, dim), and returns a
        Solution.
-    3. `solve` may carry attributes: `reset()` (timed, shown apart), `close()`, and `settings`, a mapping of the engine
-       settings that differ from the engine's default.
-    4. Raise `Refused` for what it declines. Anything else that it raises is status `crashed`.
-    5. `counts_rhs` is False where the library owns its equations: right-hand sides are then not counted.
+    3. `solve` may have attributes: `reset()` (timed, shown separately), `close()`, and `options`, a mapping of the engine's
+       options that differ from its defaults.
+    4. Raise `Refused` for a problem or setting that it declines. Any other exception is status `crashed`.
+    5. `counts_rhs` is False where the library has its own equations: right-hand sides are then not counted.
     6. Times are multiples of `problem.interval` where `problem.uniform`; with a clock or decimal times they are not.
     """
 
@@ -128,23 +130,23 @@ class Integrator(ABC):
     order: ClassVar[int | None] = None
     accepts: ClassVar[tuple[type, ...]]
     sampling: ClassVar[str] = "grid"
-    """How samples are delivered: dense output | stops at samples | grid."""
+    """How samples are made: dense output | stops at samples | grid."""
     sweep: ClassVar[Tolerance | Steps]
     policy: ClassVar[str] = ""
     counts_rhs: ClassVar[bool] = True
     conserves: ClassVar[tuple[str, ...]] = ()
-    """What the method claims to keep, whatever its step: the form (symplectic), volume in phase space, reversal of time
-    (reversible), linear and angular momentum where the forces keep them, rotations on their group (attitude), the
-    constraint. To round-off, each."""
+    """What the method claims to conserve to round-off at any step size: the symplectic form (symplectic), volume in phase
+    space, reversal of time (reversible), linear and angular momentum where the forces conserve them, rotations on their
+    group (attitude), the constraint."""
     primary: ClassVar[bool] = True
-    """False for a sibling of a method that runs everywhere: a suite takes it on default settings in one launch, and
-    elsewhere where it is named."""
+    """False for a near-duplicate method: a suite runs it only on the default variants, in one launch, unless it is
+    named."""
 
     @abstractmethod
     def prepare(self, problem: Problem, setting: float) -> Solve: ...
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
-        """Why this integrator cannot run a form that it accepts by type (a missing token), or None."""
+        """Why this integrator cannot run a form that it accepts by type (a missing token), None where it can."""
         return None
 
     @property

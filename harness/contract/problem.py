@@ -1,4 +1,4 @@
-"""What an integrator is given of a case: its equations in an accepted form, its numbers, its sample times."""
+"""From a case to a Problem, what an integrator is given: equations in an accepted form, parameters, sample times."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DIGITS = 40
 def accepted_form(
     case: Case, accepts: tuple[type, ...], formulation: Formulation | None = None
 ) -> Form | SceneForm | None:
-    """The most structured form of a case, or of a formulation of it, that is of an accepted type; None without one."""
+    """The most structured form of a case, or of a formulation of it, that is of an accepted type; None if there is none."""
     offered: tuple[Form | SceneForm, ...] = case.all_forms() if formulation is None else _with_first_order(formulation)
     if formulation is None and case.scene is not None:
         offered = (*offered, case.scene)
@@ -32,9 +32,9 @@ def accepted_form(
 def problem_of(
     case: Case, accepts: tuple[type, ...], formulation: Formulation | None = None, counted: bool = False
 ) -> Problem:
-    """The problem that an integrator which accepts `accepts` is given; `case` has binary64 numbers (Case.rounded).
+    """The problem that an integrator with `accepts` is given; `case` has binary64 numbers (Case.rounded).
 
-    Raises ValueError where the case offers no such form.
+    Raises ValueError where the case has no such form.
     """
     form = accepted_form(case, accepts, formulation)
     if form is None:
@@ -50,7 +50,7 @@ def problem_of(
 
 
 def groups_of(case: Case, formulation: Formulation | None = None) -> tuple[int, ...]:
-    """`Problem.groups`: the groups of the case's coordinates in order of appearance; none stated in a formulation."""
+    """`Problem.groups`: the groups of the case's coordinates, numbered as they first appear; () for a formulation."""
     names = list(dict.fromkeys(coordinate.group for coordinate in case.state))
     return () if formulation is not None else tuple(names.index(coordinate.group) for coordinate in case.state)
 

@@ -1,4 +1,4 @@
-"""The text of what a result depends on: a form, its functions, and all that they read."""
+"""The text of what a result depends on: a form, its functions, and all that these read."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Result = TypeVar("Result")
 
 
 def digest(parts: Iterable[str]) -> str:
-    """A hash of several texts that no other division of the same characters gives."""
+    """A hash of several texts: another division of the same characters gives another hash."""
     hasher = hashlib.sha256()
     for part in parts:
         data = part.encode()
@@ -27,17 +27,18 @@ def digest(parts: Iterable[str]) -> str:
 
 
 def of_value(value: Any) -> str:
-    """The text of a form or any value in it: functions by their source with all that they read, the rest by repr."""
+    """The text of a form or of any value in it: functions as their source with all that they read, the rest as repr."""
     parts: list[Any] = []
     _collect(value, parts, set(), _source)
     return "\n".join(parts)
 
 
 def cached_by_content(function: Callable[..., Result]) -> Callable[..., Result]:
-    """A cache whose key holds what the functions among the arguments read, at any depth.
+    """A cache whose key holds all that the functions among the arguments read, at any depth.
 
-    That is their code, numbers at module level, closures and default values: where one of these is another than at the
-    last call, the result is computed anew. Raises ValueError for a function that reads what can change unseen.
+    That is their code, numbers at module level, closures and default values: where one of these has changed since the
+    last call, the result is computed again. Raises ValueError for a function that reads a value whose changes cannot be
+    detected.
     """
     kept: dict[tuple[Any, ...], Result] = {}
 
@@ -54,7 +55,7 @@ def cached_by_content(function: Callable[..., Result]) -> Callable[..., Result]:
 
 
 def _collect(value: Any, parts: list[Any], seen: set[int], text: Callable[[Any], str] | None) -> None:
-    """Append what a value consists of: functions as `text`, or as their code where there is none and all must be known."""
+    """Append the content of a value: functions as `text` gives them; with None as code, and unknown types are an error."""
     if isinstance(value, types.FunctionType):
         if id(value) in seen:
             return
@@ -100,7 +101,7 @@ def _collect(value: Any, parts: list[Any], seen: set[int], text: Callable[[Any],
 
 
 def _read(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
-    """The names that a function reads from outside, and their values: globals, closure, default values."""
+    """The names that a function reads from outside its body, with their values: globals, closure, default values."""
     for name in sorted(_names(function.__code__)):
         if name in function.__globals__:
             yield name, function.__globals__[name]

@@ -1,4 +1,4 @@
-"""What an integrator returned, checked before anything is made of it: types, shapes, real numbers, possible counts."""
+"""Validation of what an integrator returned, before it is used: types, shapes, real numbers, possible counts."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 MOST = 2**53
-"""Counts above this are none: no double tells them apart, and no run takes that many steps."""
+"""Larger counts are refused: a double cannot distinguish them, and no run takes that many steps."""
 LEAST_SECONDS = 1e-11
-"""No right-hand side and no step takes less: a twentieth of the cycle of a processor."""
+"""Every right-hand side and every step takes more: this is a twentieth of a processor's cycle."""
 RESOLUTION_SECONDS = 1e-6
 TEXT = 300
-"""Characters of a reason that are kept."""
+"""Reasons are cut to this number of characters."""
 
 
-class Unusable(Exception):  # noqa: N818 (it names an answer)
-    """An answer that is no solution: the message names the value and the rule."""
+class Unusable(Exception):  # noqa: N818 - it names an answer
+    """Raised for an answer that is not a valid Solution: the message names the value and the rule."""
 
 
 def checked(solution: Any, shape: tuple[int, ...]) -> Solution:
     """The solution with states as float64 of this shape (a copy), counts as ints and events as plain pairs.
 
-    Raises Unusable where it is anything else.
+    Raises Unusable for any other answer.
     """
     if not isinstance(solution, Solution):
         raise Unusable(f"solve returned {type(solution).__name__}, not a Solution")
@@ -43,7 +43,7 @@ def checked(solution: Any, shape: tuple[int, ...]) -> Solution:
 
 
 def real_states(states: Any, shape: tuple[int, ...]) -> Floats:
-    """States as a new float64 array of this shape. Complex numbers are taken where every imaginary part is zero."""
+    """States as a new float64 array of this shape. Complex states are accepted where every imaginary part is zero."""
     found = np.asarray(states)
     if found.dtype.kind not in "iufc":
         raise Unusable(f"returned states of type {found.dtype}, not real numbers")
@@ -53,12 +53,12 @@ def real_states(states: Any, shape: tuple[int, ...]) -> Floats:
         if np.any(found.imag != 0):
             raise Unusable(f"returned complex states (imaginary parts up to {np.nanmax(np.abs(found.imag)):.2g})")
         found = found.real
-    with np.errstate(over="ignore"):  # a wider float beyond binary64 becomes infinite, and is judged as that
+    with np.errstate(over="ignore"):  # a wider float beyond binary64 becomes infinite: status `diverged`
         return np.array(found, dtype=np.float64)
 
 
 def count(value: Any, name: str) -> int:
-    """A count as an int; Unusable where it is not a whole number from 0 to 2^53."""
+    """A count as an int. Raises Unusable where it is not a whole number from 0 to 2^53."""
     whole = isinstance(value, Integral | Real) and not isinstance(value, bool | np.bool_) and math.isfinite(value)
     if not whole or value != math.floor(value) or not 0 <= value <= MOST:
         raise Unusable(f"returned {name} = {short(value)}: a count is a whole number from 0 to 2^53")
@@ -66,7 +66,7 @@ def count(value: Any, name: str) -> int:
 
 
 def possible(count: int | None, seconds: float, name: str) -> None:
-    """Raise Unusable for more steps or right-hand sides than a processor can do in that time."""
+    """Raises Unusable for more steps or right-hand sides than a processor can do in that time."""
     if count is not None and count * LEAST_SECONDS > seconds + RESOLUTION_SECONDS:
         raise Unusable(f"claims {count} {name} in {seconds:.2g} s: one takes {LEAST_SECONDS:g} s at least")
 
@@ -89,6 +89,6 @@ def _event(event: Any) -> tuple[float, str]:
 
 
 def short(value: object) -> str:
-    """A value as a message shows it."""
+    """The repr of a value, cut to 60 characters, for messages."""
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."

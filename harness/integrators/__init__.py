@@ -1,1 +1,1 @@
-"""In-house integrators, one family a file."""
+"""In-house integrators, one folder for each kind of method, one file for each family."""

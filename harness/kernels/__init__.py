@@ -1,1 +1,1 @@
-"""A case's equations as compiled code, and machine code that is kept."""
+"""A case's equations: traced, generated as source text, compiled; machine code kept on disk."""

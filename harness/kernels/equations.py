@@ -1,8 +1,7 @@
-"""Compiling a case's equations: one generated module a function, its machine code in the user's cache folder.
+"""Compiling a case's equations: one generated module for each function, its machine code in the user's cache folder.
 
-The name of a module is a hash of every source in it, so that an edit anywhere makes another one. Every
-compiled function has the one signature `void(t, y, parameters, out)`, so integrators compiled once take any case by
-function pointer.
+The name of a module is a hash of its whole source, so that every edit makes another module. All compiled functions have
+the signature `void(t, y, parameters, out)`, so an integrator is compiled once and takes any case by function pointer.
 """
 
 from __future__ import annotations
@@ -33,14 +32,14 @@ C_SIGNATURE = "void(float64, CPointer(float64), CPointer(float64), CPointer(floa
 
 
 class Kernel:
-    """A compiled function of a problem and its callers, each compiled or loaded only where it is asked for."""
+    """A compiled function of a problem, callable in three ways, each compiled or loaded on first use."""
 
     def __init__(self, source: str) -> None:
         self.source = source
 
     @property
     def address(self) -> int:
-        """Of a C function void(double t, double *y, double *p, double *out): what in-house methods call."""
+        """Address of the C function void(double t, double *y, double *p, double *out), which in-house methods call."""
         return address(self.source, "c_kernel")
 
     @property
@@ -55,26 +54,26 @@ class Kernel:
 
 
 def compiled(source: str, name: str, signature: str = "") -> Any:
-    """The function `name` of a generated module, compiled for one signature and no other: its own, or the one given."""
+    """The function `name` of a generated module, compiled for one signature: the one given, else that in the source."""
     from gnomon.harness.kernels import machine_code  # loads numba
 
     return machine_code.function(source, name, signature)
 
 
 def address(source: str, name: str, signature: str = C_SIGNATURE) -> int:
-    """The address of a function `name` of a generated module as a C function, (t, y, p, out) if nothing else is said."""
-    from gnomon.harness.kernels import machine_code  # loads numba
+    """The address of the function `name` of a generated module as a C function, by default (t, y, p, out) -> void."""
+    from gnomon.harness.kernels import machine_code
 
     return machine_code.address(source, name, signature)
 
 
 def right_hand_side(problem: Problem) -> Kernel:
-    """The compiled first-order right-hand side of a problem, counting where the problem asks for it."""
+    """The compiled first-order right-hand side of a problem; it counts its calls if `problem.counted`."""
     return kernel(problem.form, len(problem.parameters), problem.dimension, problem.counted)
 
 
 def acceleration(problem: Problem) -> Kernel:
-    """The compiled acceleration of a second-order problem, counting where the problem asks for it."""
+    """The compiled acceleration of a second-order problem; it counts its calls if `problem.counted`."""
     return acceleration_kernel(problem.form, len(problem.parameters), problem.dimension, problem.counted)
 
 
@@ -119,7 +118,7 @@ def call_kernel(
     outputs: int,
     counted: bool = False,
 ) -> Kernel:
-    """A call, written in the names of plain `functions` and t, y, p, that gives a tuple of `outputs`, compiled."""
+    """A compiled expression `call` of plain `functions`, by name, and t, y, p; it gives a tuple of `outputs` values."""
     return _kernel(functions, call, 0, states, parameters, counted, outputs)
 
 
@@ -145,7 +144,7 @@ def _generated(
     counted: bool,
     outputs: int,
 ) -> Kernel:
-    """`out` gets the second half of y (`lead` values, for q' = v) and then the values of `call`."""
+    """A kernel that writes into `out` the second half of y (`lead` values, for q' = v), then the values of `call`."""
     check_values(dict(functions), call, states, parameters, outputs - lead)
     lines = [*unpacked(states, parameters), f"r = {call}"]
     lines += [f"out[{i}] = y[{lead + i}]" for i in range(lead)]
@@ -165,7 +164,7 @@ def _generated(
 
 
 def check_values(functions: dict[str, Any], call: str, states: int, parameters: int, wanted: int) -> None:
-    """Raises ValueError where a call of plain functions gives another number of values than is wanted, or raises."""
+    """Raises ValueError where `call` raises, or gives no tuple of `wanted` values."""
     nan = math.nan
     try:
         found = eval(call, dict(functions), {"t": nan, "y": (nan,) * states, "p": (nan,) * parameters})
@@ -180,7 +179,7 @@ def check_values(functions: dict[str, Any], call: str, states: int, parameters: 
 
 
 def unpacked(states: int, parameters: int) -> list[str]:
-    """Lines that make tuples y and p of the arrays y_ and p_: plain functions take tuples."""
+    """Lines that copy the arrays y_ and p_ into tuples y and p, which plain functions take."""
     return [f"{name} = ({_items(f'{name}_', count)})" for name, count in (("y", states), ("p", parameters))]
 
 
@@ -189,7 +188,7 @@ def _items(name: str, count: int) -> str:
 
 
 def gather(functions: dict[str, Callable[..., Any]]) -> str:
-    """Source text that defines `functions` under the given names, compiled by numba, with all that they call."""
+    """Source text that defines `functions` under the given names, and all that they call, decorated for numba."""
     seen: dict[str, Callable[..., Any]] = {}
     parts = list(IMPORTS)
     for alias, function in functions.items():
@@ -200,7 +199,10 @@ def gather(functions: dict[str, Callable[..., Any]]) -> str:
 
 
 def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[str]) -> None:
-    """Append to `parts` the source of a function and of all that it uses, except the names in `seen`."""
+    """Append to `parts` the source of a function and of all that it uses, except names in `seen`.
+
+    Raises ValueError for what cannot be compiled: a closure, an exception, a global that is no number or function.
+    """
     name = function.__name__
     if name in seen:
         if seen[name] is not function:
@@ -232,7 +234,7 @@ def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[
 
 
 def with_defaults(function: Callable[..., Any], source: str) -> str:
-    """The source of a function with its default values as numbers: what they were made of has no meaning elsewhere."""
+    """The source of a function with its default values as numbers: the names in them are not defined elsewhere."""
     values = function.__defaults__ or ()
     if not values:
         return source
@@ -246,9 +248,9 @@ def with_defaults(function: Callable[..., Any], source: str) -> str:
 
 
 def source_of(function: Callable[..., Any]) -> str:
-    """What inspect.getsource gives, which looks for the end token by token and through all modules: milliseconds."""
+    """The source of a function, as inspect.getsource gives it in milliseconds: that tokenizes, and searches all modules."""
     code = function.__code__
-    linecache.checkcache(code.co_filename)  # a module that was edited and loaded again
+    linecache.checkcache(code.co_filename)  # the module may have been edited and loaded again
     lines = linecache.getlines(code.co_filename, function.__globals__)
     if not lines:
         return inspect.getsource(function)

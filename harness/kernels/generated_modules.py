@@ -1,4 +1,4 @@
-"""Modules of generated text: their names, how one is loaded, where their machine code is kept, who is told of compiling."""
+"""Modules of generated source text: their names, loading, the folder of their machine code, watchers of compilations."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from pathlib import Path
 import platformdirs
 
 WATCHERS: list[Callable[[bool], None]] = []
-"""Each is called with True before something is compiled in this process and with False after."""
+"""Each is called with True before a compilation in this process and with False after it."""
 
 
 @contextmanager
 def announced() -> Iterator[None]:
-    """Around what is compiled: the watchers hear of both ends, however it ends."""
+    """Around a compilation: calls the watchers before and after it, also where it fails."""
     for watcher in WATCHERS:
         watcher(True)
     try:
@@ -31,7 +31,7 @@ def announced() -> Iterator[None]:
 
 
 def cache_folder() -> Path:
-    """Where machine code is kept; NUMBA_CACHE_DIR is honoured."""
+    """The folder of kept machine code: under NUMBA_CACHE_DIR where that is set, else in the user's cache folder."""
     root = os.environ.get("NUMBA_CACHE_DIR")
     return Path(root or platformdirs.user_cache_dir("gnomon")) / "kernels"
 
@@ -42,7 +42,7 @@ def module_name(source: str) -> str:
 
 @cache
 def load_module(source: str) -> types.ModuleType:
-    """A module of this text, under a name that is its hash. It lies in no file: an edited one would be run."""
+    """A module of this text, named by its hash. It is not written to a file, which someone could edit."""
     name = module_name(source)
     path, content = f"<{name}>", f"from __future__ import annotations\n{source}"
     linecache.cache[path] = (len(content), None, content.splitlines(keepends=True), path)

@@ -1,4 +1,4 @@
-"""The expression graph of a case's equations: recorded by evaluating them once in an arithmetic that writes down.
+"""The expression graph of a case's equations, recorded by evaluating them once on symbolic numbers.
 
 From the graph come exact Jacobians (differentiated node by node) and the recurrences of Taylor's method.
 """
@@ -18,15 +18,15 @@ UNARY = (
     "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh",
     "sqrt", "exp", "log",
 )  # fmt: skip
-"""Functions that stand in the graph as they are; hypot is written with sqrt."""
+"""Functions that are nodes of the graph; hypot is written with sqrt."""
 
 
 @dataclass
 class Graph:
-    """Nodes in the order of their making, equal ones once.
+    """Nodes, each after those that it acts on; equal nodes are stored once.
 
     A node is a tuple: ("t",), ("y", i), ("p", i), ("number", value), ("pow", node, exponent), or the name of an
-    operation (add, sub, mul, div, neg, a function) and the indices of what it acts on.
+    operation (add, sub, mul, div, neg, a function) and the indices of its operands.
     """
 
     nodes: list[Key] = field(default_factory=list)
@@ -40,14 +40,14 @@ class Graph:
         return Number(self, self.known[tagged])
 
     def number(self, value: Any) -> Number:
-        """A literal, or the Number that it already is."""
+        """The Number of a literal; a Number is returned as it is."""
         return value if isinstance(value, Number) else self.node("number", value)
 
     def variables(self, name: str, count: int) -> tuple[Number, ...]:
         return tuple(self.node(name, i) for i in range(count))
 
     def arithmetic(self) -> dict[str, Callable[..., Number]]:
-        """The functions of `math` that equations use, on Numbers."""
+        """The functions of `math` that equations may use, on Numbers."""
 
         def recorded(name: str) -> Callable[[Any], Number]:
             def function(x: Any) -> Number:
@@ -62,7 +62,8 @@ class Graph:
 class Number(Unbranching):
     """A node of a graph with the operators of a number.
 
-    What is exactly 0 or 1 is folded away; u sqrt(u) and what it divides become powers, one recurrence in place of three.
+    Sums with 0 and products with 0 or 1 are simplified; u sqrt(u) becomes the power u^1.5 and a division by it u^-1.5, one
+    recurrence in place of three.
     """
 
     def __init__(self, graph: Graph, index: int) -> None:
@@ -70,7 +71,7 @@ class Number(Unbranching):
 
     @property
     def literal(self) -> Any:
-        """The value of a literal, None for anything else."""
+        """The value of a literal; None for other nodes."""
         key = self.graph.nodes[self.index]
         return key[1] if key[0] == "number" else None
 
@@ -142,14 +143,14 @@ class Number(Unbranching):
 
 @dataclass(frozen=True)
 class Trace:
-    """Equations written down: the graph, and the nodes of the derivatives."""
+    """Traced equations: the graph, and the nodes of the values."""
 
     graph: Graph
     outputs: tuple[Number, ...]
 
 
 def traced(form: FirstOrder, dimension: int, parameters: int) -> Trace:
-    """The graph of first-order equations. Raises ValueError for what it cannot write down (a branch, atan2)."""
+    """The graph of first-order equations. Raises ValueError for what it cannot express (a branch, atan2)."""
     check_values({"equations": form.equations}, "equations(t, y, p)", dimension, parameters, dimension)
     graph = Graph()
     equations = rebind(form.equations, graph.arithmetic())
@@ -158,11 +159,10 @@ def traced(form: FirstOrder, dimension: int, parameters: int) -> Trace:
 
 
 def jacobian(trace: Trace, dimension: int) -> tuple[Number, ...]:
-    """The nodes of df/dy, row by row, added to the trace's graph."""
+    """The nodes of df/dy, row by row; they are added to the graph of the trace."""
     graph = trace.graph
     known: dict[tuple[int, int], Number] = {}
-    order = needed(trace)
-    for index in order:
+    for index in needed(trace):
         for j in range(dimension):
             known[index, j] = _derivative(graph, index, j, known)
     return tuple(known[x.index, j] for x in trace.outputs for j in range(dimension))
@@ -195,7 +195,7 @@ def _derivative(graph: Graph, index: int, j: int, known: dict[tuple[int, int], N
 
 
 def slope(graph: Graph, name: str, u: Number, value: Number) -> Number:
-    """The derivative of a function at u, where it has the given value."""
+    """The derivative of the function `name` at u; `value` is the function at u."""
     f = graph.arithmetic()
     rules: dict[str, Callable[[], Number]] = {
         "sin": lambda: f["cos"](u),
@@ -218,7 +218,7 @@ def slope(graph: Graph, name: str, u: Number, value: Number) -> Number:
 
 
 def needed(trace: Trace) -> list[int]:
-    """The nodes that the outputs depend on, in an order in which they can be computed."""
+    """The nodes that the outputs depend on, each after its operands."""
     nodes, wanted = trace.graph.nodes, set()
     waiting = [x.index for x in trace.outputs]
     while waiting:
@@ -230,7 +230,7 @@ def needed(trace: Trace) -> list[int]:
 
 
 def arguments(node: Key) -> list[int]:
-    """The indices of the nodes that a node acts on."""
+    """The indices of the operands of a node."""
     if node[0] in ("t", "y", "p", "number"):
         return []
     return [node[1]] if node[0] == "pow" else list(node[1:])
@@ -247,7 +247,7 @@ def straight_line(trace: Trace) -> str:
 
 
 def expression(node: Key) -> str:
-    """A node in terms of the names of those it acts on; ONE is the number one of the arithmetic the text is run in."""
+    """Source text of a node, with its operands by name; ONE is the number 1 of the arithmetic that runs the text."""
     operation, *where = node
     if operation == "t":
         return "t"
@@ -272,19 +272,19 @@ def jacobian_text(form: FirstOrder, dimension: int, parameters: int) -> str:
 
 
 def counting_text(form: FirstOrder, dimension: int, parameters: int) -> str:
-    """The same of f and then df/dy; each call adds 1 to the element of p after the parameters."""
+    """The same for f followed by df/dy; each call adds 1 to the element of p after the parameters."""
     trace = traced(form, dimension, parameters)
     both = Trace(trace.graph, trace.outputs + jacobian(trace, dimension))
     return f"{straight_line(both)}    p[{parameters}] += ONE\n"
 
 
 def compiled(text: str) -> int:
-    """The address of the C function void(double t, double *y, double *p, double *out) of such a text."""
+    """The address of the C function void(double t, double *y, double *p, double *out) compiled from such a text."""
     return address(module_text(text), "kernel")
 
 
 def module_text(text: str) -> str:
-    """Such a text as a module in which numba compiles it."""
+    """The source of a module in which numba compiles such a text."""
     used = [name for name in UNARY if f" {name}(" in text]
     lines = [f"from math import {', '.join(used)}"] if used else []
     return "\n".join([*lines, "from numba import njit", "ONE = 1.0", f"@njit({OPTIONS})", text])

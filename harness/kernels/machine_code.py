@@ -1,9 +1,9 @@
-"""Compiled functions kept as machine code: a process that finds one has it ready in half a millisecond.
+"""Compiled functions kept on disk as machine code: a process loads one in half a millisecond.
 
-numba's own cache takes several: the generated module is run first, which makes an object of each function in it and
-imports what they need, and beside its machine code LLVM's form of the function is read, for inlining into others. The
-functions here are only called, from Python or by their address, so a file holds machine code, the names of the two
-functions in it that are called from outside, and the types of the arguments. Nothing of numba's compiler is needed.
+numba's own cache takes several milliseconds: it first runs the generated module, which makes an object for each function
+and imports what they need, and beside the machine code it reads LLVM's form of the function, for inlining into others.
+The functions here are only called, from Python or by address, so a file holds machine code, the names of its two entry
+points and the types of the arguments. numba's compiler is not needed to load it.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _NUMBERS = {kind.name: kind for kind in (types.boolean, types.int64, types.uint6
 class Compiled:
     """Machine code in memory: the address of the C function, and the closure that Python calls.
 
-    The closure takes arguments of exactly these types: it is for a `Function`, which looks at them, to call it.
+    The closure takes arguments of exactly these types: only a `Function`, which verifies them, may call it.
     """
 
     address: int
@@ -46,20 +46,20 @@ class Compiled:
 
 
 class Function(_dispatcher.Dispatcher):  # type: ignore[misc]
-    """What Python calls: it takes arguments of the types that the code was compiled for, as numba sees types.
+    """The Python callable of compiled code: raises TypeError for arguments of other types than it was compiled for.
 
-    numba's own object for this can also compile; to make one takes as long as to load the code.
+    numba's own dispatcher can also compile; constructing one takes as long as loading the code.
     """
 
     def __init__(self, code: Compiled) -> None:
-        self.code = code  # numba's object does not keep alive what it calls
+        self.code = code  # numba's object holds no reference to what it calls
         names = tuple(f"a{i}" for i in range(len(code.arguments)))
         super().__init__(default_type_manager.get_pointer(), len(names), True, names, (), False, False, False)
         self._insert([kind._code for kind in code.arguments], code.closure, False)  # type: ignore[attr-defined]
         self._can_compile = False
 
     def typeof_pyval(self, value: Any) -> Any:
-        """numba's type of an argument that it does not know at sight."""
+        """numba's type of an argument; called by numba for types outside its fast path."""
         return typeof(value, Purpose.argument)
 
     def _search_new_conversions(self, *_: Any) -> bool:
@@ -72,18 +72,18 @@ class Function(_dispatcher.Dispatcher):  # type: ignore[misc]
 
 @cache
 def function(source: str, name: str, signature: str = "") -> Any:
-    """The function `name` of a generated module, compiled for one signature and no other: its own, or the one given."""
+    """The function `name` of a generated module, compiled for one signature: the one given, else that in the source."""
     return Function(compiled(source, name, signature))
 
 
 def address(source: str, name: str, signature: str) -> int:
-    """Where it begins, for C functions to call it."""
+    """The address of that function, for calls from C."""
     return compiled(source, name, signature).address
 
 
 @cache
 def compiled(source: str, name: str, signature: str) -> Compiled:
-    """A function in memory, from its file where there is a sound one."""
+    """The function in memory: from its file if that is readable, else compiled by numba, and stored."""
     folder, file = cache_folder(), f"{module_name(source)}.{name}.{_of_this_machine(signature)}"
     with global_compiler_lock:
         kept = cachefolder.load(folder, file)
@@ -102,7 +102,7 @@ def compiled(source: str, name: str, signature: str) -> Compiled:
 
 @cache
 def machine() -> str:
-    """What a file is good for: this processor with these versions, and this way of writing files."""
+    """The key of what a file depends on: processor, versions of Python, numba and llvmlite, the source of this module."""
     versions = f"{sys.implementation.cache_tag} numba {numba.__version__} llvmlite {llvmlite.__version__}"
     way = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
     return f"{versions} {cpu_target.target_context.codegen().magic_tuple()} {way}"
@@ -113,7 +113,10 @@ def _of_this_machine(signature: str) -> str:
 
 
 def packed(result: Any) -> bytes:
-    """A function that numba has compiled, as a file holds it: a line of JSON, and machine code."""
+    """The content of a file for a function that numba has compiled: a line of JSON, then machine code.
+
+    Raises ValueError for a function that needs Python objects other than dtypes.
+    """
     others = [x for x in result._find_referenced_environments() if x is not result.environment and x.consts]
     if others or result.library.has_dynamic_globals:
         raise ValueError(f"{result.fndesc.qualname} needs objects of this process")
@@ -129,7 +132,7 @@ def packed(result: Any) -> bytes:
 
 
 def _constant_text(value: Any) -> str:
-    """A Python object that the code needs: types of arrays are all there are."""
+    """The text of a Python object that the code needs; only dtypes of arrays can be kept."""
     if not isinstance(value, np.dtype) or value.hasobject or value.fields is not None:
         raise ValueError(
             f"compiled code that needs {value!r} cannot be kept; let it need numbers and arrays of numbers"
@@ -138,7 +141,7 @@ def _constant_text(value: Any) -> str:
 
 
 def _described(kind: Any) -> list[Any]:
-    """The type of an argument in words and numbers, for `_argument` to make it of them."""
+    """The type of an argument as words and numbers; `_argument` is the inverse."""
     if isinstance(kind, types.Array) and kind.mutable and kind.aligned:
         return ["array", *_described(kind.dtype), kind.ndim, kind.layout]
     if isinstance(kind, types.CPointer):
@@ -158,9 +161,9 @@ def _argument(kind: str, *rest: Any) -> Any:
 
 
 def unpacked(content: bytes) -> Compiled:
-    """The compiled function of a file. Raises ValueError for one that cannot be read.
+    """The compiled function in the content of a file. Raises ValueError where it cannot be read.
 
-    Machine code of any other content may end the process: only what `cachefolder.load` gives belongs here.
+    Other content may crash the process: pass only what `cachefolder.load` returns, which verifies it.
     """
     text, _, code = content.partition(b"\n")
     try:
@@ -175,7 +178,7 @@ def unpacked(content: bytes) -> Compiled:
     engine.finalize_object()
     environment = _dynfunc.Environment(globals())
     environment.consts[:] = constants
-    # The code finds the Python objects that it needs where this points to; the closure keeps them alive.
+    # The code finds its Python objects through this pointer; the closure holds references to them.
     place = ctypes.c_void_p.from_address(engine.get_global_value_address(environment_name))
     place.value = id(environment)
     begin = engine.get_function_address(python_name)
@@ -185,7 +188,7 @@ def unpacked(content: bytes) -> Compiled:
 
 @cache
 def _engine() -> Any:
-    """What links machine code in memory: numba's own, with the functions of its runtime that machine code calls."""
+    """numba's engine that links machine code in memory, with the functions of its runtime that the code calls."""
     context = cpu_target.target_context
     context.load_additional_registries()
     return context.codegen()._engine._ee

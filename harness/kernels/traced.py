@@ -1,8 +1,8 @@
-"""The equations of a case as straight lines of code, and their derivatives.
+"""The equations of a case as straight-line code, and their derivatives.
 
-The equations are evaluated once on symbols. What is met twice is computed once; what holds for the whole run (parameters
-alone), for the whole step (parameters and t) or for one round only (the state) is told apart, so that each is computed as
-seldom as can be. Arithmetic is kept operation by operation; only + 0, * 1, * 0 and x - x vanish.
+The equations are evaluated once on symbols. Equal values are computed once. Values are separated by what they depend on:
+parameters (computed once a run), parameters and t (once a step), the state (once a round of the iteration). Arithmetic is
+kept operation by operation; only + 0, * 1, * 0 and x - x are removed.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from gnomon.cases.core.forms import FirstOrder, Form, RigidBody, SecondOrder, eu
 from gnomon.harness.kernels.equations import check_values
 
 RUN, STEP, ROUND = 0, 1, 2
-"""What a value changes with: never, with t, with the state."""
+"""Levels: when a value is computed. RUN: it depends on parameters only; STEP: on t too; ROUND: on the state."""
 
-DEAR = {"/", "**", *FUNCTIONS}
+EXPENSIVE = {"/", "**", *FUNCTIONS}
 """Operations that take several times as long as a product."""
 
 Value = Any
@@ -26,7 +26,7 @@ Value = Any
 
 
 class Node(Unbranching):
-    """A value of the traced equations: what is done to which values."""
+    """A value of the traced equations: an operation and its arguments."""
 
     def __init__(self, trace: Trace, operation: str, arguments: tuple[Value, ...], level: int) -> None:
         self.trace, self.operation, self.arguments, self.level = trace, operation, arguments, level
@@ -69,7 +69,7 @@ class Node(Unbranching):
 
 
 class Trace:
-    """Symbols for t, the state and the parameters, and every value made of them, each once."""
+    """Symbols for t, the state and the parameters, and every value computed from them, each stored once."""
 
     def __init__(self, dimension: int, parameters: int, frozen: tuple[int, ...] = ()) -> None:
         self.nodes: dict[tuple[Any, ...], Node] = {}
@@ -129,7 +129,7 @@ class Trace:
         return either
 
     def derivative(self, value: Value, by: Node, done: dict[int, Value]) -> Value:
-        """d value / d by, a component of the state; `done` remembers what was found for the same component."""
+        """d value / d by, a component of the state; `done` keeps derivatives by the same component."""
         if not isinstance(value, Node) or value.level < ROUND:
             return 0
         if value is by:
@@ -198,9 +198,9 @@ def chained(trace: Trace, value: Node, d: Sequence[Value]) -> Value:
 def traced(
     form: Form, dimension: int, parameters: int, frozen: tuple[int, ...] = ()
 ) -> tuple[Trace, tuple[Value, ...]]:
-    """The first-order right-hand side of a form, traced; of SecondOrder the accelerations alone.
+    """The first-order right-hand side of a form, traced; for SecondOrder only the accelerations.
 
-    Components of the state that are `frozen` stand after the parameters.
+    Components of the state in `frozen` are constant, and read from the parameters, after those of the case.
     """
     trace = Trace(dimension, parameters, frozen)
     functions = {name: trace.function(name) for name in FUNCTIONS}
@@ -220,7 +220,7 @@ def traced(
 
 
 def reached(values: Sequence[Value]) -> list[Node]:
-    """All nodes that values are made of, each after its arguments."""
+    """All nodes that values depend on, each after its arguments."""
     found: dict[int, Node] = {}
 
     def visit(value: Value) -> None:
@@ -235,7 +235,7 @@ def reached(values: Sequence[Value]) -> list[Node]:
 
 
 def poles(values: Sequence[Value]) -> tuple[Node, ...]:
-    """What values are divided by, of what is not known to keep its sign: where it goes through 0 they have poles."""
+    """The divisors in values that may change their sign: where one passes 0 the values have a pole."""
     signs: dict[int, int | None] = {}
     found: dict[int, Node] = {}
     for node in reached(values):
@@ -253,7 +253,7 @@ def poles(values: Sequence[Value]) -> tuple[Node, ...]:
 
 
 def sign(value: Value, known: Mapping[int, int | None]) -> int | None:
-    """1 of what is never below 0, 0 of what has one sign, whichever, None of all else."""
+    """1 if known to be >= 0, 0 if the sign is known to be constant, None if unknown."""
     if not isinstance(value, Node):
         return 1 if value >= 0 else 0
     if id(value) in known:
@@ -278,12 +278,12 @@ def sign(value: Value, known: Mapping[int, int | None]) -> int | None:
 
 
 def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = (), below: Sequence[Value] = ()) -> tuple[str, ...]:
-    """Functions for numba: `constants(p)`, `forcing(t, k)` and `slopes(y, w, k)`, which returns the values.
+    """Source of functions for numba: `constants(p)`, `forcing(t, k)` and `slopes(y, w, k)`, which returns the values.
 
-    Each of the first two returns a tuple of what the later ones need of it; y holds vectors, k numbers. For the n-th
-    group of values `slopes_n(y, w, k)` returns these alone; `poles(y, w, k)` what is `below` them. Where an angle's sine
-    and cosine are both wanted `slopes_first(y, w, k)` returns them too, and from them `slopes_again(y, w, k, near)` finds
-    those of a y nearby; it returns what the next one is best found from.
+    `constants` returns the tuple k and `forcing` the tuple w of what later functions need; y holds vectors, k numbers. For
+    the n-th group of values `slopes_n(y, w, k)` returns only these; `poles(y, w, k)` returns the values `below`. Where both
+    the sine and the cosine of an angle are needed, `slopes_first(y, w, k)` also returns them, and `slopes_again(y, w, k,
+    near)` computes those at a nearby y from them; it also returns the ones for the next call.
     """
     nodes = reached(values)
     local: dict[int, str] = {}
@@ -351,7 +351,7 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = (), below: S
 
 
 def pairs(nodes: Sequence[Node]) -> dict[int, tuple[Node, Node]]:
-    """For each sine and cosine, on vectors, whose counterpart of the same angle is wanted too: both of them."""
+    """For the id of each sine and cosine on vectors: (sine, cosine) of its angle, where both are needed."""
     found = {(x.operation, id(x.arguments[0])): x for x in nodes if x.operation in ("sin", "cos") and x.level > RUN}
     both = [(x, found["cos", key]) for (name, key), x in found.items() if name == "sin" and ("cos", key) in found]
     return {id(x): pair for pair in both for x in pair}

@@ -1,1 +1,1 @@
-"""Which integrators there are, by name, library and entry point."""
+"""The registry of integrators, by name, library and entry point."""

@@ -1,4 +1,4 @@
-"""What an integrator declares, checked when it is loaded: one that cannot run says so before anything runs."""
+"""Validation of what an integrator declares, when it is loaded: errors appear before anything runs."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ MOST_ORDER, MOST_HALVINGS, MOST_PER_DECADE = 1000, 60, 100
 def validate(integrator: Integrator, origin: str = "") -> None:
     """Raise ValueError with one line that names the integrator, the attribute, its value and the rule.
 
-    `origin` is how the user named it; the class's own name without it.
+    `origin`: the path that the user gave; where it is empty the message has the name of the class.
     """
     kind = type(integrator)
     who = origin or f"{kind.__module__}:{kind.__qualname__}"
     for attribute, (holds, rule) in _RULES.items():
         try:
             value = getattr(integrator, attribute)
-        except Exception as error:  # a property of the user's own
+        except Exception as error:  # a user's property may raise anything
             raise ValueError(f"{who}: {attribute} raises {type(error).__name__}: {error}; {rule}") from None
         if not holds(value):
             raise ValueError(f"{who}: {attribute} = {short(value)}; {rule}")
@@ -33,8 +33,8 @@ def validate(integrator: Integrator, origin: str = "") -> None:
     try:
         versions = integrator.versions()
     except ImportError:
-        return  # the library is missing, which is no mistake of the declaration
-    except Exception as error:  # whatever a user's own method raises
+        return  # the library is missing: not an error of the declaration
+    except Exception as error:  # a user's method may raise anything
         raise ValueError(f"{who}: versions() raises {type(error).__name__}: {error}") from None
     if not isinstance(versions, Mapping):
         raise ValueError(f"{who}: versions() returns {short(versions)}; it is a mapping of names to versions")
@@ -72,7 +72,7 @@ _RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
 
 
 def _wrong_sweep(sweep: Tolerance | Steps) -> str | None:
-    """Why no settings follow from a sweep, or None where they do."""
+    """Why a sweep gives no settings, None where it does."""
     if isinstance(sweep, Tolerance):
         if not (_positive(sweep.tightest) and _positive(sweep.loosest) and sweep.tightest < sweep.loosest):
             return "tolerances are finite, positive, and the tightest is below the loosest"

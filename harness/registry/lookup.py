@@ -1,4 +1,4 @@
-"""Integrators by id. Their modules are imported on first use."""
+"""Integrators by id, name, library or path. Their modules are imported on first use."""
 
 from __future__ import annotations
 
@@ -41,20 +41,20 @@ MODULES = (
     "gnomon.harness.adapters.heyoka",
     "gnomon.harness.adapters.pybullet",
 )
-"""Modules with a tuple `INTEGRATORS`, classes or instances. None of them imports its library before `prepare`."""
+"""Modules with a tuple `INTEGRATORS` of classes or instances. None of them imports its library before `prepare`."""
 
 GROUP = "gnomon.integrators"
 
 OPTIONAL = ("heyoka",)
-"""Libraries that gnomon is installed without."""
+"""Libraries that are not installed with gnomon."""
 
 LAST_WHEELS = {"pybullet": (3, 11)}
-"""The newest Python that a library has wheels for."""
+"""The newest Python for which a library has wheels."""
 
 
 @cache
 def own() -> dict[str, Integrator]:
-    """The integrators that come with gnomon, by id, in the order of the modules."""
+    """The integrators that come with gnomon, by id, in the sequence of MODULES."""
     found: dict[str, Integrator] = {}
     for name in MODULES:
         for item in importlib.import_module(name).INTEGRATORS:
@@ -71,9 +71,9 @@ def registered() -> dict[str, Integrator]:
     for point in entry_points(group=GROUP):
         try:
             integrator = _instance(point.load(), point.name)
-        except (Exception, SystemExit, KeyboardInterrupt) as error:  # somebody's package must not end everybody's run
-            told = f"{type(error).__name__}: {error}"
-            warnings.warn(f"integrator {point.name} ({point.value}) cannot be loaded: {told}", stacklevel=2)
+        except (Exception, SystemExit, KeyboardInterrupt) as error:  # one package that fails must not end the run
+            cause = f"{type(error).__name__}: {error}"
+            warnings.warn(f"integrator {point.name} ({point.value}) cannot be loaded: {cause}", stacklevel=2)
             continue
         found[integrator.id] = integrator
     return found
@@ -84,7 +84,7 @@ def everything() -> dict[str, Integrator]:
 
 
 def find(name: str) -> tuple[Integrator, ...]:
-    """The integrators that `name` stands for: an id, a name (all libraries and policies), a library, or
+    """The integrators that `name` selects: an id, a name (all libraries and policies), a library, or
     `package.module:Class`.
 
     Raises ValueError for an unknown name, with the nearest valid ones.
@@ -105,7 +105,7 @@ def find(name: str) -> tuple[Integrator, ...]:
 
 
 def find_all(names: Sequence[str] | None) -> tuple[Integrator, ...]:
-    """What several names stand for, each integrator once; all of them for None."""
+    """The integrators that several names select, each once; all integrators for None."""
     if not names:
         return tuple(everything().values())
     return tuple({i.id: i for name in names for i in find(name)}.values())
@@ -121,7 +121,7 @@ def from_path(path: str) -> Integrator:
         Exception,
         SystemExit,
         KeyboardInterrupt,
-    ) as error:  # whatever a user's own module does while it is imported
+    ) as error:  # a user's module may raise anything while it is imported
         raise ValueError(
             f"{path}: {type(error).__name__}: {error}; give package.module:Class of a subclass of Integrator"
         ) from None
@@ -133,7 +133,7 @@ def from_path(path: str) -> Integrator:
 
 
 def reference(integrator: Integrator) -> tuple[str, str]:
-    """(module, id): what a worker process finds the integrator by."""
+    """(module, id), from which a worker process loads the integrator."""
     return type(integrator).__module__, integrator.id
 
 
@@ -157,7 +157,7 @@ def missing(integrator: Integrator) -> str | None:
 
 
 def absent(library: str) -> str:
-    """Why a library is not here, and the command that installs it."""
+    """Why a library is missing, and the command that installs it."""
     last = LAST_WHEELS.get(library)
     if last is not None and sys.version_info[:2] > last:
         return f"{library} has wheels up to CPython {last[0]}.{last[1]} only"
@@ -173,8 +173,8 @@ def _declared(module: str) -> Iterator[Integrator]:
             try:
                 made = item()
             except TypeError:
-                continue  # a family's base, which takes arguments; its members are in INTEGRATORS
-            if not _undeclared(made):  # else a base that several integrators share
+                continue  # the base class of a family takes arguments; its members are in INTEGRATORS
+            if not _undeclared(made):  # else a base class that several integrators share
                 yield made
 
 
@@ -187,7 +187,7 @@ def _instance(item: object, origin: str) -> Integrator:
             f"{origin}: {type(made).__name__} does not declare {', '.join(undeclared)}; "
             "a base class that several integrators share is no integrator: name a subclass that declares them"
         )
-    if users_own(made):  # ours are held to it by a test
+    if users_own(made):  # a test validates those of gnomon
         declaration.validate(made, origin if ":" in origin else "")
     return made
 
@@ -198,7 +198,7 @@ def users_own(integrator: Integrator) -> bool:
 
 
 def _undeclared(integrator: Integrator) -> list[str]:
-    """What every integrator declares and this one does not."""
+    """The attributes that every integrator must declare and this one does not."""
     return [attribute for attribute in ("name", "accepts", "sweep") if not hasattr(integrator, attribute)]
 
 

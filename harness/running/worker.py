@@ -264,7 +264,7 @@ class _Series:
             if _did_nothing(scored, self.task.start, rhs_calls):
                 raise Refused(scored.solution.stopped or "returned the initial state without a step taken")
             turned = self._turned(solve) if request.turned else None
-            settings = _settings(solve)
+            options = _options(solve)
         finally:
             close = getattr(solve, "close", None)
             if close is not None:
@@ -283,7 +283,7 @@ class _Series:
             tuple(call.seconds for call in calls),
             prepare_seconds,
             float(np.median(resets)) if resets else None,
-            settings,
+            options,
             _read_output(self.task.output),
             self.null,
             turned,
@@ -422,11 +422,11 @@ def _did_nothing(call: _Call, start: Floats, rhs_calls: int | None) -> bool:
     return not rhs_calls and not call.solution.steps and bool(np.all(call.states == start))
 
 
-def _settings(solve: Solve) -> dict[str, str]:
-    """The engine options that differ from the library's default, as `solve` declares them."""
-    given = getattr(solve, "settings", {})
+def _options(solve: Solve) -> dict[str, str]:
+    """The engine's options that differ from its defaults, as `solve` declares them."""
+    given = getattr(solve, "options", {})
     if not isinstance(given, Mapping):
-        raise Unusable(f"has settings = {validation.short(given)}: they are a mapping of names to values")
+        raise Unusable(f"has options = {validation.short(given)}: they are a mapping of names to values")
     return {str(name): str(value) for name, value in given.items()}
 
 

@@ -1,1 +1,1 @@
-"""Processes, locks and memory of the machine."""
+"""Child processes, file locks, and the memory limit of workers."""

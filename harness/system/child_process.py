@@ -1,4 +1,8 @@
+<<<<<<< HEAD
 """Starts child processes and ends them with all that they started; `running/pool.py` decides when a worker is killed."""
+=======
+"""Starting child processes, and ending them and the processes that they leave behind."""
+>>>>>>> w3
 
 from __future__ import annotations
 
@@ -20,7 +24,7 @@ from gnomon.harness.system.locks import temporary_folder
 
 
 def context(method: str = "forkserver") -> Any:
-    """The multiprocessing context of workers: forks of a server that has imported what they need."""
+    """The multiprocessing context of workers: forks of a server that has already imported the modules that they need."""
     found = multiprocessing.get_context(method)
     temporary_folder()  # before multiprocessing makes one of its own, which stays after kill -9
     if method == "forkserver":
@@ -32,9 +36,9 @@ def context(method: str = "forkserver") -> Any:
 
 @contextlib.contextmanager
 def process_pool(workers: int, method: str = "forkserver") -> Iterator[ProcessPoolExecutor]:
-    """Processes for calls of functions. An exception within, Ctrl-C above all, ends them: no call is waited for.
+    """A pool of processes for calls of functions. An exception within the block, as Ctrl-C, kills them at once.
 
-    Their programs start where calls are handed in: with `spawn` do so within `interrupts_ignored`.
+    The processes start when calls are submitted: with `spawn` submit them within `interrupts_ignored`.
     """
     pool = ProcessPoolExecutor(workers, mp_context=context(method), initializer=quiet_child)
     try:
@@ -51,7 +55,7 @@ def process_pool(workers: int, method: str = "forkserver") -> Iterator[ProcessPo
 
 @contextlib.contextmanager
 def interrupts_ignored() -> Iterator[None]:
-    """Programs started within never see Ctrl-C, not even while they import: an ignored signal stays ignored."""
+    """Programs started within the block ignore Ctrl-C from their start: an ignored signal stays ignored in a child."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -64,9 +68,9 @@ def interrupts_ignored() -> Iterator[None]:
 
 @contextlib.contextmanager
 def main_hidden(hidden: bool) -> Iterator[None]:
-    """Children started within import gnomon and not the script that runs, which then needs no `__main__` guard.
+    """Children started within the block do not import the script that runs, which then needs no `__main__` guard.
 
-    Not where `hidden` is False: what a child needs may be defined in that script.
+    With `hidden` False they do: what a child needs may be defined in that script.
     """
     main = sys.modules["__main__"]
     if hidden:
@@ -78,7 +82,7 @@ def main_hidden(hidden: bool) -> Iterator[None]:
 
 
 def die_with_parent() -> None:
-    """Ask the kernel to kill this process when its parent ends, however it ends."""
+    """Kill this process when its parent ends, however that ends: by the kernel on Linux, else by a thread."""
     if sys.platform == "linux":
         _control(_SET_DEATH_SIGNAL, signal.SIGKILL)
         return
@@ -94,7 +98,7 @@ def die_with_parent() -> None:
 
 
 _SET_DEATH_SIGNAL, _SET_CHILD_SUBREAPER = 1, 36
-"""Of prctl(2)."""
+"""Options of prctl(2)."""
 
 
 def _control(option: int, value: int) -> None:
@@ -102,16 +106,16 @@ def _control(option: int, value: int) -> None:
 
 
 def adopt_orphans() -> None:
-    """Processes that a child of this one leaves behind become children of this one, even from sessions of their own."""
+    """Orphaned descendants become children of this process, even those in other sessions (Linux)."""
     if sys.platform == "linux":
         _control(_SET_CHILD_SUBREAPER, 1)
 
 
 def guarded(work: Callable[[], None]) -> NoReturn:
-    """Run `work` in a child of this process, and end as that ends, once all that it left behind is ended too.
+    """Run `work` in a child of this process; kill all processes that it leaves behind; end with its exit status.
 
-    The guard stands between the child and the server that all workers are forked from: an integrator that kills the
-    process above it ends its own trial alone. SIGTERM ends the child and all of its own.
+    This process, the guard, is the parent of the child, and the server that all workers are forked from is not: an
+    integrator that kills its parent ends only its own trial. SIGTERM kills the child and its descendants.
     """
     die_with_parent()
     adopt_orphans()
@@ -121,12 +125,12 @@ def guarded(work: Callable[[], None]) -> NoReturn:
     child = os.fork()
     if child == 0:
         die_with_parent()
-        if os.getppid() != guard:  # it ended before this process could ask to be told
+        if os.getppid() != guard:  # the guard ended before die_with_parent was called
             os._exit(1)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, stop)
         work()
         os._exit(0)
-    os.closerange(3, 2**16)  # the pipe to the parent above all: its end tells that the child is gone
+    os.closerange(3, 2**16)  # above all the pipe to the parent, which must close when the child ends
 
     def end(*_: object) -> None:
         _kill(child)
@@ -138,7 +142,7 @@ def guarded(work: Callable[[], None]) -> NoReturn:
     _, status = os.waitpid(child, 0)
     if sys.platform != "linux":
         with contextlib.suppress(OSError):
-            os.killpg(child, signal.SIGKILL)  # what stayed in its process group
+            os.killpg(child, signal.SIGKILL)  # the rest of its process group
     end_children()
     if os.WIFSIGNALED(status):
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -147,9 +151,9 @@ def guarded(work: Callable[[], None]) -> NoReturn:
 
 
 def leave_server(kept: int) -> None:
-    """Close the pipes to the server that forked this process and to its helpers, except `kept`.
+    """Close the pipes to the server that forked this process and to its resource tracker, except `kept`.
 
-    The child of a guard needs none of them, and what is written to one by mistake ends the server.
+    The child of a guard needs none of them, and the server would end on what is written to one by mistake.
     """
     server: Any = forkserver
     tracker: Any = resource_tracker
@@ -162,8 +166,8 @@ def leave_server(kept: int) -> None:
 
 
 def queued_seconds(guard: int) -> float:
-    """How long the child of a guard has been ready to run while others had the processor; 0 where the system does not
-    tell, and where the child is gone."""
+    """Seconds that the child of a guard was ready to run while other processes had the processor; 0 where the system
+    does not provide it, or where the child has ended."""
     with contextlib.suppress(OSError, ValueError, IndexError):
         child = Path(f"/proc/{guard}/task/{guard}/children").read_text().split()[0]
         return int(Path(f"/proc/{child}/schedstat").read_text().split()[1]) * 1e-9
@@ -171,7 +175,7 @@ def queued_seconds(guard: int) -> float:
 
 
 def end_children() -> None:
-    """Kill the children of this process, with `adopt_orphans` all of theirs too, and wait for their end."""
+    """Kill the children of this process (after `adopt_orphans` all descendants) and wait until they have ended."""
     while True:
         try:
             ended, _ = os.waitpid(-1, os.WNOHANG)
@@ -190,7 +194,7 @@ def _kill(process: int) -> None:
 
 
 def _children() -> list[int]:
-    """The children of this process, of any of its threads; none where the system does not tell."""
+    """The children of this process, of any of its threads; none where the system does not list them."""
     found: list[int] = []
     for path in Path("/proc/self/task").glob("*/children"):
         with contextlib.suppress(OSError):
@@ -199,6 +203,6 @@ def _children() -> list[int]:
 
 
 def quiet_child() -> None:
-    """Of a child process: it ends with its parent, and leaves Ctrl-C for that to handle."""
+    """Called in a child process: it ends with its parent and ignores Ctrl-C, which the parent handles."""
     die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,4 +1,4 @@
-"""Locks that end with their process, however it ends, and the temporary folder that such a lock keeps."""
+"""File locks that are released when their process ends, however it ends, and temporary folders held by such a lock."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from pathlib import Path
 from typing import Any
 
 PREFIX = "gnomon-run-"
-"""Of temporary folders: one of a process that ended without tidying up is removed by the next run of its user."""
+"""Prefix of temporary folders. The next run of the same user removes those that a killed process left behind."""
 
 
 class Lock:
-    """An advisory lock (flock) on a file or folder, until `release` or the end of this process."""
+    """An advisory lock (flock) on a file or folder, held until `release` or the end of this process."""
 
     descriptor = -1
 
     def __init__(self, path: Path, flags: int) -> None:
-        """Raises BlockingIOError where another holds it, OSError where the path cannot be opened or locked."""
+        """Raises BlockingIOError where another process holds it, OSError where the path cannot be opened or locked."""
         self.path = path
         _HELD.add(self)
-        while not self._still_there():  # its holder before may remove the path while this one opens it
+        while not self._still_there():  # the last holder may remove the path while this one opens it
             self.release()
             self.descriptor = os.open(path, flags | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
             try:
@@ -41,7 +41,7 @@ class Lock:
         return False
 
     def release(self) -> None:
-        """Give the lock up; a second time does nothing."""
+        """Release the lock; a second call does nothing."""
         descriptor, self.descriptor = self.descriptor, -1
         if descriptor >= 0:
             os.close(descriptor)
@@ -54,7 +54,7 @@ _HELD: weakref.WeakSet[Lock] = weakref.WeakSet()
 
 
 def _leave_to_parent() -> None:
-    """In a forked child: what it inherits would keep the locks of a parent that ended."""
+    """Called in a forked child: inherited descriptors would hold the locks after the parent has ended."""
     for lock in list(_HELD):
         lock.release()
 
@@ -63,9 +63,10 @@ os.register_at_fork(after_in_child=_leave_to_parent)
 
 
 def lock_results(path: Path) -> Lock:
-    """The lock of the one run that may write a results file, on `path`.lock beside it.
+    """The lock on `path`.lock that a run holds while it writes the results file `path`.
 
-    SQLite's own locks last a transaction, and two runs would each do all trials. Raises ValueError where a run has it.
+    SQLite's own locks end with each transaction, so two runs would each do all trials. Raises ValueError where another
+    run holds it.
     """
     side = path.with_name(f"{path.name}.lock")
     try:
@@ -76,38 +77,38 @@ def lock_results(path: Path) -> Lock:
             f"{path}: in use by another run{f' (process {holder})' if holder else ''}; wait for its end, or give"
             " another --out"
         ) from None
-    with contextlib.suppress(OSError):  # a full disk: the number is only told to others, the lock holds without
+    with contextlib.suppress(OSError):  # a full disk: the number is only for messages of others
         os.truncate(lock.descriptor, 0)
         os.write(lock.descriptor, str(os.getpid()).encode())
     return lock
 
 
 def release_results(lock: Lock) -> None:
-    """Give up what `lock_results` gave, and remove its file: the next run makes another."""
+    """Release a lock from `lock_results` and remove its file; the next run makes another."""
     if lock.descriptor >= 0:
         lock.path.unlink(missing_ok=True)
     lock.release()
 
 
 _OWN: dict[int, tuple[Path, Lock]] = {}
-"""The temporary folder of this process by its number, which a forked child does not share."""
+"""The temporary folder and its lock by process number: a forked child, which has another number, makes its own."""
 
 
 def temporary_folder() -> Path:
-    """The folder of this process for all that it leaves in the temporary folder, made and locked on the first call.
+    """The folder for all temporary files of this process, made and locked on the first call.
 
-    It is removed at the end of the process, after kill -9 by the next process that calls this.
+    It is removed at the end of the process; after kill -9 the next process that calls this removes it.
     """
     if os.getpid() not in _OWN or not _OWN[os.getpid()][0].exists():
-        _sweep()
+        _remove_abandoned()
         while True:
             path = Path(tempfile.mkdtemp(prefix=PREFIX))
-            with contextlib.suppress(OSError):  # another's sweep took it before it was locked
+            with contextlib.suppress(OSError):  # another process removed it before it was locked
                 _OWN[os.getpid()] = path, Lock(path, os.O_RDONLY | os.O_DIRECTORY)
                 break
         atexit.register(_remove, os.getpid())
         current: Any = process.current_process()
-        current._config["tempdir"] = str(path)  # the socket of multiprocessing's server too
+        current._config["tempdir"] = str(path)  # also for the socket of multiprocessing's server
     return _OWN[os.getpid()][0]
 
 
@@ -118,10 +119,10 @@ def _remove(owner: int) -> None:
         lock.release()
 
 
-def _sweep() -> None:
+def _remove_abandoned() -> None:
     """Remove the folders of ended processes of this user."""
     for path in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
-        with contextlib.suppress(OSError):  # another's, a file, a link, or in use
+        with contextlib.suppress(OSError):  # of another user, a file, a link, or in use
             if os.lstat(path).st_uid != os.getuid():
                 continue
             lock = Lock(path, os.O_RDONLY | os.O_DIRECTORY)

@@ -1,4 +1,4 @@
-"""How much memory a worker may take: its share of what the machine, or the cgroup of this process, has."""
+"""The memory limit of a worker: its share of the memory of the machine or of the cgroup of this process."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from collections.abc import Iterator
 from pathlib import Path
 
 SHARE = 0.8
-"""Of the memory, for all workers together: the rest is for the run itself and for what else is there."""
+"""Share of the memory for all workers together: the rest is for the run itself and for other processes."""
 
 
 def worker_bytes(workers: int) -> int:
-    """What each of several workers may take beyond what it starts with."""
+    """Bytes that each of several workers may allocate beyond what it starts with."""
     return int(SHARE * memory_bytes() / workers)
 
 
 def memory_bytes(cgroups: Path = Path("/sys/fs/cgroup"), own: Path = Path("/proc/self/cgroup")) -> int:
-    """The memory of the machine, or the least limit of the cgroups above this process where that is less."""
+    """Bytes of memory of the machine, or the smallest limit of the cgroups above this process where that is less."""
     machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     return min(machine, *_limits(cgroups, own), machine)
 
 
 def _limits(cgroups: Path, own: Path) -> Iterator[int]:
-    """The limits in force by version 2 (one hierarchy) and version 1 (one a controller) of cgroups.
+    """The limits, in bytes, of cgroups of version 2 (one hierarchy) and version 1 (a hierarchy for each controller).
 
-    In a container the path may be that outside it: what exists of it counts, up to the root.
+    In a container the path may be one outside it: only the folders of it that exist are read, up to the root.
     """
     lines = []
     with contextlib.suppress(OSError):
@@ -40,12 +40,12 @@ def _limits(cgroups: Path, own: Path) -> Iterator[int]:
             continue
         below = Path(path.lstrip("/"))
         for one in (below, *below.parents):
-            with contextlib.suppress(OSError, ValueError):  # not there, or "max"
+            with contextlib.suppress(OSError, ValueError):  # no such file, or "max"
                 yield int((folder / one / name).read_text())
 
 
 def address_space_bytes() -> int:
-    """The address space of this process now: libraries reserve gigabytes that they never touch. 0 where unknown."""
+    """Bytes of address space of this process now: libraries reserve gigabytes that they never use. 0 where unknown."""
     with contextlib.suppress(OSError):
         return int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     return 0

@@ -98,8 +98,8 @@ class HalfACharacter(Sound):
         raise ArithmeticError("\ud800 planted")
 
 
-class OddSettings(Sound):
-    name = "odd settings"
+class OddOptions(Sound):
+    name = "odd options"
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         sound = runge_kutta(problem, setting)
@@ -107,7 +107,7 @@ class OddSettings(Sound):
         def solve(initial_states: Any) -> Solution:
             return sound(initial_states)
 
-        solve.settings = 3  # type: ignore[attr-defined]
+        solve.options = 3  # type: ignore[attr-defined]
         return solve
 
 

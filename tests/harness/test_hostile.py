@@ -30,7 +30,7 @@ FAULTS = {
     hostile.OddEvents: ("crashed", "a pair .time, name. with a finite time"),
     hostile.OddReason: ("crashed", "stopped = 17"),
     hostile.HalfACharacter: ("crashed", r"ArithmeticError: \? planted"),
-    hostile.OddSettings: ("crashed", "settings = 3"),
+    hostile.OddOptions: ("crashed", "options = 3"),
     hostile.RaisesUnsupported: ("crashed", r"its unsupported\(\) raises LookupError: planted"),
     hostile.OddUnsupported: ("crashed", r"its unsupported\(\) returns 7"),
     hostile.KillsParent: ("interrupted", "SIGKILL"),

@@ -1,1 +1,1 @@
-"""What several families of integrators share."""
+"""Shared by several families of integrators: loops of steps, step-size control, error norm, linear systems."""

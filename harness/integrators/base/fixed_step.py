@@ -22,20 +22,20 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Table = Sequence[Sequence[Any]]
 Loop = Callable[[Floats, Floats, NDArray[np.int64]], int]
-"""(initial states, room for the states at the samples, room for why and where the first one ended early) -> steps."""
+"""(initial states, out: states at the samples, stop: reason, trajectory, sample of the first early end) -> steps."""
 
 DIGITS = 60
-"""Coefficients are known to this many digits; the binary64 table is their rounding."""
+"""Coefficients are computed to this many digits and rounded once to binary64."""
 
 MOST_STEPS = 10**10
-"""About three minutes of the cheapest method: more than that is a mistake in the setting."""
+"""About three minutes of the cheapest method: a setting that takes more is refused as a mistake."""
 
 
 class FixedStep(Integrator):
-    """A one-step method whose one knob is the step size h.
+    """A one-step method whose setting is the step size h.
 
-    A subclass declares `step` (its contract stands in `stepping`), `coefficients` and how many rows its step stores.
-    `compensated`: increments are added with Kahan's compensation.
+    A subclass declares `step` (for its contract see `stepping`), `coefficients` and the number of rows that its step
+    stores. `compensated`: increments are added with Kahan's compensation.
     """
 
     sweep = Steps()
@@ -46,10 +46,10 @@ class FixedStep(Integrator):
     @classmethod
     @abstractmethod
     def coefficients(cls, mp: Any) -> Table:
-        """The method's coefficients in the mpmath context `mp`, at the precision that it has."""
+        """The method's coefficients in the mpmath context `mp`, at its precision."""
 
     def rows(self, form: Form) -> int:
-        """How many rows of the state's length the step stores."""
+        """The number of rows, each as long as the state, that the step stores."""
         return 1
 
     def equations(self, form: Form) -> Callable[..., Any]:
@@ -60,18 +60,18 @@ class FixedStep(Integrator):
         return form.equations
 
     def widths(self, form: Form, dimension: int) -> tuple[int, int]:
-        """How many values that function takes as its state, and how many it gives."""
+        """The lengths of the state that this function takes and of the values that it returns."""
         width = dimension // 2 if isinstance(form, SecondOrder) else dimension
         return width, width
 
     def kernel(self, problem: Problem) -> Kernel:
-        """The same function compiled, counting where the problem asks for it."""
+        """The same function compiled; it counts its calls if `problem.counted`."""
         if isinstance(problem.form, SecondOrder):
             return acceleration(problem)
         return right_hand_side(problem)
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
-        """The coefficients, with what the step needs beside them: numbers of the problem, the unit round-off."""
+        """The coefficients, with what else the step needs: parameters of the case, the unit round-off."""
         return self.coefficients(mp)
 
     def table_for(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any, h: Any) -> Table:
@@ -79,7 +79,7 @@ class FixedStep(Integrator):
         return self.table(mp, form, parameters, roundoff)
 
     def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
-        """The table rounded once from high precision; where it takes milliseconds to make, a method has it `kept`."""
+        """The table rounded once from high precision; methods where that takes milliseconds keep it on disk (`kept`)."""
         with working(DIGITS) as mp:
             numbers = [mp.mpf(x) for x in parameters]
             return rounded(self.table_for(mp, form, numbers, mp.mpf(2) ** -52, mp.mpf(h)))
@@ -101,7 +101,7 @@ class FixedStep(Integrator):
         return solve
 
     def loop(self, problem: Problem, h: float, substeps: int) -> Loop:
-        """Steps of h: `substeps` of them to a sampling interval, or 0 where samples lie between steps."""
+        """The loop with steps of h: `substeps` of them in a sampling interval, 0 where samples lie between steps."""
         form = problem.form
         assert not isinstance(form, SceneForm)
         step, address = self.step_for(form), self.kernel(problem).address
@@ -121,7 +121,7 @@ class FixedStep(Integrator):
         widths: tuple[int, int],
         rows: int,
     ) -> Loop:
-        """The compiled loop around a step, the equations at an address, and what else that step needs."""
+        """The compiled loop around a step, with the equations at an address; for the rest see `stepping.advance`."""
         run, compensated = stepping.compiled(step), self.compensated
         buffer, times = problem.buffer, problem.times
 
@@ -132,7 +132,7 @@ class FixedStep(Integrator):
 
 
 def substeps_of(problem: Problem, h: float) -> int:
-    """How many steps of h make a sampling interval. Raises Refused where h is no positive fraction of it."""
+    """The number of steps of h in a sampling interval. Raises Refused where h is no positive fraction of it."""
     span = float(problem.times[-1])
     if not (math.isfinite(h) and h > 0):
         raise Refused(f"step size {h} is not a positive number")
@@ -149,13 +149,19 @@ def substeps_of(problem: Problem, h: float) -> int:
 
 
 def given(mp: Any, function: Callable[[Any], Any], parameters: Sequence[Any], count: int) -> list[Any]:
-    """The `count` numbers that a form's function of the parameters gives. Raises ValueError where it gives others."""
+    """The `count` numbers that a form's function of the parameters returns. Raises ValueError for another number of them."""
     check_values({"function": function}, "function(p)", 0, len(parameters), count)
     return [mp.mpf(x) for x in function(tuple(parameters))]
 
 
+def fraction(mp: Any, text: str) -> Any:
+    """'1/3' or '0.25' as a number of the context."""
+    numerator, _, denominator = text.partition("/")
+    return mp.mpf(numerator) / mp.mpf(denominator or 1)
+
+
 def rounded(table: Table, double: Callable[[Any], float] = nearest_double) -> Floats:
-    """Rows of mpmath numbers, or of those that `double` takes, as the nearest doubles; shorter rows end in zeros."""
+    """Rows of numbers as doubles, by `double`, the nearest ones for mpmath numbers; shorter rows are padded with zeros."""
     found = np.zeros((len(table), max(map(len, table))))
     for row, values in zip(found, table, strict=True):
         row[: len(values)] = [double(x) for x in values]
@@ -163,14 +169,14 @@ def rounded(table: Table, double: Callable[[Any], float] = nearest_double) -> Fl
 
 
 def kept(name: str, modules: Sequence[str], build: Callable[[], Floats]) -> Floats:
-    """A table that is kept on disk, under its name and the source of the modules that make it."""
+    """A table that is kept on disk, under its name and the source of the modules that compute it."""
     made_of = "".join(inspect.getsource(sys.modules[module]) for module in (__name__, *modules))
     key = f"table {name}\n{made_of}"
     return diskcache.cached(key, lambda: diskcache.Entry({"rows": build()})).arrays["rows"]
 
 
 def reason(stop: NDArray[np.int64]) -> str | None:
-    """In words why a trajectory ended early."""
+    """Why a trajectory ended early, as a sentence; None where it did not."""
     if stop[0] == 0:
         return None
     what = {

@@ -1,23 +1,22 @@
-"""Small dense linear systems, real or complex, without allocation: what compiled implicit methods solve."""
+"""Small dense linear systems, real or complex, solved without allocation, for compiled implicit methods."""
 
 from __future__ import annotations
 
 from typing import Any
 
 DIMENSION = 0
-"""Of each problem, where a method is compiled for one dimension; 0 where the systems say how large they are."""
+"""Set when a method is compiled for the dimension of one problem; 0 where the size is that of the arrays."""
 
 LEAST, MOST = 1e-150, 1e150
-"""Between these a pivot has a square: what is smaller is singular, what is larger has overflowed."""
+"""A pivot must lie between these, where its square neither underflows nor overflows; else the matrix counts as singular."""
 
 
 def factor(a: Any, pivots: Any) -> bool:
-    """LU factors of `a` in its place, rows exchanged (Golub and Van Loan, algorithm 3.4.1); False if singular.
+    """LU factors of `a` in place, with exchange of rows (Golub and Van Loan, algorithm 3.4.1); False if singular.
 
-    The diagonal holds reciprocals, made with one division of real numbers: several right sides are solved for, and each
-    next column waits for its pivot's. Where no rows are exchanged nothing is moved: the processor foresees that, and need
-    not wait for where the rows stand.
-    Written to give False, too, where a number is not finite.
+    The diagonal holds reciprocals, each by one division of real numbers: several right sides are solved for, and each next
+    column waits for its pivot. Rows are exchanged in a branch, not by an index: the processor predicts the branch and
+    does not wait for the index. Returns False, too, where a number is not finite.
     """
     n = DIMENSION or pivots.size
     for k in range(n):
@@ -32,7 +31,7 @@ def factor(a: Any, pivots: Any) -> bool:
             for j in range(n):
                 a[k, j], a[best, j] = a[best, j], a[k, j]
         pivot = a[k, k]
-        # Twice the real part less the number is its conjugate, whatever kind of number it is.
+        # Twice the real part minus the number is its conjugate, for real and complex types.
         a[k, k] = (2.0 * pivot.real - pivot) * (1.0 / (pivot.real * pivot.real + pivot.imag * pivot.imag))
         for i in range(k + 1, n):
             a[i, k] = a[i, k] * a[k, k]
@@ -42,14 +41,14 @@ def factor(a: Any, pivots: Any) -> bool:
 
 
 def magnitude(x: Any) -> Any:
-    """|Re x| + |Im x|: what LAPACK, too, chooses pivots by."""
+    """|Re x| + |Im x|, by which LAPACK, too, chooses pivots."""
     return abs(x.real) + abs(x.imag)
 
 
 def substitute(a: Any, pivots: Any, b: Any) -> None:
-    """The solution of the factored system in the place of the right side `b`."""
+    """Solve the factored system; the solution replaces the right side `b`."""
     n = DIMENSION or pivots.size
-    # All exchanges first: `factor` exchanged the multipliers of earlier columns, too.
+    # All exchanges come first, because `factor` exchanged the multipliers of earlier columns, too.
     for k in range(n):
         best = int(pivots[k])
         if best != k:

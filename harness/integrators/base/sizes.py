@@ -1,22 +1,22 @@
-"""What the error of a step is compared with: the size of each group of components.
+"""The error norm of adaptive methods: the error of each component is divided by the size of its group.
 
-The size of a group is the largest absolute value that one of its components has had at the ends of steps so far; in the
-first step it is at least what the rates at the start make of it. A group that has no size yet is left out. Where a step
-is rejected, the rates are evaluated once more at the state moved by its round-off: an error that is no more than this
-makes of a step is none that a shorter step could mend (a pendulum that stands upright has no other motion). All of this is
-the same in any units: with lengths or times scaled by a power of two the steps are the same, scaled.
+The size of a group is the largest absolute value of its components at the ends of steps so far; in the first step it is at
+least the change at the rates of the start. A group whose size is still 0 is left out. Where a step is rejected, the rates
+are evaluated once more at the state perturbed by its round-off: an error no larger than the effect of this perturbation
+over a step cannot be reduced by a shorter step (a pendulum that stands upright stays there). All of this is independent of
+units: with lengths or times scaled by a power of two the steps are the same, scaled.
 
-No size shrinks again. Compared with 1 + |y| (`absolute`) at equal error, that takes 8 % fewer right-hand sides with DOP853
-and 12 % fewer with Radau IIA 5, in the geometric mean over pendulums, Kepler's orbits of e = 0.3 to 0.999, Duffing's
-oscillator, tops and damped oscillators; 12 to 55 % fewer at e = 0.99, where the error of a slow body far out matters least.
-Dormand and Prince's 5(4) and extrapolation take as many, within 2 %: where a tolerance gives a larger error, it gives less
-work. Sizes that fall with the state to 1/4 or 1/16 of the largest, or by half in 32 steps, lose most of that gain or all of
-it, and take up to 28 % more on oscillators, whose states pass through zero. The exception is a relaxation oscillation: the
-phase of Van der Pol's oscillator (mu = 10 and 100) hangs on its slow parts, whose rates are a hundredth of the largest, and
-most adaptive methods take 7 to 35 % more than with `absolute`: use that there, in units in which slow rates are about 1.
+Sizes never decrease. At equal error that takes 8 % fewer right-hand sides than 1 + |y| (`absolute`) with DOP853 and 12 %
+fewer with Radau IIA 5, in the geometric mean over pendulums, Kepler's orbits of e = 0.3 to 0.999, Duffing's oscillator,
+tops and damped oscillators; 12 to 55 % fewer at e = 0.99, where the error of a slow body far out matters least. Dormand
+and Prince's 5(4) and extrapolation take as many, within 2 %: where a tolerance gives a larger error, it gives less work.
+Sizes that decrease with the state to 1/4 or 1/16 of the largest, or by half in 32 steps, lose most or all of that gain,
+and take up to 28 % more on oscillators, whose states pass through zero. The exception is a relaxation oscillation: the
+phase of Van der Pol's oscillator (mu = 10 and 100) depends on its slow parts, whose rates are a hundredth of the largest,
+and most adaptive methods take 7 to 35 % more than with `absolute`: use that there, in units in which slow rates are about 1.
 
-`groups` (dim,) numbers the group of each component, `sizes` (dim,) holds the size of each group, `inverse` (dim,) one
-over the size of each component's group.
+`groups` (dim,) has the index of the group of each component, `sizes` (dim,) the size of each group, `inverse` (dim,) the
+reciprocal of the size of each component's group.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 ABSOLUTE = 0
-"""Of each method, when it is compiled: 1 where the error of a component is compared with 1 + |y| in SI units."""
+"""Set when a method is compiled: 1 where the error of a component is divided by 1 + |y| in SI units instead."""
 
 SMALLEST = 2.0**-1022
-"""The smallest normal number: no size counts as less, so that one over it is finite."""
+"""The smallest normal number: smaller sizes are replaced by it, so that their reciprocals are finite."""
 
 TRIAL = 1e-6
-"""Of the span: the longest trial step."""
+"""The longest trial step, as a fraction of the span."""
 
 
 def enlarge(values: Floats, groups: Integers, sizes: Floats) -> bool:
-    """Raise the sizes of groups to the absolute values of their components; whether one was raised."""
+    """Raise the sizes of groups to the absolute values of their components; returns whether one was raised."""
     raised = False
     for i in range(values.size):
         if abs(values[i]) > sizes[groups[i]]:
@@ -50,14 +50,14 @@ def enlarge(values: Floats, groups: Integers, sizes: Floats) -> bool:
 
 
 def invert(groups: Integers, sizes: Floats, inverse: Floats) -> None:
-    """One over the size of each component's group, 0 for a group without a size."""
+    """Set `inverse` to the reciprocal of the size of each component's group, 0 for a group without a size."""
     for i in range(inverse.size):
         size = sizes[groups[i]]
         inverse[i] = 1.0 / max(size, SMALLEST) if size > 0.0 else 0.0
 
 
 def first_sizes(y: Floats, changes: Floats, groups: Integers, sizes: Floats, inverse: Floats) -> None:
-    """Sizes from the initial state `y`; the inverses take in the `changes` of a first step at the rates of the start."""
+    """Sizes from the initial state `y`; `inverse` also takes account of the `changes` of a first step at its rates."""
     sizes[:] = 0.0
     enlarge(changes, groups, sizes)
     enlarge(y, groups, sizes)
@@ -67,20 +67,23 @@ def first_sizes(y: Floats, changes: Floats, groups: Integers, sizes: Floats, inv
 
 
 def nudge(y: Floats, x: Floats) -> None:
-    """The first components of the state moved by one to three units of round-off, neighbours in opposite directions."""
+    """Set `x` to the first components of `y`, perturbed by one to three units of round-off of alternating sign."""
     for i in range(x.size):
         x[i] = y[i] + (1 + i % 3) * (-1) ** i * 2.0**-52 * abs(y[i])
 
 
 def roughen(slope: Floats, nudged: Floats, first: int, groups: Integers, rough: Floats) -> None:
-    """Raise what round-off of the state changes in the rates of each group; slopes are those from component `first` on."""
+    """Raise `rough`, the effect of round-off of the state on the rates of each group, to |nudged - slope|.
+
+    The slopes are those of the components from `first` on.
+    """
     for i in range(slope.size):
         rough[groups[first + i]] = max(rough[groups[first + i]], abs(nudged[i] - slope[i]))
 
 
 def soften(share: float, groups: Integers, rough: Floats, inverse: Floats) -> bool:
-    """No error is compared with less than what round-off makes of a step, 4 h |change of the rate|; `share` is the step
-    over the tolerance. Whether round-off is near to that for any component."""
+    """Limit `inverse` so that errors are divided by no less than the effect of round-off on a step, 4 h |change of the
+    rate|, over the tolerance. `share`: the step over the tolerance. Returns whether that is near for a component."""
     near = False
     for i in range(inverse.size):
         level = 4.0 * share * rough[groups[i]]
@@ -91,15 +94,15 @@ def soften(share: float, groups: Integers, rough: Floats, inverse: Floats) -> bo
 
 
 def one_over(i: int, y: Floats, end: Floats, inverse: Floats) -> float:
-    """One over what the error of component i is compared with, times the tolerance."""
+    """The reciprocal of the scale of the error of component i."""
     if ABSOLUTE == 1:
         return float(1.0 / (1.0 + max(abs(y[i]), abs(end[i]))))
     return float(inverse[i])
 
 
 def trial_step(y: Floats, rates: Floats, groups: Integers, most: float) -> float:
-    """A step over which rates differ measurably: a millionth of the span, and a hundredth of what changes the group
-    that changes least by its size."""
+    """A step over which rates differ measurably: a millionth of the span, at most a hundredth of the time in which the
+    slowest group changes by its own size."""
     size, rate = np.zeros(y.size), np.zeros(y.size)
     enlarge(y, groups, size)
     enlarge(rates, groups, rate)
@@ -111,9 +114,9 @@ def trial_step(y: Floats, rates: Floats, groups: Integers, most: float) -> float
 
 
 def turning_time(y: Floats, rates: Floats, later: Floats, h: float, groups: Integers, most: float) -> float:
-    """The time in which the motion leaves its tangent: the least T of any group with |y''| T^2 = |y| + |y'| T.
+    """The time in which the motion leaves its tangent: the least T of a group with |y''| T^2 = |y| + |y'| T.
 
-    From the state, its `rates` and those `later`, after a step of h along the tangent; at most `most`.
+    From the state, its `rates` and the rates `later` after a step of h along the tangent; at most `most`.
     """
     size, rate, bend = np.zeros(y.size), np.zeros(y.size), np.zeros(y.size)
     enlarge(y, groups, size)

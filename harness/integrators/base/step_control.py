@@ -1,16 +1,16 @@
 """The step-size controller of all adaptive one-step methods, its limits, and the loop that they share.
 
-A family (`embedded`, `nystrom`) writes the pieces of a step as plain functions, and each method is the loop compiled
-around them once, with the method's own counts of stages as constants:
+A family (`embedded`, `nystrom`) defines the parts of a step as plain functions. Each method is the loop compiled around
+them once, with the method's number of stages and the like as constants:
 
     first_step(f, y, p, k, x, slope, tolerance, most, groups) -> h, nan where the equations are not finite; k[0] is set
-    attempt(f, t, h, y, low, p, table, inverse, x, slope, k, change, end) -> the estimated error, relative
+    attempt(f, t, h, y, compensation, p, table, inverse, x, slope, k, change, end) -> norm of the estimated error
     arrive(f, t, end, p, x, slope, k) -> whether the slope at the end of the step, k[STAGES], is finite
-    open_step(f, t, h, y, p, table, x, slope, k)                                once in a step that holds samples
-    between(f, t, h, ahead, y, low, end, p, table, x, slope, k, spare, out)     once a sample: the state at t + ahead
+    open_step(f, t, h, y, p, table, x, slope, k)                                once in a step that contains samples
+    between(f, t, h, ahead, y, compensation, end, p, table, x, slope, k, spare, out)   the state at t + ahead, each sample
 
-`low` is what the sums so far have lost to round-off; `change` is by how much the state changes, `low` included.
-`groups` and `inverse`: see `sizes`, which says what errors are compared with.
+`compensation`: what the sums so far have lost to round-off. `change`: the change of the state, `compensation` included.
+For `groups` and `inverse` see `sizes`.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 LEAST_TOLERANCE = 1e-15
-"""About four units of round-off: no step can be held to less."""
+"""About four units of round-off: no step can err less."""
 
 MOST_STEPS = 5_000_000
-"""A few seconds: past that the tolerance is out of proportion to the span, or the equations are stiff."""
+"""A few seconds: beyond that the tolerance is too small for the span, or the equations are stiff."""
 
 NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 1, 2, 3
 REASONS = {
@@ -48,29 +48,29 @@ REASONS = {
 SHRINK_MOST, GROW_MOST = 3.0, 6.0
 
 SAFETY, BETA = 0.9, 0.04
-"""Of the PI controller and its integral part (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4)."""
+"""The PI controller and its integral part (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4)."""
 
-FORESEEING, FORESEEN_SAFETY = 8, 0.8
+PREDICTIVE_ORDER, PREDICTIVE_SAFETY = 8, 0.8
 """From this order of the error on, steps are so long that on an eccentric orbit each must be much shorter than the last:
-a controller that looks at the error alone has a quarter of them rejected. There the change of the step that the last two
-errors call for is taken to go on (Gustafsson's predictive controller, as in RADAU5: Hairer and Wanner, Solving Ordinary
-Differential Equations II, IV.8), where it shrinks the step. At equal error that saves DOP853 and Verner's 9(8) a fifth of
+with a controller that uses the last error alone a quarter of them are rejected. There the step-size change that the last
+two errors require is extrapolated, where it shrinks the step (Gustafsson's predictive controller, as in RADAU5: Hairer and
+Wanner, Solving Ordinary Differential Equations II, IV.8). At equal error that saves DOP853 and Verner's 9(8) a fifth of
 their right-hand sides on Kepler's orbits, RKN 12(10) an eighth, and the pendulum takes as many as before; methods of lower
-order have few steps rejected."""
+order have few rejected steps."""
 
 ERROR_ORDER = WIDTHS = LAST = 0
-"""Of each method, when it is compiled: the power of the step by which its estimated error falls, how many widths of a
-slope make a state, the rows of `k`."""
+"""Set when a method is compiled: the power of the step size that its estimated error follows, the length of the state
+over that of a slope, the number of rows of `k`."""
 
 
 class Adaptive(Integrator):
-    """A one-step method that holds its estimated error to the tolerance; sums are compensated.
+    """A one-step method whose step size keeps the estimated error below the tolerance; sums are compensated.
 
     The error of each component is relative to the largest size so far of its group (`Problem.groups`, see `sizes`), so
-    that results do not depend on units. With `absolute` it is relative to 1 + |y| in SI units, as in most libraries: of
-    a motion of a millimetre the same tolerance then leaves an error a thousand times as large, relative to its size. The
-    norm of the error is the root mean square over the components. A subclass gives its table of coefficients, the
-    constants that it is compiled with, and the functions of its family.
+    results do not depend on units. With `absolute` it is relative to 1 + |y| in SI units, as in most libraries: the same
+    tolerance then leaves a motion of a millimetre an error a thousand times as large, relative to its size. The norm of
+    the error is the root mean square over the components. A subclass gives its table of coefficients, the constants that
+    it is compiled with, and the functions of its family.
     """
 
     sampling = "dense output"
@@ -83,7 +83,7 @@ class Adaptive(Integrator):
     @classmethod
     @abstractmethod
     def rows(cls, mp: Any) -> Table:
-        """The table of coefficients, of the numbers of an mpmath context `mp` or of `Decimals`."""
+        """The table of coefficients, in the numbers of an mpmath context `mp` or of `Decimals`."""
 
     @classmethod
     @abstractmethod
@@ -115,7 +115,7 @@ def _table(method: type[Adaptive]) -> Floats:
 
 
 class Decimals:
-    """What a table of decimals and fractions asks of an mpmath context, in a tenth of the time."""
+    """The functions of an mpmath context that tables of decimals and fractions use, on Decimal: a tenth of the time."""
 
     mpf, zero, fsum, sqrt = Decimal, Decimal(0), sum, Decimal.sqrt
 
@@ -127,13 +127,13 @@ def tabulated(rows: Callable[[Any], Table]) -> Floats:
 
 
 def check_tolerance(setting: float, least: float = LEAST_TOLERANCE) -> None:
-    """Raises Refused for a tolerance that is no number from `least` to below 1."""
+    """Raises Refused for a tolerance that is not a number from `least` to below 1."""
     if not (math.isfinite(setting) and least <= setting < 1):
         raise Refused(f"tolerance {setting} is not between {least:g} and 1")
 
 
 def reason(stop: NDArray[np.int64], most_steps: int) -> str | None:
-    """In words why a trajectory ended early."""
+    """Why a trajectory ended early, as a sentence; None where it did not."""
     if stop[0] == 0:
         return None
     too_many = f"more than {most_steps} steps (stiff, or too small a tolerance for so long a span)"
@@ -165,7 +165,7 @@ def integrate(
     """
     dimension = initial.shape[1]
     width = dimension // WIDTHS
-    y, low, end = np.empty(dimension), np.empty(dimension), np.empty(dimension)
+    y, compensation, end = np.empty(dimension), np.empty(dimension), np.empty(dimension)
     change, spare = np.empty(dimension), np.empty(dimension)
     x, slope, k = np.empty(width), np.empty(width), np.empty((LAST, width))
     sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
@@ -173,7 +173,7 @@ def integrate(
     for n in range(initial.shape[0]):
         for i in range(dimension):  # `y[:] = initial[n]` makes numba compile an error message in seconds
             y[i] = initial[n, i]
-            low[i] = 0.0
+            compensation[i] = 0.0
         t, sample, attempts = 0.0, 0, 0
         h = first_step(f, y, p, k, x, slope, tolerance, min(times[-1], time_scale), groups)
         before, last = 1e-4, 0.0
@@ -201,7 +201,7 @@ def integrate(
                 if t > 0.0:
                     invert(groups, sizes, inverse)
                 soften(step / tolerance, groups, rough, inverse)
-            error = attempt(f, t, step, y, low, p, table, inverse, x, slope, k, change, end) / tolerance
+            error = attempt(f, t, step, y, compensation, p, table, inverse, x, slope, k, change, end) / tolerance
             if not error < np.inf:
                 h = min(h, step) / 10
                 rejected = True
@@ -220,14 +220,29 @@ def integrate(
             if times[sample] <= t + step:
                 open_step(f, t, step, y, p, table, x, slope, k)
                 while sample < times.size and times[sample] <= t + step:
-                    between(f, t, step, times[sample] - t, y, low, end, p, table, x, slope, k, spare, out[n, sample])
+                    between(
+                        f,
+                        t,
+                        step,
+                        times[sample] - t,
+                        y,
+                        compensation,
+                        end,
+                        p,
+                        table,
+                        x,
+                        slope,
+                        k,
+                        spare,
+                        out[n, sample],
+                    )
                     sample += 1
             if enlarge(end, groups, sizes) or t == 0.0:
                 invert(groups, sizes, inverse)
             taken += 1
             t += step
             for i in range(dimension):
-                low[i] = change[i] - (end[i] - y[i])
+                compensation[i] = change[i] - (end[i] - y[i])
                 y[i] = end[i]
             for i in range(width):
                 k[0, i] = k[STAGES, i]
@@ -242,19 +257,19 @@ def integrate(
 
 
 def shortened(error: float) -> float:
-    """The factor to a step whose error was more than the tolerance."""
-    if ERROR_ORDER >= FORESEEING:
-        return float(FORESEEN_SAFETY * error ** (-1 / ERROR_ORDER))
+    """The factor from a rejected step to the next attempt; `error`: that of the step over the tolerance, above 1."""
+    if ERROR_ORDER >= PREDICTIVE_ORDER:
+        return float(PREDICTIVE_SAFETY * error ** (-1 / ERROR_ORDER))
     return float(SAFETY * error ** (0.2 * BETA - 1 / ERROR_ORDER))
 
 
 def lengthened(error: float, before: float, step: float, last: float) -> float:
-    """The factor to the next step, from this one and the `last`, 0 where there is none, with both errors over the tolerance:
-    `error` and the one `before`."""
-    if ERROR_ORDER < FORESEEING:
+    """The factor from an accepted `step` to the next. `error`, `before`: the errors of this and the last step over the
+    tolerance; `last`: the size of the last step, 0 where there is none."""
+    if ERROR_ORDER < PREDICTIVE_ORDER:
         return float(SAFETY * error ** (0.2 * BETA - 1 / ERROR_ORDER) * before**BETA)
     least = max(error, 1e-4)
-    factor = FORESEEN_SAFETY * least ** (-1 / ERROR_ORDER)
+    factor = PREDICTIVE_SAFETY * least ** (-1 / ERROR_ORDER)
     if last > 0.0:
         factor *= max(0.5, min(1.0, step / last * (before / least) ** (1 / ERROR_ORDER)))
     return float(factor)
@@ -263,16 +278,16 @@ def lengthened(error: float, before: float, step: float, last: float) -> float:
 Adaptive.loop = integrate
 
 STAGES = 0
-"""Of each method: its stages up to the end of the step, whose slope is k[STAGES] and begins the next."""
+"""Set for each method: its number of stages; the slope at the end of the step is k[STAGES], and begins the next one."""
 
 
 def first_step(f: Any, y: Any, p: Any, k: Any, x: Any, slope: Any, tolerance: float, most: float, groups: Any) -> float:
-    """Of each family; stands here for the name alone, as do the four below."""
+    """Replaced by the function of the family, as are the four below; here only the name is defined."""
     raise NotImplementedError
 
 
 def attempt(
-    f: Any, t: float, h: float, y: Any, low: Any, p: Any, table: Any, inverse: Any, x: Any, slope: Any, k: Any,
+    f: Any, t: float, h: float, y: Any, compensation: Any, p: Any, table: Any, inverse: Any, x: Any, slope: Any, k: Any,
     change: Any, end: Any,
 ) -> float:  # fmt: skip
     raise NotImplementedError
@@ -287,7 +302,7 @@ def open_step(f: Any, t: float, h: float, y: Any, p: Any, table: Any, x: Any, sl
 
 
 def between(
-    f: Any, t: float, h: float, ahead: float, y: Any, low: Any, end: Any, p: Any, table: Any, x: Any, slope: Any,
+    f: Any, t: float, h: float, ahead: float, y: Any, compensation: Any, end: Any, p: Any, table: Any, x: Any, slope: Any,
     k: Any, spare: Any, out: Any,
 ) -> None:  # fmt: skip
     raise NotImplementedError

@@ -1,14 +1,14 @@
-"""The stepping that every fixed-step method shares, and the compilation of a method's step into it.
+"""The loop of steps that every fixed-step method shares, and the compilation of a method's step into it.
 
-A step is one plain function, written once and run in two arithmetics: compiled in binary64, and as it stands in mpmath
-for orders that binary64 cannot show. Its contract:
+A step is one plain function, written once and run in two arithmetics: compiled in binary64, and uncompiled in mpmath for
+orders that binary64 cannot show. Its contract:
 
     step(f, t, h, y, p, table, x, slope, store, increment) -> bool
 
-writes into `increment` (dim,) by how much the state `y` (dim,) at t changes over h. `call(f, t, x, p, slope)`
-evaluates the equations at the scratch vector `x` into the scratch vector `slope`. `table`: the method's coefficients,
-2-D. `store` (rows, dim): kept, as x and slope are, from one step to the next, and zero before the first. False means
-that the step could not be made.
+writes into `increment` (dim,) the change of the state `y` (dim,) from t to t + h. `call(f, t, x, p, slope)` evaluates the
+equations at the scratch vector `x` into the scratch vector `slope`. `table`: the method's coefficients, 2-D. `store`
+(rows, dim): kept, as x and slope are, from one step to the next, and zero before the first. It returns False where the
+step failed.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ NOT_SOLVED = 2
 
 
 def blank(problem: Problem, initial: Floats) -> Floats:
-    """Room for the states of a Solution, nan so far. Raises ValueError for initial states that are not (n, dimension)."""
+    """The array of states of a Solution, filled with nan. Raises ValueError for initial states not (n, dimension)."""
     if initial.ndim != 2 or initial.shape[1] != problem.dimension:
         raise ValueError(f"initial states of shape {initial.shape}; they must be (n, {problem.dimension})")
     out = np.empty((len(initial), len(problem.times), problem.dimension))
-    out.fill(np.nan)  # half of the time of np.full, which is a hundredth of a short solve
+    out.fill(np.nan)  # half the time of np.full, which takes a hundredth of a short solve
     return out
 
 
@@ -46,12 +46,12 @@ def call(f: Any, t: Any, x: Any, p: Any, slope: Any) -> None:
 
 
 def product(a: Any, b: Any) -> tuple[Any, Any]:
-    """a * b, rounded, and what rounding has taken from it. Compiled steps get PRODUCT in its place, which is exact."""
+    """a * b, rounded, and its rounding residual (0 here). Compiled steps get PRODUCT in its place, which is exact."""
     return a * b, a * 0
 
 
 def sum_of(a: Any, b: Any) -> tuple[Any, Any]:
-    """a + b, rounded, and what rounding has taken from it (Knuth, The Art of Computer Programming 2, 4.2.2)."""
+    """a + b, rounded, and its rounding residual (Knuth, The Art of Computer Programming 2, 4.2.2)."""
     found = a + b
     part = found - a
     return found, (a - (found - part)) + (b - part)
@@ -60,7 +60,7 @@ def sum_of(a: Any, b: Any) -> tuple[Any, Any]:
 PRODUCT = '''
 @intrinsic
 def product(typing, a, b):
-    """a * b, rounded and never contracted with what it is added to, and by a fused operation what rounding has taken."""
+    """a * b, rounded and never contracted with a sum, and its rounding residual by a fused operation."""
 
     def generate(context, builder, signature, arguments):
         rounded = builder.fmul(*arguments)
@@ -107,18 +107,18 @@ def advance(
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps taken.
 
     With substeps > 0 the times are multiples of substeps * h. With substeps = 0 they are not: the grid is uniform, and
-    each sample is one shorter step from the last grid point before it, which is not fed back. A trajectory whose state
-    is no longer finite, or whose step fails, ends there: `stop` gets the reason, the trajectory and the sample.
+    each sample is one shorter step from the last grid point before it, from which nothing is continued. A trajectory
+    whose state is not finite, or whose step fails, ends there: `stop` gets the reason, the trajectory and the sample.
     """
     dimension = initial.shape[1]
-    y, low, increment = np.empty(dimension), np.empty(dimension), np.empty(dimension)
+    y, compensation, increment = np.empty(dimension), np.empty(dimension), np.empty(dimension)
     x, slope, store = np.empty(widths[0]), np.empty(widths[1]), np.empty((rows, dimension))
     x_aside, slope_aside, store_aside = np.empty(widths[0]), np.empty(widths[1]), np.empty((rows, dimension))
     taken = 0
     for n in range(initial.shape[0]):
         for i in range(dimension):  # `y[:] = initial[n]` makes numba compile an error message in seconds
             y[i] = initial[n, i]
-            low[i] = 0.0
+            compensation[i] = 0.0
         for i in range(rows):
             for j in range(dimension):
                 store[i, j] = 0.0
@@ -133,10 +133,10 @@ def advance(
                 grid += 1
                 if compensated:
                     for i in range(dimension):
-                        change = increment[i] + low[i]
-                        moved = y[i] + change
-                        low[i] = change - (moved - y[i])
-                        y[i] = moved
+                        change = increment[i] + compensation[i]
+                        updated = y[i] + change
+                        compensation[i] = change - (updated - y[i])
+                        y[i] = updated
                 else:
                     for i in range(dimension):
                         y[i] += increment[i]
@@ -150,7 +150,7 @@ def advance(
                     f, grid * h, times[k] - grid * h, y, p, table, x_aside, slope_aside, store_aside, increment
                 )
                 for i in range(dimension):
-                    out[n, k, i] += increment[i] + low[i]
+                    out[n, k, i] += increment[i] + compensation[i]
             finite = True
             for i in range(dimension):
                 finite = finite and abs(out[n, k, i]) < np.inf
@@ -167,12 +167,12 @@ def advance(
 
 
 def step(*_: Any) -> bool:
-    """The method's step, inlined into the loop; stands here for the name alone."""
+    """Replaced by the method's step, inlined into the loop; here only the name is defined."""
     raise NotImplementedError
 
 
 def aside(*_: Any) -> bool:
-    """The method's step once more, out of line, for samples between grid points."""
+    """Replaced by the method's step, not inlined, for samples between grid points."""
     raise NotImplementedError
 
 
@@ -184,7 +184,7 @@ ADVANCE_SIGNATURE = (
 
 @cache
 def compiled(method: Step) -> Callable[..., int]:
-    """`advance` compiled around a method's step, cached on disk under a hash of all its sources."""
+    """`advance` compiled around a method's step, kept on disk under a hash of all its sources."""
     parts = sources(method)
     plain, name = parts[-1], method.__name__
     parts.append(f"aside = {name}")
@@ -202,10 +202,10 @@ def compiled_whole(
     constants: tuple[tuple[str, int], ...] = (),
     pieces: tuple[Callable[..., Any], ...] = (),
 ) -> Callable[..., int]:
-    """A function that does its own stepping, compiled with `call` as above.
+    """A function with a loop of steps of its own, compiled with `call` as above.
 
-    `pieces` take the places of the functions of the same names that it calls, `constants` of the numbers of the same
-    names that it and they read.
+    `pieces` replace the functions of the same names that it calls, `constants` the numbers of the same names that it and
+    they read.
     """
     bound = FunctionType(method.__code__, {**method.__globals__, **{piece.__name__: piece for piece in pieces}})
     values = dict(constants)
@@ -224,7 +224,7 @@ def compiled_whole(
 
 
 def sources(method: Callable[..., Any]) -> list[str]:
-    """Source text that defines `call`, `product` and all that a method uses, the method itself last."""
+    """Source texts that define `call`, `product` and all that a method uses, the method itself last."""
     parts = ["import numpy as np", "from llvmlite import ir", "from numba import njit, types"]
     parts += ["from numba.extending import intrinsic", CALL, PRODUCT]
     gather_into(method, {"call": call, "product": product, "np": np}, parts)

@@ -1,4 +1,4 @@
-"""Where within a step of an explicit Runge-Kutta method a guard crosses zero: root finding on the step's length."""
+"""Event location: the length of an explicit Runge-Kutta step at which a guard crosses zero, by root finding."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ Floats = NDArray[np.float64]
 
 MOST_TRIALS = 30
 DEEP = 0.5
-"""For a guard that falls and rises again within a step: trials of its minimum, and how deep a dip is looked at."""
+"""For a guard that falls and rises again within a step: the most evaluations of its minimum; it is evaluated only where
+interpolation predicts a minimum below DEEP of the values at the ends."""
 
 ERROR_5, ERROR_3 = 16, 17
 """Rows of the table of DOP853 with the weights of its error estimates."""
 
 
 def part(parts: int, k: int, t: float, y: Floats, p: Floats, out: Floats) -> None:
-    """Evaluate function k of a hybrid form (see `compiled_parts`), whose compiled address is `parts`, into `out`."""
+    """Evaluate function k of a hybrid form into `out`; `parts`: the address of its functions (see `compiled_parts`)."""
     out[0] = k
     call(parts, t, y, p, out)
 
@@ -56,14 +57,14 @@ def guard_after(
     parts: int, guard: int, mode: int, t: float, h: float, y: Floats, p: Floats, table: Floats, stages: int,
     x: Floats, k: Floats, out: Floats,
 ) -> float:  # fmt: skip
-    """A guard's value at the end of a step, whose state is left in `out`."""
+    """A guard's value at the end of a step; the state there goes to `out`."""
     one_step(parts, mode, t, h, y, p, table, stages, x, k, out)
     part(parts, guard, t + h, out, p, x)
     return float(x[0])
 
 
 def step_error(h: float, table: Floats, stages: int, k: Floats, inverse: Floats) -> float:
-    """The estimated error of a step, relative as `sizes` has it (Hairer, Norsett, Wanner II.10.17)."""
+    """The norm of the estimated error of a step, relative to `sizes` (Hairer, Norsett, Wanner II.10.17)."""
     fifth, third = 0.0, 0.0
     for i in range(inverse.size):
         a, b = 0.0, 0.0
@@ -153,10 +154,10 @@ def dip(
     there: Floats,
     slope: Floats,
 ) -> float:
-    """A step length in (0, h) at which a guard that is positive at both ends is not; 0 where there is none.
+    """A step length in (0, h) at which a guard that is positive at both ends is not positive; 0 where there is none.
 
     A guard that falls at the start of a step and rises at its end has a minimum in between, which cubic interpolation
-    brackets. Only where the cubic falls below DEEP of its ends is the motion asked.
+    brackets. Steps are evaluated only where the cubic falls below DEEP of its values at the ends.
     """
     low, low_value, low_slope = 0.0, before, guard_slope(parts, guard, t, h, y, before, k[0], p, x, there)
     if not low_slope < 0.0:

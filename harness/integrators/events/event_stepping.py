@@ -1,8 +1,8 @@
-"""The stepping of hybrid problems: explicit Runge-Kutta steps that end where a guard crosses zero.
+"""The loop of steps for hybrid problems: explicit Runge-Kutta steps that end where a guard crosses zero.
 
-An event is located by root finding on the length of the method's own step, so that the method keeps its order and needs
-no dense output. The stepping is compiled once, for all cases; the modes and transitions of a case are one compiled
-function, which it calls by address. It returns to Python only where a transition's target is a Python function.
+An event is located by root finding on the length of the method's own step, so the method keeps its order and needs no
+dense output. The loop is compiled once, for all cases; the modes and transitions of a case are one compiled function,
+called by address. The loop returns to Python only where a transition's target is a Python function.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 DONE, ASK, FULL, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, ACCUMULATED = 0, 1, 2, 3, 4, 5, 6
-"""Why `run` returns: finished; the target of where[FIRED] to be asked for; no room for more events; failures."""
+"""Why `run` returns: finished; Python must give the target of where[FIRED]; the arrays of events are full; failures."""
 
 MODE, SAMPLE, SUBSTEP, STEPS, COUNT, FIRED, FRESH, REFUSED, RAPID, FIELDS = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
-"""Fields of `where`. FRESH: 1 right after an event, 2 at the very start, else 0. REFUSED: steps made again, shorter.
-RAPID: events in a row of a transition that fired within `settle` before, and has no limit mode."""
+"""Fields of `where`. FRESH: 1 right after an event, 2 at the start of the motion, else 0. REFUSED: the number of rejected
+steps. RAPID: the number of consecutive events of transitions that had fired within `settle` before, without limit mode."""
 
 MOST_RAPID = 1000
-"""More of those in a row are a Zeno sequence, whatever the form says."""
+"""More consecutive ones count as a Zeno sequence."""
 
 MOST_STEPS = 5_000_000
-"""Of methods with error control: past that the tolerance is out of proportion to the span, or the equations are stiff."""
+"""For methods with error control: beyond it the tolerance is too small for the span, or the equations are stiff."""
 
 
 def run(
@@ -61,13 +61,13 @@ def run(
     groups: Integers,
     sizes: Floats,
 ) -> int:
-    """Integrate one trajectory from where `y`, `clock`, `where` and `since` say; returns one of the codes above.
+    """Integrate one trajectory from the point given by `y`, `clock`, `where`, `since`; returns one of the codes above.
 
     `parts`: address of the compiled functions of the form, the first `modes` of which are its right-hand sides.
-    `clock`: the time within the sampling interval as a sum of two doubles, and the step that the control suggests.
-    `since`: time since each transition last fired. `source`, `target`, `limit`: the modes from, to and past each
-    transition, -1 where Python is to be asked or where there is none. `tolerance` 0: fixed steps, as near to h as
-    divides the sampling interval; else steps are controlled, and end at the samples. `groups` and `sizes`: see there.
+    `clock`: the time within the sampling interval as a sum of two doubles, and the step size of the controller. `since`:
+    the time since each transition last fired. `source`, `target`, `limit`: the mode before each transition, after it, and
+    its limit mode, -1 where Python must give it or where there is none. `tolerance` 0: fixed steps, the nearest to h that
+    divide the sampling interval; else the step size is controlled, and steps end at the samples. `groups`: see `sizes`.
     """
     x, end, k = np.empty(y.size), np.empty(y.size), np.empty((stages, y.size))
     there, slope, inverse = np.empty(y.size), np.empty(y.size), np.empty(y.size)
@@ -103,9 +103,9 @@ def run(
                 if np.isnan(value):
                     return NOT_FINITE
                 if where[FRESH] == 1 and (value == 0.0 or (g == where[FIRED] and value < 0.0)):
-                    value = 0.0  # on the guard, or off it by the round-off of the event just located
+                    value = 0.0  # on the guard, up to the round-off of the event just located
                 elif where[FRESH] == 2 and value == 0.0:
-                    # At the very start a guard that is zero counts only where it first moves away.
+                    # At the start of the motion a guard that is zero counts only where it first increases.
                     one_step(parts, mode, t, length * 2.0**-20, y, p, table, stages, x, k, end)
                     part(parts, guards + g, t, end, p, x)
                     value = 0.0 if x[0] > 0.0 else -1.0
@@ -159,9 +159,9 @@ def run(
         where[STEPS] += 1
         where[FRESH] = 0
         if fired >= 0 or not reaches:
-            moved = clock[0] + first
-            clock[1] += first - (moved - clock[0]) if clock[0] > first else clock[0] - (moved - first)
-            clock[0] = moved
+            updated = clock[0] + first
+            clock[1] += first - (updated - clock[0]) if clock[0] > first else clock[0] - (updated - first)
+            clock[0] = updated
         else:
             clock[0] = goal
             clock[1] = 0.0
@@ -207,9 +207,9 @@ def compiled() -> Callable[..., int]:
 
 
 def compiled_parts(form: Hybrid, dimension: int, parameters: int) -> int:
-    """Address of the functions of a form, compiled as one: out[0] says which, and out[:] takes its values.
+    """Address of the functions of a form, compiled as one: out[0] selects the function, and out[:] gets its values.
 
-    In this order: the right-hand side of each mode, which also raises p[parameters] by 1; the guard of each transition,
+    In this sequence: the right-hand side of each mode, which also adds 1 to p[parameters]; the guard of each transition,
     signed so that it is positive before the event; its reset; its map into the limit mode, where it has one.
     """
     plain = tuple(replace(transition, target="") for transition in form.transitions)  # a target is not compiled

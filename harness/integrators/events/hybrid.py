@@ -1,4 +1,4 @@
-"""Methods for hybrid problems: impact, stick and slip are located to round-off, not stepped over."""
+"""Methods for hybrid problems: impact, stick and slip are events, located to round-off."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 MOST_EVENTS = 1_000_000
-"""A few seconds: past that the span is out of proportion to the time between events."""
+"""A few seconds: beyond it the span is too long for the time between events."""
 
 REASONS = {
     NOT_FINITE: "the state or a guard was not finite",
@@ -49,10 +49,10 @@ REASONS = {
 class EventRungeKutta(Integrator):
     """An explicit Runge-Kutta method whose step ends where a guard crosses zero.
 
-    The event is located by root finding on the step length, and the step from there goes to the next grid point. A guard
-    that falls at the start of a step and rises at its end is looked at in between, so that no grazing is stepped over;
-    that costs a right-hand side in steps that approach. When a transition fires twice within `settle`, the motion
-    enters its limit mode. Samples are ends of steps.
+    The event is located by root finding on the step length, and the next step ends at the next grid point. A guard that
+    falls at the start of a step and rises at its end is evaluated in between, so that grazing is detected; that costs a
+    right-hand side in steps where the guard falls. When a transition fires twice within `settle`, the motion enters its
+    limit mode. Samples are ends of steps.
     """
 
     accepts = (Hybrid,)
@@ -61,7 +61,7 @@ class EventRungeKutta(Integrator):
     stages: ClassVar[int]
 
     def table(self, mp: Any) -> Table:
-        """Coefficients as `event_stepping.one_step` takes them, of the numbers of `adaptive.Decimals`."""
+        """Coefficients for `event_location.one_step`, in the numbers of `step_control.Decimals`."""
         raise NotImplementedError
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
@@ -113,7 +113,7 @@ class EventRungeKutta(Integrator):
 
 
 class Modes:
-    """The modes of a hybrid form as numbers: from which, to which and past which each transition leads."""
+    """The modes of a hybrid form as numbers; for each transition the mode before it, after it, and its limit mode."""
 
     def __init__(self, form: Hybrid) -> None:
         self.number = {mode.name: i for i, mode in enumerate(form.modes)}
@@ -134,7 +134,7 @@ class Modes:
 
 
 def event_names(form: Hybrid) -> list[str]:
-    """Names by kind: those of the transitions, then `limit` for each."""
+    """The names of events by kind: those of the transitions, then `limit` for each."""
     return [g.name for g in form.transitions] + ["limit"] * len(form.transitions)
 
 

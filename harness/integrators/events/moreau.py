@@ -1,4 +1,4 @@
-"""Moreau's time stepping: contact and friction as laws for measures, without locating an event."""
+"""Moreau's time stepping: contact and friction as laws for velocities over a step, without locating events."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from gnomon.harness.kernels.equations import Kernel, call_kernel, check_values
 def impact_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Half a drift; there, if the gap is closed, the impact law for the velocities before and after; half a drift.
+    """Half a drift; the impact law for the velocities before and after, if the gap is closed there; half a drift.
 
-    `call` gives the free derivatives of the state, the gap, the normal and the coefficient of restitution.
+    `call` computes the free derivatives of the state, the gap, the normal and the coefficient of restitution.
     """
     half = y.size // 2
     for i in range(half):
@@ -42,9 +42,9 @@ def impact_step(
 def friction_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Half a drift; friction stops the motion where it can within the step, else it brakes it; half a drift.
+    """Half a drift; friction stops the motion if it can within the step, else it slows it down; half a drift.
 
-    `call` gives the derivatives of the state without friction and its bounds while it slides and while it holds.
+    `call` computes the derivatives of the state without friction, and the bounds of friction in sliding and in sticking.
     """
     x[0] = y[0] + h / 2 * y[1]
     x[1] = y[1]
@@ -64,7 +64,7 @@ class Moreau(FixedStep):
     """Moreau's midpoint scheme with Newton's impact law or Coulomb's of friction. Order 1.
 
     Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988; Jean, Comput. Methods Appl. Mech. Eng.
-    177, 1999. Any number of impacts fits into a step; times of events are not found. Holding bears the static bound.
+    177, 1999. A step may contain any number of impacts; times of events are not located. Sticking has the static bound.
     """
 
     name, order = "Moreau", 1
@@ -91,10 +91,10 @@ class Moreau(FixedStep):
         assert isinstance(form, Friction)
         sliding, bounds = form.sliding, form.bounds
 
-        def rubbing(t: Any, y: Values, p: Values) -> Values:
+        def friction(t: Any, y: Values, p: Values) -> Values:
             return *sliding(t, y, (*p, 0)), *bounds(t, y, p)
 
-        return rubbing
+        return friction
 
     def widths(self, form: Form, dimension: int) -> tuple[int, int]:
         return dimension, dimension + (dimension // 2 + 2 if isinstance(form, Impact) else 2)

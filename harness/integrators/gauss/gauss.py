@@ -21,7 +21,7 @@ from gnomon.reference.storage import cachefolder
 from numpy.typing import NDArray
 
 SHORT = 42
-"""Significant bits of the leading part of a coefficient: what is left is up to 2^10 times what 53 bits would leave."""
+"""Significant bits of the leading part of a coefficient; its rest is up to 2^10 times that of 53 bits."""
 
 
 class Gauss(FixedStep):
@@ -31,10 +31,10 @@ class Gauss(FixedStep):
     Wanner VIII.6. Second-order equations are solved in Nyström form. Sums are compensated (Hairer, McLachlan,
     Razakarivony, BIT 48, 2008).
 
-    A trajectory with a step where that iteration does not converge is stiff, or its steps are long: it is done again
-    from its start by Newton's iteration with the exact Jacobian (differentiated from the equations, IV.8 of Hairer and
-    Wanner, Solving Ordinary Differential Equations II, 1996). Both solve the same equations to round-off. Evaluations of
-    the Jacobian are not counted as right-hand sides.
+    A trajectory with a step where that iteration does not converge is stiff, or its steps are long: it is integrated
+    again from its start by Newton's iteration with the exact Jacobian (differentiated from the equations, IV.8 of Hairer
+    and Wanner, Solving Ordinary Differential Equations II, 1996). Both solve the same equations to round-off. Evaluations
+    of the Jacobian are not counted as right-hand sides.
     """
 
     accepts = (FirstOrder, SecondOrder)
@@ -52,13 +52,14 @@ class Gauss(FixedStep):
         second = isinstance(form, SecondOrder)
         rows, weights, nystrom = stage_rows(mp, self.stages, second, mp.prec)
         if second:
-            return [*rows, *what_is_taken(mp, rows[: self.stages], [[roundoff, *weights], nystrom], second, roundoff)]
+            last = [[roundoff, *weights], nystrom]
+            return [*rows, *with_rounding_residuals(mp, rows[: self.stages], last, second, roundoff)]
         split = [halves(mp, row[1:], roundoff) for row in rows[: self.stages]]
         stages = [[row[0], *high] for row, (high, _) in zip(rows, split, strict=False)]
         b, fine = halves(mp, weights, roundoff)
         zero = mp.mpf(0)
-        last = [[zero, *low] for _, low in split]
-        return [*stages, *rows[self.stages :], [roundoff, *b], [zero, *fine], *last]
+        rests = [[zero, *rest] for _, rest in split]
+        return [*stages, *rows[self.stages :], [roundoff, *b], [zero, *fine], *rests]
 
     def loop(self, problem: Problem, h: float, substeps: int) -> Loop:
         fixed_point = super().loop(problem, h, substeps)
@@ -109,7 +110,10 @@ class Gauss(FixedStep):
 
 
 def compiled_once(what: str, make: Callable[[], Any]) -> None:
-    """What `make` compiles for a method and equations is to lie on disk before anything is timed; then nothing is loaded."""
+    """Call `make`, which compiles for a method and its equations, unless it was called with the same sources before.
+
+    So the compiled code is on disk before anything is timed, and is not loaded where it is not used.
+    """
     name = f"{module_name(what + newton_source())}.newton"
     if cachefolder.load(cache_folder(), name) is None:
         make()
@@ -118,7 +122,7 @@ def compiled_once(what: str, make: Callable[[], Any]) -> None:
 
 @cache
 def newton_source() -> str:
-    """What the compiled code and the tables of Newton's iteration depend on, beside the equations."""
+    """The key of the compiled code and the tables of Newton's iteration, apart from the equations: machine and sources."""
     from gnomon.harness.kernels import machine_code  # loads numba
 
     modules = (
@@ -135,7 +139,7 @@ def newton_source() -> str:
 
 @cached_by_content
 def derivatives(equations: Callable[..., Any], width: int, parameters: int) -> int | None:
-    """The address of what gives a function and its derivatives; None where it cannot be differentiated."""
+    """The address of a C function that computes the equations and their Jacobian; None where they cannot be traced."""
     try:
         return graph.compiled(graph.counting_text(FirstOrder(equations), width, parameters))
     except ValueError:
@@ -152,27 +156,27 @@ def newton_table(stages: int, second_order: bool) -> Floats:
 
 
 def newton_rows(mp: Any, stages: int, second_order: bool, roundoff: Any) -> Table:
-    """The table of `newton_step`. For y' = f the change is b^T A^-1 z; for q'' = f that of q is so too, and that of v
+    """The table of `newton_step`. For y' = f the change is b^T A^-1 z; for q'' = f the change of q is the same, that of v
     is b^T A^-2 (z - c h v) / h, where b^T A^-1 1 is 2 for odd numbers of stages and 0 for even ones."""
     rows, b, _ = stage_rows(mp, stages, second_order, mp.prec)
     c = nodes(mp, stages)
     inverse = mp.matrix([integrals(mp, c, node) for node in c]) ** -1
     change = mp.matrix([b]) * inverse
     last = [[roundoff, *change], [mp.mpf(-2 * (stages % 2)), *(change * inverse)]]
-    return [*rows[:stages], *what_is_taken(mp, rows[:stages], last, second_order, roundoff)]
+    return [*rows[:stages], *with_rounding_residuals(mp, rows[:stages], last, second_order, roundoff)]
 
 
-def what_is_taken(mp: Any, rows: Table, last: Table, second_order: bool, roundoff: Any) -> Table:
-    """The `last` rows of a table, each with what rounding takes from it; then what it takes from each stage's row: from
-    the sum of its coefficients, or, for second-order equations, from its node."""
+def with_rounding_residuals(mp: Any, rows: Table, last: Table, second_order: bool, roundoff: Any) -> Table:
+    """The `last` rows of a table, each followed by its rounding residual; then one row with the residual of each of
+    `rows`: of the sum of its coefficients, for second-order equations of its node."""
     halved = [half for row in last for half in halves(mp, row, roundoff)]
     return [*halved, [mp.fsum(rounding_residuals(mp, row[:1] if second_order else row[1:], roundoff)) for row in rows]]
 
 
 def halves(mp: Any, row: Sequence[Any], roundoff: Any) -> tuple[list[Any], list[Any]]:
-    """A row of numbers to SHORT bits, and the rest: nothing where the step runs in the context's digits.
+    """A row of numbers to SHORT bits, and the rests, which are 0 where the step runs in the context's digits.
 
-    Sums begin with the rest. Next to a number of all 53 bits it would be a fraction of the last one, which a product by a
+    Sums begin with the rests. The rest of a number to 53 bits would be a fraction of its last bit, which a product by a
     simple number, such as 1/4 or 5/18, rounds the same way in every step: it would be lost, and the energy drift as t.
     """
     if roundoff <= mp.eps:
@@ -183,14 +187,14 @@ def halves(mp: Any, row: Sequence[Any], roundoff: Any) -> tuple[list[Any], list[
 
 
 def rounding_residuals(mp: Any, row: Sequence[Any], roundoff: Any) -> list[Any]:
-    """What rounding to binary64 takes from numbers: nothing where the step runs in the context's digits."""
+    """Numbers minus their rounding to binary64; 0 where the step runs in the context's digits."""
     return [mp.mpf(0) if roundoff <= mp.eps else value - mp.mpf(nearest_double(value)) for value in row]
 
 
 @cache
 def stage_rows(mp: Any, stages: int, second_order: bool, precision: int) -> tuple[Table, list[Any], list[Any]]:
-    """Rows c_j, a_j1 ... and rows 0, values of the last step's polynomial at this step's nodes; weights; and 0, weights
-    of positions. For second-order equations the matrix is squared."""
+    """Rows (c_j, a_j1 ...) and rows (0, values of the last step's polynomial at this step's nodes); the weights b; the row
+    (0, weights of positions). For second-order equations the matrix is squared."""
     c = nodes(mp, stages)
     a, b = [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
     s = range(stages)

@@ -24,19 +24,19 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 LEAST_TOLERANCE, LOOSEST = 1e-16, 1e-4
-"""Looser tolerances count as the second. In longer steps the polynomial of the stages says nothing of the error, and
-rounds cost what length gains: at 1e-2 Kepler's orbit in Sundman time took as many steps as at 1e-4, some of them wrong."""
+"""Tolerances above LOOSEST are replaced by it. In longer steps the stage polynomial does not estimate the error, and more
+rounds cost what fewer steps save: at 1e-2 Kepler's orbit in Sundman time took as many steps as at 1e-4, some of them wrong."""
 
 FINEST_SHARE = 1e-14
-"""Of the largest component: where the finest absolute tolerance of Radau IIA 5 is above it, that is no help."""
+"""Share of the largest component: where the finest absolute tolerance of Radau IIA 5 is above it, Radau is not used."""
 
 ENSEMBLE, CHUNK = 16, 256
-"""From so many trajectories on eight go through one vector, and so many of them are one task of a thread."""
+"""From ENSEMBLE trajectories on, each vector holds eight of them, and CHUNK of them are one task of a thread."""
 
 USUAL_WIDTH, MOST_WIDTH = 2.1, 1.6
-"""Of `bandwidth`, at a tolerance of 1e-6 and at most: the rounds of ten motions were counted, and the pendulum timed. At
-loose tolerances 5 to 15 % fewer are taken than from the polynomial carried on, from 1e-9 on as many; Kepler's orbit in
-Sundman time takes up to 7 % more."""
+"""`bandwidth` at a tolerance of 1e-6, and its limit: the rounds of ten motions were counted, and the pendulum timed. At
+loose tolerances these are 5 to 15 % fewer than with the stage polynomial continued, from 1e-9 on as many; Kepler's orbit
+in Sundman time takes up to 7 % more."""
 
 REASONS = {
     gauss_fast_text.NOT_FINITE: "the equations gave a value that is not finite",
@@ -52,18 +52,18 @@ class GaussFast(Integrator):
     """Gauss-Legendre collocation with 8 stages in SIMD lanes, adaptive. Order 16.
 
     Kuntzmann 1961; Butcher, Mathematics of Computation 18, 1964. Stages by fixed-point iteration from the last step's
-    polynomial (Hairer, Lubich, Wanner, Geometric Numerical Integration, VIII.6), sped up by the equations' derivatives
-    where these are few and the equations dear, many components in groups (Gauss-Seidel). The step size follows the
-    decay of the stage polynomial, and stays equal or follows the frequency of the motion as long as it can. Sums are
-    compensated. Samples are steps of their own within a step, of the same order.
+    polynomial (Hairer, Lubich, Wanner, Geometric Numerical Integration, VIII.6), accelerated by the equations'
+    derivatives where these are few and the equations expensive, many components in groups (Gauss-Seidel). The error is
+    estimated from the decay of the stage polynomial; steps stay equal, or follow the frequency of the motion, as long as
+    it allows. Sums are compensated. Samples are separate steps within a step, of the same order.
 
-    A trajectory whose steps are limited by convergence, while it moves slowly, is stiff: Radau IIA 5 does it instead, to
+    A trajectory whose steps are limited by convergence, while it moves slowly, is stiff: Radau IIA 5 integrates it, to
     the same tolerance.
 
-    Tolerances above 1e-4 count as 1e-4. At 1e-16 only round-off is left, and the error of energy grows as t^(1/2)
+    Tolerances above 1e-4 are replaced by 1e-4. At 1e-16 only round-off is left, and the error of energy grows as t^(1/2)
     (Brouwer's law).
 
-    Of ensembles eight trajectories go through one vector with common steps, on all cores: as good as each alone.
+    Ensembles: each vector holds eight trajectories with common steps, on all cores, as accurate as one by one.
     """
 
     name, order = "Gauss 8-stage SIMD", 16
@@ -124,7 +124,7 @@ class GaussFast(Integrator):
 
             with ThreadPoolExecutor(workers) as threads:
                 parts = list(threads.map(part, range(0, len(initial), CHUNK)))
-            steps = sum(taken for taken, _ in parts)
+            steps = sum(accepted for accepted, _ in parts)
             for first in (first for _, firsts in parts for first in firsts):
                 here = slice(first, first + 8)
                 steps += one_by_one(initial[here], out[here], stop, first)
@@ -134,12 +134,12 @@ class GaussFast(Integrator):
 
 
 def stiffly(problem: Problem, tolerance: float, initial: Floats) -> Solution | None:
-    """One trajectory by Radau IIA 5, whose tolerance is absolute below 1; None where that stops too."""
+    """One trajectory by Radau IIA 5, whose tolerance is absolute below 1; None where that stops too or is too coarse."""
     form = first_order(problem.form)  # type: ignore[arg-type]
     problem, finest = replace(problem, form=form), 1e-16  # type: ignore[arg-type]
     try:
         found = radau.prepared(problem, max(tolerance, finest), 0.0)(initial)
-        # Components that stay small are known only now.
+        # Which components stay small is known only from this solution.
         sizes = np.max(np.abs(found.states[0]), axis=0)
         if max(tolerance, FINEST_SHARE) * np.max(sizes) < finest:
             return None
@@ -153,11 +153,11 @@ def stiffly(problem: Problem, tolerance: float, initial: Floats) -> Solution | N
 
 @cache
 def table(second_order: bool, width: float = 0.0) -> Floats:
-    """The coefficients as the kernel takes them, rounded once from high precision; each row one line of the cache.
+    """The coefficients as the kernel takes them, rounded once from high precision; each row is one cache line.
 
     `width`: the bandwidth of the slopes for which first guesses are made, in radians a step.
 
-    They take .06 s and are kept on disk, under all that they are made of.
+    They take .06 s and are kept on disk, under a key of the sources that compute them.
     """
 
     def build() -> Floats:
@@ -173,11 +173,11 @@ def table(second_order: bool, width: float = 0.0) -> Floats:
 
 
 def rows(mp: Any, second_order: bool, width: float) -> Table:
-    """Rows of the kernel's table: eight numbers each."""
+    """Rows of the kernel's table, eight numbers each, in the sequence of `gauss_fast_text`."""
     c = nodes(mp, 8)
     s = range(8)
     once, b = [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
-    a, ahead = once, foreseen(mp, c, width)
+    a, ahead = once, extrapolation_weights(mp, c, width)
     if second_order:
         a = [[mp.fsum(a[j][m] * a[m][k] for m in s) for k in s] for j in s]
     a, once = ([summing(mp, row) for row in matrix] for matrix in (a, once))
@@ -209,17 +209,17 @@ def rows(mp: Any, second_order: bool, width: float) -> Table:
 
 
 def bandwidth(tolerance: float) -> float:
-    """Radians a step that the slopes are taken to change by where the error of a step is a tolerance."""
+    """The assumed bandwidth of the slopes, in radians a step, of steps that err by this tolerance."""
     width: float = USUAL_WIDTH * (tolerance / 1e-6) ** 0.11
     return round(min(MOST_WIDTH, width), 1)
 
 
-def foreseen(mp: Any, c: list[Any], width: float) -> list[list[Any]]:
-    """Weights of a function's values at `c` in its values at 1 + c.
+def extrapolation_weights(mp: Any, c: list[Any], width: float) -> list[list[Any]]:
+    """Weights of a function's values at the nodes `c` in its values at 1 + c: a matrix (8, 8).
 
-    Of random functions whose frequencies have a normal distribution of this width it is the best linear estimate
-    (Rasmussen, Williams, Gaussian Processes for Machine Learning, 2006, 2.2), which tends to the interpolating polynomial
-    as the width goes to zero. A polynomial carried on over a long step is worse than none.
+    The best linear estimate for random functions whose frequencies have a normal distribution of this width (Rasmussen,
+    Williams, Gaussian Processes for Machine Learning, 2006, 2.2), which tends to the interpolating polynomial as the width
+    goes to 0. Over a long step a polynomial that is continued is worse than no guess.
     """
     if width == 0:
         return lagrange(mp, c, [1 + node for node in c])
@@ -231,7 +231,7 @@ def foreseen(mp: Any, c: list[Any], width: float) -> list[list[Any]]:
 
 
 def summing(mp: Any, row: Sequence[Any]) -> list[Any]:
-    """A row rounded to binary64 so that its sum is not: each number takes what rounding took from the larger ones."""
+    """A row rounded to binary64 so that its sum is not: each number is corrected by the residuals of the larger ones."""
     found, left = list(row), mp.mpf(0)
     for k in sorted(range(len(row)), key=lambda k: -abs(row[k])):
         found[k] = mp.mpf(nearest_double(row[k] + left))
@@ -240,7 +240,7 @@ def summing(mp: Any, row: Sequence[Any]) -> list[Any]:
 
 
 def reason(stop: NDArray[np.int64]) -> str | None:
-    """In words why a trajectory ended early."""
+    """Why a trajectory ended early, as a sentence; None where it did not."""
     if stop[0] == 0:
         return None
     what = f"{REASONS[int(stop[0])]}, before sample {stop[2] + 1}"

@@ -1,4 +1,4 @@
-"""The fast Gauss method compiled around the equations of one case: the generated module and how it is filled in."""
+"""The fast Gauss method compiled for the equations of one case: the generated module and what is substituted in it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.gauss import gauss_fast_ensemble, gauss_fast_text
 from gnomon.harness.kernels.equations import OPTIONS
 from gnomon.harness.kernels.equations import compiled as compiled_function
-from gnomon.harness.kernels.traced import DEAR, ROUND, Trace, Value, code, number, pairs, poles, reached, traced
+from gnomon.harness.kernels.traced import EXPENSIVE, ROUND, Trace, Value, code, number, pairs, poles, reached, traced
 
 SIGNATURE = (
     '"int64(float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1])"'
@@ -24,22 +24,22 @@ SIGNATURE = (
 LANES = ("lanes", "lanes_math", "gauss_fast_text")
 
 MOST_NEWTON = 3
-"""The derivatives are used for so many components at most."""
+"""The derivatives are used up to this number of components."""
 
 FEWEST_GROUPED, MOST_GROUPS = 8, 3
-"""From so many components on a round goes in groups, of which there are so many at most. Each group waits for the one
-before it, which only the many operations of a large round hide: Kepler's orbit in Sundman time, of five components,
-takes two thirds of the rounds and loses as much by their length."""
+"""From this number of components on a round is done in groups, of which there are at most MOST_GROUPS. Each group waits
+for the one before it, which costs no time only in a large round: Kepler's orbit in Sundman time, with five components,
+takes two thirds of the rounds and the same time."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """What the stepping is filled in with: the unknown slopes, and the derivatives where it pays to have them.
+    """What is substituted into the stepping: the unknown slopes, and the derivatives where they save time.
 
-    `kind`: the words of the templates; y' = f(t, y), q'' = a(t, q) or q'' = a(t, q, q'). `derivatives`: of which slope,
-    by which component of the state, its value. `frozen`: components of the state that never change; the equations take
-    them after the parameters. `groups`: slopes that are found together in a round, one group after the other; none where
-    all are.
+    `kind`: the name of the templates' substitutions: FIRST_ORDER for y' = f(t, y), SECOND_ORDER for q'' = a(t, q),
+    WITH_VELOCITY for q'' = a(t, q, q'). `derivatives`: (slope, component of the state, value) of each that is not 0.
+    `frozen`: components of the state that never change; the equations take them after the parameters. `groups`: slopes
+    that are computed together in a round, one group after the other; empty where all are computed together.
     """
 
     kind: str
@@ -54,7 +54,7 @@ class Layout:
 
     @property
     def poles(self) -> tuple[Value, ...]:
-        """What the slopes are divided by, where it may change its sign."""
+        """The divisors of the slopes that may change their sign."""
         return poles(self.values)
 
     @property
@@ -64,7 +64,7 @@ class Layout:
 
 @cached_by_content
 def layout(form: Form, parameters: int, dimension: int, freezing: bool = True) -> Layout:
-    """How the equations of a form are best solved."""
+    """The layout with which the equations of a form are solved in the least time."""
     trace, values = traced(form, dimension, parameters)
     kind, half, state = "FIRST_ORDER", dimension // 2, trace.state
     if isinstance(form, SecondOrder):
@@ -87,9 +87,10 @@ def laid_out(
 
 
 def groups(values: Sequence[Value], state: Sequence[Value]) -> tuple[tuple[int, ...], ...]:
-    """Slopes that do not need one another, from the last component to the first: v' = a(q), then q' = v with the new v.
+    """Groups of slopes independent of one another, from the last component to the first: v' = a(q), then q' = v with the
+    new v.
 
-    Where more groups than there may be were needed a slope goes where the fewest stand that it has to do with.
+    Where that takes more than MOST_GROUPS, a slope joins the group with the fewest slopes that it is coupled with.
     """
     place = {id(x): i for i, x in enumerate(state)}
     needs = [{place[id(x)] for x in reached([value]) if id(x) in place} for value in values]
@@ -104,8 +105,8 @@ def groups(values: Sequence[Value], state: Sequence[Value]) -> tuple[tuple[int, 
 
 
 def derivatives(trace: Trace, values: Sequence[Value], state: Sequence[Value]) -> tuple[tuple[int, int, Value], ...]:
-    """Those that are not 0; none where it does not pay to have them."""
-    expensive = any(x.operation in DEAR for x in reached(values) if x.level == ROUND)
+    """Those that are not 0; none where computing them takes more time than they save."""
+    expensive = any(x.operation in EXPENSIVE for x in reached(values) if x.level == ROUND)
     if len(values) > MOST_NEWTON or not expensive:
         return ()
     found = [(i, j, trace.derivative(x, y, {})) for i, x in enumerate(values) for j, y in enumerate(state)]
@@ -158,7 +159,7 @@ def compiled_ensemble(
 
 
 def filled(body: str, found: Layout, count: int, parameters: int, dimension: int, counted: bool) -> str:
-    """The text of a module. It names the sources of the lanes by their hash, so that an edit there renews it."""
+    """The text of a module. It holds a hash of the sources of the lanes, so that an edit there compiles it again."""
     body = expanded(body, count, dimension - len(found.frozen))
     body = body.replace("N + ", f"{count} + ").replace("CORRECTED", str(bool(found.derivatives)))
     moving = [i for i in range(dimension) if i not in found.frozen]
@@ -173,16 +174,16 @@ def filled(body: str, found: Layout, count: int, parameters: int, dimension: int
 
 
 def correction(found: Layout) -> str:
-    """What a round does to its new slopes g: with derivatives, the changes that they foresee are made at once."""
+    """The lines of a round that correct its new slopes g: with derivatives, by the changes that these predict."""
     if not found.derivatives:
         return "g@ = lanes(g[@])"
     count = len(found.values)
     lines = ["d@ = lanes(g[@]) - f@", "{shift}", "g@ = lanes(g[@])"]
-    early, late = ["if exactly:", "    {lost}"] if found.second_order else [], []
+    early, late = ["if exactly:", "    {stage_residual}"] if found.second_order else [], []
     for n, (i, j, _value) in enumerate(found.derivatives):
         place = found.second_order and j < count
         moves = ("hh * hh", "q") if place else ("hh", "r" if found.second_order else "q")
-        # Little waits for the products: what is known before them is multiplied first.
+        # Terms that are known before the products are multiplied first, so that little waits for the products.
         early += [f"    g{i} = fma(lanes(g[{count + n}]), s{j}, g{i})"] if place else []
         late.append(f"g{i} = fma(lanes(g[{count + n}]) * ({moves[0]}), {moves[1]}[{j % count}], g{i})")
     return "\n        ".join(lines + early + late)
@@ -192,16 +193,16 @@ NO_FREQUENCY = {"squares": "", "at_end": "0.0"}
 
 
 def given(body: str, words: Mapping[str, str]) -> str:
-    """A text with its words in braces replaced, in their order: a meaning may have words that come after it."""
+    """A text with its words in braces replaced, in their order: a replacement may contain words that come after it."""
     for word, meaning in words.items():
         body = body.replace("{" + word + "}", meaning)
     return body
 
 
 def step_control(found: Layout) -> tuple[dict[str, str], dict[str, str]]:
-    """Words of the stages and of the stepping: how step sizes are chosen.
+    """Substitutions in the stages and in the stepping for the choice of step sizes.
 
-    Equal ones, or also by the frequency, whose fourth power is the square of J's norm.
+    Equal steps, or also steps from the frequency, whose fourth power is the square of the norm of J.
     """
     count = len(found.values)
     by_position = [n for n, (_, j, _) in enumerate(found.derivatives) if found.second_order and j < count]
@@ -209,17 +210,17 @@ def step_control(found: Layout) -> tuple[dict[str, str], dict[str, str]]:
     if not by_position:
         return NO_FREQUENCY, {"none_seen": "", "shorter": "", "control": indented(equal, 12)}
     square = " + ".join(f"g[{count + n}] * g[{count + n}]" for n in by_position)
-    # Carried to the end by a polynomial that may not be resolved, so within reach of the last stage's.
+    # Extrapolated to the end of the step by a polynomial that may be inaccurate, so limited by the last stage's value.
     at_end = "min(max(total(row(table, ENDS) * squares), 0.25 * lane(squares, 7)), 4 * lane(squares, 7))"
     return {"squares": f"squares = lanes({square})", "at_end": at_end}, {
         "none_seen": indented(gauss_fast_text.NONE_SEEN.strip(), 8),
-        "shorter": "stride = h * pace",
+        "shorter": "stride = h * step_frequency",
         "control": indented(gauss_fast_text.BY_FREQUENCY.strip() + "\n" + textwrap.indent(equal, " " * 4), 12),
     }
 
 
 def over_poles(count: int) -> dict[str, str]:
-    """Words of the stepping that keep a step from passing over one of so many poles."""
+    """Substitutions in the stepping that keep a step from passing one of `count` poles."""
     if not count:
         return {"sides": "", "crossed": ""}
     first = ", ".join(f"lane(beyond[{i}], 0)" for i in range(count)) + ","
@@ -231,17 +232,17 @@ def over_poles(count: int) -> dict[str, str]:
 
 
 def indented(lines: str, depth: int) -> str:
-    """Lines to stand where the first of them is so deep already."""
+    """Lines indented by `depth`, except the first, which is placed after such an indent."""
     return textwrap.indent(lines, " " * depth).lstrip()
 
 
 def round_by_groups(found: Layout) -> dict[str, str]:
-    """The words of a round in which each group of slopes is found from the new ones of the groups before it."""
+    """Substitutions for a round in which each group of slopes is computed with the new ones of the groups before it."""
     read = {x.operation for x in reached(found.values)}
     parts = []
     for n, group in enumerate(found.groups):
         lines = [f"g = slopes_{n}((<|x@, |>), w, k)", *(f"g{i} = g[{k}]" for k, i in enumerate(group))]
-        # What no slope is made of has no place in a round.
+        # Components that no slope depends on are not updated within a round.
         places = [i for i in group if f"y[{i}]" in read]
         moves = [f"p = products(table, STAGES, ({', '.join(f'g{i}' for i in places)}, ))"] if places else []
         moves += [f"x{i} = fma(hh, p[{k}], lanes(y[{i}]))" for k, i in enumerate(places)]
@@ -266,6 +267,6 @@ def expanded(source: str, count: int, dimension: int) -> str:
 
 @cache
 def lanes_digest() -> str:
-    """A hash of the modules that generated ones import: an edit there makes other machine code."""
+    """A hash of the modules that generated modules import: an edit there compiles these again."""
     folder = Path(__file__).parent
     return hashlib.sha256(b"".join((folder / f"{name}.py").read_bytes() for name in LANES)).hexdigest()

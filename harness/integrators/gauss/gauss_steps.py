@@ -13,14 +13,14 @@ MOST_ITERATIONS = 100
 def gauss_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """One step for y' = f(t, y). Rows of `table`: c_j, a_j1 ... a_js for each stage; 0 and the coefficients that carry
-    the last step's slopes on, for each stage; the unit round-off, b_1 ... b_s; 0 and what is left of these beyond their
-    leading bits; for each stage 0 and what is left of a_j1 ... a_js.
+    """One step for y' = f(t, y). Rows of `table`: c_j, a_j1 ... a_js for each stage; 0 and the coefficients that
+    extrapolate the last step's slopes, for each stage; the unit round-off, b_1 ... b_s; 0 and the rests of these beyond
+    their leading bits; for each stage 0 and the rests of a_j1 ... a_js.
 
-    `store` holds a flag, the slopes k_1 ... k_s, a copy of the last step's, and for each stage what the slopes give by
-    the rest of its coefficients. The iteration ends when its next change would be far below round-off, or when round-off
-    stops it from shrinking. Coefficients are rounded the same way in every step, and so is what is left of the
-    iteration: either would make the energy drift as t (Hairer, McLachlan, Razakarivony, BIT 48, 2008).
+    `store` holds a flag, the slopes k_1 ... k_s, a copy of the last step's, and for each stage the sum of the slopes by
+    the rests of its coefficients. The iteration ends when its next change would be far below round-off, or when round-off
+    stops it from shrinking. Errors of rounded coefficients are the same in every step, and so is the error that the
+    iteration leaves: either would make the energy drift as t (Hairer, McLachlan, Razakarivony, BIT 48, 2008).
     """
     stages = (table.shape[0] - 2) // 3
     weights = 2 * stages
@@ -39,11 +39,11 @@ def gauss_step(
                 x[i] = y[i] + h * weighted_sum(rest, table, j, store, 1, i, stages)
             call(f, t + table[j, 0] * h, x, p, slope)
             for i in range(y.size):
-                moved = abs(slope[i] - store[j + 1, i])
-                if not moved <= LARGEST:
+                difference = abs(slope[i] - store[j + 1, i])
+                if not difference <= LARGEST:
                     return False
-                if h * moved > SMALLEST:
-                    change = max(change, h * moved / (abs(y[i]) + h * abs(slope[i])))
+                if h * difference > SMALLEST:
+                    change = max(change, h * difference / (abs(y[i]) + h * abs(slope[i])))
                 store[j + 1, i] = slope[i] + beyond * (slope[i] - store[j + 1, i])
         beyond = 0.0
         stalled = stalled + 1 if change >= least else 0
@@ -66,8 +66,8 @@ def gauss_step(
 def gauss_nystrom_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """The same step for q'' = f(t, q), with half the unknowns: the rows of a hold the square of that matrix. After b
-    come the weights b_j (1 - c_j), each with what rounding has taken from it, and what it has taken from c."""
+    """The same step for q'' = f(t, q), with half the unknowns: the rows of a hold the square of that matrix. After b come
+    the weights b_j (1 - c_j), each row followed by its rounding residuals, then the residuals of c."""
     half = x.size
     stages = (table.shape[0] - 5) // 2
     weights = 2 * stages
@@ -82,11 +82,11 @@ def gauss_nystrom_step(
                 x[i] = y[i] + h * (table[j, 0] * velocity + (table[weights + 4, j] * velocity + h * total))
             call(f, t + table[j, 0] * h, x, p, slope)
             for i in range(half):
-                moved = abs(slope[i] - store[j + 1, i])
-                if not moved <= LARGEST:
+                difference = abs(slope[i] - store[j + 1, i])
+                if not difference <= LARGEST:
                     return False
-                if h * moved > SMALLEST:
-                    change = max(change, h * moved / (abs(y[half + i]) + h * abs(slope[i])))
+                if h * difference > SMALLEST:
+                    change = max(change, h * difference / (abs(y[half + i]) + h * abs(slope[i])))
                 store[j + 1, i] = slope[i] + beyond * (slope[i] - store[j + 1, i])
         beyond = 0.0
         stalled = stalled + 1 if change >= least else 0
@@ -111,7 +111,7 @@ def gauss_nystrom_step(
 def start_stages(
     f: Any, t: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, stages: int, width: int
 ) -> None:
-    """First guesses of the slopes: the last step's polynomial carried on; at the very first step the slope at t."""
+    """First guesses of the slopes: the last step's polynomial extrapolated; in the first step the slope at t."""
     if store[0, 0] == 0.0:
         store[0, 0] = FIRST_SIDE
         for i in range(width):
@@ -130,21 +130,21 @@ def start_stages(
 
 
 def as_far(beyond: Any, rate: Any) -> Any:
-    """By what share of its first change the next step's iteration goes beyond it, of the sign of `beyond`: three times
-    what is left of it, so that it comes to the solution from the other side."""
+    """The share of its first change by which the next step's iteration overshoots, with the sign of `beyond`: three times
+    the part that remains, so that it converges from the other side."""
     share = max(3.0 * min(rate, 0.1), 1e-6)
     return share if beyond > 0.0 else -share
 
 
 def weighted_sum(total: Any, table: Any, row: int, k: Any, first: int, i: int, stages: int) -> Any:
-    """`total` and column i of the rows of k from the `first` on, one a stage, by the weights in a row of the table."""
+    """`total` plus the sum over the stages of weights in a row of the table times column i of the rows of k from `first`."""
     for m in range(stages):
         total += table[row, m + 1] * k[first + m, i]
     return total
 
 
 def full_sum(table: Any, row: int, store: Any, i: int, stages: int) -> Any:
-    """The slopes by the weights in a row and, first, by what rounding has taken from these, in the next row."""
+    """The sum of slopes by the rounding residuals of weights, in the next row, then by the weights in this row."""
     lost = weighted_sum(0.0, table, row + 1, store, 1, i, stages)
     return weighted_sum(lost, table, row, store, 1, i, stages)
 
@@ -154,17 +154,16 @@ def newton_step(
 ) -> bool:
     """One step of either kind, its stages solved by Newton's iteration: for stiff equations.
 
-    `call` gives the equations and, row by row, their derivatives. Unknown are the differences z_j of the stages from the
-    start, not the slopes, whose round-off stiffness magnifies (Hairer, Wanner, Solving Ordinary Differential Equations
-    II, 1996, IV.8). Rows of `table`: c_j, a_j1 ... a_js for each stage, the squared matrix for q'' = f(t, q); the unit
-    round-off, weights of the z_j in the change of the state; what rounding has taken from these; by how much the velocity
-    changes by itself, over it, and the weights of the z_j / h in its change; what rounding has taken from these; what it
-    has taken from the sums of a_j, or from c.
+    `call` computes the equations and, row by row, their derivatives. The unknowns are the differences z_j of the stages
+    from the start, not the slopes, whose round-off stiffness magnifies (Hairer, Wanner, Solving Ordinary Differential
+    Equations II, 1996, IV.8). Rows of `table`: c_j, a_j1 ... a_js for each stage, the squared matrix for q'' = f(t, q); the
+    unit round-off, weights of the z_j in the change of the state; their rounding residuals; the factor of the velocity in
+    its own change, and the weights of the z_j / h in it; their rounding residuals; the residuals of the sums of a_j, or of c.
 
     `store` holds a flag, the z_j, slopes, right sides, pivots and factors of the whole system I - h a (x) df/dy. Factors
-    are kept, from one step to the next, until the iteration converges slowly; then each stage gives its own derivatives.
-    A third change, or a later one, by more than the state's own size ends the iteration: what it may come upon after that
-    is, as a rule, another solution than the one that is near the start.
+    are kept, from one step to the next, until the iteration converges slowly; then each stage evaluates its own
+    derivatives. A third or later change larger than the state ends the iteration: it would usually converge to another
+    solution than the one near the start.
     """
     stages = table.shape[0] - 5
     width = x.size
@@ -213,12 +212,12 @@ def newton_step(
         for j in range(stages):
             for i in range(width):
                 k = j * width + i
-                moved = abs(right[k])
-                if not moved <= LARGEST:
+                difference = abs(right[k])
+                if not difference <= LARGEST:
                     return False
                 z[k] += right[k]
-                if moved > SMALLEST:
-                    change = max(change, moved / (abs(y[i]) + abs(z[k])))
+                if difference > SMALLEST:
+                    change = max(change, difference / (abs(y[i]) + abs(z[k])))
         stuck = iteration > 0 and renewed and before <= change < NOISE * table[stages, 0]
         stalled = stalled + 1 if change >= least else 0
         if settled(iteration, change, least, stalled, table[stages, 0]) or stuck:
@@ -244,57 +243,57 @@ def newton_step(
 
 
 def newton_numbers(stages: int, width: int) -> int:
-    """How many numbers Newton's step stores."""
+    """The number of doubles that Newton's step stores."""
     size = stages * width
     return 1 + (4 + size) * size
 
 
 def settled(iteration: int, change: Any, least: Any, stalled: int, roundoff: Any) -> bool:
-    """Whether the stages are as good as the arithmetic.
+    """Whether the stages are as accurate as the arithmetic allows.
 
-    `change` is the last round's, relative to the state: the residual of the stages before it. `least` is the smallest of
-    the changes before, and for `stalled` rounds none was smaller. Accepted is what does not change, or what the next round
-    would change by far less than round-off; or it is below CLOSE units of round-off and shrinks no more; or
-    it is below NOISE units and has not shrunk for PATIENCE rounds: round-off of the equations themselves, where large
-    terms cancel. One round that shrinks little is not enough for that: changes of an oscillation rise and fall.
+    `change` is that of the last round, relative to the state: the residual of the stages before it. `least` is the
+    smallest earlier change, and for `stalled` rounds none was smaller. The stages are accepted where the change is 0, or
+    the next one would be far below round-off; or where it is below CLOSE units of round-off and no longer shrinks; or
+    where it is below NOISE units and has not shrunk for STALLED_ROUNDS rounds: round-off of the equations themselves, in
+    which large terms cancel. One round that shrinks little does not suffice: changes of an oscillation rise and fall.
     """
     if change == 0.0:
         return True
     if iteration == 0 or not change < NOISE * roundoff:
         return False
     if stalled > 0:
-        return bool(change < CLOSE * roundoff or stalled >= PATIENCE)
+        return bool(change < CLOSE * roundoff or stalled >= STALLED_ROUNDS)
     return bool(change * change / least < FAR_BELOW * roundoff)
 
 
 FAR_BELOW = 2e-6
-"""What is left of the iteration has a sign that lasts: over 1e6 steps it must stay below the walk of their round-off. A
-change below round-off is not enough: implicit midpoint lost or gained 0.025 units in each step of the oscillator."""
+"""The error that the iteration leaves is biased: over 1e6 steps it must stay below their random walk of round-off. A
+change below round-off does not suffice: implicit midpoint lost or gained 0.025 units in each step of the oscillator."""
 
 NEAR = 1e-6
-"""After a change below it the slopes are near enough for what they give by the rest of the coefficients."""
+"""After a change below it the slopes are accurate enough for their sums by the rests of the coefficients."""
 
 MORE_ROUNDS = 2
-"""Where rounding stops the iteration from shrinking, the round in which that shows depends on the rounding itself: what is
-left would be of one sign more often. After so many rounds more it is not."""
+"""Rounds after acceptance. Where rounding stops the changes from shrinking, the round in which that is seen depends on the
+rounding itself, which would bias the error that is left. After this number of further rounds it is not biased."""
 
 LARGEST = 1e300
 """A slope, or a change of a stage, beyond this or not a number ends the iteration."""
 
-CLOSE, NOISE, PATIENCE = 16.0, 1e6, 20
-"""See `settled`. An iteration that loses a fifth a round, the slowest that ends in time, may rest for half of PATIENCE."""
+CLOSE, NOISE, STALLED_ROUNDS = 16.0, 1e6, 20
+"""See `settled`. Changes that shrink by a fifth each round, the slowest that converge within MOST_ITERATIONS, may pause for
+half of STALLED_ROUNDS."""
 
 SMALLEST = 2.0**-1022
-"""The smallest normal number: changes of the state up to it are none, however small the state is, and what decays comes to
-rest."""
+"""The smallest normal number: changes of the state up to it count as 0, so that a decaying motion can come to rest."""
 
 FIRST_SIDE = 0.1
-"""The iteration goes this share of its first change beyond it, or short of it, in turn from step to step. Where rounding
-stops it short of the solution, it stops on the side that it comes from, which would otherwise be the same in every step."""
+"""From step to step alternately, the iteration first goes beyond its first change or stops short of it by this share of it.
+Rounding stops the iteration on the side that it comes from, which would otherwise be the same in every step."""
 
 FAR = 0.1
-"""A third change, or a later one, that is larger than the one before and than this part of the state's size ends the
-fixed-point iteration: it does not contract, and what it may come upon is another solution than the one near the start."""
+"""A third or later change that is larger than the one before and than this part of the state ends the fixed-point
+iteration: it does not contract, and could converge to another solution than the one near the start."""
 
 SLOW = 0.1
-"""Where an iteration leaves more than this of the change before, new factors are made."""
+"""New factors are computed where a change is more than this part of the one before."""

@@ -1,9 +1,9 @@
 """Eight doubles in one vector, as a type that numba compiles: `<8 x double>`, with operators.
 
-LLVM splits the vector into what the processor has (one register with AVX-512, two with AVX2). Numbers convert to a
-vector of equal lanes. Products and sums may be contracted into one rounding, nothing else is rearranged; where the order
-of roundings matters `fma` says so. Which of them are contracted can differ between processors, and last bits with it.
-Imported by generated modules alone: it loads numba.
+LLVM splits the vector into the registers of the processor (one with AVX-512, two with AVX2). Numbers convert to a vector
+of equal lanes. A product and a sum may be contracted into one rounding, nothing else is rearranged; where the rounding
+matters the code uses `fma`. Which of them are contracted can differ between processors, and so the last bits.
+Only generated modules import this one: it loads numba.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ INTEGERS = ir.VectorType(ir.IntType(64), WIDTH)
 TABLE = types.float64[:, ::1]
 
 SHUFFLED = 2
-"""Elements of a product's vectors that are not read back from memory: measured."""
+"""The number of elements of a product's vectors that are shuffled, not read back from memory: found by timing."""
 
 
 class LanesType(types.Type):  # type: ignore[misc]  # numba has no static types
@@ -136,7 +136,7 @@ size = emitting(1, lambda builder, a: llvm(builder, "fabs", a))
 
 
 def _total(builder: Any, a: Any) -> Any:
-    """The sum of the lanes, in pairs: always the same order."""
+    """The sum of the lanes, in pairs, always in the same sequence."""
     for half in (4, 2, 1):
         a = builder.fadd(a, shuffled(builder, a, [(i + half) % WIDTH for i in range(WIDTH)]))
     return builder.extract_element(a, ir.Constant(ir.IntType(32), 0))
@@ -161,11 +161,11 @@ def _totals(builder: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
 totals = emitting(4, _totals)
 
 larger = emitting(2, lambda builder, a, b: builder.select(builder.fcmp_unordered(">", a, b), a, b))
-"""Of each lane the larger; what is not a number in `a` stays."""
+"""The larger of both in each lane; a nan in `a` stays."""
 
 
 def _highest(builder: Any, a: Any) -> Any:
-    """The largest lane; not a number where any lane is."""
+    """The largest lane; nan where any lane is nan."""
     for half in (4, 2, 1):
         b = shuffled(builder, a, [(i + half) % WIDTH for i in range(WIDTH)])
         unordered = builder.fcmp_unordered("uno", b, b)
@@ -178,7 +178,7 @@ highest = emitting(1, _highest, types.float64)
 
 @intrinsic
 def lanes(typingctx: Any, value: Any) -> Any:
-    """A number in every lane; a vector as it is."""
+    """A vector with a number in every lane; a vector is returned as it is."""
     source = value if isinstance(value, LanesType) else types.float64
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -244,13 +244,13 @@ def put(typingctx: Any, table: Any, index: Any, value: Any) -> Any:
 def products(typingctx: Any, table: Any, first: Any, vectors: Any) -> Any:
     """The matrix whose columns are the eight rows of the table from `first` on, times each vector of a tuple.
 
-    Elements are broadcast from memory: that takes no shuffles, and each column is loaded once for all vectors. Of few
-    vectors the first elements are shuffled, which is done while the store waits to be read. The table has `SCRATCH_ROWS`
-    rows from `SCRATCH` on for that.
+    Elements are broadcast from memory: that takes no shuffles, and each column is loaded once for all vectors. With one or
+    two vectors the first elements are shuffled while the stores complete. The vectors are stored in the `SCRATCH_ROWS` rows
+    of the table from `SCRATCH` on.
     """
     if len(vectors) > SCRATCH_ROWS:
         raise TypingError(f"products of {len(vectors)} vectors, of which the table has room for {SCRATCH_ROWS}")
-    # Few vectors have several chains of sums each, which shortens the wait for one another's results.
+    # With few vectors each has several independent sums, which reduces the latency.
     chains = 4 if len(vectors) == 1 else 2 if len(vectors) < 6 else 1
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -280,7 +280,7 @@ def products(typingctx: Any, table: Any, first: Any, vectors: Any) -> Any:
 
 
 def _elements(builder: Any, place: Any, vector: Any) -> Any:
-    """Where a vector's elements lie in memory, by a way that the compiler cannot see through: it would shuffle."""
+    """The address of a vector's elements in memory, hidden from the compiler, which would use shuffles instead."""
     builder.store(vector, place, align=8)
     kind = ir.FunctionType(place.type, [place.type])
     hidden = builder.asm(kind, "", "=r,0", [place], False)

@@ -1,8 +1,8 @@
 """Functions of `math` on eight lanes: sine, cosine and exponential by polynomials, the others lane by lane.
 
 Errors stay below 0.8 ulp (measured by the tests). The polynomials of sine and cosine are those of fdlibm (Sun
-Microsystems, 1993); arguments are reduced in three parts (Cody and Waite), and beyond what these can reduce each lane
-is given to the scalar function.
+Microsystems, 1993); arguments are reduced with pi/2 in three parts (Cody and Waite), larger ones than these can reduce by
+the scalar function, lane by lane.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from numba import njit, types
 from numba.extending import overload
 
 ROUNDING = 6755399441055744.0
-"""1.5 * 2^52: a sum with it is rounded to an integer, which then stands in its lowest bits."""
+"""1.5 * 2^52: a sum with it is rounded to an integer, which its lowest bits hold."""
 
 MOST_ANGLE = 524288.0
 """2^19: multiples of the first part of pi/2, which has 33 bits, are exact up to here."""
@@ -43,10 +43,10 @@ C1, C2, C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872
 C4, C5, C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
 
 MOST_TURN = 0.03125
-"""The next terms of the series of `turned` are below 2^-55 up to here."""
+"""Up to this angle the terms that `turned` leaves out are below 2^-55."""
 
 MOST_EXPONENT = 700.0
-"""Beyond it the result is next to the ends of binary64."""
+"""Beyond it the result is near overflow or underflow."""
 INVERSE_LN2, LN2_1, LN2_2 = 1.4426950408889634, 6.93147180369123816490e-01, 1.90821492927058770002e-10
 
 
@@ -59,7 +59,7 @@ def _integers(value: int) -> Any:
 
 
 def _choose(builder: Any, counter: Any, even: Any, odd: Any) -> Any:
-    """`even` or `odd` after the lowest bit of the counter, with its sign turned after the next one."""
+    """`even` or `odd` according to the lowest bit of the counter, with the sign reversed if the next bit is set."""
     bits = _bits(builder, counter)
     is_odd = builder.icmp_unsigned("!=", builder.and_(bits, _integers(1)), _integers(0))
     sign = builder.shl(builder.and_(bits, _integers(2)), _integers(62))
@@ -73,7 +73,7 @@ def _scale(builder: Any, counter: Any, a: Any) -> Any:
 
 
 def _all_within(builder: Any, a: Any, limit: Any) -> Any:
-    """1 where every lane is at most its limit, 0 where one is above or not a number."""
+    """1 if every lane is at most its limit, 0 if one is above or nan."""
     each = builder.fcmp_ordered("<=", a, limit)
     mask = builder.bitcast(each, ir.IntType(WIDTH))
     return builder.icmp_unsigned("==", mask, ir.Constant(ir.IntType(WIDTH), 2**WIDTH - 1))
@@ -107,19 +107,19 @@ def scalar_exp(a):  # type: ignore[no-untyped-def]
 
 @njit(error_model="numpy")  # type: ignore[misc]
 def two_parts(a, b):  # type: ignore[no-untyped-def]
-    """a + b rounded, and what rounding took from it, for |a| >= |b|."""
+    """a + b rounded, and its rounding residual, for |a| >= |b|."""
     found = a + b
     return found, minus(b, minus(found, a))
 
 
 @njit(error_model="numpy")  # type: ignore[misc]
 def quarter_turns(a, shift):  # type: ignore[no-untyped-def]
-    """Sine of a + shift quarter turns, for moderate a, and what rounding took from it."""
+    """Sine of a + shift pi/2, for |a| up to MOST_ANGLE, and its rounding residual."""
     rounded = fma(a, lanes(TWO_OVER_PI), lanes(ROUNDING))
     n = minus(rounded, lanes(ROUNDING))
     exactly = fma(n, lanes(-HALF_PI_1), a)
     r = fma(n, lanes(-HALF_PI_2), exactly)
-    # What the last rounding lost, and the third part of pi/2.
+    # The residual of the last rounding, and the third part of pi/2.
     low = fma(n, lanes(-HALF_PI_3), fma(n, lanes(-HALF_PI_2), minus(exactly, r)))
     z = r * r
     zz = z * z
@@ -150,14 +150,14 @@ def cos_lanes(a):  # type: ignore[no-untyped-def]
 
 @njit(error_model="numpy")  # type: ignore[misc]
 def sin_and_cos(a):  # type: ignore[no-untyped-def]
-    """Both for little more than one of them."""
+    """Sine and cosine, in little more time than one of them."""
     sine, cosine, _near = turned_first(a)
     return sine, cosine
 
 
 @njit(error_model="numpy")  # type: ignore[misc]
 def turned_first(a):  # type: ignore[no-untyped-def]
-    """Sine and cosine of a, and what those of a nearby angle are found from: a, both, and what rounding took from both."""
+    """Sine and cosine of a, and `near` for `turned`: a, both values, and their rounding residuals."""
     if all_within(size(a), lanes(MOST_ANGLE)):
         sine, sine_low = quarter_turns(a, 0.0)
         cosine, cosine_low = quarter_turns(a, 1.0)
@@ -168,10 +168,10 @@ def turned_first(a):  # type: ignore[no-untyped-def]
 
 @njit(error_model="numpy")  # type: ignore[misc]
 def turned(a, near):  # type: ignore[no-untyped-def]
-    """Sine and cosine of a from those of a nearby b, in half of the time; and what those of the next angle are found from.
+    """Sine and cosine of a from those of a nearby b, in half of the time; and `near` for the next angle.
 
-    What rounding took from those of b is added before the sum is rounded. Without it the error of the result follows
-    from a - b alone, which is a smooth function of the phase of a motion where guesses are good to some ulps: the error of
+    The rounding residuals of those of b are added before the sum is rounded. Without them the error of the result depends
+    on a - b alone, which is a smooth function of the phase of a motion where guesses are good to some ulps: the error of
     the pendulum's energy then grew as t, by 1e-20 to 1e-19 a step.
     """
     b, sine, cosine, sine_low, cosine_low = near
@@ -232,10 +232,10 @@ EACH: dict[str, Callable[..., Any]] = {}
 
 
 def _named(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function under a name of its own. Raises ValueError where the name is taken.
+    """A function renamed to `name`, which must be unique. Raises ValueError where the name is in use.
 
-    Machine code of one process is linked in another by name and by how many functions the process had compiled before:
-    of two functions of one name the second would be taken for the first.
+    Machine code of one process is linked in another by name and by the number of functions compiled before: with two
+    functions of one name the first could be called in place of the second.
     """
     if name in EACH:
         raise ValueError(f"two functions of lanes are called {name}; give each a name of its own")
@@ -283,7 +283,7 @@ for _of_two in (math.atan2, math.hypot):
 
 @njit(error_model="numpy")  # type: ignore[misc]
 def whole_power(a, n):  # type: ignore[no-untyped-def]
-    """By repeated squaring; for a constant exponent the compiler leaves only the products."""
+    """a^n by repeated squaring; for a constant n the compiler leaves only the products."""
     found, square, left = lanes(1.0), a, abs(n)
     while left > 0:
         if left & 1:

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 LEAST_TOLERANCE = 1e-14
-"""Newton's iteration must settle to a fraction of it, above round-off."""
+"""Newton's iteration must converge to a fraction of the tolerance, and that lies above round-off."""
 
 REASONS = {
     NOT_FINITE: "the equations gave a value that is not finite",
@@ -46,10 +46,10 @@ class Radau5(Integrator):
 
     Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.8 (RADAU5): simplified Newton iteration on the
     transformed system, the exact Jacobian (differentiated from the equations), Gustafsson's predictive step control, the
-    embedded estimate of order 3 with the tolerance 0.1 tol^(2/3). Samples are values of the collocation polynomial, and
-    where stiffness makes that worse than the steps, steps of their own. Sums are
-    compensated. Evaluations of the Jacobian are not counted as right-hand sides. The error of each component is relative
-    to the largest size so far of its group (see `sizes`); with `absolute`, to 1 + |y| in SI units.
+    embedded estimate of order 3 with the tolerance 0.1 tol^(2/3). Samples are values of the collocation polynomial, or
+    separate steps where stiffness makes the polynomial less accurate than the steps. Sums are compensated. Evaluations of
+    the Jacobian are not counted as right-hand sides. The error of each component is relative to the largest size so far of
+    its group (see `sizes`); with `absolute`, to 1 + |y| in SI units.
     """
 
     name, order = "Radau IIA 5", 5
@@ -65,7 +65,8 @@ class Radau5(Integrator):
 
 
 def prepared(problem: Problem, tolerance: float, fixed: float, absolute: bool = True) -> Solve:
-    """`solve` with error control at `tolerance`, or with fixed steps where `fixed` > 0; `absolute`: relative to 1 + |y|."""
+    """`solve` with error control at `tolerance`, or with steps of `fixed` where that is > 0. `absolute`: errors are
+    relative to 1 + |y|. Raises Refused where the equations cannot be differentiated."""
     assert isinstance(problem.form, FirstOrder)
     try:
         text = jacobian_text(problem.form, problem.dimension, len(problem.parameters))
@@ -100,7 +101,8 @@ def nodes(mp: Any) -> list[Any]:
 
 
 def rows(mp: Any) -> Table:
-    """c; gamma, alpha, beta; T; its inverse; weights of the stages in the error estimate; of c_k's polynomial, over x.
+    """c; gamma, alpha, beta; T; its inverse; weights of the stages in the error estimate; leading coefficients of the
+    basis polynomials over x.
 
     The inverse of the Runge-Kutta matrix is T diag(gamma, ((alpha, -beta), (beta, alpha))) T^-1.
     """
@@ -120,7 +122,7 @@ def rows(mp: Any) -> Table:
 
 
 def inverse(m: Sequence[Sequence[Any]]) -> list[list[Any]]:
-    """Of a matrix of three rows: its columns' cross products over the determinant."""
+    """The inverse of a 3 x 3 matrix: cross products of its rows over the determinant."""
     first, second, third = m
     crossed = [cross(second, third), cross(third, first), cross(first, second)]
     determinant = sum(a * b for a, b in zip(first, crossed[0], strict=True))
@@ -134,7 +136,7 @@ def cross(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
 def eigenvector(m: Sequence[Sequence[Any]], real: Any, imaginary: Any) -> tuple[list[Any], list[Any]]:
     """Real and imaginary part of the eigenvector for an eigenvalue of `m`, scaled so that its last component is 1.
 
-    It is normal to the first two rows of m less the eigenvalue: their cross product.
+    It is normal to the first two rows of m minus the eigenvalue: their cross product.
     """
     a, d = m[0][0] - real, m[1][1] - real
     crossed = [

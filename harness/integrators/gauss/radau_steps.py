@@ -14,24 +14,24 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 DIMENSION = 0
-"""Of each problem, when it is compiled: loops over so few components cost more than what is done in them."""
+"""Set when compiled for a problem: with few components, loops of unknown length would cost more than their content."""
 
 ABSOLUTE = 0
-"""When it is compiled: 1 where errors are compared with 1 + |y| in SI units, not with `sizes`."""
+"""Set when compiled: 1 where errors are divided by 1 + |y| in SI units, not by `sizes`."""
 
 MOST_STEPS = 1_000_000
 NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, NOT_SOLVED = 1, 2, 3, 4
 MOST_ITERATIONS = 10
 ROUNDOFF = 2e-15
-"""Relative to what errors are compared with: changes of stages that do not shrink below it are round-off."""
+"""Relative to the scale of errors: changes of stages that do not shrink below it are round-off."""
 
 SAFETY, SHRINK_MOST, GROW_MOST = 0.9, 0.2, 8.0
-FORESEEN_MOST = 10**0.5
-"""The factor that an error of 1e-2 of the tolerance asks for: errors below that say nothing of how the next will change."""
+PREDICTED_MOST = 10**0.5
+"""The step-size factor of an error of 1e-2 of the tolerance: smaller errors do not predict the next one."""
 
 
 C, EIGENVALUES, FORWARD, BACK, ERROR, BASIS = 0, 1, 2, 5, 8, 9
-"""Rows of the table."""
+"""First rows of the parts of the table."""
 
 SIGNATURE = (
     "int64(intp, intp, float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64, int64[::1], "
@@ -55,14 +55,14 @@ def integrate(
 ) -> int:
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps accepted.
 
-    `stop` gets the reason and the sample where a trajectory ended early. `fixed` > 0: all steps are that long, and
-    `tolerance` is for the iteration alone.
+    `stop` gets the reason and the sample where a trajectory ended early. `fixed` > 0: all steps have that size, and only
+    the iteration uses `tolerance`.
 
-    Samples within a step are values of its polynomial where that is as good as the step (`smooth`), else each is a step
-    of its own from the same start: the polynomial through the stages of a long step is no solution of stiff equations.
+    Samples within a step are values of its polynomial where that is as accurate as the step (`smooth`), else each is a
+    separate step from the same start: for stiff equations the polynomial of a long step is inaccurate between its stages.
     """
     n = DIMENSION or initial.shape[1]
-    y, low, x, slope, start, error = (
+    y, compensation, x, slope, start, error = (
         np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
     )  # fmt: skip
     z, w, before_z, slopes = np.empty((3, n)), np.empty((3, n)), np.empty((3, n)), np.empty((3, n))
@@ -75,7 +75,7 @@ def integrate(
     for m in range(initial.shape[0]):
         for i in range(n):
             y[i] = initial[m, i]
-            low[i], rough[i] = 0.0, 0.0
+            compensation[i], rough[i] = 0.0, 0.0
         t, h, sample, attempts, reason = 0.0, 1e-6 * time_scale, 0, 0, 0
         last, reach, steps = 0.0, 1.0, 0
         rejected, aside, noisy = False, False, False
@@ -139,7 +139,7 @@ def integrate(
                 continue
             if aside:
                 for i in range(n):
-                    out[m, sample, i] = y[i] + (low[i] + z[2, i])
+                    out[m, sample, i] = y[i] + (compensation[i] + z[2, i])
                 sample += 1
                 aside = times[sample] < end
                 if aside:
@@ -153,7 +153,7 @@ def integrate(
                 )
                 safety = SAFETY * (2 * MOST_ITERATIONS + 1) / (2 * MOST_ITERATIONS + iterations)
                 scale = 1.0 / sqrt(sqrt(norm)) if norm > 0.0 else np.inf
-                wanted = min(scale, FORESEEN_MOST)
+                wanted = min(scale, PREDICTED_MOST)
                 if steps > 0 and not rejected:
                     scale *= min(1.0, step / reach * scale)
                 scale = min(GROW_MOST, max(SHRINK_MOST, safety * scale))
@@ -165,7 +165,7 @@ def integrate(
                     rejected = True
                     continue
                 for i in range(n):
-                    x[i] = y[i] + (z[2, i] + low[i])
+                    x[i] = y[i] + (z[2, i] + compensation[i])
                 end = times[-1] if t + h >= times[-1] else t + step
                 call(f, end, x, p, slope)
                 if not finite(slope) or not finite(x):
@@ -180,11 +180,11 @@ def integrate(
             while sample < times.size and times[sample] <= end:
                 part = (times[sample] - t) / step
                 for i in range(n):
-                    out[m, sample, i] = y[i] + (low[i] + between(part, table, z, i))
+                    out[m, sample, i] = y[i] + (compensation[i] + between(part, table, z, i))
                 sample += 1
             for i in range(n):
-                change = z[2, i] + low[i]
-                low[i] = change - (x[i] - y[i])
+                change = z[2, i] + compensation[i]
+                compensation[i] = change - (x[i] - y[i])
                 y[i] = x[i]
                 start[i] = slope[i]
                 for j in range(3):
@@ -205,9 +205,10 @@ def noise(
     f: Any, t: Any, y: Any, p: Any, start: Any, real: Any, pivots: Any, x: Any, slope: Any, change: Any, groups: Any,
     rough: Any,
 ) -> None:  # fmt: skip
-    """Raise `rough` to what the real system makes of the rates' change when the state is moved by its round-off.
+    """Raise `rough` to the solution of the real system for the rates' change when the state is perturbed by its round-off.
 
-    Of a fast mode that is its round-off, not h times its rates': no error is compared with less (`sizes.soften`)."""
+    For a fast mode that is its own round-off, not h times that of its rates: the lower limit of the scale of errors
+    (`sizes.soften`)."""
     nudge(y, x)
     call(f, t, x, p, slope)
     for i in range(change.size):
@@ -251,10 +252,11 @@ def between(x: Any, table: Any, z: Any, i: int) -> Any:
 
 
 def smooth(h: Any, table: Any, weight: Any, start: Any, z: Any, norm: Any) -> bool:
-    """Whether the polynomial is as good within the step as at its end.
+    """Whether the polynomial is as accurate within the step as at its end.
 
-    Its error follows the fourth derivative, as does what the estimate is before it is filtered. The filter is 1 where no
-    component is stiff, up to h |df/dy| of about gamma; where it takes more than half, it is for the end of the step alone.
+    Its error follows the fourth derivative, as does the estimate before it is filtered. The filter is 1 where no component
+    is stiff, up to h |df/dy| of about gamma; where it reduces the estimate to less than half, the estimate holds only for
+    the end of the step.
     """
     n = DIMENSION or weight.size
     square = 0.0
@@ -265,7 +267,7 @@ def smooth(h: Any, table: Any, weight: Any, start: Any, z: Any, norm: Any) -> bo
 
 
 def guess(last: Any, h: Any, table: Any, before_z: Any, z: Any) -> None:
-    """First values of the stages: the last step's polynomial carried on; none at the very first step."""
+    """First values of the stages: the last step's polynomial extrapolated; 0 in the first step."""
     n = DIMENSION or z.shape[1]
     ratio = h / last if last > 0.0 else 0.0
     for j in range(3):
@@ -282,9 +284,9 @@ def newton(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, tolerance: Any, x: Any, slopes: Any, weight: Any,
     real: Any, pivots: Any, both: Any, pivots_both: Any, right: Any, pair: Any, w: Any, z: Any,
 ) -> int:  # fmt: skip
-    """Simplified Newton iteration for the stages z, from their first values; how many it took, 0 where it failed.
+    """Simplified Newton iteration for the stages z, from their first values; returns their number, 0 where it failed.
 
-    What it leaves, by the rate at which changes shrink, is below `enough` of the tolerance: 3 %, or round-off.
+    The error left, estimated from the rate at which changes shrink, is below `enough` of the tolerance: 3 %, or round-off.
     """
     n = DIMENSION or y.size
     gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
@@ -295,7 +297,7 @@ def newton(
     enough = max(rest, min(0.03, sqrt(tolerance)))
     before, rate = 0.0, 0.0
     iteration = 0
-    # Not a range, which the compiler would write out: ten iterations take ten times as long to compile.
+    # Not a range, which the compiler would unroll: ten iterations take ten times as long to compile.
     while iteration < MOST_ITERATIONS:
         iteration += 1
         for j in range(3):
@@ -331,8 +333,8 @@ def newton(
             left = MOST_ITERATIONS - iteration
             if norm > enough and (rate >= 1.0 or rate**left / (1.0 - rate) * norm > enough):
                 return 0
-        # After the first iteration its rate is not known yet: only a change that is negligible ends it. Changes that do
-        # not shrink say nothing of what is left, unless they are round-off.
+        # After the first iteration the rate is unknown: only a negligible change ends the iteration. Changes that do not
+        # shrink do not bound the error left, unless they are round-off.
         if norm <= 1e-3 * enough or (iteration > 1 and rate < 1.0 and rate / (1.0 - rate) * norm <= enough):
             return iteration
         if iteration > 1 and rate >= 1.0 and norm <= rest:
@@ -360,7 +362,7 @@ def estimate(
         found = sqrt(square / n)
         if found < 1.0 or again == 1 or not (rejected or steps == 0):
             break
-        # Where a fast mode has not died yet the estimate is too large; the second one damps it.
+        # Where a fast mode has not decayed yet the estimate is too large; the second evaluation damps it.
         for i in range(n):
             x[i] = y[i] + error[i]
         call(f, t, x, p, slope)
@@ -368,4 +370,4 @@ def estimate(
 
 
 INLINED = (factor, substitute, newton, factored, finite)
-"""Each is called at one or two places, between which values then stay in registers: half the time of a step."""
+"""Functions called at one or two places. Inlined, values stay in registers between them: half the time of a step."""

@@ -1,4 +1,4 @@
-"""Boris's method and its relatives: a charge drifts, is pushed by E and turned by B, each in closed form."""
+"""Boris's method and related ones: drift, push by E and rotation by B of a charge, each in closed form."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from gnomon.harness.integrators.geometric.splitting import KahanLi6, Suzuki4
 from gnomon.harness.kernels.equations import Kernel, function_kernel
 
 RATIONAL, EXACT, MEAN = 0, 1, 2
-"""How the magnetic field turns u: by 2 atan(angle/2); by the angle; by the first with gamma of the mean u."""
+"""The rotation of u by the magnetic field: by 2 atan(angle/2); by the angle; as the first, with gamma of the mean u."""
 
 
 def boris_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: lengths gamma of the symmetric steps; how to turn, the speed of light (0: not relativistic).
+    """Rows of `table`: lengths gamma of the symmetric steps; kind of rotation, speed of light (0: not relativistic).
 
-    Each symmetric step of gamma h: half a drift, half a push, the whole turn, half a push, half a drift.
+    Each symmetric step of gamma h: half a drift, half a push, the whole rotation, half a push, half a drift.
     """
     turning, light = table[1, 0], table[1, 1]
     for i in range(6):
@@ -48,10 +48,10 @@ def boris_step(
 
 
 def push(half: Any, fields: Any, store: Any, increment: Any) -> None:
-    """Over `half` E changes u. What rounding takes goes to `store`, and from the last push of a step to the next step.
+    """The change of u by E over `half`. Rounding residuals go to `store`, and from the last push to the next step.
 
-    A uniform E pushes by the same number in every step, and what a sum with it rounds is the same wherever the sum is
-    between the same powers of two: left out, it would drift as t.
+    A uniform E pushes by the same number in every step, and the rounding of a sum with it is the same wherever the sum is
+    between the same powers of two: without the residuals the error would grow as t.
     """
     for i in range(3):
         pushed, first = product(half, fields[i])
@@ -60,7 +60,7 @@ def push(half: Any, fields: Any, store: Any, increment: Any) -> None:
 
 
 def drift(length: Any, y: Any, light: Any, store: Any, increment: Any) -> None:
-    """The place moves by u/gamma."""
+    """The change of the position by u/gamma."""
     u1, lost1 = sum_of(y[3], increment[3])
     u2, lost2 = sum_of(y[4], increment[4])
     u3, lost3 = sum_of(y[5], increment[5])
@@ -74,9 +74,9 @@ def drift(length: Any, y: Any, light: Any, store: Any, increment: Any) -> None:
 
 
 def turn(half: Any, y: Any, fields: Any, turning: Any, light: Any, store: Any, increment: Any) -> None:
-    """Over twice `half` the magnetic field turns u about itself: u + (u + u x T) x S, S = 2 T/(1 + T^2).
+    """The rotation of u about the magnetic field over twice `half`: u + (u + u x T) x S, S = 2 T/(1 + T^2).
 
-    It is a rotation by 2 atan |T|, so |u| stays.
+    It is a rotation by 2 atan |T|, so |u| is conserved.
     """
     u1, lost1 = sum_of(y[3], increment[3])
     u2, lost2 = sum_of(y[4], increment[4])
@@ -109,9 +109,9 @@ def turn(half: Any, y: Any, fields: Any, turning: Any, light: Any, store: Any, i
 
 
 def share_of(a: Any, b: Any, c: Any) -> tuple[Any, Any]:
-    """2/(1 + T^2) and what rounding has taken from it.
+    """2/(1 + T^2) and its rounding residual.
 
-    Without that |u| would change by the same share in every step where the field is the same, and so drift as t.
+    Without that |u| would change by the same factor in every step with the same field, and its error grow as t.
     """
     aa, lost_a = product(a, a)
     bb, lost_b = product(b, b)
@@ -126,7 +126,7 @@ def share_of(a: Any, b: Any, c: Any) -> tuple[Any, Any]:
 
 
 class ChargeMethod(FixedStep):
-    """A step for a charge: the function that it calls gives the fields."""
+    """A step for a charge: the function that it calls computes the fields."""
 
     accepts = (Charged,)
     conserves = ("volume", "reversible")
@@ -160,16 +160,16 @@ class Boris(ChargeMethod):
 
     Birdsall and Langdon, Plasma Physics via Computer Simulation, 1985, 4-3 and, where it is relativistic, 15-4.
 
-    Staggered in time as usual, synchronised by half drifts; relativistic with gamma of the middle of the push.
+    Staggered in time as usual, synchronised by half drifts; relativistic with gamma in the middle of the push.
     """
 
     name, order, turning = "Boris", 2, RATIONAL
 
 
 class HigueraCary(ChargeMethod):
-    """Boris's rotation with gamma of the mean velocity: E x B drifts come out right. Order 2.
+    """Boris's rotation with gamma of the mean velocity, which gives correct E x B drifts. Order 2.
 
-    Higuera and Cary, Physics of Plasmas 24, 052104, 2017. Where nothing is relativistic it is Boris's method.
+    Higuera and Cary, Physics of Plasmas 24, 052104, 2017. For a charge that is not relativistic it is Boris's method.
     """
 
     name, order, turning = "Higuera-Cary", 2, MEAN

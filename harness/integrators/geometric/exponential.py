@@ -1,4 +1,4 @@
-"""Exponential Runge-Kutta methods: the linear part of the equations is solved exactly, however stiff it is."""
+"""Exponential Runge-Kutta methods: the linear part of the equations, which may be stiff, is solved exactly."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ Phi = Callable[[int, Any], Matrix]
 def exponential_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: c_1 ... c_s; then for each stage and the end, row by row, exp(c h L) - 1 and h a_1 ... h a_s; those
-    of the end once more: what is left of them beyond the leading bits. Without it the linear part alone would grow or
-    shrink, and what a constant slope adds be wrong, as t.
+    """Rows of `table`: c_1 ... c_s; then for each stage and the end, row by row, exp(c h L) - 1 and h a_1 ... h a_s; then
+    the rests of those of the end beyond their leading bits. Without the rests the errors of the linear part and of a
+    constant slope would grow as t.
 
-    A constant slope adds the same numbers in every step, and what sums with them round may be the same: it is carried
-    on, to the sum with the state and, in the last row of `store`, to the next step.
+    A constant slope adds the same numbers in every step, with roundings that may be the same: their residuals are carried
+    to the sum with the state and, in the last row of `store`, to the next step.
     """
     n = y.size
     stages = store.shape[0] - 1
@@ -59,7 +59,7 @@ def exponential_step(
 
 
 def combined(total: Any, table: Any, first: Any, i: Any, y: Any, store: Any, count: Any) -> Any:
-    """`total` and component i of the first `count` slopes and of the state, times the matrices in the rows from `first`."""
+    """`total` plus component i of the state and of the first `count` slopes, times the matrices in the rows from `first`."""
     n = y.size
     for m in range(count):
         for k in range(n):
@@ -70,9 +70,9 @@ def combined(total: Any, table: Any, first: Any, i: Any, y: Any, store: Any, cou
 
 
 class ExponentialRungeKutta(FixedStep):
-    """A method by its nodes and its coefficients, which are matrices made of phi functions of h L.
+    """A method given by its nodes and its coefficients, which are matrices: phi functions of h L.
 
-    phi_0 = exp, phi_k(z) = (phi_{k-1}(z) - 1/(k-1)!)/z. What it calls is the rest of the equations.
+    phi_0 = exp, phi_k(z) = (phi_{k-1}(z) - 1/(k-1)!)/z. The function that it calls is the nonlinear rest of the equations.
     """
 
     accepts = (SemiLinear,)
@@ -121,13 +121,13 @@ class ExponentialRungeKutta(FixedStep):
             flat += [less_one, *(h * a for a in row), *blanks]
         flattened = [list(matrix.ravel()) for matrix in flat]
         end = [halves(mp, row, roundoff) for row in flattened[-len(self.nodes) - 1 :]]
-        return [*table, *flattened[: -len(end)], *(high for high, _ in end), *(low for _, low in end)]
+        return [*table, *flattened[: -len(end)], *(high for high, _ in end), *(rest for _, rest in end)]
 
 
 def phi_functions(mp: Any, z: Matrix, count: int = 4) -> list[Matrix]:
     """phi_0 ... phi_{count-1} of a matrix: Taylor series of z / 2^s, doubled s times (Skaflestad and Wright, 2009).
 
-    Rows of very different size cost digits; as many are added as the matrix is large.
+    Rows of very different size lose digits; working digits are added in proportion to the logarithm of the matrix's size.
     """
     size = max(mp.mpf(1), max(abs(x) for x in z.ravel()) * len(z))
     doublings = int(mp.ceil(mp.log(size, 2))) + 1

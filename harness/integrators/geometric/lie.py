@@ -1,7 +1,7 @@
-"""Methods on the rotation group for a rigid body: each step is a rotation, so attitude and angular momentum stay true.
+"""Methods on the rotation group for a rigid body: each step is a rotation.
 
-Angular velocity and attitude turn by the same rotation in a step: R' = R Q and M' = Q^T M (+ torque), so that without
-torque R M, the angular momentum in space, is constant to round-off, and R(0)^T R(t) is orthogonal to round-off.
+Angular velocity and attitude are rotated by the same Q in a step: R' = R Q and M' = Q^T M (+ torque). So without torque
+R M, the angular momentum in space, is constant to round-off, and R(0)^T R(t) is orthogonal to round-off.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ def munthe_kaas_step(
 ) -> bool:
     """Rows of `table`: c_j, a_j1, ... for each stage; 0, b_1, ...; the moments of inertia.
 
-    Stage vectors u (rotation since the start of the step, Q = exp(hat u)) and g (angular momentum brought by torque,
-    on the axes of the start) stand in the first six columns of `store`: u' = u-dexp^-1(w), g' = Q torque.
+    Stage vectors u (rotation since the start of the step, Q = exp(hat u)) and g (angular momentum added by torque, along
+    the axes at the start) are in the first six columns of `store`: u' = u-dexp^-1(w), g' = Q torque.
     """
     stages = table.shape[0] - 2
     inertia = stages + 1
@@ -43,9 +43,9 @@ def munthe_kaas_step(
         increment[1] = (turned_momentum[1] + g2) / table[inertia, 1]
         increment[2] = (turned_momentum[2] + g3) / table[inertia, 2]
         for row in range(3, 12, 3):
-            moved = transposed_times(less, y[row], y[row + 1], y[row + 2])
+            rotated = transposed_times(less, y[row], y[row + 1], y[row + 2])
             for i in range(3):
-                increment[row + i] = moved[i]
+                increment[row + i] = rotated[i]
         for i in range(12):
             x[i] = y[i] + increment[i]
         if j == stages:
@@ -90,7 +90,7 @@ def axis_splitting_step(
 
 
 def push(f: Any, now: Any, length: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, increment: Any) -> None:
-    """The angular momentum that torque brings."""
+    """The change of angular momentum by torque."""
     for i in range(12):
         x[i] = y[i] + increment[i]
     call(f, now, x, p, slope)
@@ -101,7 +101,7 @@ def push(f: Any, now: Any, length: Any, y: Any, p: Any, table: Any, x: Any, slop
 def spin(y: Any, axis: int, length: Any, table: Any, increment: Any) -> None:
     """The exact motion under the kinetic energy of one axis, M_i^2 / (2 I_i): a rotation about it at constant w_i.
 
-    It is added as a change, with cos - 1 = -2 sin^2(angle / 2): small angles lose nothing.
+    It is added as a change, with cos - 1 = -2 sin^2(angle / 2), so that small angles lose no digits.
     """
     b = (axis + 1) % 3
     c = (axis + 2) % 3
@@ -118,7 +118,7 @@ def spin(y: Any, axis: int, length: Any, table: Any, increment: Any) -> None:
 
 
 def exponential_less_one(u1: Any, u2: Any, u3: Any) -> Any:
-    """exp(hat u) - 1, row by row, by way of a unit quaternion: there is no cancellation."""
+    """exp(hat u) - 1, row by row, through a unit quaternion, without cancellation."""
     square = u1 * u1 + u2 * u2 + u3 * u3
     if square == 0.0:
         s, c = square + 1 / 2, square + 1
@@ -189,7 +189,7 @@ class MuntheKaas4(RigidBodyMethod):
 
 
 class AxisSplitting(RigidBodyMethod):
-    """Symmetric splitting of the kinetic energy into its three axes, each turned exactly.
+    """Symmetric splitting of the kinetic energy into its three axes, each with its exact rotation.
 
     McLachlan, Physical Review Letters 71, 1993; Reich, Physica D 76, 1994. Torque must not depend on angular velocity.
     """

@@ -19,8 +19,9 @@ def rattle_step(
 ) -> bool:
     """Rows of `table`: lengths gamma of the symmetric steps; the unit round-off.
 
-    `call` gives force, constraint and gradient at a place; those at the end of a step serve the next one. `store` holds
-    a flag and the constraint's value at the start, which is kept, and the gradient at the start of a step.
+    `call` computes force, constraint and gradient at a position; the next step uses those at the end of this one. `store`
+    holds a flag and the constraint's value at the start of the motion, which is conserved, and the gradient at the start of
+    a step.
     """
     n = x.size
     for i in range(2 * n):
@@ -59,7 +60,7 @@ def rattle_step(
 def onto_constraint(
     f: Any, now: Any, length: Any, y: Any, p: Any, roundoff: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Moves the place along the gradient of the start until the constraint has its value; the velocity follows."""
+    """Change the position along the gradient at the start until the constraint has its value; and the velocity with it."""
     n = x.size
     least, stalled = 0.0, 0
     for iteration in range(MOST_ITERATIONS):
@@ -70,16 +71,16 @@ def onto_constraint(
         for i in range(n):
             product += slope[n + 1 + i] * store[1, i]
         share = (slope[n] - store[0, 1]) / product
-        moved, size = 0.0, SMALLEST
+        largest, size = 0.0, SMALLEST
         for i in range(n):
             correction = share * store[1, i]
             if not abs(correction) < 1e300:
                 return False
             increment[i] -= correction
             increment[n + i] -= correction / length
-            moved = max(moved, abs(correction))
+            largest = max(largest, abs(correction))
             size = max(size, abs(x[i]))
-        change = moved / size
+        change = largest / size
         stalled = stalled + 1 if change >= least else 0
         if settled(iteration, change, least, stalled, roundoff):
             return True
@@ -88,7 +89,7 @@ def onto_constraint(
 
 
 class ConstrainedMethod(FixedStep):
-    """A step for a constrained motion: what it calls gives force, constraint and gradient."""
+    """A step for a constrained motion: the function that it calls computes force, constraint and gradient."""
 
     accepts = (Constrained,)
     conserves = ("symplectic", "reversible", "momentum", "constraint")
@@ -99,10 +100,10 @@ class ConstrainedMethod(FixedStep):
         assert isinstance(form, Constrained)
         force, constraint, gradient = form.force, form.constraint, form.gradient
 
-        def everything(t: Any, q: Values, p: Values) -> Values:
+        def all_parts(t: Any, q: Values, p: Values) -> Values:
             return *force(t, q, p), *constraint(t, q, p), *gradient(t, q, p)
 
-        return everything
+        return all_parts
 
     def widths(self, form: Form, dimension: int) -> tuple[int, int]:
         return dimension // 2, dimension + 1

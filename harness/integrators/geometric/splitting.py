@@ -1,4 +1,4 @@
-"""Symplectic splitting methods for q'' = a(t, q): kicks of the velocity and drifts of the position in turn."""
+"""Symplectic splitting methods for q'' = a(t, q): alternate kicks of the velocity and drifts of the position."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gnomon.harness.integrators.base.stepping import call
 def splitting_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: kicks b_1 ... b_s and drifts a_1 ... a_s, in the order b_1, a_1, b_2, a_2, ..., in steps of h.
+    """Rows of `table`: kicks b_1 ... b_s and drifts a_1 ... a_s, applied as b_1, a_1, b_2, a_2, ..., in units of h.
 
     A method that ends with a kick leaves the acceleration at the end of the step in `slope`, where the next starts.
     """
@@ -41,9 +41,9 @@ def splitting_step(
 
 
 class Splitting(FixedStep):
-    """A splitting method by its kicks and drifts. With time in the potential, time drifts with the position.
+    """A splitting method given by its kicks and drifts. In a time-dependent potential, time drifts with the position.
 
-    Sums are compensated, which costs one to three per cent, except where the order is so low that it never shows.
+    Sums are compensated, which costs one to three per cent, except in methods of order 1 and 2, whose error hides it.
     """
 
     accepts = (SecondOrder,)
@@ -52,7 +52,7 @@ class Splitting(FixedStep):
 
     @classmethod
     def palindrome(cls, kicks: list[Any], drifts: list[Any]) -> Table:
-        """Kicks first and last: both sequences mirrored, one more kick than drifts."""
+        """The table of a method that begins and ends with a kick: one more kick than drifts, both lists palindromes."""
         return [kicks, [*drifts, kicks[0] * 0]]
 
 
@@ -69,7 +69,7 @@ class SymplecticEuler(Splitting):
 class Composition(Splitting):
     """A symmetric composition of Störmer-Verlet steps of lengths gamma_1 h, ..., gamma_s h, gamma_i = gamma_{s+1-i}.
 
-    `half` holds gamma_1 to the middle one's left neighbour, `stages` is s; the middle gamma makes the sum 1.
+    `half` holds the gammas before the middle one, which makes the sum 1.
     """
 
     conserves = ("symplectic", "reversible", "momentum")

@@ -1,4 +1,4 @@
-"""Extrapolation: Gragg's rule with 2, 4, 6, ... substeps, extrapolated to step zero, order and step from the tolerance."""
+"""Extrapolation: Gragg's rule with 2, 4, 6, ... substeps, extrapolated to step size 0; order and step are adaptive."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 COLUMNS = 10
-"""Of the extrapolation table at most: order 20, 111 right-hand sides."""
+"""The most columns of the extrapolation table: order 20, 111 right-hand sides."""
 
 FEWER, MORE = 0.8, 0.9
-"""A column less is worth it below 0.8 of the work a unit of time, one more below 0.9 (ODEX)."""
+"""A column less is used if it takes below 0.8 of the work per unit of time, one more if below 0.9 (ODEX)."""
 
 
 class GraggBulirschStoer(Adaptive):
@@ -53,7 +53,7 @@ class GraggBulirschStoer(Adaptive):
 
     @classmethod
     def constants(cls) -> tuple[tuple[str, int], ...]:
-        return (("ORDER", 8),)  # of the first step's estimate alone
+        return (("ORDER", 8),)  # used only by the estimate of the first step
 
 
 def integrate(
@@ -68,9 +68,9 @@ def integrate(
     out: Floats,
     stop: NDArray[np.int64],
 ) -> int:
-    """As `adaptive.integrate`; a step that would pass a sample ends there, at the first column that is good enough."""
+    """As `step_control.integrate`; a step that would pass a sample ends there, at the first column within the tolerance."""
     dimension = initial.shape[1]
-    y, low, x, slope = np.empty(dimension), np.empty(dimension), np.empty(dimension), np.empty(dimension)
+    y, compensation, x, slope = np.empty(dimension), np.empty(dimension), np.empty(dimension), np.empty(dimension)
     before, now = np.empty(dimension), np.empty(dimension)
     first, columns = np.empty((1, dimension)), np.empty((COLUMNS, dimension))
     lengths, work = np.zeros(COLUMNS), np.zeros(COLUMNS)
@@ -79,10 +79,10 @@ def integrate(
     for n in range(initial.shape[0]):
         for i in range(dimension):  # `y[:] = initial[n]` makes numba compile an error message in seconds
             y[i] = initial[n, i]
-            low[i] = 0.0
+            compensation[i] = 0.0
         t, sample, attempts = 0.0, 0, 0
         h = first_step(f, y, p, first, x, slope, tolerance, min(times[-1], time_scale), groups)
-        # Zero-based: the column at which the table should be good enough.
+        # Zero-based: the column at which the error is expected to be within the tolerance.
         target = max(1, min(COLUMNS - 2, int(0.5 - 0.6 * np.log10(tolerance))))
         rejected, known, noisy = False, True, False
         rough[:] = 0.0
@@ -133,7 +133,7 @@ def integrate(
                 if error <= 1.0 and (j >= target - 1 or cut):
                     good = j
                     break
-                # No hope that the columns up to target + 1 bring it below 1.
+                # The columns up to target + 1 cannot be expected to bring it below 1.
                 if not cut and j >= target - 1 and error > hopeless(j, target):
                     break
             if good < 0:
@@ -148,9 +148,9 @@ def integrate(
                 rejected = True
                 continue
             for i in range(dimension):
-                change = columns[good, i] + low[i]
+                change = columns[good, i] + compensation[i]
                 end = y[i] + change
-                low[i] = change - (end - y[i])
+                compensation[i] = change - (end - y[i])
                 y[i] = end
             if enlarge(y, groups, sizes) or t == 0.0:
                 invert(groups, sizes, inverse)
@@ -161,7 +161,7 @@ def integrate(
                 for i in range(dimension):
                     out[n, sample, i] = y[i]
                 sample += 1
-                # A step that a sample cut short says nothing of those to come, unless it was as long as it could be.
+                # A step that a sample cut short does not predict the next, unless it was nearly of full length.
                 if step < 0.9 * h:
                     continue
             else:
@@ -187,7 +187,7 @@ def integrate(
 def midpoint(
     f: Any, t: Any, h: Any, y: Any, p: Any, substeps: int, x: Any, slope: Any, start: Any, before: Any, now: Any
 ) -> None:
-    """By how much the state changes over h with Gragg's rule, smoothed, from the slope `start` at t; into `now`."""
+    """The change of the state over h by Gragg's rule, smoothed, from the slope `start` at t; written into `now`."""
     small = h / substeps
     for i in range(y.size):
         before[i] = 0.0
@@ -208,7 +208,7 @@ def midpoint(
 
 
 def extrapolate(j: int, table: Any, now: Any, columns: Any) -> None:
-    """The next row of the table of Aitken and Neville in the place of the last: columns 0 to j."""
+    """Replace the last row of the table of Aitken and Neville by the next one, columns 0 to j."""
     for i in range(now.size):
         value = now[i]
         for m in range(j):
@@ -219,7 +219,7 @@ def extrapolate(j: int, table: Any, now: Any, columns: Any) -> None:
 
 
 def column_error(j: int, y: Floats, columns: Floats, inverse: Floats, end: Floats) -> float:
-    """The difference of the last two columns, relative, root mean square; the state at the end goes to `end`."""
+    """The norm (root mean square) of the difference of the last two columns; the state at the end goes to `end`."""
     total = 0.0
     for i in range(y.size):
         end[i] = y[i] + columns[j, i]
@@ -228,25 +228,25 @@ def column_error(j: int, y: Floats, columns: Floats, inverse: Floats, end: Float
 
 
 def growth(error: float, power: int) -> float:
-    """By how much the step may grow, or must shrink (ODEX)."""
+    """The factor to the next step size (ODEX)."""
     least = 0.02 ** (1 / power)
     return float(max(least / 4, min(1 / least, 0.94 * (0.65 / max(error, 1e-30)) ** (1 / power))))
 
 
 def cost(j: int) -> float:
-    """Right-hand sides of a step that ends with column j."""
+    """The number of right-hand sides of a step that ends with column j."""
     return 1.0 + (j + 1) * (j + 2)
 
 
 def hopeless(j: int, target: int) -> float:
-    """The error at column j, next to the target, beyond which the columns left cannot be expected to bring it below 1."""
+    """The error at column j, near the target, above which the remaining columns are not expected to bring it below 1."""
     if j < target:
         return float(((target + 1) * (target + 2)) ** 2)
     return float((target + 2) ** 2) if j == target else 1.0
 
 
 def better_column(good: int, target: int, rejected: bool, work: Floats) -> int:
-    """The column to aim at next, of least work a unit of time."""
+    """The target column of the next step: that of least work per unit of time."""
     if good == 1:
         return 1 if rejected else 2
     best = good if good <= target else good - 1

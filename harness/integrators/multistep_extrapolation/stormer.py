@@ -1,4 +1,4 @@
-"""Störmer's multistep methods of high order for q'' = a(t, q): one right-hand side a step, in compensated summed form."""
+"""Störmer's multistep methods of high order for q'' = a(t, q), in compensated summed form: one right-hand side a step."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom1
 STARTER = DormandPrinceNystrom12
 HISTORY = 4
 """Rows of `store` before the differences of the accelerations and the stages of the starting method: the number of steps
-made; the last change of the position and what its sum has lost to round-off; Störmer's sum for the next step; the
-newest acceleration, of which no differences are taken yet."""
+made; the last change of the position and the compensation of its sum; Störmer's sum for the next step; the newest
+acceleration, which is not yet in the differences."""
 
 
 def stormer_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
     """Rows of `table`: weights of the newest acceleration a and of the backward differences of those before it, for the
-    position and for the velocity (see `coefficients`); then the starting method's, which makes the steps until there
-    are as many accelerations as Störmer's formula takes.
+    position and for the velocity (see `coefficients`); then the rows of the starting method, which makes the steps until
+    there are enough accelerations for Störmer's formula.
 
-    q_n+1 - q_n is kept and summed with compensation, so that no difference of neighbouring positions is ever taken.
-    Weights of accelerations instead of differences are large and cancel: rounded the same way in every step, they would
-    make the energy drift as t. Here those of zeroth and first order add up without rounding, and the others are small.
+    q_n+1 - q_n is kept and summed with compensation, so no difference of neighbouring positions is computed. Weights of
+    accelerations instead of differences are large and cancel: rounded the same way in every step, they would make the
+    energy drift as t. Here those of differences 0 and 1 are summed without rounding, and the others are small.
     """
     half = x.size
     stages = table.shape[0] - 4
@@ -53,16 +53,16 @@ def stormer_step(
     else:
         for i in range(half):
             change = h * h * store[2, i] + store[1, half + i]
-            moved = store[1, i] + change
-            store[1, half + i] = change - (moved - store[1, i])
-            store[1, i] = moved
-            increment[i] = moved
+            updated = store[1, i] + change
+            store[1, half + i] = change - (updated - store[1, i])
+            store[1, i] = updated
+            increment[i] = updated
     for i in range(half):
         x[i] = y[i] + increment[i]
     call(f, t + h, x, p, slope)
     for i in range(half):
-        # All but the last terms are summed while the processor waits for the slope; small ones first, as differences
-        # are so few bits long that ties would be frequent, and broken to one side.
+        # All but the last terms are summed while the processor waits for the slope; small ones first: differences have
+        # so few bits that ties would be frequent, and their rounding biased.
         last = store[3, i]
         ahead = 2.0 * last - store[HISTORY, i]
         difference, position, velocity = last, 0.0, 0.0
@@ -101,8 +101,8 @@ class Stormer(FixedStep):
             for weights in (stormer_weights(cls.order), adams_weights(cls.order + 1))
         ]
         formulas = [
-            [tail[0], *[Fraction(0)] * free, *(-x for x in tail[free + 1 :])]
-            for free, tail in zip((2, 1), tails, strict=True)
+            [tail[0], *[Fraction(0)] * zeros, *(-x for x in tail[zeros + 1 :])]
+            for zeros, tail in zip((2, 1), tails, strict=True)
         ]
         rows = [[mp.mpf(x.numerator) / x.denominator for x in formula] for formula in formulas]
         return [*rows, *STARTER.fixed_rows(mp)]
@@ -117,20 +117,19 @@ class Stormer(FixedStep):
 
 @cache
 def stormer_weights(count: int) -> tuple[Fraction, ...]:
-    """Of the differences of a_n of order 0, 1, ..., `count` of them: q_n+1 - 2 q_n + q_n-1 = h^2 sum, exact for
-    polynomials."""
+    """Weights of the differences 0, 1, ..., count - 1 of a_n in q_n+1 - 2 q_n + q_n-1 = h^2 sum, exact for polynomials."""
     logarithm = reciprocal([Fraction(1, j + 1) for j in range(count)])
     return tuple(times(times(logarithm, logarithm), [Fraction(1)] * count))
 
 
 @cache
 def adams_weights(count: int) -> tuple[Fraction, ...]:
-    """Of the differences of a_n+1, `count` of them: v_n+1 - v_n = h sum, exact for polynomials."""
+    """Weights of the differences 0, 1, ..., count - 1 of a_n+1 in v_n+1 - v_n = h sum, exact for polynomials."""
     return tuple(reciprocal([Fraction(1, j + 1) for j in range(count)]))
 
 
 def reciprocal(series: list[Fraction]) -> list[Fraction]:
-    """1 over a power series that begins with 1, to as many terms."""
+    """The reciprocal of a power series that begins with 1, to the same number of terms."""
     found = [Fraction(1)]
     for n in range(1, len(series)):
         found.append(-sum((series[j] * found[n - j] for j in range(1, n + 1)), Fraction(0)))
@@ -138,7 +137,7 @@ def reciprocal(series: list[Fraction]) -> list[Fraction]:
 
 
 def times(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
-    """The product of two power series, to as many terms."""
+    """The product of two power series, to the same number of terms."""
     return [sum((a[j] * b[n - j] for j in range(n + 1)), Fraction(0)) for n in range(len(a))]
 
 

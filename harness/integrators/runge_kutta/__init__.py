@@ -1,1 +1,1 @@
-"""Explicit Runge-Kutta and Runge-Kutta-Nystroem methods."""
+"""Explicit Runge-Kutta and Runge-Kutta-Nyström methods."""

@@ -27,7 +27,7 @@ class Dop853(Embedded):
 
     @classmethod
     def rows(cls, mp: Any) -> Table:
-        """As in every pair; the error of order 3 is the difference of two formulas."""
+        """As in every pair; the error estimate of order 3 is the difference of two formulas."""
         table = list(super().rows(mp))
         third = full(mp, dop853_table.WEIGHTS_3, LAST)
         table[ERROR_3] = [mp.mpf(0), *(b - d for b, d in zip(table[WEIGHTS][1:], third, strict=True))]

@@ -119,7 +119,7 @@ ERROR_5: Row = {
     10: "0.08192320648511571246570742613",
     11: "-0.02235530786388629525884427845",
 }
-"""Weights of order 8 less those of an embedded formula of order 5."""
+"""Weights of order 8 minus those of an embedded formula of order 5."""
 
 WEIGHTS_3: Row = {
     0: "0.2440944881889763779527559055",

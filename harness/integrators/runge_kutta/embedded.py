@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.integrators.base.fixed_step import Table
+from gnomon.harness.integrators.base.fixed_step import Table, fraction
 from gnomon.harness.integrators.base.sizes import one_over, trial_step, turning_time
 from gnomon.harness.integrators.base.step_control import STAGES, Adaptive
 from gnomon.harness.integrators.base.stepping import call
@@ -18,22 +18,22 @@ Integers = NDArray[np.int64]
 Row = dict[int, str]
 
 ORDER = ENDS = LAST = ERRORS = DENSE = DENSE_ROWS = 0
-"""Of each method, when it is compiled: its order; 1 where the error takes the slope at the end (first same as last);
-the rows of slopes; the rows of the table where errors and dense output start; the rows of dense output, or -1."""
+"""Set when a method is compiled: its order; 1 where the error uses the slope at the end (first same as last); the number
+of rows of slopes; the first rows of the errors and of dense output; the number of rows of dense output, -1 without it."""
 
 
 class Embedded(Adaptive):
-    """An explicit Runge-Kutta pair by its tableau, each row sparse by column, numbers as decimals or fractions.
+    """An explicit Runge-Kutta pair given by its tableau, each row as {column: decimal or fraction}.
 
-    `stages`: the rows a_j1 ... of the s stages; `weights`: b_j of the formula that is carried on; `errors`: weights of
-    the estimated error, of the stages and, in column s, the slope at the end of the step. A second row of errors damps
-    the first as in DOP853. `extra`: stages of the dense output that follow the slope at the end. `dense`: coefficients
-    d_0, d_1, ... of the interpolant
+    `stages`: the rows a_j1 ... of the s stages; `weights`: b_j of the formula that is continued; `errors`: weights of the
+    stages and, in column s, of the slope at the end of the step in the estimated error. A second row of errors damps the
+    first as in DOP853. `extra`: stages of the dense output, after the slope at the end. `dense`: coefficients d_0, d_1, ...
+    of the interpolant
 
         u(x) = y + x (D + x' (h k_0 - D + x (2 D - h (k_0 + k_s) + x' (h d_0 + x (h d_1 + x' ...))))),   x' = 1 - x
 
-    with D the step's change: the form that every interpolant has whose values and slopes at both ends are the step's.
-    None where a method has no interpolant: a sample is then a step of its own, of the same order, within the step.
+    with D the step's change: the form of every interpolant whose values and slopes at both ends are those of the step.
+    None where a method has no interpolant: a sample is then a separate step of the same order within the step.
     """
 
     accepts = (FirstOrder,)
@@ -66,19 +66,13 @@ class Embedded(Adaptive):
 
 def full(mp: Any, row: Row, length: int) -> list[Any]:
     """A sparse row as numbers of the context."""
-    return [number(mp, row[j]) if j in row else mp.zero for j in range(length)]
-
-
-def number(mp: Any, text: str) -> Any:
-    """'1/3' or '0.25' as a number of the context."""
-    numerator, _, denominator = text.partition("/")
-    return mp.mpf(numerator) / mp.mpf(denominator or 1)
+    return [fraction(mp, row[j]) if j in row else mp.zero for j in range(length)]
 
 
 def first_step(
     f: Any, y: Floats, p: Floats, k: Floats, x: Floats, slope: Floats, tolerance: float, most: float, groups: Integers
 ) -> float:
-    """A first step from the sizes of y, y' and y''; nan where y' is not finite."""
+    """A first step size from the sizes of y, y' and y''; nan where y' is not finite."""
     call(f, 0.0, y, p, slope)
     for i in range(y.size):
         k[0, i] = slope[i]
@@ -92,22 +86,22 @@ def first_step(
 
 
 def step_for(h: float, time: float, tolerance: float) -> float:
-    """The first step, of an error of a hundredth of the tolerance where it is (step / time)^ORDER; h without a time."""
+    """The first step size, for an error (step / time)^ORDER of a hundredth of the tolerance; h where `time` is 0."""
     return time * (0.01 * tolerance) ** (1 / ORDER) if time > 0.0 else h
 
 
 def attempt(
-    f: Any, t: float, h: float, y: Floats, low: Floats, p: Floats, table: Floats, inverse: Floats, x: Floats,
+    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, inverse: Floats, x: Floats,
     slope: Floats, k: Floats, change: Floats, end: Floats,
 ) -> float:  # fmt: skip
-    """The stages of a step, the state at its end, and the estimated error, relative."""
+    """Compute the stages of a step and the state at its end; returns the norm of the estimated error."""
     for j in range(1, STAGES):
         stage(f, t, h, y, p, table, j, x, slope, k)
     for i in range(y.size):
         total = 0.0
         for m in range(STAGES):
             total += table[STAGES, m + 1] * k[m, i]
-        change[i] = h * total + low[i]
+        change[i] = h * total + compensation[i]
         end[i] = y[i] + change[i]
     if ENDS == 1:
         end_slope(f, t + h, end, p, slope, k)
@@ -135,7 +129,7 @@ def end_slope(f: Any, t: float, end: Floats, p: Floats, slope: Floats, k: Floats
 
 
 def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, inverse: Floats) -> float:
-    """The estimated error of a step, relative, damped by the second where there is one (II.10.17)."""
+    """The norm of the estimated error of a step, damped by the second estimate where there is one (II.10.17)."""
     first, second = 0.0, 0.0
     for i in range(y.size):
         weight = one_over(i, y, end, inverse)
@@ -151,7 +145,7 @@ def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, inver
 
 
 def arrive(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k: Floats) -> bool:
-    """The slope at the end of an accepted step, where the error has not asked for it already."""
+    """Compute the slope at the end of an accepted step, unless the error estimate did; returns whether it is finite."""
     if ENDS == 0:
         end_slope(f, t, end, p, slope, k)
     finite = True
@@ -170,10 +164,10 @@ def open_step(
 
 
 def between(
-    f: Any, t: float, h: float, ahead: float, y: Floats, low: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
+    f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
     slope: Floats, k: Floats, spare: Floats, out: Floats,
 ) -> None:  # fmt: skip
-    """The state within a step: the interpolant, or where there is none a step of its own."""
+    """The state within a step, into `out`: by the interpolant, or by a separate step where there is none."""
     if DENSE_ROWS >= 0:
         interpolate(ahead / h, h, y, end, table, k, out)
     elif ahead == h:
@@ -186,7 +180,7 @@ def between(
             total = 0.0
             for m in range(STAGES):
                 total += table[STAGES, m + 1] * k[m, i]
-            out[i] = y[i] + (ahead * total + low[i])
+            out[i] = y[i] + (ahead * total + compensation[i])
 
 
 def interpolate(x: float, h: float, y: Floats, end: Floats, table: Floats, k: Floats, out: Floats) -> None:

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.forms import FirstOrder, Form
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
+from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, fraction
 from gnomon.harness.integrators.base.stepping import call
 
 
@@ -33,7 +33,7 @@ def runge_kutta_step(
 
 
 class RungeKutta(FixedStep):
-    """An explicit Runge-Kutta method: `stages` holds the rows a_j1 ... a_j,j-1 and `weights` the b_j, as fractions."""
+    """An explicit Runge-Kutta method: `stages` has the rows a_j1 ... a_j,j-1 and `weights` the b_j, as fractions."""
 
     accepts = (FirstOrder,)
     step = runge_kutta_step
@@ -49,14 +49,8 @@ class RungeKutta(FixedStep):
         return len(self.weights)
 
 
-def fraction(mp: Any, text: str) -> Any:
-    """'1/3' or '0.25' as a number of the context."""
-    numerator, _, denominator = text.partition("/")
-    return mp.mpf(numerator) / mp.mpf(denominator or 1)
-
-
 class ExplicitEuler(RungeKutta):
-    """Euler's method (1768), the yardstick of what one right-hand side a step buys. Order 1."""
+    """Euler's method (1768). Order 1."""
 
     name, order = "Explicit Euler", 1
     stages = ((),)

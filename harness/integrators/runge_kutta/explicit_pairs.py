@@ -1,4 +1,4 @@
-"""Embedded explicit Runge-Kutta pairs of orders 3 to 9; DOP853 is a room of its own."""
+"""Embedded explicit Runge-Kutta pairs of orders 3 to 9; DOP853 has a module of its own."""
 
 from __future__ import annotations
 
@@ -123,8 +123,8 @@ class Tsitouras5(Embedded):
 class Verner6(Embedded):
     """Verner's most robust 6(5) pair (Numerical Algorithms 53, 2010). Order 6.
 
-    The most efficient one has weights of 8, -130 and 122 that cancel, which costs it digits in binary64. Samples are
-    steps of their own within a step, of the same order.
+    The most efficient one has weights of 8, -130 and 122 that cancel, which loses digits in binary64. Samples are separate
+    steps of the same order within a step.
     """
 
     name, order = "Verner 6(5)", 6
@@ -157,7 +157,7 @@ class Verner6(Embedded):
 class Verner9(Embedded):
     """Verner's most efficient 9(8) pair (Numerical Algorithms 53, 2010). Order 9.
 
-    Samples are steps of their own within a step, of the same order.
+    Samples are separate steps of the same order within a step.
     """
 
     name, order = "Verner 9(8)", 9

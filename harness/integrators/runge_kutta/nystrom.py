@@ -11,27 +11,27 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Tolerance
-from gnomon.harness.integrators.base.fixed_step import Table
+from gnomon.harness.integrators.base.fixed_step import Table, fraction
 from gnomon.harness.integrators.base.sizes import one_over, trial_step, turning_time
 from gnomon.harness.integrators.base.step_control import STAGES, Adaptive
 from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.runge_kutta import nystrom_table
-from gnomon.harness.integrators.runge_kutta.embedded import Row, full, number, step_for
+from gnomon.harness.integrators.runge_kutta.embedded import Row, full, step_for
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 ENDS = 0
-"""Of each method, when it is compiled: 1 where the slope at the end of the step has a weight in it."""
+"""Set when a method is compiled: 1 where the step uses the acceleration at its end."""
 
 
 class Nystrom(Adaptive):
-    """An explicit Nyström pair by its tableau, each row sparse by column, numbers as fractions.
+    """An explicit Nyström pair given by its tableau, each row as {column: fraction}.
 
     `nodes`: c_j of the s stages; `stages`: a_j1, ...; `positions` and `velocities`: weights b and b' of the formula that
-    is carried on, `others`: those of the embedded one, of order `lower`. Column s stands for the acceleration at the
-    end of the step. A sample is a step of its own, of the same order, within the step.
+    is continued, `others`: those of the embedded one, of order `lower`. Column s is for the acceleration at the end of the
+    step. A sample is a separate step of the same order within the step.
     """
 
     accepts = (SecondOrder,)
@@ -49,7 +49,7 @@ class Nystrom(Adaptive):
         weights = [full(mp, row, width) for row in (cls.positions, cls.velocities)]
         others = [full(mp, row, width) for row in cls.others]
         errors = [[x - y for x, y in zip(*rows, strict=True)] for rows in zip(weights, others, strict=True)]
-        stages = [[number(mp, c), *full(mp, row, width)] for c, row in zip(cls.nodes, cls.stages, strict=True)]
+        stages = [[fraction(mp, c), *full(mp, row, width)] for c, row in zip(cls.nodes, cls.stages, strict=True)]
         return [*stages, *([mp.mpf(0), *row] for row in (*weights, *errors))]
 
     @classmethod
@@ -94,11 +94,11 @@ def first_step(
 
 
 def attempt(
-    f: Any, t: float, h: float, y: Floats, low: Floats, p: Floats, table: Floats, inverse: Floats, x: Floats,
+    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, inverse: Floats, x: Floats,
     slope: Floats, k: Floats, change: Floats, end: Floats,
 ) -> float:  # fmt: skip
-    """The stages of a step, the state at its end, and the estimated error, relative."""
-    step_into(f, t, h, y, low, p, table, x, slope, k, change, end)
+    """Compute the stages of a step and the state at its end; returns the norm of the estimated error."""
+    step_into(f, t, h, y, compensation, p, table, x, slope, k, change, end)
     half = x.size
     total = 0.0
     for i in range(half):
@@ -112,10 +112,10 @@ def attempt(
 
 
 def step_into(
-    f: Any, t: float, h: float, y: Floats, low: Floats, p: Floats, table: Floats, x: Floats, slope: Floats, k: Floats,
+    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, x: Floats, slope: Floats, k: Floats,
     change: Floats, end: Floats,
 ) -> None:  # fmt: skip
-    """One step from the acceleration k[0] at its start: the change of the state, and the state at its end."""
+    """One step from the acceleration k[0] at its start: computes the change of the state and the state at its end."""
     half = x.size
     for j in range(1, STAGES):
         ahead = table[j, 0] * h
@@ -131,7 +131,7 @@ def step_into(
         total = 0.0
         for m in range(STAGES):
             total += table[STAGES, m + 1] * k[m, i]
-        change[i] = h * y[half + i] + h * h * total + low[i] + h * low[half + i]
+        change[i] = h * y[half + i] + h * h * total + compensation[i] + h * compensation[half + i]
         end[i] = y[i] + change[i]
     if ENDS == 1:
         end_slope(f, t + h, end, p, x, slope, k)
@@ -139,7 +139,7 @@ def step_into(
         total = 0.0
         for m in range(STAGES + ENDS):
             total += table[STAGES + 1, m + 1] * k[m, i]
-        change[half + i] = h * total + low[half + i]
+        change[half + i] = h * total + compensation[half + i]
         end[half + i] = y[half + i] + change[half + i]
 
 
@@ -152,7 +152,7 @@ def end_slope(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats
 
 
 def arrive(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k: Floats) -> bool:
-    """The acceleration at the end of an accepted step, where the step has not asked for it already."""
+    """Compute the acceleration at the end of an accepted step, unless the step did; returns whether it is finite."""
     if ENDS == 0:
         end_slope(f, t, end, p, x, slope, k)
     finite = True
@@ -165,21 +165,21 @@ def arrive(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k
 def open_step(
     f: Any, t: float, h: float, y: Floats, p: Floats, table: Floats, x: Floats, slope: Floats, k: Floats
 ) -> None:
-    """Nothing: there is no interpolant to prepare."""
+    """Does nothing: there is no interpolant to prepare."""
 
 
 def between(
-    f: Any, t: float, h: float, ahead: float, y: Floats, low: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
+    f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
     slope: Floats, k: Floats, spare: Floats, out: Floats,
 ) -> None:  # fmt: skip
-    """The state within a step: a step of its own, after which the acceleration at the end of the whole one is kept."""
+    """The state within a step, into `out`, by a separate step; the acceleration at the end of the whole step is kept."""
     if ahead == h:
         for i in range(y.size):
             out[i] = end[i]
         return
     for i in range(x.size):
         k[STAGES + 1, i] = k[STAGES, i]
-    step_into(f, t, ahead, y, low, p, table, x, slope, k, spare, out)
+    step_into(f, t, ahead, y, compensation, p, table, x, slope, k, spare, out)
     for i in range(x.size):
         k[STAGES, i] = k[STAGES + 1, i]
 
@@ -192,7 +192,7 @@ def nystrom_increment(
 ) -> None:
     """One step at a fixed step size, in any arithmetic, from the acceleration store[0] at its start.
 
-    The first `stages` rows of `table` are those of the stages, the next two the weights of position and velocity.
+    The first `stages` rows of `table` are the stages, the next two the weights of position and velocity.
     """
     half = x.size
     for j in range(1, stages):

@@ -1,4 +1,4 @@
-"""Taylor's method, order and step size from the tolerance, with coefficients from the case's own equations."""
+"""Taylor's method: order and step size from the tolerance, coefficients from the case's own equations."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LEAST_TOLERANCE = 1e-16
 """Unit round-off."""
 
 MOST_STEPS = 5_000_000
-"""Several seconds: past that the equations are stiff."""
+"""Several seconds: beyond it the equations are stiff."""
 
 NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 1, 2, 3
 REASONS = {
@@ -32,11 +32,11 @@ REASONS = {
 
 
 class Taylor(Integrator):
-    """Taylor's method of order and step from the tolerance (Jorba and Zou, Experimental Mathematics 14, 2005). Order 20.
+    """Taylor's method, order and step from the tolerance (Jorba and Zou, Experimental Mathematics 14, 2005). Order 20.
 
-    The declared order is that at a tolerance of 1e-16; it is 1 + ln(1/tolerance)/2, rounded up. Coefficients come from
-    recurrences (automatic differentiation) generated from the equations. The remainder is held against each component's
-    largest size so far. Sums are compensated. Right-hand sides are not called one by one, so they are not counted.
+    The order is 1 + ln(1/tolerance)/2, rounded up; the declared one is that at 1e-16. Coefficients come from recurrences
+    (automatic differentiation) generated from the equations. The remainder is relative to each component's largest size
+    so far. Sums are compensated. Right-hand sides are not called one by one, so they are not counted.
     """
 
     name, order = "Taylor", 20
@@ -64,7 +64,7 @@ class Taylor(Integrator):
 
 
 def order_for(tolerance: float) -> int:
-    """The order at which the tolerance costs least work (Jorba and Zou, equation 10): the remainder is then e^-2p."""
+    """The order p of least work for a tolerance (Jorba and Zou, equation 10): the remainder is then e^-2p."""
     return max(3, math.ceil(1 - math.log(tolerance) / 2))
 
 
@@ -72,7 +72,7 @@ def order_for(tolerance: float) -> int:
 def compiled_coefficients(form: FirstOrder, dimension: int, parameters: int) -> tuple[int, int]:
     """The address of the compiled recurrences, void(t, y, p, w), and the length of w.
 
-    Raises Refused for equations that have none.
+    Raises Refused for equations without recurrences.
     """
     try:
         text, length = coefficients_text(form, dimension, parameters)
@@ -102,14 +102,14 @@ def integrate(
     `stop` gets the reason and the sample where a trajectory ended early.
     """
     dimension = initial.shape[1]
-    y, low, sizes = np.empty(dimension), np.empty(dimension), np.empty(dimension)
+    y, compensation, sizes = np.empty(dimension), np.empty(dimension), np.empty(dimension)
     x, w = np.empty(dimension + 1), np.zeros(length)
     safety = exp(-2.0 - 0.7 / (order - 1))
     taken = 0
     for n in range(initial.shape[0]):
         for i in range(dimension):
             y[i] = initial[n, i]
-            low[i] = 0.0
+            compensation[i] = 0.0
         t, sample, steps, reason = 0.0, 0, 0, 0
         while sample < times.size:
             for i in range(dimension):
@@ -138,13 +138,13 @@ def integrate(
             end = times[-1] if t + h >= times[-1] else t + step
             while sample < times.size and times[sample] <= end:
                 for i in range(dimension):
-                    out[n, sample, i] = y[i] + (low[i] + polynomial(w, STRIDE * i, order, times[sample] - t))
+                    out[n, sample, i] = y[i] + (compensation[i] + polynomial(w, STRIDE * i, order, times[sample] - t))
                 sample += 1
             for i in range(dimension):
-                change = low[i] + polynomial(w, STRIDE * i, order, step)
-                moved = y[i] + change
-                low[i] = change - (moved - y[i])
-                y[i] = moved
+                change = compensation[i] + polynomial(w, STRIDE * i, order, step)
+                updated = y[i] + change
+                compensation[i] = change - (updated - y[i])
+                y[i] = updated
             steps += 1
             t = end
         taken += steps
@@ -154,10 +154,10 @@ def integrate(
 
 
 def start_sizes(w: Floats, order: int, time_scale: float, y: Floats, sizes: Floats) -> None:
-    """Sizes of components that start at zero: what the motion makes of them within its radius of convergence.
+    """Sizes of components, for those that start at zero: their change within the radius of convergence.
 
-    That is as far as the components which do not start at zero tell, and a time scale at most: at the pericentre of a
-    long ellipse it is far shorter, and a whole time scale of the acceleration there no size of any velocity.
+    The radius is estimated from the components that do not start at zero, and is at most a time scale: at the pericentre
+    of a long ellipse it is far shorter, and the acceleration there times a time scale would exceed every velocity.
     """
     upper = 0.0
     for i in range(y.size):

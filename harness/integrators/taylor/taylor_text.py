@@ -2,8 +2,8 @@
 
 Coefficients are normalised: a_k is the k-th derivative over k!. With them products are convolutions, and every function
 with derivative g follows from k f_k = sum of j u_j g_(k-j) over 0 < j <= k (Jorba and Zou, Experimental Mathematics 14,
-2005, section 2). What is summed inside, 0 < j < k, needs lower orders alone: all nodes share one loop for it, in which
-no sum waits for another, and the ends are added node by node.
+2005, section 2). The inner terms, 0 < j < k, need only lower orders: all nodes share one loop for them, in which the sums
+are independent; the terms j = 0 and j = k are added node by node.
 """
 
 from __future__ import annotations
@@ -12,32 +12,32 @@ from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.kernels.graph import Graph, Number, Trace, arguments, expression, needed, slope, traced
 
 STRIDE = 24
-"""Room for the coefficients of one node: orders 0 to 23."""
+"""The number of coefficients stored for each node: orders 0 to 23."""
 
 FEW = 4
-"""Up to so many sums in the loop, each is split in two."""
+"""Up to this number of sums in the loop, each is split in two."""
 
 OWN = ("add", "sub", "neg", "mul", "div", "sqrt", "pow")
 """Operations with recurrences of their own; the others are functions with a derivative."""
 
 
 class Recurrences:
-    """The nodes of a trace, told apart: constants, series, what is convolved with what."""
+    """The nodes of a trace with their recurrences: which are constants, which are series, and their products."""
 
     def __init__(self, form: FirstOrder, dimension: int, parameters: int) -> None:
         self.trace = traced(form, dimension, parameters)
         self.graph: Graph = self.trace.graph
         self.derivative = self._derivatives()
-        everything = (*self.trace.outputs, *(Number(self.graph, g) for g in self.derivative.values()))
-        self.order = needed(Trace(self.graph, everything))
+        values = (*self.trace.outputs, *(Number(self.graph, g) for g in self.derivative.values()))
+        self.sequence = needed(Trace(self.graph, values))
         self.varying: set[int] = set()
-        for i in self.order:
+        for i in self.sequence:
             if self.graph.nodes[i][0] in ("t", "y") or any(a in self.varying for a in arguments(self.graph.nodes[i])):
                 self.varying.add(i)
         self.rows: dict[str, int] = {f"y{i}": i for i in range(dimension)}
 
     def _derivatives(self) -> dict[int, int]:
-        """The node of f' for each function node; those nodes may bring new functions."""
+        """The node of f' for each function node; these nodes may add new functions."""
         found: dict[int, int] = {}
         waiting = needed(self.trace)
         while waiting:
@@ -50,24 +50,24 @@ class Recurrences:
         return found
 
     def row(self, i: int) -> int:
-        """Where the coefficients of node i start in the array of all."""
+        """The index of the first coefficient of node i in the array w of all coefficients."""
         operation, *where = self.graph.nodes[i]
         name = f"y{where[0]}" if operation == "y" else f"n{i}"
         return STRIDE * self.rows.setdefault(name, len(self.rows))
 
     def slope_node(self, u: int) -> int | None:
-        """The node whose coefficients are (j + 1) u_(j+1): of a variable its derivative; else None."""
+        """The node whose coefficients are (j + 1) u_(j+1): for a variable that of its derivative; else None."""
         operation, *where = self.graph.nodes[u]
         output = self.trace.outputs[where[0]].index if operation == "y" else None
         return output if output in self.varying else None
 
     def slopes(self, u: int) -> int:
-        """Where (j + 1) u_(j+1) stand."""
+        """The index of the first of the numbers (j + 1) u_(j+1) in w."""
         node = self.slope_node(u)
         return self.row(node) if node is not None else STRIDE * self.rows.setdefault(f"d{u}", len(self.rows))
 
     def inside(self, i: int) -> str | None:
-        """What node i sums over 0 < j < k, None where nothing."""
+        """The term that node i sums over 0 < j < k; None where there is none."""
         operation, *where = self.graph.nodes[i]
         if i not in self.varying or operation in ("t", "y", "add", "sub", "neg"):
             return None
@@ -84,7 +84,7 @@ class Recurrences:
         return f"w[{self.slopes(where[0])} + j - 1] * w[{self.row(g)} + k - j]" if g in self.varying else None
 
     def coefficient(self, i: int) -> str:
-        """The coefficient of order k > 0 of node i, s standing for what it summed."""
+        """The coefficient k > 0 of node i, with s{i} for its inner sum."""
         operation, *where = self.graph.nodes[i]
         if operation == "t":
             return "ONE if k == 1 else 0 * ONE"
@@ -115,21 +115,21 @@ class Recurrences:
 
 
 def coefficients_text(form: FirstOrder, dimension: int, parameters: int) -> tuple[str, int]:
-    """Source text of `kernel(t, y, p, w)` and the length that `w` must have.
+    """Source text of `kernel(t, y, p, w)` and the length of `w`.
 
-    y: the state and after it the highest order; w gets y_i's coefficient of order k at STRIDE i + k. The text uses a
-    global ONE, the number one of the arithmetic that it is run in. Raises ValueError for equations it cannot trace.
+    y: the state, then the highest order; w gets coefficient k of y_i at STRIDE i + k. The text uses a global ONE, the
+    number 1 of the arithmetic that runs it. Raises ValueError for equations that cannot be traced.
     """
     r = Recurrences(form, dimension, parameters)
-    sums = {i: term for i in r.order if (term := r.inside(i)) is not None}
+    sums = {i: term for i in r.sequence if (term := r.inside(i)) is not None}
     stored, doubled = _stored(r, sums)
-    lines = [f"    n{i} = {expression(r.graph.nodes[i])}" for i in r.order]
+    lines = [f"    n{i} = {expression(r.graph.nodes[i])}" for i in r.sequence]
     lines += [f"    w[{r.row(i)}] = n{i}" for i in stored]
     outputs = list(enumerate(r.trace.outputs))
     lines += [f"    w[{STRIDE * i}] = y[{i}]\n    w[{STRIDE * i + 1}] = n{x.index}" for i, x in outputs]
     lines += [f"    for k in range(1, int(y[{dimension}])):", "        per, ahead = ONE / k, ONE / (k + 1)"]
     lines += _loop(sums)
-    for i in r.order:
+    for i in r.sequence:
         if i in r.varying:
             lines.append(f"        a{i} = {r.coefficient(i)}")
             lines += [f"        w[{r.row(i)} + k] = a{i}"] * (i in stored)
@@ -142,7 +142,7 @@ def coefficients_text(form: FirstOrder, dimension: int, parameters: int) -> tupl
 
 
 def _stored(r: Recurrences, sums: dict[int, str]) -> tuple[list[int], set[int]]:
-    """The nodes whose coefficients are read again, and those whose (j + 1) u_(j+1) are and stand nowhere else."""
+    """The nodes whose coefficients are read again, and those whose (j + 1) u_(j+1) are read and not stored elsewhere."""
     found: set[int] = set()
     doubled: set[int] = set()
     for i in sums:
@@ -158,13 +158,13 @@ def _stored(r: Recurrences, sums: dict[int, str]) -> tuple[list[int], set[int]]:
                 doubled.add(where[0])
             else:
                 found.add(node)
-    return [i for i in r.order if i in found and r.graph.nodes[i][0] != "y"], doubled
+    return [i for i in r.sequence if i in found and r.graph.nodes[i][0] != "y"], doubled
 
 
 def _loop(sums: dict[int, str]) -> list[str]:
     """The loop over 0 < j < k that adds each term to its sum.
 
-    A short list would wait for its additions: two sums each, of odd and of even j. More would not fit the registers.
+    Few sums would wait for their additions: each is split in two, over odd and even j. More would not fit the registers.
     """
     lines = [f"        s{i} = 0 * ONE" for i in sums]
     added = [f"s{i} += {term}" for i, term in sums.items()]

@@ -69,15 +69,15 @@ def test_a_state_may_be_one_number(policy: type[Taylor]) -> None:
 
 
 @every
-def test_the_settings_recorded_are_the_settings_used(policy: type[Taylor], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of the integrator of one trajectory and of those of an ensemble, as heyoka reports them."""
+def test_the_options_recorded_are_the_options_used(policy: type[Taylor], monkeypatch: pytest.MonkeyPatch) -> None:
+    """For the integrator of one trajectory and those of an ensemble, as heyoka reports them."""
     made: list[Any] = []
     for name in ("taylor_adaptive", "taylor_adaptive_batch"):
         original = getattr(heyoka, name)
         monkeypatch.setattr(heyoka, name, lambda *a, _make=original, **k: made.append(_make(*a, **k)) or made[-1])
     solve = policy().prepare(toy(forced), 1e-7)
     solve(np.tile([0.0, 3.0], (16, 1)))
-    recorded: Any = solve.settings  # type: ignore[attr-defined]
+    recorded: Any = solve.options  # type: ignore[attr-defined]
     assert recorded["tol"] == 1e-7
     assert [one.tol for one in made] == [1e-7] * 2
     assert [one.llvm_state.fast_math for one in made] == [recorded.get("fast_math", False)] * 2
@@ -117,7 +117,7 @@ def test_one_over_u_times_its_root_is_one_power_in_the_fast_policy(name: str) ->
     assert values[0] == pytest.approx(values[1], rel=1e-14)
 
 
-def test_time_stands_in_the_equations() -> None:
+def test_equations_may_depend_on_time() -> None:
     problem = toy(forced)
     states = Taylor().prepare(problem, 1e-14)(np.array([[0.0, 3.0]])).states[0]
     assert states[:, 0] == pytest.approx(problem.times**2 + np.sin(3 * problem.times), abs=1e-12)
@@ -135,7 +135,7 @@ def test_derivatives_may_be_numbers() -> None:
     assert states == pytest.approx(np.outer(problem.times, [1, 0.5]), rel=1e-15)
 
 
-def test_trajectories_do_not_remember_each_other() -> None:
+def test_trajectories_are_independent() -> None:
     case = get("pendulum_simple").rounded()
     solve = Taylor().prepare(problem_of(case, (FirstOrder,)), 1e-9)
     states = solve(np.array([[2.0, 0.0], [0.5, 7.0], [2.0, 0.0]])).states
@@ -144,7 +144,7 @@ def test_trajectories_do_not_remember_each_other() -> None:
     assert not np.array_equal(states[0], states[1])
 
 
-def test_says_where_it_stopped() -> None:
+def test_the_reason_names_the_time_where_it_stopped() -> None:
     solution = Taylor().prepare(toy(lost), 1e-9)(np.array([[1.0, 0.0]]))
     assert solution.stopped is not None
     assert np.isfinite(solution.states[0, :7]).all()
@@ -180,7 +180,7 @@ def test_steps_are_those_of_all_trajectories() -> None:
     assert solve(starts).steps == sum(solve(start[None]).steps or 0 for start in starts)
 
 
-def test_ensembles_alone_are_compiled_for_batches(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_ensembles_compile_batches(monkeypatch: pytest.MonkeyPatch) -> None:
     made, original = [], heyoka.taylor_adaptive_batch
     monkeypatch.setattr(heyoka, "taylor_adaptive_batch", lambda *a, **k: made.append(1) or original(*a, **k))
     solve = Taylor().prepare(toy(forced), 1e-6)
@@ -191,7 +191,7 @@ def test_ensembles_alone_are_compiled_for_batches(monkeypatch: pytest.MonkeyPatc
     assert len(made) == 1
 
 
-def test_an_ensemble_says_that_it_stopped() -> None:
+def test_an_ensemble_reports_that_it_stopped() -> None:
     solution = Taylor().prepare(toy(lost), 1e-9)(np.tile([1.0, 0.0], (16, 1)))
     assert solution.stopped is not None
     assert np.isnan(solution.states[:, 9:]).all()

@@ -1,4 +1,4 @@
-"""Adapters import their library in `prepare` and no earlier, and say by ImportError that it is missing."""
+"""Adapters import their library in `prepare`, not earlier; a missing library is an ImportError."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ every = pytest.mark.parametrize("integrator", ALL, ids=lambda kind: kind().id)
 
 
 def test_importing_adapters_imports_no_library() -> None:
-    """`gnomon list` is instant, and works where a library is missing."""
+    """`gnomon list` is fast, and works where a library is missing."""
     names = ", ".join(module.__name__ for module in MODULES)
     found = f"import sys, {names}; print(*({{'scipy', 'rebound', 'heyoka', 'numba'}} & set(sys.modules)))"
     result = subprocess.run([sys.executable, "-c", found], capture_output=True, text=True, check=True)

@@ -166,7 +166,7 @@ def test_scene_moves_as_its_case(policy: type[PyBullet], name: str) -> None:
     "name", ["pendulum_simple", "projectile_parabola", "kepler_orbit", "euler_top", "charge_in_E_and_B"]
 )
 def test_as_shipped_does_not_converge(name: str) -> None:
-    """Damping and motors that no scene states do not go with the step: of order 0."""
+    """The effect of damping and motors that no scene declares does not decrease with the step: order 0."""
     coarse, fine = halved(PyBulletAsShipped, name, 64)
     assert coarse > 0.05
     assert np.log2(coarse / fine) == pytest.approx(0.0, abs=0.05)
@@ -177,7 +177,7 @@ def test_as_shipped_does_not_converge(name: str) -> None:
     ["three_ball_chain", "newtons_cradle", "oblique_impact", "restitution_impact_1d_2d", "bouncing_ball_incline"],
 )
 def test_impacts_between_bodies_keep_the_law_of_restitution(name: str) -> None:
-    """Each impact is late by at most a step: first order, and where a step falls on an impact moves the error about."""
+    """Each impact is late by at most a step: first order, with an error that depends on where the impact is in its step."""
     case = get(name, "equal" if name == "restitution_impact_1d_2d" else None).rounded()
     exact = case.sample(case.times)
     steps = [float(case.times[0]) / parts for parts in (16, 256)]
@@ -195,7 +195,7 @@ def test_block_holds_without_creeping() -> None:
 
 
 def test_friction_is_the_same_in_every_direction() -> None:
-    """Thrown at 45 degrees to the plane's axes, the block stops where v0^2/(2 mu g) says, v0 dt/2 short (order 1)."""
+    """Thrown at 45 degrees to the plane's axes, the block stops at v0^2/(2 mu g), less v0 dt/2 (order 1)."""
     case = variant("block_incline_friction", "engines_stop")
     scene = case.scene
     assert scene is not None
@@ -235,7 +235,7 @@ def test_staggered_start_gives_order_two_in_positions_and_velocities(name: str) 
 
 @pytest.mark.parametrize("policy", INTEGRATORS)
 def test_a_call_after_a_reset_builds_nothing(policy: type[PyBullet], monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is built belongs to preparation and reset, which are not in the time of a call."""
+    """Bodies are built in preparation and reset, which are not in the time of a call."""
     case = variant("pendulum_simple", "engines")
     with running(policy, case, 1e-2) as run:
         run(initial_state(case)[None])
@@ -245,7 +245,7 @@ def test_a_call_after_a_reset_builds_nothing(policy: type[PyBullet], monkeypatch
 
 
 @pytest.mark.parametrize(("name", "label"), ENGINES)
-def test_as_shipped_is_visibly_worse(name: str, label: str) -> None:
+def test_as_shipped_errs_more(name: str, label: str) -> None:
     case = variant(name, label)
     exact = case.sample(case.times)
     configured, shipped = (
@@ -264,11 +264,11 @@ def test_hinge_has_no_motor_and_no_shape() -> None:
         assert not any(pybullet.getCollisionShapeData(0, link, physicsClientId=client) for link in (-1, 0))
     start = initial_state(case)[0]
     assert np.ptp(states(PyBullet, case, 1e-2)[:, 0]) > 2 * start
-    # As shipped the motor that comes with every joint holds the pendulum where it was released.
+    # As shipped the default motor of the joint holds the pendulum where it was released.
     assert np.ptp(states(PyBulletAsShipped, case, 1e-2)[:, 0]) < 1e-2
 
 
-def test_only_contacts_bring_shapes() -> None:
+def test_only_contacts_need_shapes() -> None:
     for name, label in ENGINES:
         case = variant(name, label)
         contact = name in ("bouncing_ball", "block_incline_friction")
@@ -276,19 +276,19 @@ def test_only_contacts_bring_shapes() -> None:
             client = run.world.client
             bodies = pybullet.getNumBodies(physicsClientId=client)
             assert bodies == (2 if contact else 1), case.id
-            if not run.world.maximal:  # the engine does not tell the shapes of bodies in maximal coordinates
+            if not run.world.maximal:  # the engine does not report the shapes of bodies in maximal coordinates
                 shapes = [pybullet.getCollisionShapeData(body, -1, physicsClientId=client) for body in range(bodies)]
                 assert [len(shape) for shape in shapes] == [int(contact)] * bodies, case.id
 
 
-def test_settings_are_recorded_and_differ_from_the_defaults() -> None:
+def test_options_are_recorded_and_differ_from_the_defaults() -> None:
     recorded: dict[str, Any] = {}
     for name, label in ENGINES:
         with running(PyBullet, variant(name, label), 1e-2) as run:
-            assert {"linearDamping", "angularDamping"} <= set(run.settings)
-            recorded |= run.settings
+            assert {"linearDamping", "angularDamping"} <= set(run.options)
+            recorded |= run.options
         with running(PyBulletAsShipped, variant(name, label), 1e-2) as run:
-            assert not run.settings
+            assert not run.options
     assert set(recorded) == {
         "linearDamping",
         "angularDamping",
@@ -311,10 +311,10 @@ def test_settings_are_recorded_and_differ_from_the_defaults() -> None:
 
 
 @pytest.mark.parametrize(("name", "label"), [*ENGINES, ("damped_oscillator", None)])
-def test_the_settings_recorded_are_the_settings_used(
+def test_the_options_recorded_are_the_options_used(
     name: str, label: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What the engine was told, by every call that sets anything; and what it says of itself after a run."""
+    """The arguments of every call that sets an option, and the values that the engine reports after a run."""
     told: list[tuple[str, dict[str, Any]]] = []
 
     def noted(function: str) -> Callable[..., Any]:
@@ -334,7 +334,7 @@ def test_the_settings_recorded_are_the_settings_used(
     with running(PyBullet, case, step) as run:
         run(initial_state(case)[None])
         says = pybullet.getPhysicsEngineParameters(physicsClientId=run.world.client)
-        recorded = dict(run.settings)
+        recorded = dict(run.options)
     assert says["fixedTimeStep"] == step
     assert all(says[setting] == value for setting, value in recorded.items() if setting in says)
     declared = {"fixedTimeStep", "numSubSteps", "contactBreakingThreshold", "mass", "localInertiaDiagonal"}
@@ -408,7 +408,7 @@ def test_missing_tokens_are_named_before_anything_is_built() -> None:
     assert "as configured" in (PyBulletMaximal().unsupported(form()) or "")
 
 
-def test_static_friction_is_asked_for_only_where_it_decides() -> None:
+def test_static_friction_is_needed_only_where_a_body_sticks() -> None:
     answers = {
         label: PyBullet().unsupported(scene)
         for label in (None, "holds", "gap", "limit_above", "limit_below", "thrown_down", "end_stop")
@@ -419,7 +419,7 @@ def test_static_friction_is_asked_for_only_where_it_decides() -> None:
     assert all(answer is None for label, answer in answers.items() if label not in lacking)
 
 
-def test_the_library_is_imported_by_prepare_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_prepare_imports_the_library(monkeypatch: pytest.MonkeyPatch) -> None:
     code = "import sys, gnomon.harness.adapters.pybullet; sys.exit('pybullet' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
     monkeypatch.setitem(sys.modules, "pybullet", None)
@@ -439,7 +439,7 @@ def test_a_singular_force_stops_the_run_and_keeps_what_was_reached() -> None:
 
 
 def test_a_force_on_a_slider_is_that_of_the_start_of_its_step() -> None:
-    """Place, velocity and time: symplectic Euler in five lines takes the same steps, but for the rounding of each."""
+    """At its position, velocity and time: symplectic Euler in five lines takes the same steps, up to rounding."""
     case, dt, count = variant("forced_oscillator", "engines"), 1e-2, 200
     equations = next(form.equations for form in case.all_forms() if isinstance(form, FirstOrder))
     parameters = tuple(float(value) for value in case.parameter_values())
@@ -471,7 +471,7 @@ def test_staggered_rates_of_sliders_hinges_and_pairs_are_of_order_two(name: str)
     assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.05)
 
 
-def test_an_arm_turns_with_its_attitude_whatever_its_part_along_the_axis() -> None:
+def test_an_arm_is_rotated_with_its_attitude_also_with_a_part_along_the_axis() -> None:
     axis, arm = (0.6, 0.0, 0.8), (0.3, -0.5, 0.7)
     (x, y, z, w), lever = _turned(axis, arm, 2.3)
     v = np.array([x, y, z])

@@ -1,4 +1,4 @@
-"""REBOUND on Kepler's orbit, natively and in ODE mode: it converges, stays on time, forgets, counts, refuses."""
+"""REBOUND on Kepler's orbit, native and in ODE mode: convergence, sample times, independent runs, counts, refusals."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_leapfrog_is_of_order_2() -> None:
 
 
 def test_whfast_is_exact_for_two_bodies_at_any_step() -> None:
-    """What is left is round-off, 64 steps or 65536 (each step half an ulp, growing as steps^1/2 in energy)."""
+    """The error is round-off, with 64 steps or 65536 (half an ulp each step, growing as steps^1/2 in energy)."""
     assert error(WHFast, PROBLEM.interval) < 1e-11
     assert error(WHFast, PROBLEM.interval / 1024) < 1e-10
 
@@ -91,7 +91,7 @@ def test_whfast_is_exact_for_two_bodies_at_any_step() -> None:
 THREE = get("equilateral_three_body").rounded()
 MASSES = np.array([1.0, 0.625, 0.375])
 NEAR = initial_state(THREE) + np.random.default_rng(3).uniform(-0.125, 0.125, 18)
-"""Three bodies of like masses a little off the triangle: nothing that a method for them is exact for."""
+"""Three bodies of similar masses, nearly in a triangle: no method here is exact for them."""
 
 
 def three_bodies(integrator: type[Integrator], starts: Floats) -> Floats:
@@ -116,8 +116,8 @@ def test_steps_are_symplectic(integrator: type[Native]) -> None:
 
 
 @pytest.mark.parametrize("integrator", [Leapfrog, WHFast, BulirschStoer], ids=lambda kind: kind.name)
-def test_fixed_steps_go_back_the_way_they_came_and_keep_momentum(integrator: type[Native]) -> None:
-    """To the round-off of 64 steps, amplified by encounters; what is of a tolerance shows."""
+def test_fixed_steps_are_reversible_and_conserve_momentum(integrator: type[Native]) -> None:
+    """To the round-off of 64 steps, amplified by encounters; errors of a tolerance would exceed it."""
     there = three_bodies(integrator, NEAR[None])[0]
     turn = np.array([1.0, -1.0])[:, None, None]
     back = three_bodies(integrator, (there[-1] * turn).reshape(1, 18))[0, -1] * turn
@@ -160,7 +160,7 @@ def test_ode_mode_takes_a_formulation_with_a_clock() -> None:
 
 
 @every
-def test_runs_do_not_remember_each_other(integrator: type[Integrator]) -> None:
+def test_runs_are_independent(integrator: type[Integrator]) -> None:
     starts = np.array([[0.4, 0.0, 0.0, 2.0], [1.0, 0.0, 0.25, 1.0], [0.4, 0.0, 0.0, 2.0]])
     solve = integrator().prepare(problem_for(integrator), setting_for(integrator))
     together, alone = solve(starts).states, solve(starts[:1]).states
@@ -185,7 +185,7 @@ def test_steps_are_those_of_this_call(integrator: type[Integrator]) -> None:
 def test_simulation_meets_each_sample_time_to_the_bit(
     integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """REBOUND takes a time within 1e-12 as the one asked for; on our times it never has to."""
+    """REBOUND may end within 1e-12 of the requested time; at our times it ends exactly."""
     import rebound
 
     seen: list[float] = []
@@ -266,7 +266,7 @@ def test_a_start_that_is_not_finite_gives_no_finite_sample(integrator: type[Nati
 
 @every
 def test_interrupts_still_reach_python(integrator: type[Integrator]) -> None:
-    """`integrate` leaves its own handler of SIGINT behind: without ours the signal would vanish."""
+    """`integrate` leaves its own handler of SIGINT behind: unless ours is put back the signal is lost."""
     caught: list[int] = []
     before = signal.signal(signal.SIGINT, lambda number, frame: caught.append(number))
     try:
@@ -278,14 +278,14 @@ def test_interrupts_still_reach_python(integrator: type[Integrator]) -> None:
 
 
 @every
-def test_settings_name_what_differs_from_the_defaults(integrator: type[Integrator]) -> None:
+def test_options_name_what_differs_from_the_defaults(integrator: type[Integrator]) -> None:
     import rebound
 
     setting = setting_for(integrator) if issubclass(integrator, FixedSteps) else 1e-7
     solve = integrator().prepare(problem_for(integrator), setting)
     default = rebound.Simulation()
     default.integrator = getattr(integrator, "engine", "bs")
-    for name, value in solve.settings.items():  # type: ignore[attr-defined]
+    for name, value in solve.options.items():  # type: ignore[attr-defined]
         holder = default if hasattr(default, name) else default.integrator
         assert getattr(holder, name) != value
 
@@ -296,20 +296,20 @@ def test_settings_name_what_differs_from_the_defaults(integrator: type[Integrato
      (OdeMode, 1e-5, ["eps_rel", "eps_abs"])],
     ids=lambda x: getattr(x, "name", ""),
 )  # fmt: skip
-def test_the_settings_of_each_method(integrator: type[Integrator], setting: float, names: list[str]) -> None:
+def test_the_options_of_each_method(integrator: type[Integrator], setting: float, names: list[str]) -> None:
     solve = integrator().prepare(problem_for(integrator), setting or setting_for(integrator))
-    settings = dict(solve.settings)  # type: ignore[attr-defined]
-    settings.pop("N_active", None)
+    options = dict(solve.options)  # type: ignore[attr-defined]
+    options.pop("N_active", None)
     first = setting_for(integrator) if issubclass(integrator, FixedSteps) else 0.01 * PROBLEM.time_scale
-    assert settings.pop("dt") == first
-    assert settings == dict.fromkeys(names, setting)
+    assert options.pop("dt") == first
+    assert options == dict.fromkeys(names, setting)
 
 
 @every
-def test_the_settings_recorded_are_the_settings_used(
+def test_the_options_recorded_are_the_options_used(
     integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As the simulation that made the trial says after it; `dt` of adaptive methods is by then that of a later step."""
+    """Read from the simulation after the trial; `dt` of adaptive methods is then that of a later step."""
     import rebound
 
     made: list[Any] = []
@@ -319,7 +319,7 @@ def test_the_settings_recorded_are_the_settings_used(
     solve = integrator().prepare(problem, setting)
     solve(START)
     (simulation,) = made
-    recorded = dict(solve.settings)  # type: ignore[attr-defined]
+    recorded = dict(solve.options)  # type: ignore[attr-defined]
     first = recorded.pop("dt")
     if issubclass(integrator, FixedSteps):
         assert simulation.dt == first == setting

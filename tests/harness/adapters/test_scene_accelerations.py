@@ -1,8 +1,8 @@
-"""What a scene asks of an engine is what the equations of its case say: rates of change of the state, at a moving state.
+"""A scene gives the same rates of change of the state as the equations of its case, at a moving state.
 
-An engine's motion over many steps hides a wrong force that is small at the start; and scenes that no engine here takes
-are not run at all. So, of all scenes without events that PyBullet takes, one tiny step of it; and of a body on a ball
-joint, Euler's equations about its fixed point, by which an engine that has such a joint would move it.
+An engine's motion over many steps hides a wrong force that is small at the start, and scenes that no engine here takes
+are not run at all. So this takes one tiny step of PyBullet for all scenes without events that it accepts, and for a body
+on a ball joint Euler's equations about its fixed point.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ STRONGER = {"foucault_pendulum_nonlinear": "turntable"}
 
 
 def moving_state(case: Case) -> Floats:
-    """That of the third sample: no rate need be zero there."""
+    """The state of the third sample, where in general no rate is zero."""
     return np.array(list(map(float, case.exact(case.times[2].item()))))
 
 
@@ -39,7 +39,7 @@ def rates_of_the_equations(case: Case, state: Floats) -> Floats:
 
 
 def assert_same_rates(case: Case, state: Floats, found: Floats, share: float) -> None:
-    """To a share of what the group of each coordinate has, or of what it changes in one time scale."""
+    """Relative to the size of the group of each coordinate, or to its change in one time scale."""
     expected = rates_of_the_equations(case, state)
     for group in dict.fromkeys(coordinate.group for coordinate in case.state):
         members = [i for i, coordinate in enumerate(case.state) if coordinate.group == group]
@@ -49,7 +49,7 @@ def assert_same_rates(case: Case, state: Floats, found: Floats, share: float) ->
 
 @pytest.mark.parametrize("name", TAKEN)
 def test_one_tiny_step_of_an_engine(name: str) -> None:
-    """Its first step is off by its length over the time scale, times what rates change in that: within a few of 1e-5."""
+    """The first step errs by its length over the time scale, times the change of the rates in a time scale: a few 1e-5."""
     pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
     case = get(name).rounded()
     state, step = moving_state(case), 1e-5 * case.fastest_time
@@ -60,12 +60,12 @@ def test_one_tiny_step_of_an_engine(name: str) -> None:
     finally:
         run.close()
     change, angles = end - state, [coordinate.kind == "angle" for coordinate in case.state]
-    change[angles] = np.remainder(change[angles] + np.pi, 2 * np.pi) - np.pi  # turns are not counted
+    change[angles] = np.remainder(change[angles] + np.pi, 2 * np.pi) - np.pi  # whole turns are ignored
     assert_same_rates(case, state, change / step, 1e-3)
 
 
 def turned_about_the_origin(scene: Scene, h: float) -> Readings:
-    """What is read of the only body after a short time h, by Euler's equations about the fixed point."""
+    """The readings of the only body after a short time h, by Euler's equations about the fixed point."""
     (body,) = scene.bodies
     r, v = np.array(body.position), np.array(body.velocity)
     attitude = Rotation.from_quat(body.quaternion)
@@ -85,7 +85,7 @@ def turned_about_the_origin(scene: Scene, h: float) -> Readings:
 
 @pytest.mark.parametrize("name", ON_A_BALL_JOINT)
 def test_a_body_on_a_ball_joint(name: str) -> None:
-    """By central differences of 1e-5 time scales: 1e-10 of the rates is left out, and round-off is some ulp over 1e-5."""
+    """By central differences of 1e-5 time scales: they err by 1e-10 of the rates, and by some ulp over 1e-5."""
     case = get(name, STRONGER.get(name)).rounded()
     form, parameters = case.scene, tuple(map(float, case.parameter_values()))
     assert form is not None

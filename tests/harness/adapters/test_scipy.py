@@ -1,4 +1,4 @@
-"""SciPy's methods on the simple pendulum: they converge, count truthfully and say so where they give up."""
+"""SciPy's methods on the simple pendulum: they converge, count correctly and report failures."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ IMPLICIT = (scipy_ivp.Radau, scipy_ivp.BDF, scipy_ivp.LSODA, scipy_odeint.Odeint
 
 
 def stiff(t: Any, state: Values, parameters: Values) -> Values:
-    """x relaxes to sin v a thousand times faster than v moves on."""
+    """x relaxes to sin v a thousand times faster than v changes."""
     x, v = state
     (k,) = parameters
     return -1000 * k * (x - sin(v)), k
@@ -116,20 +116,20 @@ def stiff_opaque(t: Any, state: Values, parameters: Values) -> Values:
 
 @pytest.mark.parametrize("integrator", IMPLICIT, ids=lambda kind: kind.name)
 def test_implicit_methods_get_the_compiled_jacobian(integrator: type[Integrator]) -> None:
-    """It spares them the right-hand sides of finite differences, of which a change of either variable costs one more."""
+    """It saves the right-hand sides of finite differences, one for each variable."""
     with_jacobian, without = toy(stiff, counted=True), toy(stiff_opaque, counted=True)
     for problem, said in ((with_jacobian, "compiled"), (without, None)):
         solve = integrator().prepare(problem, 1e-6)
         states = solve(np.array([[0.0, 0.0]])).states[0]
         assert states[:, 0] == pytest.approx(np.sin(problem.times), abs=2e-3)
-        settings = solve.settings  # type: ignore[attr-defined]
-        assert settings["Dfun" if integrator is scipy_odeint.Odeint else "jac"] == said
+        options = solve.options  # type: ignore[attr-defined]
+        assert options["Dfun" if integrator is scipy_odeint.Odeint else "jac"] == said
     assert with_jacobian.buffer[-1] < without.buffer[-1]
 
 
 def test_methods_without_equations_to_solve_get_no_jacobian() -> None:
     for integrator in (scipy_ivp.RK45, scipy_ivp.DOP853, scipy_ode.Dop853, scipy_ode.Adams):
-        assert "jac" not in integrator().prepare(toy(stiff), 1e-6).settings  # type: ignore[attr-defined]
+        assert "jac" not in integrator().prepare(toy(stiff), 1e-6).options  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit", "euler_top"])
@@ -149,7 +149,7 @@ def test_the_jacobian_is_that_of_the_equations(name: str) -> None:
 def test_implicit_methods_get_the_jacobian_of_each_mode(integrator: type[Integrator]) -> None:
     case = get("bouncing_ball").rounded()
     solve = integrator().prepare(problem_of(case, integrator.accepts), 1e-6)
-    found = {key: value for key, value in solve.settings.items() if key.startswith("jac")}  # type: ignore[attr-defined]
+    found = {key: value for key, value in solve.options.items() if key.startswith("jac")}  # type: ignore[attr-defined]
     assert found
     assert set(found.values()) == {"compiled"}
 
@@ -163,7 +163,7 @@ def test_ode_counts_right_hand_sides_and_steps() -> None:
 
 
 def test_ode_counts_the_steps_that_it_accepts() -> None:
-    """As many as SciPy shows to a `solout`, which sees the start of each call too; others are tried and rejected."""
+    """The number that SciPy passes to a `solout`, less the start of each call; other steps are rejected."""
     case = get("kepler_orbit").rounded()
     problem = problem_of(case, (FirstOrder,))
     shown, tried = 0, 0
@@ -204,7 +204,7 @@ def test_plain_run_leaves_the_count_alone(integrator: type[Integrator]) -> None:
 
 @ending
 def test_a_right_hand_side_that_is_not_finite_ends_the_run(integrator: type[Integrator]) -> None:
-    """Late: samples up to there are kept. At the start: left alone, RK45 and DOP853 would never return."""
+    """Later than the start: samples up to there are kept. At the start RK45 and DOP853 would never return."""
     solve = integrator().prepare(toy(hopeless), 1e-6)
     late = solve(np.array([[1.0, 0.0]]))
     assert np.isnan(late.states[0, -1]).any()
@@ -224,7 +224,7 @@ def one_sided(t: Any, state: Values, parameters: Values) -> Values:
 
 
 @ending
-def test_a_trajectory_that_fails_is_told_whatever_becomes_of_the_others(integrator: type[Integrator]) -> None:
+def test_a_trajectory_that_fails_is_reported_in_an_ensemble(integrator: type[Integrator]) -> None:
     solution = integrator().prepare(toy(one_sided), 1e-6)(np.array([[-1.0, 0.0], [0.25, 0.0]]))
     assert solution.stopped
     assert np.isnan(solution.states[0, -1]).any()
@@ -240,7 +240,7 @@ def test_a_tolerance_that_scipy_would_replace_is_refused(integrator: type[Integr
         integrator().prepare(PROBLEM, 1e-14)
 
 
-def test_ode_says_where_and_why_it_gave_up() -> None:
+def test_ode_reports_where_and_why_it_stopped() -> None:
     solution = scipy_ode.Dop853().prepare(toy(hopeless), 1e-6)(np.array([[1.0, 0.0]]))
     assert solution.stopped is not None
     assert "step size becomes too small at t = 0.5" in solution.stopped
@@ -249,16 +249,16 @@ def test_ode_says_where_and_why_it_gave_up() -> None:
 
 
 @pytest.mark.filterwarnings("ignore:Illegal input")
-def test_odeint_at_what_is_refused_would_give_the_start_back() -> None:
-    """The trap itself: over whole periods an error of nothing, from a solver that took no step."""
+def test_odeint_at_a_refused_tolerance_would_return_the_start() -> None:
+    """The trap itself: over whole periods the error is 0, from a solver that took no step."""
     function = scipy_ivp.right_hand_side_of(toy(linear))
     found, facts = odeint(function, [1.0, 0.0], [0.0, 1.0], rtol=1e-14, atol=1e-17, tfirst=True, full_output=True)
     assert facts["message"] != scipy_odeint.SUCCESS
     assert np.array_equal(found[1], [1.0, 0.0])
 
 
-def test_odeint_keeps_what_it_reached_and_says_where_it_gave_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With its own limit of steps between two samples; what it returns from there on was never written."""
+def test_odeint_keeps_the_samples_that_it_reached_and_reports_where_it_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With its own limit of steps between two samples; the samples that it returns from there on are uninitialised."""
     monkeypatch.setattr(scipy_odeint, "STEPS", 500)
     problem = replace(toy(linear), times=np.array([1.0, 2.0, 2000.0, 2001.0]))
     solution = scipy_odeint.Odeint().prepare(problem, 1e-10)(np.array([[1.0, 0.0]]))
@@ -268,8 +268,8 @@ def test_odeint_keeps_what_it_reached_and_says_where_it_gave_up(monkeypatch: pyt
     assert "Excess work done on this call" in solution.stopped
 
 
-def settings_used(integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, Any], Any]:
-    """What a trial at 1e-5 recorded, and what the library's own solver had, as it says."""
+def options_used(integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, Any], Any]:
+    """The options that a trial at 1e-5 recorded, and the object of the library's solver, which has those used."""
     used: list[Any] = []
     if issubclass(integrator, scipy_ivp.SolveIvp):
         kind = METHODS[integrator.method]
@@ -286,7 +286,7 @@ def settings_used(integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch)
             ode, "set_integrator", lambda self, *a, **k: used.append(original(self, *a, **k)._integrator)
         )
     else:
-        inner = _odepack_py._odepack.odeint  # no object says what it was given
+        inner = _odepack_py._odepack.odeint  # no object of SciPy has these values
         rtol, atol, mxstep = 9, 10, 16
 
         def noted(*arguments: Any) -> Any:
@@ -296,14 +296,14 @@ def settings_used(integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch)
         monkeypatch.setattr(_odepack_py, "_odepack", SimpleNamespace(odeint=noted))
     solve = integrator().prepare(PROBLEM, 1e-5)
     solve(START)
-    return dict(solve.settings), used[-1]  # type: ignore[attr-defined]
+    return dict(solve.options), used[-1]  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("integrator", scipy_events.INTEGRATORS, ids=lambda kind: kind.name)
-def test_the_settings_recorded_with_events_are_those_of_each_segment(
+def test_the_options_recorded_with_events_are_those_of_each_segment(
     integrator: type[scipy_events.SolveIvpEvents], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A solver is made anew after each event: all that were made have the settings that the trial recorded."""
+    """A new solver is made after each event: all of them have the options that the trial recorded."""
     made: list[Any] = []
     kind = METHODS[integrator.method]
 
@@ -317,7 +317,7 @@ def test_the_settings_recorded_with_events_are_those_of_each_segment(
     case = get("bouncing_ball", span=2).rounded()
     solve = integrator().prepare(problem_of(case, integrator.accepts), 1e-5)
     solution = solve(initial_state(case)[None])
-    recorded = dict(solve.settings)  # type: ignore[attr-defined]
+    recorded = dict(solve.options)  # type: ignore[attr-defined]
     jacobians = {value == "compiled" for name, value in recorded.items() if name.startswith("jac in ")} or {False}
     assert recorded["rtol"] == 1e-5
     assert set(made) == {(1e-5, recorded["atol"], jacobian) for jacobian in jacobians}
@@ -325,10 +325,10 @@ def test_the_settings_recorded_with_events_are_those_of_each_segment(
 
 
 @every
-def test_the_settings_recorded_are_the_settings_used(
+def test_the_options_recorded_are_the_options_used(
     integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    recorded, used = settings_used(integrator, monkeypatch)
+    recorded, used = options_used(integrator, monkeypatch)
     assert recorded["rtol"] == used.rtol == 1e-5
     assert recorded["atol"] == used.atol < 1e-5
     for name in recorded.keys() & {"nsteps", "mxstep"}:
@@ -343,7 +343,7 @@ def test_samples_follow_the_given_times(integrator: type[Integrator]) -> None:
 
 
 def latched(direction: int, place: float, speed: float, fired: bool, after_event: bool) -> float:
-    """What a guard that is the place itself is seen as at the start of a segment."""
+    """The value at the start of a segment of a guard that is the position itself."""
     guard = Guard(SimpleNamespace(direction=direction), lambda t, y, p: y[:1], np.zeros(0))  # type: ignore[arg-type]
     side = SimpleNamespace(equations=lambda t, y: np.array([speed]))
     y = np.array([place])

@@ -1,4 +1,4 @@
-"""What compiled equations depend on: a number that they read is never out of date, in one process or between runs."""
+"""Compiled equations follow the numbers that they read, in one process and between runs."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_a_number_changed_in_the_same_process_is_seen(method: str, setting: floa
 
 
 def test_a_number_changed_in_the_same_process_is_seen_by_a_guard() -> None:
-    """x' = 1 from 0 turns back to 0 at x = RATE / 2: at t = 1 it has come to 1/2, and to 1/4 with RATE = 3/2."""
+    """x' = 1 from 0 is reset to 0 at x = RATE / 2: at t = 1 it is 1/2, and 1/4 with RATE = 3/2."""
     equations = module(DECAY + "\ndef one(t, state, parameters):\n    return (1.0,)\n"
                        "def zero(t, state, parameters):\n    return (0.0,)\n")  # fmt: skip
     mode = Mode("up", equations.one)
@@ -86,7 +86,7 @@ def test_a_number_changed_in_the_same_process_is_seen_by_a_guard() -> None:
     assert end(form, "gnomon:DOP853 [events]", 1e-10, (0.25,)) == pytest.approx(0.5)
 
 
-def test_the_fast_gauss_method_lays_out_equations_with_their_present_numbers() -> None:
+def test_the_layout_of_the_fast_gauss_method_follows_the_numbers_of_the_equations() -> None:
     equations = module(DECAY)
     form = FirstOrder(equations.decay)
     before = layout(form, 0, 2)
@@ -123,8 +123,8 @@ def test_numbers_in_closures_and_default_values_belong_to_the_key() -> None:
     assert [rate(form) for form in forms] == [2.0, 3.0]
 
 
-def test_default_values_are_compiled_as_the_numbers_that_they_are() -> None:
-    """The text of a default value is evaluated where the function is defined: elsewhere its names mean nothing."""
+def test_default_values_are_compiled_as_numbers() -> None:
+    """The text of a default value is evaluated where the function is defined: elsewhere its names are undefined."""
     equations = module("G = 2.0\ndef fall(t, state, parameters, g=G, h=G * 3):\n    return (g - h,)\n")
     assert kernel(FirstOrder(equations.fall), 0, 1).array(0.0, np.zeros(1), np.zeros(1)).tolist() == [-4.0]
     equations.fall.__defaults__ = ((1, 2), 6.0)
@@ -133,13 +133,13 @@ def test_default_values_are_compiled_as_the_numbers_that_they_are() -> None:
 
 
 class Box:
-    """What holds a number that may change unseen."""
+    """An object whose number may change undetected."""
 
     rate = 1.0
 
 
 @pytest.mark.parametrize("held", [Box(), Box, math], ids=["object", "class", "module"])
-def test_what_may_change_unseen_is_refused(held: Any) -> None:
+def test_values_whose_changes_are_not_detected_are_refused(held: Any) -> None:
     equations = module("def decay(t, state, parameters):\n    return (-held.rate * state[0],)\n")
     equations.held = held  # type: ignore[attr-defined]
     with pytest.raises(ValueError, match=r"decay reads held: .* may change unseen"):
@@ -151,8 +151,8 @@ def test_what_may_change_unseen_is_refused(held: Any) -> None:
     [([1.0], [2.0]), ({"g": 1}, {"g": 2}), (Fraction(1, 3), Fraction(1, 5)), (np.ones(2), np.zeros(2)), (1, 1.0)],
     ids=["list", "dict", "Fraction", "array", "type"],
 )
-def test_the_text_of_a_trial_tells_whatever_a_function_reads(before: Any, after: Any) -> None:
-    """A store measures again where a number has changed: with a text that leaves it out, the old result would stand."""
+def test_the_key_of_a_trial_has_all_that_a_function_reads(before: Any, after: Any) -> None:
+    """A run repeats a trial whose key has changed: without a number in the key the old result would be kept."""
     equations = module("def decay(t, state, parameters):\n    return held\n")
     equations.held = before  # type: ignore[attr-defined]
     first = sources.of_value(FirstOrder(equations.decay))
@@ -160,7 +160,7 @@ def test_the_text_of_a_trial_tells_whatever_a_function_reads(before: Any, after:
     assert sources.of_value(FirstOrder(equations.decay)) != first
 
 
-def test_a_module_that_was_edited_and_loaded_again_is_compiled_anew(tmp_path: Path) -> None:
+def test_a_module_that_was_edited_and_loaded_again_is_compiled_again(tmp_path: Path) -> None:
     path = tmp_path / "edited.py"
     for rate in ("1.0", "2.50"):
         path.write_text(f"def decay(t, state, parameters):\n    return (-{rate} * state[0],)\n")

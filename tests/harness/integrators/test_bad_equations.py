@@ -1,4 +1,4 @@
-"""Whatever is wrong with a form, every method that takes it says so: which function, or before which sample it ended."""
+"""Errors in a form are reported by every method that accepts it: which function, or before which sample it ended."""
 
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ def test_a_function_that_raises_is_refused(method: Integrator, kind: type) -> No
 
 @pytest.mark.parametrize("equations", BRANCHING)
 @pytest.mark.parametrize("method", [Taylor(), Radau5(), GaussFast()], ids=lambda method: method.name)
-def test_methods_that_write_equations_down_refuse_branches(method: Integrator, equations: Any) -> None:
-    """Any comparison: one that was taken for false would leave the other side out of the equations."""
+def test_methods_that_trace_equations_refuse_branches(method: Integrator, equations: Any) -> None:
+    """Any comparison: if one were evaluated as false, the other branch would be missing from the equations."""
     with pytest.raises((ValueError, Refused), match="must not branch"):
         solved(method, FirstOrder(equations), FirstOrder)
 
@@ -111,14 +111,14 @@ def test_stiff_equations_are_solved_or_given_up_after_so_many_steps(method: Inte
 
 @pytest.mark.parametrize("method", EVENTS, ids=lambda method: method.name)
 def test_a_guard_that_is_not_a_number_ends_the_trajectory(method: Integrator) -> None:
-    """Nothing is less than it, so the ball would fall through the plane unseen."""
+    """No comparison with nan is true, so the ball would fall through the plane undetected."""
     solution = solved(method, Hybrid(**flight(guard=height_until_1)), Hybrid)
     assert solution.stopped == "the state or a guard was not finite before sample 17"
 
 
 @pytest.mark.parametrize("method", EVENTS, ids=lambda method: method.name)
 def test_events_that_accumulate_without_a_limit_mode_end_the_trajectory(method: Integrator) -> None:
-    """A reset that leaves the ball where it falls through makes as many events as one has patience for."""
+    """A reset that leaves the ball below the plane gives events without end."""
     solution = solved(method, Hybrid(**flight(reset=bounce_nowhere)), Hybrid)
     assert solution.stopped is not None
     assert solution.stopped.startswith("events accumulate, and the form states no limit mode")

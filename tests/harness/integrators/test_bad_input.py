@@ -43,7 +43,7 @@ def test_a_step_that_does_not_divide_the_interval() -> None:
 
 
 @pytest.mark.parametrize("step", [1e-300, 1e-12])
-def test_a_step_that_would_take_for_ever(step: float) -> None:
+def test_a_step_that_would_take_too_many_steps(step: float) -> None:
     problem = problem_of(get("pendulum_simple").rounded(), RK4.accepts)
     with pytest.raises(Refused, match=f"step size {step:g} would take"):
         RK4().prepare(problem, step)
@@ -128,7 +128,7 @@ def test_equations_of_the_wrong_length_are_refused(method: type[Integrator], equ
 
 @pytest.mark.parametrize("method", [RK4, Gauss4, *ADAPTIVE])
 def test_equations_that_raise_are_refused(method: type[Integrator]) -> None:
-    """Compiled code could not tell anybody that they do."""
+    """Compiled code could not report the exception."""
     setting = 1e-6 if method in ADAPTIVE else 2.0**-8
     why = r"raising raises an exception|must not branch|'>' not supported"
     with pytest.raises((ValueError, TypeError, Refused), match=why):

@@ -1,4 +1,4 @@
-"""Coefficient tables: sums, symmetry, order conditions, at the 60 digits in which they are given."""
+"""Coefficient tables: sums, symmetry, order conditions, to the 60 digits in which they are given."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def test_gauss_tableaus(method: type[Gauss]) -> None:
 
 @pytest.mark.parametrize("form", [FirstOrder, SecondOrder])
 @pytest.mark.parametrize("method", gauss.INTEGRATORS, ids=lambda method: method.name)
-def test_gauss_starting_values_carry_polynomials_on(method: type[Gauss], form: Callable[..., Any]) -> None:
+def test_gauss_starting_values_extrapolate_polynomials(method: type[Gauss], form: Callable[..., Any]) -> None:
     with working(62) as mp:
         table = method().table(mp, form(len), (), mp.eps)
         c = [row[0] for row in table[: method.stages]]
@@ -115,7 +115,7 @@ def test_gauss_starting_values_carry_polynomials_on(method: type[Gauss], form: C
                 assert abs(carried - (1 + c[i]) ** q) < 1000 * SIXTY, "the polynomial is evaluated up to x = 2"
 
 
-def test_the_trees_are_as_many_as_they_should_be() -> None:
+def test_the_number_of_trees_is_the_known_one() -> None:
     """Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, tables II.2.1 and II.14.3."""
     assert [len(trees(n)) for n in range(1, 11)] == [1, 1, 2, 4, 9, 20, 48, 115, 286, 719]
     assert [len(nystrom_trees(n)) for n in range(1, 11)] == [1, 1, 2, 3, 6, 10, 20, 36, 72, 137]

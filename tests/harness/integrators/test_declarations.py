@@ -1,4 +1,4 @@
-"""Declarations are complete, and cheap to import: numba is loaded by `prepare` alone."""
+"""Declarations are complete and quick to import: only `prepare` loads numba."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def test_importing_declarations_loads_no_numba() -> None:
 
 
 @pytest.mark.parametrize("method", ALL, ids=lambda method: method.name)
-def test_a_declaration_says_what_it_is(method: Integrator) -> None:
+def test_a_declaration_is_complete(method: Integrator) -> None:
     assert method.order is not None
     assert method.order >= 1
     assert f"Order {method.order}." in " ".join((method.__doc__ or "").split())

@@ -1,4 +1,4 @@
-"""The fast Gauss method's energy at the finest tolerance is a random walk: no part of it has a sign that lasts."""
+"""The error of the fast Gauss method's energy at the finest tolerance is a random walk without bias."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SAMPLES, STARTS = 256, 24
 
 
 def energy_walks(name: str, periods: float) -> tuple[Floats, Floats, float]:
-    """Times (SAMPLES,), energy over its start less 1 with its sign (STARTS, SAMPLES), and the mean number of steps."""
+    """Times (SAMPLES,), relative error of the energy with its sign (STARTS, SAMPLES), and the mean number of steps."""
     case = get(name).rounded()
     form = accepted_form(case, GaussFast.accepts)
     assert form is not None

@@ -1,4 +1,4 @@
-"""The fast Gauss method knows no absolute size: the same bits in other units, a named end where there can be none."""
+"""The fast Gauss method has no absolute scale: the same bits in other units; sizes outside its range are refused."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def oscillating_first_order(t: Any, y: Any, parameters: Any) -> Any:
 
 
 def pulled_sideways(t: Any, q: Any, parameters: Any) -> Any:
-    """Not linear, with derivatives worth having, and homogeneous: twice the state has twice the acceleration."""
+    """Nonlinear, with derivatives that the method uses, and homogeneous: twice the state has twice the acceleration."""
     x, y = q
     r = sqrt(x * x + y * y)
     return -2 * x - x * y / r, -y - x * x / r
@@ -68,7 +68,7 @@ def test_the_unit_of_length_changes_no_bit(name: str, tolerance: float, count: i
 
 
 def test_a_small_trajectory_among_large_ones_is_as_good() -> None:
-    """Of an ensemble: round-off of the largest one is none of the others'."""
+    """In an ensemble, the round-off of the largest trajectory does not affect the others."""
     form, start = FORMS["oscillator"]
     problem = Problem(form, 2, np.zeros(0), np.linspace(0.0, 20.0, 8)[1:], 1.0)
     scales = 2.0 ** -(60.0 * np.arange(16))[:, None]
@@ -85,8 +85,8 @@ def test_a_start_that_binary64_cannot_carry_is_refused(scale: float, count: int)
     assert np.isnan(found.states).all()
 
 
-def test_a_motion_may_die_away() -> None:
-    """What was once large may go to nothing: exp(-t) below 1e-300, in units of its start."""
+def test_a_motion_may_decay_to_zero() -> None:
+    """exp(-t) goes below 1e-300 of its start."""
 
     def fading(t: Any, y: Any, parameters: Any) -> Any:
         (x,) = y
@@ -100,7 +100,7 @@ def test_a_motion_may_die_away() -> None:
 
 @pytest.fixture
 def patched_text(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str], None]:
-    """The method with a piece of its source replaced."""
+    """A function that replaces a piece of the method's source."""
 
     def patch(old: str, new: str) -> None:
         assert old in gauss_fast_text.HEAD
@@ -111,7 +111,7 @@ def patched_text(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str], None]:
 
 
 def test_a_sample_whose_stages_are_not_found_is_no_result(patched_text: Callable[[str, str], None]) -> None:
-    """No equations are known whose steps converge while their samples do not, so here no sample is given a try."""
+    """No equations are known whose steps converge while their samples do not, so here samples get no attempt."""
     patched_text("3e-16, 4\n", "3e-16, 0\n")
     found = motion("oscillator", 1.0, 1e-9, 1)
     assert found.stopped is not None
@@ -121,11 +121,11 @@ def test_a_sample_whose_stages_are_not_found_is_no_result(patched_text: Callable
 def test_a_sample_whose_stages_are_not_found_is_taken_within_a_shorter_step(
     monkeypatch: pytest.MonkeyPatch, patched_text: Callable[[str, str], None]
 ) -> None:
-    """Here samples are given up within steps that are longer than .3, and must come out right all the same."""
+    """Here samples fail within steps longer than .3, and must be right all the same."""
     advance = gauss_fast_text.ADVANCE
-    assert "missed = again <= 0" in advance
+    assert "unsolved = again <= 0" in advance
     monkeypatch.setattr(
-        gauss_fast_text, "ADVANCE", advance.replace("missed = again <= 0", "missed = again <= 0 or step > 0.3")
+        gauss_fast_text, "ADVANCE", advance.replace("unsolved = again <= 0", "unsolved = again <= 0 or step > 0.3")
     )
     patched_text("TRIES", "TRIES")
     found = motion("oscillator", 1.0, 1e-9, 1)
@@ -135,7 +135,7 @@ def test_a_sample_whose_stages_are_not_found_is_taken_within_a_shorter_step(
 
 
 def test_stiff_motion_is_handed_over_with_the_tolerance_that_was_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Radau IIA 5 errs far less than its tolerance here, so errors do not tell which one it was given."""
+    """Radau IIA 5 errs far less than its tolerance here, so its errors do not show which tolerance it was given."""
     asked = []
     prepared = radau.prepared
 
@@ -150,13 +150,13 @@ def test_stiff_motion_is_handed_over_with_the_tolerance_that_was_asked_for(monke
         found = GaussFast().prepare(problem_of(case, GaussFast.accepts), tolerance)(initial_state(case)[None])
         assert found.stopped is None
         sizes = np.max(np.abs(found.states[0]), axis=0)
-        # Absolute: where a component stays below 1 a second time, by so much finer.
+        # The tolerance is absolute: a second time, finer by the size of a component that stays below 1.
         wanted = [tolerance] + [tolerance * np.min(sizes)] * bool(np.min(sizes) < 1)
         assert asked == pytest.approx(wanted, rel=1e-3)
 
 
 def test_stiff_motion_too_small_for_an_absolute_tolerance_is_not_handed_over() -> None:
-    """Radau IIA 5 goes down to 1e-16 in absolute terms: of a motion of 1e-100 that says nothing."""
+    """Radau IIA 5 goes down to an absolute tolerance of 1e-16, which does not limit the error of a motion of 1e-100."""
     case = get("damped_oscillator", "stiff_1e6").rounded()
     solve = GaussFast().prepare(problem_of(case, GaussFast.accepts), 1e-6)
     found = solve(initial_state(case)[None] * 2.0**-330)
@@ -165,8 +165,8 @@ def test_stiff_motion_too_small_for_an_absolute_tolerance_is_not_handed_over() -
 
 
 def test_an_ensembles_iteration_leaves_a_part_of_the_tolerance() -> None:
-    """Steps of the oscillator converge without derivatives, and truncate little between so many samples: what errs is the
-    iteration, which may leave a tenth of the tolerance in a step."""
+    """The oscillator is solved without derivatives, and its truncation between so many samples is small: the error is that
+    of the iteration, which may leave a tenth of the tolerance in a step."""
     case = get("harmonic_oscillator").rounded()
     starts, exact = np.repeat(initial_state(case)[None], 16, axis=0), case.sample(case.times)
     for tolerance in 10.0 ** -np.arange(5, 13):
@@ -176,8 +176,8 @@ def test_an_ensembles_iteration_leaves_a_part_of_the_tolerance() -> None:
 
 
 def test_functions_of_lanes_have_names_of_their_own() -> None:
-    """Machine code of one process is linked in another by name and by how many functions the process had compiled: of two
-    of one name, each the first that its process needed, one would be taken for the other."""
+    """Machine code of one process is linked in another by name and by the number of functions compiled before: of two
+    functions of one name, each the first in its process, one would be called in place of the other."""
     from gnomon.harness.integrators.gauss import lanes_math
 
     functions = [math.tan, math.asin, math.atanh, math.log, math.atan2, math.hypot]

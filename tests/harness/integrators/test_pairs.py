@@ -36,7 +36,7 @@ LOWER = {"Bogacki-Shampine 3(2)": 2, "Dormand-Prince 5(4)": 4, "Tsitouras 5(4)":
 
 
 def has_order(residuals: Iterator[tuple[int, Any]], order: int, below: float) -> bool:
-    """Whether all conditions up to an order are met to `below`, and one of the next is not."""
+    """Whether all conditions up to `order` hold to `below`, and one of the next order does not."""
     for n, value in residuals:
         if n <= order and abs(value) >= below:
             return False
@@ -96,7 +96,7 @@ def test_both_nystrom_formulas_meet_their_conditions_and_no_more(pair: type[Nyst
 
 
 def test_a_planted_coefficient_is_caught() -> None:
-    """One digit of the smallest weight of RKN 12(10), 1e-3 of it: the order falls from 12."""
+    """One wrong digit of the smallest weight of RKN 12(10), 1e-3 of it, lowers the order from 12."""
 
     class Mistyped(DormandPrinceNystrom12):
         velocities = {**DormandPrinceNystrom12.velocities, 15: "-113178588/12362232960"}  # noqa: RUF012
@@ -146,7 +146,7 @@ def test_tables_of_decimals_are_those_of_mpmath(method: type[Adaptive]) -> None:
 @pytest.mark.parametrize("eccentricity", [0.6, 0.9])
 def test_few_steps_are_rejected_on_eccentric_orbits(eccentricity: float, tolerance: float) -> None:
     """DOP853 takes 11 right-hand sides an attempt, one more a step accepted, three more where a step holds samples and
-    two at the start. A controller that looks at the error alone has a fifth to a third of these steps rejected."""
+    two at the start. With a controller that uses the last error alone a fifth to a third of these steps are rejected."""
     state = (1 - eccentricity, 0.0, 0.0, math.sqrt((1 + eccentricity) / (1 - eccentricity)))
     case = get("kepler_orbit", "speed_e06", initial_state=state).rounded()
     problem = problem_of(case, dop853.Dop853.accepts, counted=True)
@@ -157,27 +157,25 @@ def test_few_steps_are_rejected_on_eccentric_orbits(eccentricity: float, toleran
 
 
 def next_error(coefficient: float, step: float, factor: float) -> float:
-    """Over the tolerance, where it is `coefficient` h^8."""
+    """The error over the tolerance, where it is `coefficient` h^8."""
     return coefficient * (step * factor) ** 8
 
 
 @pytest.mark.parametrize("grown", [1.5, 40.0])
-def test_steps_of_high_order_foresee_that_an_error_goes_on_growing(
-    monkeypatch: pytest.MonkeyPatch, grown: float
-) -> None:
-    """Its coefficient grew by so much from the last step to this one: the next is to err by 0.8^8 of the tolerance."""
+def test_steps_of_high_order_extrapolate_the_growth_of_the_error(monkeypatch: pytest.MonkeyPatch, grown: float) -> None:
+    """The growth of the error's coefficient in the last step is assumed to go on: the next error is 0.8^8 of the tolerance."""
     monkeypatch.setattr(step_control, "ERROR_ORDER", 8)
     last, step, before = 0.3, 0.2, 0.4
     error = before * grown * (step / last) ** 8
     factor = step_control.lengthened(error, before, step, last)
     assert next_error(error / step**8 * grown, step, factor) == pytest.approx(0.8**8)
-    # One that shrinks is not trusted to go on so, nor is anything foreseen from the first step.
+    # A decrease is not extrapolated, nor is anything after the first step.
     for known in (
         step_control.lengthened(error, before, step, 0.8 * step),
         step_control.lengthened(error, before, step, 0.0),
     ):
         assert next_error(error / step**8, step, known) == pytest.approx(0.8**8)
-    # By half at most beyond what the error itself calls for, and errors below 1e-4 count as that.
+    # At most half of the factor from the error alone, and errors below 1e-4 count as 1e-4.
     assert step_control.lengthened(error, 1e-4, step, last) == pytest.approx(0.5 * 0.8 * error ** (-1 / 8))
     assert step_control.lengthened(1e-9, 1e-4, step, step) == pytest.approx(0.8 * 1e-4 ** (-1 / 8))
     assert next_error(7.0 / step**8, step, step_control.shortened(7.0)) == pytest.approx(0.8**8)

@@ -1,5 +1,5 @@
-"""What every in-house method promises, whatever its family: impossible settings refused, failures told, the same bits,
-nothing allocated in a step, nothing claimed that is not tested."""
+"""Properties of every in-house method: impossible settings are refused, failures reported, results repeat to the bit,
+steps allocate nothing, and every claim of conservation is tested."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ TESTED_CLAIMS = {
     "lie": {"symplectic", "reversible", "momentum", "attitude"},  # test_lie
     "rebound_nbody": {"symplectic", "reversible", "momentum"},  # test_rebound
 }
-"""By family, the claims that its tests put to each of its methods that makes them."""
+"""For each family the claims that the named tests verify, for each of its methods that declares them."""
 
 
 def case_for(method: Integrator) -> Case:
-    """The first of the cases that the method takes."""
+    """The first of these cases that the method accepts."""
     for name in CASES:
         case = get(name).rounded()
         form = accepted_form(case, method.accepts)
@@ -94,13 +94,13 @@ def test_the_same_bits_again(method: Integrator) -> None:
 
 @EVERY
 def test_nothing_is_allocated_in_a_step(method: Integrator) -> None:
-    """As much for a few steps as for several times as many: memory is constant in their number, too."""
+    """The same allocations for a few steps as for several times as many."""
     from numba.core.runtime import _nrt_python, rtsys
 
     _nrt_python.memsys_enable_stats()
     case = case_for(method)
     start, counts, steps = initial_state(case)[None], [], []
-    # A quarter of the span as well: the steps of high orders hardly get shorter. But as many events, which may allocate.
+    # A quarter of the span as well: the steps of high orders hardly get shorter. But the same events, which may allocate.
     short = case if case.hybrid else case.with_span(case.span / 4)
     for part, tolerance, share in ((short, 1e-3, 8), (case, 1e-12, 32)):
         problem = problem_of(part, method.accepts)
@@ -121,7 +121,7 @@ def test_no_claim_without_a_test(method: Integrator) -> None:
 
 
 def test_no_full_fastmath() -> None:
-    """Contraction of a product and a sum into one rounding is all that is allowed, to numba and to LLVM."""
+    """numba and LLVM may only contract a product and a sum into one rounding."""
     flagged = 0
     for package in (gnomon.harness, gnomon.cases, gnomon.reference):
         for path in Path(package.__file__).parent.rglob("*.py"):
@@ -135,7 +135,7 @@ def test_no_full_fastmath() -> None:
 
 @pytest.mark.slow
 def test_the_same_bits_in_another_process_that_compiles_anew(tmp_path: Path) -> None:
-    """Machine code from the cache, and from a compiler that finds none."""
+    """With machine code from the cache, and compiled with an empty cache."""
     program = (
         f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
         "import numpy as np, test_promises as here\n"

@@ -1,4 +1,4 @@
-"""What methods claim beside their order: symplectic, reversible; and what all promise: the same bits, no allocation."""
+"""Properties of methods apart from their order: symplectic, reversible, momentum, the same bits, compensated sums."""
 
 from __future__ import annotations
 
@@ -77,12 +77,12 @@ def test_symplectic(method: type[FixedStep], form: FirstOrder | SecondOrder) -> 
     assert symplectic_defect(method(), form) < 1e-35
 
 
-def test_a_method_that_is_not_symplectic_shows() -> None:
+def test_a_method_that_is_not_symplectic_is_detected() -> None:
     assert symplectic_defect(RK4(), FORMS[FirstOrder]) > 1e-6, "h^5 times a constant below 1"
 
 
 def returned(method: FixedStep, form: FirstOrder | SecondOrder) -> float:
-    """How far from the start after ten steps, the velocities turned, and ten steps more."""
+    """The distance from the start after ten steps, reversal of the velocities, and ten steps more."""
     with working(60) as mp:
         there = solve_exactly(method, form, (), START, 10 * STEP, 10)
         turned = [Fraction(str(x)) for x in (*there[:2], -there[2], -there[3])]
@@ -101,7 +101,7 @@ def test_reversible(method: type[FixedStep], form: FirstOrder | SecondOrder) -> 
 
 
 def orbit(t: Any, q: Values, parameters: Values) -> Values:
-    """A central force that is no power: its angular momentum is all that it shares with Kepler's."""
+    """A central force that is not a power of r."""
     x, y = q
     square = x * x + y * y
     return -x * (1 + square) / square, -y * (1 + square) / square
@@ -168,7 +168,7 @@ def test_samples_off_the_grid_do_not_feed_back(method: type[FixedStep]) -> None:
 
 
 def test_steps_sum_with_compensation() -> None:
-    """At 2.6e5 steps of order 8 only round-off is left: without compensation it is over five times larger."""
+    """At 2.6e5 steps of order 8 the error is round-off, over five times larger without compensation."""
 
     class Plain(KahanLi8):
         compensated = False

@@ -1,6 +1,6 @@
 """Round-off of fixed steps is a random walk: a method's own quadratic invariant drifts as sqrt t, not as t.
 
-The invariant is that of the method's own step, made in 60 digits, so that truncation does not stand in for round-off.
+The invariant is that of the method's own step, computed to 60 digits, so that truncation does not hide round-off.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from scipy import stats
 METHODS = (*splitting.INTEGRATORS, *stormer.INTEGRATORS, *boris.INTEGRATORS, *exponential.INTEGRATORS)
 GAUSS = gauss.INTEGRATORS[:5]
 PUSHED = (boris.Boris, boris.VolumePreserving4, boris.VolumePreserving6)
-"""Where nothing is relativistic and the fields are uniform, they keep the energy exactly."""
+"""They conserve the energy exactly in uniform fields, where the charge is not relativistic."""
 STARTS, BLOCKS, AVERAGED = 24, 512, 8
 """Samples are averaged in blocks, so that the rounding of a sample, half a unit, does not hide the walk."""
 
 CONFIDENCE = 1 - 0.01 / (len(METHODS) + 2 * len(GAUSS))
-"""Of each method's interval, so that all together are right with 99 % (Bonferroni)."""
+"""Confidence of each method's interval, so that all together hold with 99 % (Bonferroni)."""
 
 SQUARE = 1.0734915
 FIELD = (0.3, -0.5, 0.8123)
@@ -150,7 +150,7 @@ def wide(x: Any) -> Any:
 
 
 def drifts(method: type[FixedStep], steps: int, first_order: bool) -> Any:
-    """By how many units of round-off the invariant has moved, starts x blocks of time."""
+    """The drift of the invariant in units of round-off, (starts, blocks of time)."""
     substeps = steps // (BLOCKS * AVERAGED)
     interval = twenty_bits(step_of(method) * substeps)
     problem = problem_for(method, interval, BLOCKS * AVERAGED, first_order)
@@ -161,7 +161,7 @@ def drifts(method: type[FixedStep], steps: int, first_order: bool) -> Any:
     value, factor = invariant_of(method, problem.form, interval / substeps)
     sizes = value(solution.states.astype(np.longdouble))
     made = substeps * np.arange(BLOCKS * AVERAGED)
-    # From the first sample on: a multistep method's start is not its invariant's.
+    # From the first sample on: the start of a multistep method does not conserve its invariant.
     moved = sizes / sizes[:, :1] * np.exp(-factor * made) - 1
     return (moved / UNITS).astype(np.float64).reshape(STARTS, BLOCKS, AVERAGED).mean(axis=2)
 
@@ -177,7 +177,7 @@ def interval_of_power(method: type[FixedStep], steps: int, first_order: bool = F
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
 def test_over_65536_steps_the_drift_is_no_faster_than_a_random_walk(method: type[FixedStep]) -> None:
-    """Coefficients, or a rotation, rounded the same way in every step make it 1, and so do ties broken to one side."""
+    """Coefficients or a rotation that are rounded the same way in every step give the power 1, and so do biased ties."""
     low, _ = interval_of_power(method, 2**16)
     assert low < 0.5
 
@@ -195,16 +195,16 @@ def test_over_a_million_steps_a_random_walk_is_not_excluded(method: type[FixedSt
 def test_over_a_million_steps_the_drift_of_gauss_methods_is_a_random_walk(
     method: type[FixedStep], first_order: bool
 ) -> None:
-    """Coefficients rounded to 53 bits, with the rest of them added, make 2 and 3 stages gain or lose 1.5e-4 units in each
-    step of the first-order equations: products by 1/4 or 5/18 round that rest the same way."""
+    """With coefficients rounded to 53 bits, and their rests added, methods of 2 and 3 stages gain or lose 1.5e-4 units in
+    each step of the first-order equations: products by 1/4 or 5/18 round that rest the same way."""
     low, high = interval_of_power(method, 2**20, first_order)
     assert low < 0.5 < high
 
 
 @pytest.mark.parametrize("method", PUSHED, ids=lambda method: method.name)
 def test_where_a_uniform_field_pushes_the_energy_is_a_random_walk(method: type[FixedStep]) -> None:
-    """What a sum with the same push rounds is the same wherever it lies between the same powers of two: left out it
-    makes the power .998 (Volume-preserving 4) and .914 (6)."""
+    """The rounding of a sum with the same push is the same wherever the sum is between the same powers of two: without its
+    residual the power is .998 (Volume-preserving 4) and .914 (6)."""
     if np.finfo(np.longdouble).eps > 1e-18:
         pytest.skip("this machine has no arithmetic beyond binary64")
     interval = twenty_bits(STRETCH * 2 * np.pi / 5 / 16 * 8)
@@ -222,7 +222,7 @@ def test_where_a_uniform_field_pushes_the_energy_is_a_random_walk(method: type[F
 
 
 def test_where_a_constant_rest_pushes_an_exponential_method_the_energy_is_a_random_walk() -> None:
-    """What rounding took from the coefficients of that rest, and from its sums, made the power at least .89."""
+    """Without the rounding residuals of the coefficients of that rest, and of its sums, the power was at least .89."""
     if np.finfo(np.longdouble).eps > 1e-18:
         pytest.skip("this machine has no arithmetic beyond binary64")
     substeps = 16
@@ -241,8 +241,8 @@ def test_where_a_constant_rest_pushes_an_exponential_method_the_energy_is_a_rand
     assert low < 0.5
 
 
-def test_what_is_left_of_an_iteration_has_no_sign_that_lasts() -> None:
-    """Stages whose last change was below round-off were taken as solved: what was left made the power 1.000."""
+def test_the_error_that_an_iteration_leaves_is_not_biased() -> None:
+    """When stages were accepted with a last change below round-off, the error left made the power 1.000."""
     if np.finfo(np.longdouble).eps > 1e-18:
         pytest.skip("this machine has no arithmetic beyond binary64")
     h = twenty_bits(0.1)

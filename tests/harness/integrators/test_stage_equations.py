@@ -1,7 +1,7 @@
 """What implicit methods accept solves their stage equations: thousands of random steps against independent solutions.
 
-A linear step against Padé's approximant in extended precision, a nonlinear one against Newton's method followed from a
-step of nothing to its whole length, one on a circle against the root of a quadratic equation.
+A linear step against Padé's approximant in extended precision, a nonlinear one against Newton's method continued from a
+step of length 0 to the whole step, one on a circle against the root of a quadratic equation.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from gnomon.harness.integrators.gauss.gauss import (
     newton_rows,
     nodes,
 )
-from gnomon.harness.integrators.gauss.gauss_steps import CLOSE, NOISE, PATIENCE, settled
+from gnomon.harness.integrators.gauss.gauss_steps import CLOSE, NOISE, STALLED_ROUNDS, settled
 from gnomon.harness.integrators.gauss.radau import Radau5
 from gnomon.harness.integrators.geometric import rattle
 from gnomon.reference.numerics.precision import working
@@ -48,7 +48,7 @@ def one_step(form: Form, dimension: int, *parameters: float, time_scale: float =
 
 
 def linear(t: Any, state: Values, parameters: Values) -> Values:
-    """(u + i v)' = (a + i b) (u + i v): the rate is a part of the state, so that each trajectory has its own."""
+    """(u + i v)' = (a + i b) (u + i v): the rate is part of the state, so that each trajectory has another."""
     a, b, u, v = state
     return 0 * a, 0 * b, a * u - b * v, b * u + a * v
 
@@ -81,7 +81,7 @@ def rates(count: int) -> NDArray[np.complex128]:
 def starts(count: int) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
     """On the unit circle, every seventh at 1, which has no imaginary part; and the powers of 2 they are multiplied by.
 
-    Not above 1: the rate's column of the Jacobian is that large, and would be what pivots are chosen for."""
+    Not above 1: the rate's column of the Jacobian is as large, and would determine the pivots."""
     source = np.random.default_rng(2)
     unit = np.exp(1j * source.uniform(0, 2 * np.pi, count))
     unit[::7] = 1
@@ -98,7 +98,7 @@ def most_weight(method: type[Gauss], second_order: bool) -> float:
 
 @METHODS
 def test_linear_steps_are_those_of_the_stability_function(method: type[Gauss]) -> None:
-    """Stages known to CLOSE units of round-off, in steps of 5000 rates: without fixed points that were taken too early."""
+    """Steps of 5000 rates: no fixed point is accepted before its stages are within CLOSE units of round-off."""
     z, (unit, scale) = rates(5000), starts(5000)
     initial = np.stack([z.real, z.imag, unit.real * scale, unit.imag * scale], 1)
     solution = method().prepare(one_step(FirstOrder(linear), 4), 1.0)(initial)
@@ -219,12 +219,12 @@ def test_long_steps_of_a_pendulum(method: type[Gauss], second_order: bool) -> No
         found = method().prepare(one_step(FirstOrder(pendulum), 3), 1.0)(start).states[:, 0, :2]
     failed = np.isnan(found[:, 0])
     assert np.mean(failed) < 0.05, "Newton's iteration may leave for elsewhere where steps are a third of a period"
-    # Near the fold at w = 2 the determinant of one stage is 0.1: round-off is magnified as much. Stages are up to 6.
+    # Near the fold at w = 2 the determinant of one stage is 0.1, and magnifies round-off by 10. Stages are up to 6.
     assert np.max(np.abs(found - exact[:, :2])[~failed]) < 10 * 6 * CLOSE * most_weight(method, second_order) * ULP
 
 
 def relax(t: Any, state: Values, parameters: Values) -> Values:
-    """A fall to 0, the faster the farther; all that lies between two solutions shrinks, so that stages are unique."""
+    """A contracting fall to 0: the distance of any two solutions shrinks, so that stages are unique."""
     x, k = state
     return -k * (x + x * x * x), 0 * k
 
@@ -271,19 +271,19 @@ def oscillate(t: Any, state: Values, parameters: Values) -> Values:
 
 def test_a_cycle_of_rounds_is_no_solution() -> None:
     """At omega h = 2 rounds of the midpoint rule return after four, through components that are 0: from (1, 0) the step
-    leads to (0, -2). One change over a size of 0 was infinite, and whatever came after seemed to have shrunk to nothing."""
+    leads to (0, -2). One change over a size of 0 was infinite, beside which all later ones seemed to vanish."""
     solution = ImplicitMidpoint().prepare(one_step(FirstOrder(oscillate), 2, 2.0), 1.0)(np.array([[1.0, 0.0]]))
     assert solution.states[0, 0].tolist() == [0.0, -2.0]
 
 
-def test_a_change_that_is_large_settles_nothing_whatever_came_before() -> None:
+def test_a_large_change_is_never_accepted() -> None:
     for least in (1.0, 1e300, math.inf):
         assert not settled(3, 1e-3, least, 0, ULP)
-        assert not settled(3, 2 * NOISE * ULP, least, PATIENCE, ULP)
+        assert not settled(3, 2 * NOISE * ULP, least, STALLED_ROUNDS, ULP)
     assert settled(3, 1e-13, 1e-4, 0, ULP), "the next one is 1e-22"
     assert not settled(3, 1e-16, 2e-15, 0, ULP), "the next one is 5e-18, in every step of the same sign"
     assert not settled(3, 1e-12, 1e-12, 1, ULP), "changes of an oscillation rise and fall"
-    assert settled(3, 1e-12, 1e-12, PATIENCE, ULP)
+    assert settled(3, 1e-12, 1e-12, STALLED_ROUNDS, ULP)
 
 
 def pull_back(t: Any, place: Values, parameters: Values) -> Values:
@@ -312,7 +312,7 @@ def test_a_small_swing_stays_small_where_a_far_solution_attracts_the_rounds() ->
 @pytest.mark.parametrize("method", [ImplicitMidpoint, Gauss2, Gauss4])
 @pytest.mark.parametrize("numbers", [{"span": 4000}, {"span": 800, "c": 2, "k": 1}])
 def test_what_decays_beyond_the_smallest_number_comes_to_rest(method: type[Gauss], numbers: dict[str, float]) -> None:
-    """exp(-800) is below it. A change of the last digit of a subnormal number is never below round-off in relation."""
+    """exp(-800) is below it. A change of the last digit of a subnormal number is never below relative round-off."""
     case = get("damped_oscillator", **numbers).rounded()
     problem = problem_of(case, method.accepts)
     for count in (4, 16, 64):
@@ -327,8 +327,8 @@ def test_what_decays_beyond_the_smallest_number_comes_to_rest(method: type[Gauss
 def test_rounds_come_to_rest_below_the_smallest_number(
     method: type[Gauss], form: Form, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By themselves: Newton's iteration, which is tried where they fail, would hide that they never do. Of amplitudes
-    of 2^-1060 a unit in the last place is 2^-14."""
+    """Without Newton's iteration, which is tried where rounds fail and would hide it. At amplitudes of 2^-1060 a unit in
+    the last place is 2^-14 of them."""
     monkeypatch.setattr(Gauss, "by_newton", lambda *_: None)
     problem = Problem(form, 2, np.array([0.5]), np.arange(1.0, 33.0), 1.0)
     initial = 2.0**-1060 * np.random.default_rng(6).uniform(-1, 1, (50, 2))
@@ -350,7 +350,7 @@ def drop(q: Extended, v: Extended, h: Extended, g: float, square: Any) -> tuple[
 
 @pytest.mark.parametrize("method", rattle.INTEGRATORS, ids=lambda method: method.name)
 def test_steps_on_a_circle_end_at_the_near_root_or_fail_by_name(method: type[FixedStep]) -> None:
-    """10,000 steps, of which the longest leave the circle by so much that no push along the gradient leads back."""
+    """10,000 steps, of which the longest leave the circle so far that no correction along the gradient leads back."""
     source, count, g = np.random.default_rng(5), 10000, 9.75
     angle, radius = source.uniform(0, 2 * np.pi, count), 10 ** source.uniform(-1, 1, count)
     speed = source.uniform(-1.5, 1.5, count) * radius
@@ -368,7 +368,7 @@ def test_steps_on_a_circle_end_at_the_near_root_or_fail_by_name(method: type[Fix
     square, least = np.sum(q**2, 1, keepdims=True), np.full(count, np.inf)
     with working(40) as mp:
         lengths = [np.longdouble(mp.nstr(x * mp.mpf(h), 25)) for x in method.coefficients(mp)[0]]
-    with np.errstate(all="ignore"):  # where there is no root, whatever comes after it
+    with np.errstate(all="ignore"):  # where there is no root, the rest is ignored
         for length in lengths:
             if length != 0:
                 q, v, root = drop(q, v, length, g, square)
@@ -409,8 +409,8 @@ def test_adaptive_radau_solves_its_stages_to_a_part_of_its_tolerance(tolerance: 
     """10,200 steps of 1 in all, the first of their runs; iteration leaves a few per cent of the tolerance in those that
     error control accepts.
 
-    The norm is a mean over six numbers, of which the last stage takes two: 3.5. The rate of the first two changes, which
-    is what is known after them, has been seen three times below that of the later ones.
+    The norm is a mean over six numbers, two of which are of the last stage: 3.5. The rate of the first two changes, the
+    only one known after them, can be three times below that of the later ones.
     """
     start, exact = radau_falls()
     solve = Radau5().prepare(one_step(FirstOrder(relax), 2, time_scale=1e6), tolerance)

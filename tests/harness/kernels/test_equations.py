@@ -1,4 +1,4 @@
-"""What is gathered into one module: names that mean two things are refused."""
+"""Functions gathered into one module: names with two meanings are refused."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gnomon.harness.kernels.equations import gather
 
 
 def written(name: str, source: str) -> Callable[..., Any]:
-    """A function of a module of its own, whose source can be read."""
+    """A function of a separate module, whose source can be read."""
     path = f"<{name}>"
     linecache.cache[path] = (len(source), None, source.splitlines(keepends=True), path)
     module = types.ModuleType(name)

@@ -27,7 +27,7 @@ FORMS = {name: accepted_form(registry.get(name), (FirstOrder,)) for name in regi
 
 
 def worst_difference(mp: Any, form: FirstOrder, t: Any, state: list[Any], parameters: list[Any]) -> Any:
-    """Between the traced Jacobian and central differences, relative to the largest entry of a row."""
+    """The difference of the traced Jacobian and central differences, relative to the largest entry of a row."""
     n = len(state)
     space: dict[str, Any] = {name: getattr(mp, name) for name in UNARY} | {"ONE": mp.mpf(1)}
     exec(jacobian_text(form, n, len(parameters)), space)
@@ -58,7 +58,7 @@ def test_jacobian_of_every_case(name: str) -> None:
     case, form = registry.get(name), FORMS[name]
     assert isinstance(form, FirstOrder)
     with working(90) as mp:
-        # Off the start by a little, so that no velocity is exactly zero.
+        # Near the start, perturbed so that no velocity is exactly zero.
         state = [mp.mpf(x.numerator) / x.denominator + mp.mpf(k + 1) / 1000 for k, x in enumerate(case.initial_state)]
         parameters = [mp.mpf(x.numerator) / x.denominator for x in case.parameter_values()]
         # Differences of 1e-25 err by 1e-50 times third derivatives, which stiff cases have up to 1e20.

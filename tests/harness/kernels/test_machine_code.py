@@ -1,4 +1,4 @@
-"""Compiled functions come back from their files: without the module they were made in, the same, and never damaged."""
+"""Compiled functions are loaded from their files: without their module, with the same results, and never damaged."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
-def test_a_kept_function_comes_back_without_its_module(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_kept_function_is_loaded_without_its_module(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def never(source: str) -> None:
         raise AssertionError("compiled anew")
 
@@ -84,7 +84,7 @@ def test_a_kept_function_comes_back_without_its_module(kept: Path, monkeypatch: 
         found(np.array([6.0, 4.0]))
 
 
-def test_a_function_keeps_alive_what_it_calls() -> None:
+def test_a_function_holds_references_to_what_it_calls() -> None:
     """numba's dispatcher does not: a call after the caches are emptied would end the process."""
     found = machine_code.function(SOURCE, "scaled")
     code = weakref.ref(machine_code.compiled(SOURCE, "scaled", ""))
@@ -93,7 +93,7 @@ def test_a_function_keeps_alive_what_it_calls() -> None:
     assert found(np.array([6.0, 4.0]), 5.0) == 7.5
 
 
-def test_a_damaged_file_is_made_anew(kept: Path) -> None:
+def test_a_damaged_file_is_replaced(kept: Path) -> None:
     kept.write_bytes(kept.read_bytes()[:-1])
     assert machine_code.function(SOURCE, "scaled")(np.array([6.0, 4.0]), 5.0) == 7.5
     assert machine_code.unpacked(read(kept)) is not None
@@ -144,8 +144,8 @@ class Command:
         return Path.touch, (self.path,)
 
 
-def test_a_forged_file_is_made_anew(kept: Path, tmp_path: Path) -> None:
-    """Files that anyone can make: a digest without a key, a code of another key; what lies in them is never run."""
+def test_a_forged_file_is_replaced(kept: Path, tmp_path: Path) -> None:
+    """Files that anyone can make, with a digest without a key or with another key: their content is never run."""
     head = read(kept).partition(b"\n")[0]
     ran = tmp_path / "ran"
     pickled = pickle.dumps(Command(ran))
@@ -186,7 +186,7 @@ def test_a_folder_that_others_can_write_is_refused(kept: Path, monkeypatch: pyte
         machine_code.function(SOURCE, "scaled")
 
 
-def test_a_cache_that_cannot_be_written_costs_the_keeping_only(
+def test_without_a_writable_cache_functions_work_and_are_not_kept(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
     (tmp_path / "kernels").write_text("a file where the folder should be")
@@ -198,13 +198,13 @@ def test_a_cache_that_cannot_be_written_costs_the_keeping_only(
     assert "kernels cannot be written" in str(warning.message)
 
 
-def test_another_machine_takes_no_file_of_this_one(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_machine_does_not_use_files_of_this_one(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(machine_code, "machine", lambda: "another processor")
     machine_code.function(SOURCE, "scaled")
     assert len(list(kept.parent.glob("*.scaled.*"))) == 2
 
 
-def test_a_c_function_comes_back_too(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_c_function_is_loaded_too(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert call(machine_code.address(SOURCE, "doubled", C_SIGNATURE)) == 7.0
     forget()
     monkeypatch.setattr(machine_code, "load_module", None)
@@ -212,7 +212,7 @@ def test_a_c_function_comes_back_too(kept: Path, monkeypatch: pytest.MonkeyPatch
 
 
 def test_arrays_are_returned_by_a_process_that_has_compiled_nothing(kept: Path) -> None:
-    """What the code needs of Python and of numba's runtime is there: a name that is missing would end the process."""
+    """The functions of Python and numba's runtime that the code needs are loaded: a missing one would end the process."""
     program = (
         "import numpy as np, sys\n"
         "from gnomon.harness.kernels import machine_code\n"

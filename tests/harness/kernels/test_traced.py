@@ -26,7 +26,7 @@ def case_and_form(name: str) -> tuple[Case, FirstOrder]:
 
 
 def stand_ins() -> dict[str, Any]:
-    """What generated code calls, for numbers in place of lanes."""
+    """The functions that generated code calls, on numbers instead of lanes."""
     return {
         "math": math, "lanes": float, "njit": lambda **_: lambda f: f, "sin_and_cos": lambda x: (math.sin(x), math.cos(x)),
         "turned_first": lambda x: (math.sin(x), math.cos(x), (x, math.sin(x), math.cos(x))),
@@ -52,7 +52,7 @@ def evaluated(
 
 
 def scene(case: Case) -> tuple[float, list[float], list[float]]:
-    """A time, a state with no component at a special place, parameters."""
+    """A time, a state without special values, parameters."""
     state = [float(x) + 0.0625 * (i + 1) / 8 for i, x in enumerate(case.initial_state)]
     return 0.375, state, [float(x) for x in case.parameter_values()]
 
@@ -79,8 +79,8 @@ def test_groups_give_the_same_numbers(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "place"), [("pendulum_simple", 0), ("pendulum_on_cart", 1), ("forced_oscillator", None)]
 )
-def test_later_rounds_find_sine_and_cosine_from_those_of_the_first(name: str, place: int | None) -> None:
-    """One angle in the state, or none: the angle of a force is of the time alone."""
+def test_later_rounds_compute_sine_and_cosine_from_those_of_the_first(name: str, place: int | None) -> None:
+    """One angle in the state, or none: the angle of a force may depend only on time."""
     case, form = case_and_form(name)
     t, state, parameters = scene(case)
     trace, values = traced(FirstOrder(form.equations), len(state), len(parameters))
@@ -168,7 +168,7 @@ def test_functions_and_powers_of_two_arguments() -> None:
             assert derivative == pytest.approx(float(mpmath.diff(plain, (1.25, 0.75), n)), rel=1e-9)
 
 
-def test_what_is_zero_or_met_twice_costs_nothing() -> None:
+def test_zeros_are_removed_and_equal_values_computed_once() -> None:
     trace = Trace(2, 1)
     x, y = trace.state
     assert (x * y) + (x * y) is (x * y) + (x * y)
@@ -178,7 +178,7 @@ def test_what_is_zero_or_met_twice_costs_nothing() -> None:
     assert number(trace.derivative(trace.parameters[0] * y, x, {}), 0)
 
 
-def test_poles_are_what_may_change_its_sign_below() -> None:
+def test_poles_are_divisors_that_may_change_their_sign() -> None:
     trace = Trace(2, 1)
     (x, y), (p,), t = trace.state, trace.parameters, trace.t
     sine, root = trace.function("sin")(x), trace.function("sqrt")(x * x + y * y)

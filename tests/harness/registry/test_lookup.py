@@ -1,4 +1,4 @@
-"""A user's own module: what is an integrator in it, and what is told of what is none."""
+"""A user's own module: which classes in it are integrators, and the messages for those that are not."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class One(Shared):
 class Two(Shared):
     name = "two"
 """
-"""Two integrators and the base that they share, which has no name."""
+"""Two integrators and the base class that they share, which has no name."""
 
 
 @pytest.fixture
@@ -36,8 +36,8 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 @pytest.mark.parametrize("name", ["One", "Two"])
-def test_a_base_without_a_name_takes_nothing_from_its_integrators(module: str, name: str) -> None:
-    """A worker looks through the classes of the module for the one that it is to run."""
+def test_integrators_with_a_base_without_a_name_are_found(module: str, name: str) -> None:
+    """A worker searches the classes of the module for the one that it must run."""
     (found,) = lookup.find(f"{module}:{name}")
     assert lookup.dereference(*lookup.reference(found)).id == f"mine:{name.lower()}"
 
@@ -58,10 +58,10 @@ def test_a_base_without_a_name_is_no_entry_point(module: str, monkeypatch: pytes
 
 
 @pytest.mark.parametrize("source", ["import sys\nsys.exit(0)", "raise KeyboardInterrupt", "raise RuntimeError('boom')"])
-def test_an_entry_point_that_ends_what_imports_it_ends_no_run(
+def test_an_entry_point_that_exits_on_import_ends_no_run(
     source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """An installed package is looked at by every run, whatever that is to measure."""
+    """Every run loads all installed entry points."""
     (tmp_path / "ends_its_import.py").write_text(source)
     monkeypatch.syspath_prepend(tmp_path)
     points = [EntryPoint("broken", "ends_its_import:Thing", lookup.GROUP)]

@@ -22,7 +22,7 @@ def test_the_server_of_workers_ignores_ctrl_c_from_its_first_line() -> None:
     assert int(mask, 16) >> (signal.SIGINT - 1) & 1
 
 
-def test_the_parent_listens_again() -> None:
+def test_the_parent_handles_ctrl_c_again() -> None:
     before = signal.getsignal(signal.SIGINT)
     with child_process.interrupts_ignored():
         assert signal.getsignal(signal.SIGINT) == signal.SIG_IGN

@@ -1,4 +1,4 @@
-"""One run writes a results file at a time, and what a killed run left in the temporary folder goes with the next."""
+"""Only one run at a time writes a results file; the next run removes the temporary folder of a killed one."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def holder(path: Path, temporary: Path) -> tuple[subprocess.Popen[str], Path]:
 
 @pytest.fixture
 def temporary(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A temporary folder for this test alone, with a short name: a socket's has 107 characters at most."""
+    """A separate temporary folder with a short name: the path of a socket has at most 107 characters."""
     with tempfile.TemporaryDirectory() as folder:
         monkeypatch.setattr(tempfile, "tempdir", folder)
         monkeypatch.setattr(locks, "_OWN", {})
@@ -52,14 +52,14 @@ def temporary(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def test_a_second_run_says_that_the_file_is_in_use_until_the_first_is_killed(tmp_path: Path, temporary: Path) -> None:
-    """Both would do all trials, or one would fail in creating a table that the other creates."""
+    """Otherwise both would do all trials, or one would fail to create a table that the other creates."""
     path = tmp_path / "results.sqlite"
     process, folder = holder(path, temporary)
     try:
         with pytest.raises(ValueError, match=rf"in use by another run \(process {process.pid}\); wait") as caught:
             store.Store(path)
         assert "\n" not in str(caught.value)
-        locks._sweep()
+        locks._remove_abandoned()
         assert (folder / "output").exists(), "a folder in use is no remainder"
         assert [one.name for one in temporary.iterdir()] == [folder.name], "multiprocessing's own is in it"
     finally:
@@ -103,7 +103,9 @@ def test_a_forked_child_does_not_keep_the_lock(tmp_path: Path) -> None:
         os.waitpid(child, 0)
 
 
-def test_the_sweep_leaves_what_belongs_to_others(temporary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_folders_of_other_users_and_running_processes_are_not_removed(
+    temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     mine, other, link, target = (temporary / name for name in ("gnomon-run-a", "gnomon-x", "gnomon-run-b", "target"))
     for folder in (mine, other, target):
         folder.mkdir()
@@ -111,17 +113,17 @@ def test_the_sweep_leaves_what_belongs_to_others(temporary: Path, monkeypatch: p
     link.symlink_to(target)
     with monkeypatch.context() as patch:
         patch.setattr(locks.os, "getuid", lambda: 12345)
-        locks._sweep()
+        locks._remove_abandoned()
     assert mine.exists(), "the folder of another user"
-    locks._sweep()
+    locks._remove_abandoned()
     assert {path.name for path in temporary.iterdir()} == {"gnomon-x", "gnomon-run-b", "target"}
     assert (target / "content").read_text() == "kept"
 
 
-def test_a_lock_file_that_was_removed_while_it_was_opened_is_opened_anew(
+def test_a_lock_file_that_was_removed_while_it_was_opened_is_opened_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Between opening and locking, the holder before may end and remove the file: that lock would exclude nobody."""
+    """Between opening and locking, the last holder may end and remove the file: that lock would exclude no other run."""
     path, opened, true_open = tmp_path / "a", [], os.open
 
     def open_and_lose(name: Any, *arguments: Any) -> int:

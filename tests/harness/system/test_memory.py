@@ -1,4 +1,4 @@
-"""The memory of a worker is a share of what there is, by whichever rule limits it."""
+"""The memory of a worker is a share of that of the machine or of its cgroup, whichever is less."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MACHINE = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
 def limited(folder: Path, path: str, limits: dict[str, str], line: str) -> int:
-    """What is found where the kernel says `line` of this process, and files under `path` hold `limits`."""
+    """The result where /proc gives `line` for this process, and the files under `path` contain `limits`."""
     for name, value in limits.items():
         file = folder / path / name
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -35,7 +35,7 @@ def limited(folder: Path, path: str, limits: dict[str, str], line: str) -> int:
         ({}, MACHINE),
     ],
 )
-def test_the_least_limit_above_the_process_counts(tmp_path: Path, limits: dict[str, str], found: int) -> None:
+def test_the_smallest_limit_above_the_process_counts(tmp_path: Path, limits: dict[str, str], found: int) -> None:
     assert limited(tmp_path, "", limits, "0::/a/b") == found
 
 
@@ -65,7 +65,7 @@ except MemoryError:
 """
 
 
-def test_what_a_worker_starts_with_is_none_of_its_share() -> None:
-    """Libraries reserve gigabytes of addresses: a small share alone would not let them start."""
+def test_the_memory_of_a_worker_at_its_start_is_not_in_its_share() -> None:
+    """Libraries reserve gigabytes of addresses: with a small share alone they could not start."""
     ran = subprocess.run([sys.executable, "-c", LIMITED], capture_output=True, text=True, timeout=120, check=True)
     assert ran.stdout == "limited\n"

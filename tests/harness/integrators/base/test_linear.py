@@ -1,4 +1,4 @@
-"""Small dense systems solved in place: rows are exchanged, and what is singular or not finite is noticed."""
+"""Small dense systems solved in place: rows are exchanged; singular and not finite matrices are detected."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from gnomon.harness.integrators.base.linear import factor, substitute
 
 @pytest.mark.parametrize("unit", [1, 1j, 0.6 + 0.8j])
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 8])
-def test_systems_are_solved_whatever_rows_are_exchanged(n: int, unit: complex) -> None:
+def test_systems_are_solved_with_any_exchange_of_rows(n: int, unit: complex) -> None:
     """Real, imaginary and complex ones: a pivot may have no real part."""
     random = np.random.default_rng(n)
     exchanged = 0
@@ -27,7 +27,7 @@ def test_systems_are_solved_whatever_rows_are_exchanged(n: int, unit: complex) -
 
 
 @pytest.mark.parametrize("value", [0.0, np.nan, np.inf])
-def test_singular_and_not_finite_are_noticed(value: float) -> None:
+def test_singular_and_not_finite_matrices_are_detected(value: float) -> None:
     matrix = np.array([[1.0, 2.0], [2.0, 4.0]]) if value == 0.0 else np.full((2, 2), value)
     assert not factor(matrix, np.zeros(2, dtype=np.int64))
 

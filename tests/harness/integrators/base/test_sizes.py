@@ -1,4 +1,4 @@
-"""Errors are measured by the sizes of the problem: results are the same in any units, and components at zero do no harm."""
+"""Errors are relative to the sizes of the problem: results are the same in any units, also with components at zero."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ METHODS = (Dop853, DormandPrinceNystrom6, GraggBulirschStoer, Taylor, Dop853Even
 
 
 def attraction(t: float, q: Values, parameters: Values) -> Values:
-    """A body that is drawn to a centre by mu / r^2 and to a wall beside it by a spring."""
+    """A body attracted to a centre by mu / r^2 and to a wall beside it by a spring."""
     x, y, z = q
     mu, stiffness = parameters
     r = sqrt(x * x + y * y + z * z)
@@ -65,7 +65,7 @@ def states(method: type[Integrator], length: int, time: int, tolerance: float = 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
 @pytest.mark.parametrize(("length", "time"), [(-200, 0), (200, 0), (-20, 33)])
 def test_the_same_bits_in_units_that_are_powers_of_two(method: type[Integrator], length: int, time: int) -> None:
-    """Fourth powers of 2^200 are still numbers. What starts at zero has no size of its own then, and z never gets one."""
+    """Fourth powers of 2^200 are finite. Components that start at zero have no size there, and z never gets one."""
     assert np.array_equal(states(method, length, time), states(method, 0, 0))
 
 
@@ -100,7 +100,7 @@ def orbit_error(method: type[Integrator], length: str) -> float:
 
 
 def test_the_error_of_a_stiff_motion_does_not_depend_on_units() -> None:
-    """A fast mode's round-off is what the implicit system makes of it: h times its rates would be as large as the motion."""
+    """The round-off of a fast mode is that of the implicit system: h times that of its rates would be as large as the motion."""
     case = get("damped_oscillator", "stiff_1e12").rounded()
     problem, start, exact = problem_of(case, Radau5.accepts), initial_state(case)[None], case.sample(case.times)
     solve = Radau5().prepare(problem, 1e-12)
@@ -111,20 +111,20 @@ def test_the_error_of_a_stiff_motion_does_not_depend_on_units() -> None:
 
 
 class Absolute(Dop853):
-    """With the rule of most libraries."""
+    """DOP853 with the error norm of most libraries."""
 
     absolute = True
 
 
 def test_the_absolute_rule_is_an_option() -> None:
-    """In megametres its tolerance of 1e-8 m is a hundredth of the orbit: what is measured by sizes errs far less."""
+    """In megametres its tolerance of 1e-8 is a hundredth of the orbit: with errors relative to sizes the error is far less."""
     assert orbit_error(Absolute, "1e-6") > 1e3 * orbit_error(Dop853, "1e-6")
     assert orbit_error(Absolute, "1") < 10 * orbit_error(Dop853, "1")
 
 
-def test_sizes_that_do_not_shrink_save_work_on_an_eccentric_orbit() -> None:
-    """From e = 0.99 and apocentre on, speeds range over 200: to hold the slow part to its own speed costs right-hand sides
-    and gains nothing. Judged at equal error; a tolerance means another error in each rule."""
+def test_sizes_that_do_not_decrease_save_work_on_an_eccentric_orbit() -> None:
+    """With e = 0.99, from apocentre on, speeds range over 200: errors relative to the slow speeds cost right-hand sides and
+    gain nothing. Compared at equal error, as the same tolerance gives another error with each norm."""
     case = get("kepler_orbit", initial_state=(1.99, 0, 0, sqrt(0.01 / 1.99))).rounded()
     exact = case.sample(case.times)
     assert work_at_equal_error(Dop853, case, exact) < 0.9 * work_at_equal_error(Absolute, case, exact)
@@ -149,7 +149,7 @@ def pulse(t: float, state: Values, parameters: Values) -> Values:
 
 
 @pytest.mark.parametrize("method", [BogackiShampine3, Dop853, GraggBulirschStoer])
-def test_what_has_not_moved_yet_costs_no_steps(method: type[Integrator]) -> None:
+def test_components_still_at_rest_cost_no_steps(method: type[Integrator]) -> None:
     """One mass of a row is displaced; the last moves as t^10, which no step of order 8 resolves from zero on."""
     problem = Problem(FirstOrder(pulse), 12, np.zeros(0), np.arange(1, 65) / 4, 1.0)
     start = np.zeros((1, 12))
@@ -167,7 +167,7 @@ def test_what_has_not_moved_yet_costs_no_steps(method: type[Integrator]) -> None
 
 @pytest.mark.parametrize("method", [Dop853, DormandPrinceNystrom6, GraggBulirschStoer])
 def test_a_motion_of_round_off_alone_does_not_stop_the_steps(method: type[Integrator]) -> None:
-    """A pendulum upright: its rate is what the rounding of pi makes of sin pi, which no shorter step makes smoother."""
+    """An upright pendulum: its rate is sin pi with the rounding of pi, which no shorter step makes smoother."""
     case = get("pendulum_simple", "upright").rounded()
     found = method().prepare(problem_of(case, method.accepts), 1e-10)(initial_state(case)[None])
     assert found.stopped is None
@@ -192,7 +192,7 @@ GROUPS = np.array([0, 1])
 
 @pytest.mark.parametrize("phase", [0.0, 1e-19, 0.5, np.pi / 2, 2.0])
 def test_an_oscillator_leaves_its_tangent_within_a_radian_or_two(phase: float) -> None:
-    """At any phase, also where its place or its rate is zero or all but zero."""
+    """At any phase, also where its position or its rate is zero or nearly so."""
     omega, most = 3.0, 100.0
     y = np.array([np.cos(phase), -omega * np.sin(phase)])
     rates = np.array([y[1], -(omega**2) * y[0]])
@@ -202,7 +202,7 @@ def test_an_oscillator_leaves_its_tangent_within_a_radian_or_two(phase: float) -
 
 
 def test_groups_are_those_of_the_metric() -> None:
-    """The last component of an attitude in `lagrange_top` is a group apart; a formulation states none."""
+    """The last component of an attitude in `lagrange_top` is a separate group; a formulation has none."""
     case = get("kepler_orbit")
     assert groups_of(case) == (0, 0, 1, 1)
     assert groups_of(case, case.formulations[0]) == ()

@@ -1,4 +1,4 @@
-"""The stepping that adaptive methods share: sums keep their last digits, steps follow the motion and nothing else."""
+"""The loop of steps that adaptive methods share: sums keep their last digits, step sizes depend only on the motion."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def drifting_twice(t: float, q: Values, parameters: Values) -> Values:
 )
 def test_sums_are_compensated(method: type[Integrator], form: Any, start: list[float]) -> None:
     """Thousands of steps of a uniform motion from 1 to 1.7: plain sums lose the root of their number in half units of
-    the last place, some ten; with what is lost carried on it is the rounding of the last step alone."""
+    the last place, some ten; with compensation the error is the rounding of the last step alone."""
     times = np.arange(1, 9) * 125.0
     found = method().prepare(problem(form, len(start), times), 1e-13)(np.array([start]))
     assert found.steps is not None
@@ -78,7 +78,7 @@ def shrinking(t: float, state: Values, parameters: Values) -> Values:
 
 @pytest.mark.parametrize("method", [Dop853, DormandPrince5, GraggBulirschStoer])
 def test_a_motion_that_shrinks_is_measured_by_the_size_that_it_had(method: type[Integrator]) -> None:
-    """At e^-25 of its size it is far below the tolerance: 100 s more take steps as long as stability allows alone."""
+    """At e^-25 of its size it is far below the tolerance: for 100 s more only stability limits the steps."""
     solve = method().prepare(problem(FirstOrder(shrinking), 2, [200.0, 300.0]), 1e-8)
     first = method().prepare(problem(FirstOrder(shrinking), 2, [200.0]), 1e-8)
     start = np.array([[1.0, 0.0]])
@@ -112,7 +112,7 @@ FREE = Hybrid(modes=(Mode("free", free),), start=moving, transitions=(), settle=
 
 @pytest.mark.parametrize("method", [DormandPrince5, Dop853Events])
 def test_a_step_without_error_is_followed_by_one_six_times_as_long(method: type[Integrator]) -> None:
-    """More could step over what comes; less would creep away from a short step. So the sum of steps is geometric."""
+    """More could miss the motion that follows; less would take many short steps. So the steps are a geometric series."""
     form = FREE if method is Dop853Events else FirstOrder(free)
     start = np.array([[1.0, 1.0]])
     counts = []
@@ -171,8 +171,8 @@ def restoring(t: float, q: Values, parameters: Values) -> Values:
 
 @pytest.mark.parametrize("most", [1.0, 1e4, 1e8])
 def test_the_pericentre_of_a_long_ellipse_sets_the_first_step(most: float) -> None:
-    """e = 0.99 from pericentre, where the motion turns within sqrt(r^3 / mu) / 2 or so: a thousandth of a radian of the
-    whole period, whatever span and time scale are, by a millionth of which the motion may go round many times."""
+    """e = 0.99 from pericentre, where the motion turns within about sqrt(r^3 / mu) / 2: a thousandth of a radian of the whole
+    period, for any span and time scale, in a millionth of which there may be many periods."""
     groups, r = np.array([0, 0, 1, 1]), 0.01
     y = np.array([r, 0.0, 0.0, math.sqrt(1.99 / r)])
 
@@ -186,8 +186,8 @@ def test_the_pericentre_of_a_long_ellipse_sets_the_first_step(most: float) -> No
 
 @pytest.mark.parametrize("most", [10.0, 1e4, 1e8])
 def test_the_trial_step_is_short_beside_the_motion(most: float) -> None:
-    """y' = y^2 from 1, where y'' = 2: it leaves its tangent in the time 1, whatever the time scale. Over a trial step of
-    100 the rate grows a hundred times as fast."""
+    """y' = y^2 from 1, where y'' = 2: it leaves its tangent in the time 1, for any time scale. Over a trial step of 100 the
+    rate grows a hundred times as fast."""
     groups, y = np.zeros(1, dtype=np.int64), np.ones(1)
     h = sizes.trial_step(y, y**2, groups, most)
     assert sizes.turning_time(y, y**2, (y + h * y**2) ** 2, h, groups, most) == pytest.approx(1.0, rel=0.01)

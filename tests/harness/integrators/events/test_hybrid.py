@@ -1,4 +1,4 @@
-"""Events on the step length: located to round-off, in the right order, with the method's order kept."""
+"""Events located by the step length: to round-off, in the right sequence, with the order of the method kept."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BLOCK = [
 ]  # fmt: skip
 VARIANTS = [("bouncing_ball", v) for v in BALL] + [("block_incline_friction", v) for v in BLOCK]
 EXACT_METHODS = [RK4Events, Dop853Events, scipy_events.RK45, scipy_events.DOP853, scipy_events.Radau]
-"""Methods that integrate a constant acceleration exactly: what they err is the event handling."""
+"""Methods that integrate a constant acceleration exactly: their error is that of the events."""
 
 RESTITUTION = 0.75
 
@@ -58,7 +58,7 @@ WALL = Hybrid(
     transitions=(Transition("knock", "swing", wall, -1, rebound_from_wall, swinging),),
     settle=1e-9,
 )
-"""A pendulum that knocks against a wall at the bottom of its swing and keeps 3/4 of its speed."""
+"""A pendulum that hits a wall at the bottom of its swing and keeps 3/4 of its speed."""
 
 START = np.array([[1.0, 0.25]])
 TIMES = np.arange(1, 65) / 8
@@ -110,13 +110,13 @@ def test_the_order_survives_events_in_a_curved_motion(kind: type[EulerEvents], c
 
 @pytest.mark.parametrize("kind", [Dop853Events, scipy_events.DOP853])
 def test_events_of_a_curved_motion_are_located_to_the_tolerance(kind: type[Integrator]) -> None:
-    """4 knocks and some 60 steps of an error of 1e-12 each."""
+    """4 impacts and some 60 steps of an error of 1e-12 each."""
     state, late, _ = errors(kind, 1e-12)
     assert state < 1e-10
     assert late < 1e-10
 
 
-def test_round_off_is_reached_at_a_knock() -> None:
+def test_round_off_is_reached_at_an_impact() -> None:
     state, late, _ = errors(Dop853Events, 1e-14)
     assert late < 8 * np.spacing(8.0)  # a few ulps of the last time
     assert state < 1e-14
@@ -161,7 +161,7 @@ def test_a_slip_whose_direction_is_lost_where_it_ends_leaves_no_trace(
 
 
 def test_twenty_thousand_impacts_up_to_the_limit() -> None:
-    """Within ten times the conditioning, which is what half an ulp in each number does to the motion."""
+    """Within ten times the conditioning, the effect of half an ulp in each number on the motion."""
     case = get("bouncing_ball", "zeno").rounded()
     problem = problem_of(case, (Hybrid,))
     solution = RK4Events().prepare(problem, problem.interval)(initial_state(case)[None])
@@ -175,7 +175,7 @@ def test_twenty_thousand_impacts_up_to_the_limit() -> None:
 
 @pytest.mark.parametrize("kind", [RK4Events, scipy_events.RK45])
 def test_one_flight_or_many_within_a_step(kind: type[Integrator]) -> None:
-    """Steps of a whole sampling interval hold several flights near the limit; none may fall through the plane."""
+    """Steps of a whole sampling interval contain several flights near the limit; none may fall through the plane."""
     case = get("bouncing_ball", span="4.5", e="0.3").rounded()
     problem = problem_of(case, (Hybrid,))
     setting = problem.interval if isinstance(kind.sweep, Steps) else 1e-3
@@ -262,8 +262,8 @@ def on(t: Any, state: Values, parameters: Values) -> str:
 
 @pytest.mark.parametrize("where", [0.3, 0.5, 0.7])
 def test_a_dip_far_from_a_cubic_is_found(where: float) -> None:
-    """A guard below zero on 1/45 of a step, about `where`: from its slopes at the ends a cubic sees the least elsewhere,
-    and the bracket has to close upon it from both sides. A uniform motion is integrated exactly."""
+    """A guard below zero on 1/45 of a step, about `where`: the cubic from its slopes at the ends has its minimum elsewhere,
+    and the bracket must close from both sides. A uniform motion is integrated exactly."""
     form = Hybrid(
         modes=(Mode("on", run_on),),
         start=on,
@@ -308,8 +308,8 @@ def falling(t: Any, state: Values, parameters: Values) -> str:
 
 @pytest.mark.parametrize("kind", [RK4Events, Dop853Events])
 def test_a_guard_of_the_next_mode_that_is_zero_on_arrival_counts(kind: type[Integrator]) -> None:
-    """A ball falls 1/2 m and is put on the floor, height 0, in another mode with the same floor. Thrown back it lands
-    again 2 s after the first second; where it goes on falling it meets the floor at once. A line above is not met."""
+    """A ball falls 1/2 m and is put on the floor, height 0, in another mode with the same floor. Thrown back it lands again
+    2 s after the first second; if it keeps falling it meets the floor at once. A line above is not met."""
     for reset, wanted in ((back_from_the_floor, [1.0, 3.0]), (onto_the_floor, [1.0, 1.0])):
         form = Hybrid(
             modes=(Mode("first", fall), Mode("second", fall), Mode("third", fall)),
@@ -342,7 +342,7 @@ def test_several_trajectories_are_independent_and_keep_their_starts() -> None:
     assert np.abs(both.states[1] - other.sample(case.times))[:20].max() < 1e-12
 
 
-def test_a_motion_that_runs_away_is_reported() -> None:
+def test_a_motion_that_diverges_is_reported() -> None:
     case = get("bouncing_ball").rounded()
     problem = problem_of(case, (Hybrid,))
     solution = RK4Events().prepare(problem, problem.interval)(np.array([[1e308, 1e308]]))

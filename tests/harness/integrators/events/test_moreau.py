@@ -1,4 +1,4 @@
-"""Moreau's time stepping: it says what the modes say, is of order 1, keeps resting what rests."""
+"""Moreau's time stepping: its forms agree with the modes, its order is 1, a body at rest stays at rest."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def errors(name: str, counts: list[int], variant: str | None = None) -> list[flo
 
 @pytest.mark.parametrize("name", [*IMPACTS, *RUBBING])
 def test_order(name: str) -> None:
-    """Where an event falls within its step is chance: the error is C h within a factor of five or so.
+    """The position of an event within its step is random: the error is C h within a factor of about five.
 
     Over fifty steps, four to a halving, that leaves the slope uncertain by ln 5 / (sqrt 50 * 2.6) = 0.09.
     """
@@ -72,7 +72,7 @@ def test_order(name: str) -> None:
     assert -slope == pytest.approx(1, abs=0.1)
 
 
-def test_what_rests_stays() -> None:
+def test_a_body_at_rest_stays_at_rest() -> None:
     assert errors("coulomb_friction_oscillator", [1, 16], "held") == [0, 0]
     ball = get("bouncing_ball", initial_state=(0, 0), span=2).rounded()
     problem = problem_of(ball, Moreau.accepts)
@@ -80,7 +80,7 @@ def test_what_rests_stays() -> None:
 
 
 def test_steps_far_longer_than_flights_pass_the_zeno_limit() -> None:
-    """Infinitely many impacts lie in the span; a thousand steps end at rest, on the plane to a step's fall."""
+    """The span contains infinitely many impacts; a thousand steps end at rest, on the plane within the fall of a step."""
     case = get("bouncing_ball").rounded()
     problem = problem_of(case, Moreau.accepts)
     h = problem.interval / 16

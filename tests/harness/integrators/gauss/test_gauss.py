@@ -49,7 +49,7 @@ def problem(form: Form, dimension: int, *parameters: float, times: Any = TIMES) 
 
 
 def pade(stages: int, z: Any) -> Any:
-    """The diagonal approximant of exp, which is what the method makes of y' = z y over a step of 1."""
+    """The diagonal approximant of exp: the result of the method for y' = z y over a step of 1."""
     above, below = mpmath.mpf(0), mpmath.mpf(0)
     for j in range(stages + 1):
         c = Fraction(math.comb(stages, j), math.perm(2 * stages, j))
@@ -98,7 +98,7 @@ def henon_heiles_first_order(t: Any, state: Values, parameters: Values) -> Value
 
 
 class ByNewton(FixedStep):
-    """Newton's step as a method of its own, on equations that give their derivatives too, for any arithmetic."""
+    """Newton's step as a separate method, on equations with their derivatives, for any arithmetic."""
 
     def __init__(self, stages: int, width: int) -> None:
         self.stages, self.width = stages, width
@@ -123,7 +123,7 @@ class ByNewton(FixedStep):
 @pytest.mark.parametrize("form", [SecondOrder(henon_heiles), FirstOrder(henon_heiles_first_order)])
 @pytest.mark.parametrize("method", [ImplicitMidpoint, Gauss2, Gauss4])
 def test_newton_and_the_fixed_point_solve_the_same_equations(method: type[Gauss], form: Form) -> None:
-    """In sixty digits: what holds of one (order, symplectic, reversible, invariants) holds of the other."""
+    """In sixty digits: so both have the same properties (order, symplectic, reversible, invariants)."""
     start = (Fraction(3, 10), Fraction(-1, 5), Fraction(1, 4), Fraction(2, 5))
     width = 2 if isinstance(form, SecondOrder) else 4
     plain = FirstOrder(without_derivatives) if width == 4 else SecondOrder(acceleration)
@@ -164,11 +164,11 @@ def fall_without_derivatives(t: Any, place: Values, parameters: Values) -> Value
 @pytest.mark.parametrize("newton", [True, False])
 @pytest.mark.parametrize("second_order", [True, False])
 @pytest.mark.parametrize("method", METHODS)
-def test_what_rounding_takes_from_the_coefficients_is_given_back(
+def test_the_rounding_residuals_of_coefficients_are_added(
     method: type[Gauss], second_order: bool, newton: bool
 ) -> None:
-    """A step of 1 in sixty digits by the numbers of binary64. Without what was taken from weights, nodes or sums it is
-    off by some 1e-17, the same in every step. Only y by Newton, from single numbers of the stage matrix, keeps that."""
+    """A step of 1 in sixty digits with the numbers of binary64. Without the residuals of weights, nodes or sums it errs by
+    some 1e-17, the same in every step. Only y by Newton, from single numbers of the stage matrix, keeps such an error."""
     start = (0, 0, 1, 0) if second_order else (0, 0)
     width, kind = 2, SecondOrder if second_order else FirstOrder
     equations = (
@@ -224,13 +224,13 @@ def test_newton_keeps_quadratic_invariants_and_returns(method: type[Gauss], newt
         kept = moments[0] * a * a + moments[1] * b * b + moments[2] * c * c
         first = float(np.dot(moments, start[0] ** 2))
         assert np.max(np.abs(kept / first - 1)) < 10 * math.sqrt(64) * ROUNDOFF
-    # An error in the last component turns the others by that much more, each step: 64^2/2 roundings of 10.
+    # An error in the last component rotates the others by as much in each step: 64^2/2 roundings of 10.
     assert np.max(np.abs(back.states[0, -1] - start[0])) < 64**2 * ROUNDOFF * 10
 
 
 @pytest.fixture
 def newton_steps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """How many steps each trajectory took by Newton's iteration, in turn."""
+    """The numbers of steps that the trajectories took by Newton's iteration."""
     found: list[int] = []
     by_newton = Gauss.by_newton
 
@@ -259,7 +259,7 @@ def test_nothing_is_differentiated_where_the_fixed_point_converges(newton_steps:
 @pytest.mark.parametrize("variant", ["stiff_1e6", "stiff_1e9", "stiff_1e12"])
 @pytest.mark.parametrize("method", METHODS)
 def test_the_slow_part_of_a_stiff_motion(method: type[Gauss], variant: str) -> None:
-    """x'' + (r + 1) x' + r x = 0: x + x'/r decays as exp(-t) whatever the fast part does, which these methods keep.
+    """x'' + (r + 1) x' + r x = 0: x + x'/r decays as exp(-t), independent of the fast part, also in these methods.
 
     Two steps to a sample of 5/32 s: the method's approximant to round-off, the exact motion to what the order leaves.
     """
@@ -292,7 +292,7 @@ def test_small_vibrations_with_a_coupling_of_1e12() -> None:
         solution = Gauss2().prepare(given, given.interval / count)(initial_state(case)[None])
         assert solution.stopped is None
         errors.append(float(np.max(case.metric.distance(solution.states[0], exact, case.times))))
-    # What rounding the initial state sets going of the fast mode, 3e-7, is 4 % of the last error.
+    # The fast mode that rounding the initial state excites, 3e-7, is 4 % of the last error.
     assert errors[0] / errors[1] == pytest.approx(16, rel=0.1)
     assert errors[1] / errors[2] == pytest.approx(16, rel=0.1)
 
@@ -325,7 +325,7 @@ def roll_off(t: Any, state: Values, parameters: Values) -> Values:
 
 
 @pytest.mark.parametrize(("method", "rate", "start"), [(Gauss2, 8.0, 0.62), (Gauss4, 12.0, 0.21)])
-def test_the_stages_of_another_motion_are_refused(method: type[Gauss], rate: float, start: float) -> None:
+def test_the_stages_of_another_solution_are_refused(method: type[Gauss], rate: float, start: float) -> None:
     """Newton's iteration, left to go on, converges to stages that lead across the top, to -3.04 and -2.80."""
     solution = method().prepare(problem(FirstOrder(roll_off), 1, rate), 1.0)(np.array([[start]]))
     assert solution.stopped == "the stages of a step did not converge before sample 1; take shorter steps"
@@ -341,7 +341,7 @@ def decay_ever_faster(t: Any, state: Values, parameters: Values) -> Values:
     return (-t * x,)
 
 
-def test_a_trajectory_that_becomes_stiff_is_done_again_from_its_start(newton_steps: list[int]) -> None:
+def test_a_trajectory_that_becomes_stiff_is_integrated_again_from_its_start(newton_steps: list[int]) -> None:
     solution = Gauss4().prepare(problem(FirstOrder(decay_ever_faster), 1), 1.0)(np.array([[1.0]]))
     assert newton_steps == [64]
     assert (solution.stopped, np.all(np.isfinite(solution.states))) == (None, True)
@@ -403,7 +403,7 @@ def test_a_step_that_has_no_solution_ends_its_trajectory_alone() -> None:
 
 
 def test_right_hand_sides_are_counted_and_a_linear_step_takes_few() -> None:
-    """The factors are kept: two or three rounds a step, the last of which finds nothing left but round-off."""
+    """The factors are kept: two or three rounds a step, the last of which changes only round-off."""
     case = get("damped_oscillator", "stiff_1e6").rounded()
     given = counting(problem_of(case, Gauss4.accepts))
     solution = Gauss4().prepare(given, given.interval)(initial_state(case)[None])

@@ -36,7 +36,7 @@ def test_collocation_at_the_radau_nodes() -> None:
                 assert abs(mp.fsum(a[i][j] * c[j] ** (q - 1) for j in range(3)) - c[i] ** q / q) < SIXTY
 
 
-def test_the_transformation_takes_the_inverse_matrix_apart() -> None:
+def test_the_transformation_block_diagonalizes_the_inverse_matrix() -> None:
     with working(60) as mp:
         table = radau.rows(mp)
         gamma, alpha, beta = table[EIGENVALUES]
@@ -86,8 +86,8 @@ def test_order_at_fixed_steps(name: str) -> None:
 
 
 @pytest.mark.parametrize("variant", ["stiff_1e6", "stiff_1e9", "stiff_1e12"])
-def test_stiffness_costs_nothing(variant: str) -> None:
-    """A mode a million to a million million times faster takes no more steps than the slow motion needs."""
+def test_stiffness_takes_no_more_steps(variant: str) -> None:
+    """A mode faster by 1e6 to 1e12 takes no more steps than the slow motion needs."""
     case = get("damped_oscillator", variant).rounded()
     problem = counting(problem_of(case, Radau5.accepts))
     solution = Radau5().prepare(problem, 1e-8)(initial_state(case)[None])
@@ -113,7 +113,7 @@ def test_errors_fall_with_the_tolerance() -> None:
 
 
 def follow(t: Any, state: Values, parameters: Values) -> Values:
-    """Prothero and Robinson's: u = cos t, to which all else falls at a rate of L."""
+    """Prothero and Robinson's equation: u = cos t, which other solutions approach at a rate of L."""
     (u,) = state
     (rate,) = parameters
     return (-rate * (u - cos(t)) - sin(t),)
@@ -122,10 +122,10 @@ def follow(t: Any, state: Values, parameters: Values) -> Values:
 @pytest.mark.parametrize("rate", [1e2, 1e4, 1e6, 1e8])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-7, 1e-10])
 def test_a_sample_is_as_good_as_a_step(rate: float, tolerance: float) -> None:
-    """The polynomial of steps of half a radian to five, at a rate that asks for no shorter ones, misses by up to 1.
+    """The polynomial of steps of half a radian to five, at a rate that needs no shorter ones, errs by up to 1.
 
-    A sample is compared with the same time as the end of a run of its own, with other steps before it: the largest and
-    the root mean square over the same 64 times. Single ones differ by more, as errors pass through zero.
+    A sample is compared with the end of a separate run to its time, with other steps before it: the largest error and the
+    root mean square over the same 64 times. Single ones differ more, as errors pass through zero.
     """
     times = np.arange(1, 65) * (10 / 64)
 
@@ -143,7 +143,7 @@ def test_a_sample_is_as_good_as_a_step(rate: float, tolerance: float) -> None:
 
 
 @pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit", "damped_oscillator"])
-def test_samples_of_what_is_not_stiff_cost_nothing(name: str) -> None:
+def test_samples_of_equations_that_are_not_stiff_take_no_right_hand_sides(name: str) -> None:
     case = get(name).rounded()
     spent = []
     for samples in (slice(None), slice(63, None)):
@@ -168,7 +168,7 @@ def swing_derivative(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def run(monkeypatch: pytest.MonkeyPatch, f: Any, derivative: Any, start: Any, times: Any) -> tuple[Any, Any, list[Any]]:
-    """The stepping as it stands, at 1e-5: states, why it stopped, and for each attempted step t, h, error, iterations."""
+    """The loop of steps, uncompiled, at 1e-5: states, why it stopped, and for each attempt t, h, error, iterations."""
     attempts: list[Any] = []
     newton, estimate = radau_steps.newton, radau_steps.estimate
     iterations = [0]
@@ -204,9 +204,8 @@ def run(monkeypatch: pytest.MonkeyPatch, f: Any, derivative: Any, start: Any, ti
 
 def test_steps_follow_the_predictive_controller(monkeypatch: pytest.MonkeyPatch) -> None:
     """Hairer and Wanner, IV.8 (8.21), (8.25): fac = 0.9 (2 k + 1) / (2 k + n) for n of k iterations; the next step is
-    fac h err^(-1/4), times h / h' (err' / err)^(1/4) where the step before, h', and its error foretell a shorter one;
-    between a fifth and eight times; no longer than the last after a rejection, which takes h itself. An error below 1e-2
-    counts as that where it comes before."""
+    fac h err^(-1/4), times h / h' (err' / err)^(1/4) where the step before, h', and its error predict a shorter one;
+    between a fifth and eight times h; after a rejection at most h. An error before below 1e-2 counts as 1e-2."""
     _, stop, attempts = run(monkeypatch, swing, swing_derivative, [2.0, 0.0], [4.0])
     assert not stop.any()
     most = radau_steps.MOST_ITERATIONS
@@ -233,7 +232,7 @@ def test_steps_follow_the_predictive_controller(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_sample_that_no_step_reaches_becomes_the_end_of_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the iteration of a sample's own step fails, the step is done again, no longer than up to the sample."""
+    """Where the iteration of a sample's separate step fails, the step is repeated, ending at the sample or before."""
     rate = 1e4
     times = [float(x) for x in np.arange(1, 17) / 2]
 
@@ -266,7 +265,7 @@ def test_a_sample_that_no_step_reaches_becomes_the_end_of_one(monkeypatch: pytes
 
 
 def test_changes_that_do_not_shrink_are_no_solution() -> None:
-    """Two percent of the tolerance each, the iteration might go on for ever: how far it has to go, nobody knows."""
+    """With changes of two percent of the tolerance each, the iteration might never end: the error left is unknown."""
     calls = [0]
 
     def drifting(t: Any, state: Values, parameters: Values) -> Values:

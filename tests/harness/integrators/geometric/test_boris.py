@@ -1,4 +1,4 @@
-"""Boris's method and its relatives: order in uniform and other fields, speed, volume, reversal, the E x B drift."""
+"""Boris's method and related ones: order in uniform and other fields, speed, volume, reversal, the E x B drift."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def states(method: FixedStep, form: Charged, substeps: int, start: Any = START) 
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_fields_and_equations_say_the_same(name: str) -> None:
+def test_fields_and_equations_agree(name: str) -> None:
     """u' = a + v x w with v = u/gamma, at random states in sixty digits."""
     case, source = get(name), random.Random(name)
     (form,) = (form for form in case.forms if isinstance(form, Charged))
@@ -98,7 +98,7 @@ def test_order_in_uniform_fields(method: type[FixedStep], name: str) -> None:
 
 @pytest.mark.parametrize(("method", "form"), PAIRS)
 def test_order_in_a_magnetic_bottle(method: type[FixedStep], form: Charged) -> None:
-    """Truth is the Taylor integration in balls, which shares nothing with the method."""
+    """The reference solution is the Taylor integration in balls, which shares nothing with the method."""
     found = taylor.integrate(
         lambda t, y: form.equations(t, y, ()) if form is BOTTLE else _in_balls(t, y),
         list(map(Fraction, START)),
@@ -157,7 +157,7 @@ def test_volume_in_phase_space_is_preserved(method: type[FixedStep], form: Charg
 
 
 def backwards(t: Any, place: Values, parameters: Values) -> Values:
-    """The same fields with B turned round, as time reversal wants; here at a fixed time."""
+    """The same fields with B reversed, as under time reversal; here at a fixed time."""
     ax, ay, az, wx, wy, wz = bottle(0, place, parameters)
     return ax, ay, az, -wx, -wy, -wz
 

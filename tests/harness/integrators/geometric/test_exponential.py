@@ -1,4 +1,4 @@
-"""Exponential Runge-Kutta: its matrix functions, order conditions as matrices, measured order, stiffness for nothing."""
+"""Exponential Runge-Kutta: its matrix functions, order conditions as matrices, measured order, stiff linear parts."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_linear_part_and_rest_make_the_equations(name: str) -> None:
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e6])
 def test_phi_functions(size: float) -> None:
-    """Of a diagonal matrix by their definition in far more digits; of a full one by the recurrence."""
+    """For a diagonal matrix by their definition in far more digits; for a full one by the recurrence."""
     with working(60) as mp:
         values = [mp.mpf(-size), mp.mpf(size) / 7**8, mp.mpf(0)]
         diagonal = np.array(
@@ -74,7 +74,7 @@ def test_stiff_order_conditions_hold_as_matrices() -> None:
 
 
 def test_stiff_order_conditions_of_inner_stages_hold_as_matrices() -> None:
-    """Whatever the Jacobian of the rest: conditions 5, 8 and 9 of their table 5.1, and 7 with weights at z = 0.
+    """For any Jacobian of the rest: conditions 5, 8 and 9 of their table 5.1, and 7 with weights at z = 0.
 
     With psi_q,i = sum of a_ij c_j^(q-1)/(q-1)! less c_i^q phi_q(c_i z). Mistyped inner coefficients that keep the sums
     of rows fail here; where nothing is stiff no order would show it.

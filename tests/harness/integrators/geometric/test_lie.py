@@ -1,6 +1,6 @@
 """Rotation-group methods: order, with and without torque; angular momentum and attitude to round-off.
 
-Truth is the Taylor integration of Euler's equations in balls, which shares nothing with the methods.
+The reference solution is the Taylor integration of Euler's equations in balls, which shares nothing with the methods.
 """
 
 from __future__ import annotations
@@ -114,8 +114,8 @@ def test_gravity_leaves_the_vertical_angular_momentum_alone(method: type[FixedSt
     assert np.max(np.abs(vertical - start[2])) < 64 * 45 * np.finfo(float).eps * np.linalg.norm(start)
 
 
-def test_an_attitude_that_is_not_orthogonal_turns_all_the_same() -> None:
-    """R(t) = R(0) Q(t) for any matrix R(0): angular velocity does not see it."""
+def test_an_attitude_that_is_not_orthogonal_is_rotated_too() -> None:
+    """R(t) = R(0) Q(t) for any matrix R(0), on which the angular velocity does not depend."""
     skew = np.array([[1.0, 0.1, 0.0], [0.0, 1.0, 0.2], [0.0, 0.0, 1.25]])
     problem = Problem(FREE, 12, np.array(MOMENTS), TIMES, 1.0)
     solve = MuntheKaas4().prepare(problem, problem.interval)
@@ -166,7 +166,7 @@ def test_splitting_is_a_poisson_map(method: type[FixedStep], name: str) -> None:
 @pytest.mark.parametrize("method", [m for m in lie.INTEGRATORS if "reversible" in m.conserves], ids=lambda m: m.name)
 @pytest.mark.parametrize("name", ["free", "heavy"])
 def test_splitting_is_reversible(method: type[FixedStep], name: str) -> None:
-    """Turn the angular velocity and the motion goes back the way it came."""
+    """After reversal of the angular velocity the motion returns to its start."""
     problem = Problem(TORQUES[name], 12, np.array(MOMENTS), TIMES[:16].copy(), 1.0)
     solve = method().prepare(problem, problem.interval)
     turn = np.array([-1.0] * 3 + [1.0] * 9)

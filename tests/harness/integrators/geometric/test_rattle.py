@@ -85,7 +85,7 @@ def test_order_on_the_sphere(method: type[FixedStep]) -> None:
 
 @METHODS
 def test_constraint_and_tangency_hold_to_round_off(method: type[FixedStep]) -> None:
-    """The place is put back each time: nothing adds up over a thousand periods."""
+    """Each step corrects the position: errors do not accumulate over a thousand periods."""
     case = get("holonomic_constraint_dae", "long_1e3").rounded()
     problem = problem_of(case, method.accepts)
     found = method().prepare(problem, problem.interval / 1024)(initial_state(case)[None]).states[0]

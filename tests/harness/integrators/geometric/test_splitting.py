@@ -1,4 +1,4 @@
-"""Splitting methods with a force that depends on time, and the one step that is known by heart."""
+"""Splitting methods with a force that depends on time, and symplectic Euler compared with its formula."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def power_of_time(t: Any, q: Values, parameters: Values) -> Values:
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
 def test_time_drifts_with_the_position(method: type[Splitting]) -> None:
-    """A force of time alone: the kicks are a quadrature, exact for powers of time below the order of the method."""
+    """With a force that depends only on time the kicks are a quadrature, exact for powers of time below the order."""
     assert method.order is not None
     for m in range(method.order):
         coefficients = [Fraction(k == m) for k in range(8)]
@@ -39,7 +39,7 @@ def spring_and_time(t: Any, q: Values, parameters: Values) -> Values:
     return (t - 2 * q[0],)
 
 
-def test_symplectic_euler_kicks_with_the_old_place_and_drifts_with_the_new_velocity() -> None:
+def test_symplectic_euler_kicks_with_the_old_position_and_drifts_with_the_new_velocity() -> None:
     q, v = 3, 5
     for step in range(2):
         v += (Fraction(step, 4) - 2 * q) * Fraction(1, 4)  # type: ignore[assignment]

@@ -33,7 +33,7 @@ def test_the_error_follows_the_tolerance(name: str) -> None:
 
 
 def test_the_order_follows_the_tolerance() -> None:
-    """Right-hand sides a step: a third column at 1e-3, a seventh or more at 1e-13, and steps no more than thrice as many."""
+    """Right-hand sides a step: a third column at 1e-3, a seventh or more at 1e-13, and at most three times as many steps."""
     case = get("kepler_orbit").rounded()
     found = []
     for tolerance in (1e-3, 1e-13):

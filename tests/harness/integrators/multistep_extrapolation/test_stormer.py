@@ -31,7 +31,7 @@ def ordinates(differences: tuple[Fraction, ...]) -> tuple[Fraction, ...]:
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 12])
-def test_formulas_are_exact_for_polynomials_and_for_no_more(count: int) -> None:
+def test_formulas_are_exact_for_polynomials_up_to_their_order_only(count: int) -> None:
     """With a = t^m, q = t^(m+2) / ((m+1)(m+2)) and v = t^(m+1) / (m+1), from t = 0 to 1."""
     position, speed = ordinates(stormer_weights(count)), ordinates(adams_weights(count))
     for m in range(count + 1):
@@ -65,8 +65,8 @@ def power_of_time(t: Any, q: Values, parameters: Values) -> Values:
 
 @pytest.mark.parametrize("method", [Stormer8, Stormer12])
 def test_the_velocity_is_exact_for_one_power_of_time_more_than_the_place(method: type[Stormer]) -> None:
-    """Of q'' = t^p: Adams' formula takes p + 1 accelerations, Störmer's p, and after its start the method makes 20 steps.
-    What the start errs by, of order 12, is far below what either formula would."""
+    """For q'' = t^p: Adams' formula takes p + 1 accelerations, Störmer's p, and after its start the method makes 20 steps.
+    The error of the start, of order 12, is far below that of either formula."""
     power, count = method.order, 20 + method.order
     parameters, zero = (Fraction(power),), (Fraction(0), Fraction(0))
     q, v = solve_exactly(method(), SecondOrder(power_of_time), parameters, zero, Fraction(1), count)

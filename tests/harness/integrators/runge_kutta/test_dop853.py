@@ -1,4 +1,4 @@
-"""DOP853: the error follows the tolerance, samples do not bend the steps, SciPy's takes the same right-hand sides."""
+"""DOP853: the error follows the tolerance, samples do not change the steps, SciPy's takes as many right-hand sides."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ ORDER = 12
 
 
 def every_function(t: Any, state: Values, parameters: Values) -> Values:
-    """What equations may use, on series and on constants; arguments stay inside the domains for states near 1/2."""
+    """All functions that equations may use, on series and on constants; arguments are in the domains for states near 1/2."""
     x, y = state
     (a,) = parameters
     first = sin(x) * cos(y) + tan(x / 2) - asin(y / 2) + acos(x / 3) / (2 + atan(x * y))
@@ -120,7 +120,7 @@ def test_errors_fall_with_the_tolerance_to_the_conditioning(name: str, variant: 
 
 
 def test_a_start_at_a_pericentre_does_not_set_the_size_of_the_velocity() -> None:
-    """e = 0.999: a time scale of the acceleration there is 5e4 times any velocity, and hid as much of the error."""
+    """e = 0.999: the acceleration there times a time scale is 5e4 times any velocity, and would allow as large an error."""
     found, attainable = error("kepler_orbit", "e0999", 1e-16)
     assert found < attainable
 
@@ -168,7 +168,7 @@ def test_the_polynomial_between_steps_is_as_good_as_the_step() -> None:
 def test_a_component_that_starts_at_zero_is_as_large_as_its_motion_within_reach(
     time_scale: float, reach: float
 ) -> None:
-    """Two components that do not, with radii of convergence of 1/3 and 1/2; the third has a speed of 5."""
+    """Two components start elsewhere, with radii of convergence of 1/3 and 1/2; the third has a speed of 5."""
     order, y, sizes = 12, np.array([4.0, -0.5, 0.0]), np.zeros(3)
     w = np.zeros(3 * STRIDE)
     w[order], w[STRIDE + order] = 4.0 * 3**order, 0.5 * 2**order
@@ -216,10 +216,10 @@ def derivatives_of_driven(k: int, t: float) -> list[float]:
 @pytest.mark.parametrize(
     ("equations", "derivatives"), [(swinging, derivatives_of_swinging), (driven, derivatives_of_driven)]
 )
-def test_the_remainder_is_held_against_the_largest_size_of_each_component_so_far(
+def test_the_remainder_is_relative_to_the_largest_size_of_each_component_so_far(
     equations: Any, derivatives: Any, tolerance: float
 ) -> None:
-    """The same steps from known derivatives. A component that starts at zero first counts for what a quarter second makes."""
+    """The same steps from known derivatives. A component that starts at zero first has the size of its change in 1/4 s."""
     order, span, scale = order_for(tolerance), 30.0, 0.25
     start = np.array(derivatives(0, 0.0))
     sizes = np.where(np.abs(start) > 1e-15, np.abs(start), scale * np.abs(derivatives(1, 0.0)))
