@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 """Starts child processes and ends them with all that they started; `running/pool.py` decides when a worker is killed."""
-=======
-"""Starting child processes, and ending them and the processes that they leave behind."""
->>>>>>> w3
 
 from __future__ import annotations
 
