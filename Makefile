@@ -1,11 +1,11 @@
-# Two commands do all the set-up on a fresh machine with Python 3.11: `make report` and `make test`.
-# What is measured goes to runs/ and $(LOCAL), which git ignores; `make publish` alone writes what is tracked in reports/.
+# On a fresh machine with Python 3.11, `make report` and `make test` do all the set-up themselves.
+# Measurements go to runs/ and $(LOCAL), which git ignores; only `make publish` writes what is tracked in reports/.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 UV := $(shell command -v uv 2>/dev/null)
 SOURCES := $(shell find reference cases harness src -type f -not -path '*/__pycache__/*')
-# The suite to report on: `make report SUITE=foundation` takes the twelve cases that exercise every form
+# The suite to report on: `make report SUITE=foundation` runs the twelve cases that exercise every form
 SUITE ?= standard
 # The optional libraries to compare with: make report EXTRAS=dev,peers
 EXTRAS ?= dev
@@ -14,7 +14,7 @@ INSTALLED := $(VENV)/installed-$(EXTRAS)
 
 .PHONY: report certificates publish test test-all mutation lint types unit bench docs clean
 
-# A first page after minutes, from the suite `quick`; the whole run then goes on in the same file.
+# A first page after minutes, from the suite `quick`; the whole run then continues in the same file.
 report: $(INSTALLED)
 	$(BIN)/gnomon run --suite quick --out runs/$(SUITE).sqlite
 	$(BIN)/gnomon report runs/$(SUITE).sqlite --to $(LOCAL)
@@ -22,11 +22,11 @@ report: $(INSTALLED)
 	$(BIN)/gnomon run --suite $(SUITE) --out runs/$(SUITE).sqlite
 	$(BIN)/gnomon report runs/$(SUITE).sqlite --to $(LOCAL)
 
-# Every variant too: less than 15 minutes on 2 cores. The page of the next `make report` shows it.
+# All variants: less than 15 minutes on 2 cores. The next `make report` shows the certificates.
 certificates: $(INSTALLED)
 	$(BIN)/gnomon certify --all --to $(LOCAL)/certificates.json
 
-# Measures nothing: refuses with one line where something is missing, or of other sources than these.
+# Measures nothing; refuses with one line if something is missing or was made with other sources than these.
 publish: $(INSTALLED)
 	$(BIN)/python -m gnomon.harness.reporting.publication runs/$(SUITE).sqlite --from $(LOCAL) --to reports
 
@@ -36,7 +36,7 @@ lint: $(INSTALLED)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 
-# mypy sees the package under its import name only in an ordinary install, so that is what the venv holds.
+# mypy finds the package under its import name only in an ordinary install, so the venv has one.
 types: $(INSTALLED)
 	$(BIN)/mypy -p gnomon
 
@@ -46,7 +46,7 @@ unit: $(INSTALLED)
 test-all: lint types
 	$(BIN)/pytest -n auto --dist loadfile --benchmark-disable
 
-# Is each of some sixty changes of the code caught by a test that reaches it? About half an hour on 2 cores.
+# Verifies that each of some sixty changes of the code makes a test fail. About half an hour on 2 cores.
 mutation: $(INSTALLED)
 	$(BIN)/python tests/mutation/mutate.py
 
@@ -67,7 +67,7 @@ docs:
 	$(MAKE) $(VENV)/installed-docs EXTRAS=docs
 	$(BIN)/mkdocs build --quiet
 
-# A stale build/ would put files into the package that are no longer in the tree.
+# An old build/ would put files into the package that are no longer in the tree.
 $(INSTALLED): pyproject.toml $(SOURCES) | $(BIN)/python
 	rm -rf build src/gnomon.egg-info
 ifdef UV

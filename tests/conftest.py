@@ -6,8 +6,8 @@ import os
 
 from hypothesis import HealthCheck, settings
 
-# The ordinary run draws the same examples every time; HYPOTHESIS_PROFILE=thorough draws new ones, and more.
-# Exact motions are slow and joint rules reject draws: neither is a fault of the test.
+# The default profile draws the same examples every time; HYPOTHESIS_PROFILE=thorough draws new ones, and more.
+# Health checks for time and rejected draws are off: exact motions are slow, and rules of domains reject draws.
 _EXPECTED = [HealthCheck.too_slow, HealthCheck.filter_too_much]
 settings.register_profile(
     "repeatable", max_examples=15, deadline=None, derandomize=True, suppress_health_check=_EXPECTED

@@ -1,4 +1,4 @@
-"""The pages of docs/ are true: their Python runs, their commands exist and run, each page stands in the contents."""
+"""The documents are right: Python in docs/ runs, commands exist and run, pages are in the contents, paths exist."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ ROOT = Path(__file__).parent.parent
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
 MEASURES = re.compile(r"^(from gnomon\.harness import compare|table\b.*)$", re.M)
 """Lines that measure for half a minute: only `make test-all` runs them."""
+DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", *PAGES]
+PATHS = re.compile(r"`((?:reference|cases|harness|tests|docs|src)/[a-z0-9_./*]*)`")
 
 
 def _blocks(page: Path, language: str) -> list[str]:
@@ -45,7 +47,7 @@ def test_the_lines_that_measure_run(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 @pytest.mark.slow
 def test_the_commands_of_the_pages_run(tmp_path: Path) -> None:
-    """As they stand, in the order of the contents; a page's integrator is saved under the name that the page gives it."""
+    """Unchanged, in the order of the contents; a page's integrator is saved under the name that the page gives it."""
     (source,) = (block for block in _blocks(ROOT / "docs" / "integrator.md", "python") if "class " in block)
     (tmp_path / "euler.py").write_text(source)
     commands = [words for page in PAGES for words in _commands(page)]
@@ -56,16 +58,31 @@ def test_the_commands_of_the_pages_run(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_every_page_stands_in_the_contents() -> None:
-    """A page that is not in the contents is found by nobody."""
+def test_every_page_is_in_the_contents() -> None:
+    """The navigation shows no other pages."""
     listed = set(re.findall(r": ([\w/]+\.md)$", (ROOT / "mkdocs.yml").read_text(), re.M))
     assert listed == {page.relative_to(ROOT / "docs").as_posix() for page in PAGES}
 
 
 def test_every_command_is_described() -> None:
-    """With its name in the table of commands, so that who reads it knows them all."""
+    """The table of commands is complete."""
     from gnomon.harness.commands import cli
 
     described = set(re.findall(r"^\| `gnomon (\w+)", (ROOT / "docs" / "commands.md").read_text(), re.M))
     names = {command.name or command.callback.__name__ for command in cli.app.registered_commands if command.callback}
     assert described == names
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda document: document.stem)
+def test_the_paths_of_a_document_exist(document: Path) -> None:
+    """Files move; their names in texts move with them."""
+    missing = [path for path in PATHS.findall(document.read_text()) if not list(ROOT.glob(path.rstrip("/")))]
+    assert not missing
+
+
+def test_the_folders_of_contributing_are_those_of_the_project() -> None:
+    """Every folder of `harness`, `cases` and `reference` is named in "Where what is"."""
+    (text,) = re.findall(r"## Where what is\n(.*?)\n## ", (ROOT / "CONTRIBUTING.md").read_text(), re.S)
+    named = set(re.findall(r"(\w+)/", text))
+    folders = {file.parent.name for top in ("harness", "cases", "reference") for file in (ROOT / top).glob("*/*.py")}
+    assert folders <= named

@@ -1,4 +1,4 @@
-"""What is built is what is tracked: a stale build folder or a forgotten subpackage shows here."""
+"""The wheel has the tracked files: this finds an old build folder or a forgotten subpackage."""
 
 from __future__ import annotations
 

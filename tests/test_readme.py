@@ -1,4 +1,4 @@
-"""The README's integrator runs as it stands there, by path and by entry point."""
+"""The README's integrator runs unchanged, by path and by entry point; its commands and files exist."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def test_the_files_of_the_readme_exist() -> None:
 
 @pytest.mark.slow
 def test_the_commands_of_the_readme_run(tmp_path: Path) -> None:
-    """In their order, as they stand; `compare` on the run that the one before it made, and the ten minutes of a suite not at all."""
+    """In their order, unchanged; `compare` on the run of the command before it; suites, which take ten minutes, are left out."""
     for words in _commands():
         if "--suite" in words:
             continue

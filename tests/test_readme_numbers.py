@@ -27,7 +27,7 @@ REPORTS = README.parent / "reports"
 FIGURE = REPORTS / "figures" / "pendulum_simple.svg"
 
 NUMBERS = {"release": 2.0, "g": 9.81, "length": 1.0}
-"""Of the pendulum in the figure, which starts from rest."""
+"""Parameters and start of the pendulum in the figure, which is released at rest."""
 
 
 def _text() -> str:
@@ -36,7 +36,7 @@ def _text() -> str:
 
 
 def _said(pattern: str) -> tuple[str, ...]:
-    """What a sentence of the README says, in the places of the pattern's groups."""
+    """The groups of a pattern that the README must match."""
     found = re.search(pattern, _text())
     assert found is not None, pattern
     return found.groups()
@@ -44,7 +44,7 @@ def _said(pattern: str) -> tuple[str, ...]:
 
 @pytest.fixture(scope="module")
 def page() -> dict[str, Any]:
-    """What the published page draws from."""
+    """The data of the published page."""
     (text,) = re.findall(r'id="data">(.*?)</script>', (REPORTS / "index.html").read_text(), re.S)
     found: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(text)))
     return found
@@ -55,13 +55,13 @@ def test_the_digits_of_the_readme_are_those_of_the_certificates() -> None:
     certificates = json.loads((REPORTS / "certificates.json").read_text())
     assert all(each["passed"] and each["digits"] >= integrated for each in certificates)
     fewer = [each for each in certificates if each["digits"] < closed]
-    # What is itself an integration says so, or is followed by one: its cases may promise no more than the smaller number.
+    # Cases whose exact motion is an integration, wholly or in part, require only the smaller number.
     assert all(each["required"] == integrated for each in fewer)
     assert {each["case"] for each in certificates} == {*names(), *check_names()}
 
 
 def test_the_numbers_of_the_readme_are_those_of_the_report(page: dict[str, Any]) -> None:
-    """Integrators there are, and those that ran on hard variants of cases outside the foundation: on most, not on single ones."""
+    """All integrators, and those that ran on most hard variants of cases outside the foundation."""
     hard, all_of_them = map(int, _said(r"with (\d+) of the (\d+) integrators"))
     cells = page["map"]
     assert len(cells["series"]) == all_of_them
@@ -98,7 +98,7 @@ def test_failures_in_the_figure_of_the_readme_are_those_that_it_explains() -> No
 
 
 def _pixels(svg: str, labels: str) -> tuple[float, float]:
-    """Pixels in a hundredth of a decade along an axis, and the place of 1: from its first and its last label."""
+    """Pixels in a hundredth of a decade along an axis, and the position of 1, from its first and last label."""
     units = {"µs": -6, "ms": -3, "s": 0}
     places = [
         (math.log10(float(number)) + units.get(unit, 0), float(at)) for at, number, unit in re.findall(labels, svg)
@@ -109,7 +109,7 @@ def _pixels(svg: str, labels: str) -> tuple[float, float]:
 
 
 def test_the_figure_of_the_readme_shows_the_published_points(page: dict[str, Any]) -> None:
-    """Every setting that did not fail has its mark where its time and error belong, and there are no others."""
+    """Every setting that did not fail has a mark at its time and error, and there are no other marks."""
     svg = FIGURE.read_text()
     points = page["work"]["cases"]["pendulum_simple"]["default"]["points"]
     across, left = _pixels(svg, r'translate\(([\d.]+),16\)">(\d[\d.]*) ([µm]?s)<')
@@ -153,7 +153,7 @@ def _leapfrog(y: Any, h: float) -> Any:
 
 @pytest.mark.parametrize(("name", "step"), [("gnomon:RK4", _runge_kutta), ("gnomon:Störmer-Verlet", _leapfrog)])
 def test_errors_in_the_figure_of_the_readme_are_found_again(page: dict[str, Any], name: str, step: Any) -> None:
-    """By the method in five lines and Jacobi's functions of mpmath: nothing here is gnomon's but the sample times."""
+    """With the method in five lines and Jacobi's functions of mpmath: only the sample times are gnomon's."""
     times = get("pendulum_simple").rounded().times
     with mpmath.workdps(30):
         exact = np.array(_pendulum(times.tolist()), dtype=np.float64)

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
+from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.hinge_scene import hinged_pull
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
@@ -65,10 +65,6 @@ def hinged_jacobi(t: Any, state: Values, parameters: Values) -> Values:
 
 
 HINGED_SCENE = hinged_pull(hinged_acceleration)
-
-
-def _unchanged(states: Floats) -> Floats:
-    return states
 
 
 class HoopCase(Case):
@@ -227,7 +223,7 @@ class RotatingPendulum(HoopCase):
     def hierarchy(self) -> tuple[Level, ...]:
         g, radius, _ = self.parameter_values()
         still = PendulumSimple(initial_state=self.initial_state, span=self.span, g=g, L=radius)
-        return (Level(still, _unchanged, "no rotation: the simple pendulum"),)
+        return (Level(still, same, "no rotation: the simple pendulum"),)
 
 
 class BearingReactionTorqueStability(HoopCase):

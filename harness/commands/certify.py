@@ -41,15 +41,15 @@ def certify(
     from gnomon.harness.running import plan
     from gnomon.harness.running.progress import Progress
 
-    options.check_workers(workers)
+    options.validate_workers(workers)
     if suite is not None and case:
         raise ValueError(f"--suite {suite}: name cases or a suite, not both")
     subjects = certify_all.subjects(case or (() if suite is None else plan.suite(suite).cases), everything)
     if independent is not None:
         if independent.resolve() == to.resolve():
             raise ValueError(f"--independent {independent}: the certificates go there; name another file")
-        options.check_writable(independent, "--independent")  # before minutes of work, not after
-    options.check_writable(to, "--to")
+        options.ensure_writable(independent, "--independent")  # before minutes of work, not after
+    options.ensure_writable(to, "--to")
     progress = Progress()
     certificates: list[Certificate] = []
     with progress:

@@ -35,7 +35,7 @@ def export(
 
     target = to or Path(f"results.{form.value}")
     database = store.results_file(run)
-    options.check_writable(target, "--to")
+    options.ensure_writable(target, "--to")
     if target.exists() and target.samefile(database):
         raise ValueError(f"--to {target}: these are the results; name another file")
     store.export(database, target, form.value, raw)

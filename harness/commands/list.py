@@ -42,16 +42,16 @@ def cases_table() -> Table:
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon import cases
 
-    return _scenes_table("Cases", "case", [(name, cases.case_class(name)) for name in cases.names()])
+    return _variants_table("Cases", "case", [(name, cases.case_class(name)) for name in cases.names()])
 
 
 def checks_table() -> Table:
     from gnomon import cases
 
-    return _scenes_table("Checks, without motion", "check", [(n, cases.check_class(n)) for n in cases.check_names()])
+    return _variants_table("Checks, without motion", "check", [(n, cases.check_class(n)) for n in cases.check_names()])
 
 
-def _scenes_table(title: str, column: str, kinds: Iterable[tuple[str, type[Case] | type[Check]]]) -> Table:
+def _variants_table(title: str, column: str, kinds: Iterable[tuple[str, type[Case] | type[Check]]]) -> Table:
     """Cases, or checks: name, title and variants of each."""
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
     table.add_column(column, no_wrap=True)

@@ -1,4 +1,4 @@
-"""What the commands share: where they print, their common options, and the checks of what was given."""
+"""What the commands share: consoles, common options, and the validation of arguments."""
 
 from __future__ import annotations
 
@@ -61,21 +61,21 @@ def chosen(
     return plan.choose(names, variants, rounded=rounded, **given)
 
 
-def check_workers(workers: int) -> None:
+def validate_workers(workers: int) -> None:
     if not 1 <= workers <= MOST_WORKERS:
         raise ValueError(f"--workers {cut(str(workers))}: give a number of processes from 1 to {MOST_WORKERS}")
 
 
-def check_writable(path: Path, option: str) -> None:
+def ensure_writable(path: Path, option: str) -> None:
     """Make the folder of a file to write; raise ValueError if the file could not be written."""
     if path.is_dir():
         raise ValueError(f"{option} {path} is a folder; name a file in it")
     if path.exists() and not path.is_file():  # it would be replaced
         raise ValueError(f"{option} {path} is a device or a pipe; name a file")
-    check_folder(path.parent, option, path)
+    ensure_folder(path.parent, option, path)
 
 
-def check_folder(folder: Path, option: str, file: Path | None = None) -> None:
+def ensure_folder(folder: Path, option: str, file: Path | None = None) -> None:
     """Make a folder to write to; raise ValueError if `file`, or any file without it, cannot be written there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -88,7 +88,7 @@ def check_folder(folder: Path, option: str, file: Path | None = None) -> None:
         ) from None
 
 
-def check_results(path: Path) -> None:
+def ensure_results(path: Path) -> None:
     """Raise ValueError if the results of a run could not be written, or if the file holds something else."""
     from gnomon.harness.results import opening
 
@@ -97,7 +97,7 @@ def check_results(path: Path) -> None:
         with opening.reading(file, ()):
             pass  # raises if these are no results of gnomon
     else:
-        check_writable(file, "--out")
+        ensure_writable(file, "--out")
 
 
 def given_parameters(parameters: list[str] | None) -> dict[str, str]:

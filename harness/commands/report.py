@@ -30,6 +30,6 @@ def report(
     database, given = results_file(run), {name: case_class(name) for name in case or ()}
     with opening.reading(database, ()):
         pass  # raises before a folder is made if these are no results of gnomon
-    options.check_folder(to, "--to")
+    options.ensure_folder(to, "--to")
     page = write_report(database, to, given)
     out.print(f"The report is {page}")

@@ -61,7 +61,7 @@ def run(
     from gnomon.harness.running.progress import Progress
     from gnomon.harness.running.run import run as run_
 
-    options.check_workers(workers)
+    options.validate_workers(workers)
     chosen_suite = _suite(suite, case, limit)
     integrators = lookup.find_all(integrator or chosen_suite.integrators)
     for one in integrators if integrator else ():
@@ -71,7 +71,7 @@ def run(
     chosen = options.chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
     if not case:
         chosen = [one for one in chosen if chosen_suite.takes(one[0])]
-    options.check_results(out_path)
+    options.ensure_results(out_path)
     try:
         crashes = first_trials.crashes(chosen, integrators, chosen_suite)
         if crashes:

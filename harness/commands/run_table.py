@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status
-from gnomon.harness.reporting.tables import error_text, scene_name, time_text
+from gnomon.harness.reporting.tables import error_text, problem_name, time_text
 from gnomon.harness.results import analysis
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
@@ -29,7 +29,7 @@ def run_table(frame: pd.DataFrame) -> Table:
     The error is the smallest of a series. `frame`: the rows of `store.load`.
     """
     reduced = analysis.settings(analysis.tidy(frame))
-    reduced["where"] = [scene_name(*names) for names in reduced[["case", "variant", "formulation"]].to_numpy()]
+    reduced["where"] = [problem_name(*names) for names in reduced[["case", "variant", "formulation"]].to_numpy()]
     orders = analysis.orders(reduced)
     many = len(reduced.drop_duplicates(analysis.SERIES)) > MOST_SERIES
     table = Table(box=SIMPLE_HEAD, padding=(0, 1))

@@ -33,7 +33,7 @@ def show(
         return
     (chosen,) = options.chosen([case], False, parameters, rounded=False)
     if plot is not None:
-        options.check_writable(plot, "--plot")
+        options.ensure_writable(plot, "--plot")
     describe(chosen[0], out)
     if plot is not None:
         draw(chosen[0], plot)

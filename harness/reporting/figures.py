@@ -1,7 +1,7 @@
 """Charts as Vega-Lite specifications through Altair: one specification is the interactive and the printed figure.
 
-Logarithmic axes are drawn as decades, the logarithm taken here, so that every tick is a power of ten with a readable
-name. Data are named and aggregated here: a figure holds as many marks as a reader can tell apart, however large the run.
+Logarithmic axes are linear axes of decades, whose logarithm is taken here, so that every tick is a power of ten with a
+readable label. Data are aggregated here, so that the number of marks does not grow with the run.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from gnomon.harness.results.analysis import NEVER_RAN, NOT_RUN, PARTLY
 
 
 def _kept(table: pd.DataFrame, *columns: str) -> list[dict[str, Any]]:
-    """The rows with these columns only, numbers to four figures: data travel with the page."""
+    """The rows with these columns only, numbers to four figures, because the page contains the data."""
     short = table[list(columns)].copy()
     for name in short.select_dtypes("float"):
         short[name] = [float(f"{value:.4g}") for value in short[name]]
     return records(short)
 
 
-def broken_scenes(matrix: pd.DataFrame) -> pd.DataFrame:
-    """Case x integrator: how many of the scenes that it takes it breaks on, no setting being ok, and mostly by what.
+def broken_problems(matrix: pd.DataFrame) -> pd.DataFrame:
+    """Case x integrator: on how many problems no setting was ok, and the most frequent status of those.
 
-    `matrix`: case, integrator_id, verdict, settings_ok. A row a pair that ran, columns scenes, broken, verdict: where
-    nothing broke and a hard variant was not run, that is the verdict.
+    `matrix`: case, integrator_id, verdict, settings_ok. One row a pair that ran, with columns problems (problems that
+    ran), broken, verdict; if nothing failed and a hard variant was not run, the verdict is `not_run`.
     """
     ran = matrix[~matrix["verdict"].isin(NEVER_RAN)]
     missing = set(
@@ -42,35 +42,35 @@ def broken_scenes(matrix: pd.DataFrame) -> pd.DataFrame:
         whole = Status.OK if (part["verdict"] == Status.OK).all() else PARTLY
         verdict = lost["verdict"].mode().iloc[0] if len(lost) else NOT_RUN if (case, name) in missing else whole
         rows.append((case, name, len(part), len(lost), verdict))
-    return pd.DataFrame(rows, columns=["case", "integrator_id", "scenes", "broken", "verdict"])
+    return pd.DataFrame(rows, columns=["case", "integrator_id", "problems", "broken", "verdict"])
 
 
 def break_map(broken: pd.DataFrame, look: pd.DataFrame, cases: list[str]) -> alt.LayerChart:
-    """Case x integrator: on how many of its scenes no setting was ok. `broken` is what `broken_scenes` returns."""
-    table = broken.assign(scene=broken["case"], cell=[f"{n}" if n else "" for n in broken["broken"]])
+    """Case x integrator: on how many of its problems no setting was ok. `broken` is what `broken_problems` returns."""
+    table = broken.assign(problem=broken["case"], cell=[f"{n}" if n else "" for n in broken["broken"]])
     present = [name for name in STATUS_COLOURS if name in set(table["verdict"])]
     base = _grid(table, look, cases)
     colour = alt.Color(
         "verdict:N",
-        title="breaks mostly by",
+        title="most frequent failure",
         scale=alt.Scale(domain=present, range=[STATUS_COLOURS[name] for name in present]),
         legend=alt.Legend(orient="top", direction="horizontal", columns=len(present), titleOrient="left"),
     )
     dark = alt.condition(f"datum.verdict == '{Status.CRASHED}'", alt.value("white"), alt.value(INK))
     cells = base.mark_rect(stroke="white", strokeWidth=1).encode(color=colour)
     words = base.transform_filter("datum.cell").mark_text(fontSize=10).encode(text="cell:N", color=dark)
-    data = {"cells": _kept(table, "scene", "integrator_id", "verdict", "cell")}
+    data = {"cells": _kept(table, "problem", "integrator_id", "verdict", "cell")}
     return _map(alt.layer(cells, words), table, data)
 
 
-def trust_map(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt.LayerChart:
-    """Scene x integrator: the digits reached at best, coloured by how many more the arithmetic would have allowed.
+def trust_map(table: pd.DataFrame, look: pd.DataFrame, problems: list[str]) -> alt.LayerChart:
+    """Problem x integrator: the digits at the best setting, coloured by how many more binary64 would allow.
 
-    `table` has the columns scene, integrator_id, best, attainable.
+    `table` has the columns problem, integrator_id, best, attainable.
     """
     lost = np.log10(np.maximum(table["best"], 1e-17)) - np.log10(np.maximum(table["attainable"], 1e-17))
     reached = table.assign(cell=[str(digits(best)) for best in table["best"]], lost=np.clip(lost, 0, 12))
-    base = _grid(reached, look, scenes)
+    base = _grid(reached, look, problems)
     colour = alt.Color(
         "lost:Q",
         title="digits short of the attainable",
@@ -80,17 +80,17 @@ def trust_map(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt
     cells = base.mark_rect(stroke="white", strokeWidth=1).encode(color=colour)
     ink = alt.condition("datum.lost < 5", alt.value("white"), alt.value(INK))
     words = base.mark_text(fontSize=10.5).encode(text="cell:N", color=ink)
-    return _map(alt.layer(cells, words), reached, {"cells": _kept(reached, "scene", "integrator_id", "cell", "lost")})
+    return _map(alt.layer(cells, words), reached, {"cells": _kept(reached, "problem", "integrator_id", "cell", "lost")})
 
 
 def _map(chart: alt.LayerChart, table: pd.DataFrame, data: dict[str, Any]) -> alt.LayerChart:
-    """A map with columns as wide as all of them fit beside the names of the scenes, and readable."""
+    """A map whose columns have the width of readable cells and fit beside the names of the problems."""
     step = max(21, min(27, 850 // max(table["integrator_id"].nunique(), 1)))
     return dressed(chart.properties(width={"step": step}, height={"step": 20}, datasets=data))
 
 
-def _grid(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt.Chart:
-    """Integrators across, scenes down, in their given order."""
+def _grid(table: pd.DataFrame, look: pd.DataFrame, problems: list[str]) -> alt.Chart:
+    """A column an integrator, a row a problem, in the given order."""
     quiet = {"title": None, "labelLimit": 260}
     lines = {"ticks": False, "domain": False, "grid": False}
     return alt.Chart(alt.NamedData("cells")).encode(
@@ -101,9 +101,9 @@ def _grid(table: pd.DataFrame, look: pd.DataFrame, scenes: list[str]) -> alt.Cha
             axis=alt.Axis(orient="top", labelAngle=-60, **quiet, **lines),
         ),
         y=alt.Y(
-            "scene:N",
+            "problem:N",
             title=None,
-            sort=[name for name in scenes if name in set(table["scene"])],
+            sort=[name for name in problems if name in set(table["problem"])],
             axis=alt.Axis(labelColor=INK, **quiet, **lines),
         ),
     )
@@ -150,10 +150,10 @@ def tolerance_chart(spread: pd.DataFrame, look: pd.DataFrame) -> alt.LayerChart:
     return dressed(chart.properties(width=640, height=24 * len(look), datasets=data))
 
 
-def ladder_chart(levels: pd.DataFrame) -> alt.LayerChart:
-    """What each simpler model errs by, over one period and over the span; crudest first.
+def hierarchy_chart(levels: pd.DataFrame) -> alt.LayerChart:
+    """The error of each simpler model over one period and over the span; crudest first.
 
-    `levels`: ladder (the full case), effect, lacks, error, early.
+    `levels`: hierarchy (the full case), effect, lacks, error, early.
     """
     spans = {"error": "over the whole span", "early": "over the first period"}
     long = levels.melt(["hierarchy", "effect", "lacks"], list(spans), "over", "size")
@@ -167,10 +167,10 @@ def ladder_chart(levels: pd.DataFrame) -> alt.LayerChart:
     )
     base = alt.Chart(alt.NamedData("levels"))
     places = list(dict.fromkeys(levels["hierarchy"] + ": " + levels["effect"]))
-    # On two lines, the case and the effect: on one they would leave a narrow page no room for the points.
+    # The case and the effect are on two lines: on one line a narrow page has no room for the points.
     split = "indexof(datum.label, ': ')"
     lines_of = f"[slice(datum.label, 0, {split} + 1), slice(datum.label, {split} + 2)]"
-    two = {"labelFontSize": 10.5, "labelOffset": -6}  # Vega puts the first line where a single one would stand
+    two = {"labelFontSize": 10.5, "labelOffset": -6}  # Vega aligns the first line as if it were the only one
     axis = alt.Axis(labelLimit=340, labelExpr=lines_of, ticks=False, domain=False, **two)
     y = alt.Y("place:N", title=None, sort=places, axis=axis)
     x = alt.X(
@@ -195,7 +195,7 @@ def ladder_chart(levels: pd.DataFrame) -> alt.LayerChart:
     ]
     lines = base.mark_line(color="#b9b6ae", strokeWidth=2).encode(x, y, detail="place:N")
     dots = base.mark_point(size=120, filled=True, opacity=1).encode(x, y, color=colour, shape=shape, tooltip=tooltip)
-    # Left of its point and right of it: the first period's error is never the larger.
+    # Labels left and right of the points: the error over the first period is never the larger one.
     early = base.transform_filter(f"datum.over === '{spans['early']}'")
     late = base.transform_filter(f"datum.over !== '{spans['early']}'")
     small = {"baseline": "middle", "color": INK, "fontSize": 11}
@@ -208,12 +208,12 @@ def ladder_chart(levels: pd.DataFrame) -> alt.LayerChart:
 
 
 def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
-    """Engines as shipped, configured and staggered at equal step. `points`: scene, engine, policy, step, error."""
+    """Engines as shipped, configured and staggered at equal step. `points`: problem, engine, policy, step, error."""
     table = points.assign(
         decades=np.clip(np.log10(points["error"].fillna(np.inf).clip(1e-17, 1e3)), -16, 1.5),
         place=[
-            scene + (f"  {step:g} s" if step else "")
-            for scene, step in zip(points["scene"], points["step"], strict=True)
+            problem + (f"  {step:g} s" if step else "")
+            for problem, step in zip(points["problem"], points["step"], strict=True)
         ],
     )
     names = [name for name in ("as shipped", "configured", "staggered") if name in set(table["policy"])]
@@ -227,7 +227,7 @@ def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
         "decades:Q",
         title="error",
         axis=alt.Axis(
-            tickMinStep=1, labelOverlap=True, labelFlush=False, labelExpr="datum.value > 1 ? 'lost' : " + ERRORS
+            tickMinStep=1, labelOverlap=True, labelFlush=False, labelExpr="datum.value > 1 ? 'diverged' : " + ERRORS
         ),
     )
     lines = base.mark_line(color="#b9b6ae", strokeWidth=2).encode(x=x, detail="place:N")
@@ -236,7 +236,7 @@ def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
         x,
         color=alt.Color("policy:N", legend=legend, scale=alt.Scale(domain=names, range=colours[: len(names)])),
         shape=alt.Shape("policy:N", legend=legend, scale=alt.Scale(domain=names, range=shapes[: len(names)])),
-        tooltip=["scene:N", "engine:N", "policy:N", "step:Q", alt.Tooltip("error:Q", format=".2e"), "status:N"],
+        tooltip=["problem:N", "engine:N", "policy:N", "step:Q", alt.Tooltip("error:Q", format=".2e"), "status:N"],
     )
-    data = {"points": _kept(table, "place", "scene", "engine", "policy", "step", "error", "status", "decades")}
+    data = {"points": _kept(table, "place", "problem", "engine", "policy", "step", "error", "status", "decades")}
     return dressed(alt.layer(lines, dots).properties(width=640, height=20 * table["place"].nunique(), datasets=data))

@@ -1,7 +1,7 @@
 """The work-precision diagram: error against time or right-hand sides, one line an integrator.
 
-Where many integrators ran, a few stand out in colour and in the legend: those that a reader would choose (`front`). The
-others are thin grey lines that name themselves when pointed at.
+Where many integrators ran, only the fastest of each kind (`front`) are in colour and in the legend. The others are thin
+grey lines with a tooltip.
 """
 
 from __future__ import annotations
@@ -23,27 +23,26 @@ COUNTS = {k: str(10**k) if k < 4 else f"1e{k}" for k in range(13)}
 ERRORS = "datum.value > 0 ? '' : datum.value == 0 ? '1' : '1e' + datum.value"
 
 MARGIN = 0.45
-"""Errors above 10**MARGIN (nearly 3: nothing of the motion is left) are shown in the margin of failed trials."""
+"""Errors above 10**MARGIN (nearly 3 times the motion) are drawn in the margin of failed trials."""
 TOP = 2.6
 EXACT = -17.0
-"""Where an error of exactly zero is drawn: below every floor."""
+"""The decade at which an error of exactly zero is drawn: below every floor."""
 OTHERS = "#c4c1b8"
-SCENE = ["case", "variant", "formulation"]
+PROBLEM = ["case", "variant", "formulation"]
 
 
 def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
-    """The points of work-precision diagrams: one row a setting of a series, decades on both axes, and its SCENE.
+    """The points of work-precision diagrams: one row a setting of a series, decades on both axes, and its PROBLEM.
 
-    A failed trial stands in the margin above the diagram, in its library's lane, at its own work where that was
-    measured, else at the work of the nearest setting of its series that was. `front` marks the integrators that stand
-    out in their scene.
+    A failed trial is drawn in the margin above the diagram, in the row of its library, at its own work if that was
+    measured, else at the work of the nearest measured setting of its series. `front` marks the integrators in colour.
     """
     lanes = dict(zip(look["series"], look["lane"], strict=True))
     rows = reduced[reduced["setting"].notna()]
     with np.errstate(divide="ignore", invalid="ignore"):
         table = pd.DataFrame(
             {
-                **{name: rows[name] for name in SCENE},
+                **{name: rows[name] for name in PROBLEM},
                 "series": rows["integrator_id"],
                 "setting": rows["setting"],
                 "status": rows["status"],
@@ -53,7 +52,7 @@ def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
             }
         )
     failed = ~table["status"].isin([Status.OK, Status.INACCURATE]) | ~(table["error"] <= MARGIN)
-    sweep = table.groupby([*SCENE, "series"], sort=False).ngroup()
+    sweep = table.groupby([*PROBLEM, "series"], sort=False).ngroup()
     for axis in ("time", "calls"):
         table[axis] = table[axis].where(np.isfinite(table[axis]))
         nearest = table[axis].groupby(sweep).ffill().groupby(sweep).bfill()
@@ -62,17 +61,17 @@ def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
     kinds = dict(zip(look["series"], look["library"] + look["family"], strict=True))
     answered = table.assign(error=table["error"].where(~failed, math.inf))
     answered = answered[~failed | (table["status"] == Status.DIVERGED)]
-    chosen = {scene: front(part, kinds) for scene, part in answered.groupby(SCENE, sort=False)}
-    names = zip(*(table[name] for name in SCENE), table["series"], strict=True)
+    chosen = {problem: front(part, kinds) for problem, part in answered.groupby(PROBLEM, sort=False)}
+    names = zip(*(table[name] for name in PROBLEM), table["series"], strict=True)
     return table.assign(
         failed=failed,
         error=table["error"].where(~failed, MARGIN + heights),
-        front=[name in chosen.get(tuple(scene), ()) for *scene, name in names],
+        front=[name in chosen.get(tuple(problem), ()) for *problem, name in names],
     )
 
 
 def front(kept: pd.DataFrame, kinds: dict[str, str]) -> set[str]:
-    """The integrators that a reader would choose: the fastest of each kind at each of the errors 1e-3 to 1e-12.
+    """The fastest integrators of each kind at each of the errors 1e-3 to 1e-12.
 
     `kinds` says the library and family of each. A kind that reaches none of the errors shows its most accurate
     integrator. `kept`: series, time and error in decades (infinite where it diverged), the loosest setting of a series
@@ -179,7 +178,8 @@ def _axes(axis: str, title: str) -> tuple[alt.X, alt.Y]:
 
 
 def _limit_words(rules: alt.Chart, small: dict[str, Any], floor: bool, halo: bool) -> alt.Chart:
-    """The words at a limit, the floor's below its line: the two may lie close. A pale edge keeps lines off the letters."""
+    """The label of a limit, that of the floor below its line, because both may be close. A pale edge (`halo`) separates
+    letters from lines."""
     place = {"baseline": "top", "dy": 4} if floor else {"baseline": "bottom", "dy": -2}
     edge = {"stroke": "white", "strokeWidth": 3, "strokeOpacity": 0.85} if halo else {}
     chosen = rules.transform_filter(f"(indexof(datum.limit, 'floor') == 0) == {str(floor).lower()}")
@@ -188,9 +188,9 @@ def _limit_words(rules: alt.Chart, small: dict[str, Any], floor: bool, halo: boo
 
 
 def drawn(specification: dict[str, Any], points: pd.DataFrame, limits: dict[str, float]) -> dict[str, Any]:
-    """A diagram: `specification` is what `work_precision` returns, the legend has what stands out among `points`.
+    """A diagram: `specification` is what `work_precision` returns; the legend has the integrators in colour.
 
-    Where nothing does, as all failed, the legend has all, as on the page: a figure with an empty one has no width.
+    If none is, because all failed, the legend has all, as on the page: a figure with an empty legend has no width.
     """
     data = {
         "points": records(points),

@@ -1,4 +1,4 @@
-"""A run in a few sentences, each counted from its rows: nothing is said that the tables below do not show."""
+"""A run in a few sentences, each counted from the same rows as the tables of the page."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.reporting.report_card import held
+from gnomon.harness.reporting.report_card import solved
 from gnomon.harness.reporting.tables import Cell, ratio_text, short_text
 from gnomon.harness.results.analysis import CLAIM, TARGETS
 
@@ -24,7 +24,7 @@ def findings(
         *_fastest(equal),
         *_by_kind(kinds),
         *_libraries(equal),
-        *_sturdy(matrix),
+        *_most_reliable(matrix),
         *_tolerances(trusted),
         *_engines(policies),
     ]
@@ -41,7 +41,7 @@ def _fastest(equal: pd.DataFrame) -> list[str]:
         said.append(
             f"At an error of {target:.0e}".replace("e-0", "e-")
             + f", {wins.index[0]} is the fastest or on a par with it on {wins.iloc[0]} of the {at['case'].nunique()}"
-            f" cases where any integrator gets there"
+            f" cases where any integrator reaches it"
             + (f", {wins.index[1]} on {wins.iloc[1]}." if len(wins) > 1 else ".")
         )
     return said
@@ -65,16 +65,16 @@ def _listed(words: Sequence[str]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
-def _sturdy(matrix: pd.DataFrame) -> list[str]:
-    """Of the integrators that ran on at least half of the hard variants, those that held on the largest share."""
-    each, scenes = held(matrix)
-    most = each[each["ran"] >= scenes / 2]
+def _most_reliable(matrix: pd.DataFrame) -> list[str]:
+    """Of the integrators that ran on at least half of the hard variants, those that solved the largest share."""
+    each, problems = solved(matrix)
+    most = each[each["ran"] >= problems / 2]
     if most.empty:
         return []
-    share = (most["held"] / most["ran"]).sort_values(ascending=False, kind="stable")
-    words = [f"{name} on {most.loc[name, 'held']} of {most.loc[name, 'ran']}" for name in share.index[:3]]
+    share = (most["solved"] / most["ran"]).sort_values(ascending=False, kind="stable")
+    words = [f"{name} on {most.loc[name, 'solved']} of {most.loc[name, 'ran']}" for name in share.index[:3]]
     return [
-        f"Of those that take at least half of the {scenes} hard variants, most reliable (some setting is right within the time limit): {', '.join(words)}."
+        f"Of those that accept at least half of the {problems} hard variants, most reliable (some setting is ok within the time limit): {', '.join(words)}."
     ]
 
 
@@ -86,8 +86,8 @@ def _tolerances(trusted: pd.DataFrame) -> list[str]:
         return []
     within = int((middle <= 1).sum())
     return [
-        f"A tolerance bounds the error of a step, not of the motion: {within} of the {len(middle)} adaptive integrators that take at least"
-        f" half of the cases keep the error below it on half of these; {middle.index[-1]} is off by a median factor of"
+        f"A tolerance bounds the error of a step, not of the motion: {within} of the {len(middle)} adaptive integrators that accept at least"
+        f" half of the cases keep the error below it on half of these; {middle.index[-1]} exceeds it by a median factor of"
         f" {short_text(float(middle.iloc[-1]))}."
     ]
 
@@ -101,8 +101,8 @@ def _libraries(equal: pd.DataFrame) -> list[str]:
         return []
     words = [f"{library} {ratio_text(row['median'])} times on {row['size']:.0f}" for library, row in slower.iterrows()]
     return [
-        "At 1e-6 the best of each other library takes, as a median over the cases that it reaches, so many times as"
-        f" long as the fastest: {', '.join(words)}."
+        "At 1e-6, the time of the best integrator of each other library over that of the fastest, as a median over the"
+        f" cases that it reaches: {', '.join(words)}."
     ]
 
 
@@ -110,18 +110,18 @@ def _engines(policies: pd.DataFrame) -> list[str]:
     said: list[str] = []
     if policies.empty:
         return said
-    step = float(policies.groupby("step")["scene"].nunique().idxmax())  # the step that most scenes were compared at
+    step = float(policies.groupby("step")["problem"].nunique().idxmax())  # the step with the most problems
     at = policies[np.isclose(policies["step"], step)]
-    at = at.assign(error=at["error"].fillna(np.inf))  # it diverged, and not even to a number
+    at = at.assign(error=at["error"].fillna(np.inf))  # diverged to what is no number
     if {"as shipped", "configured"} <= set(at["policy"]):
-        wide = at.pivot_table(index=["engine", "scene"], columns="policy", values="error", aggfunc="min")
+        wide = at.pivot_table(index=["engine", "problem"], columns="policy", values="error", aggfunc="min")
         both = wide.dropna(subset=["as shipped", "configured"])
         if len(both):
             gain = float((both["as shipped"] / both["configured"]).median())
             worst = int((both["as shipped"] > 0.1).sum())
             said.append(
-                f"At a step of {step:g} s an engine as shipped is off by more than a tenth of the motion on {worst} of"
-                f" {len(both)} scenes"
+                f"At a step of {step:g} s the error of an engine as shipped is above a tenth of the motion on {worst} of"
+                f" {len(both)} problems"
                 + (
                     f"; configured for the scene, its error is smaller by a median factor of {ratio_text(gain)}."
                     if np.isfinite(gain)

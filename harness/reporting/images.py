@@ -21,7 +21,7 @@ INHERITED = (
     *("fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-miterlimit"),
     *("font-family", "font-size", "font-weight", "text-anchor"),
 )
-"""What the children of a group may take from it."""
+"""Attributes that the children of a group inherit from it."""
 
 
 def write_images(specifications: Mapping[str, dict[str, Any]], folder: Path) -> None:
@@ -44,8 +44,8 @@ def _write(specification: dict[str, Any], path: Path) -> None:
 def leaner(svg: str) -> str:
     """The same drawing in a third of the characters.
 
-    Coordinates to a tenth of a pixel; nothing invisible; what all children of a group share stands at the group; a mark
-    that is drawn more than once is defined once.
+    Coordinates are rounded to a tenth of a pixel; invisible elements are removed; attributes that all children share
+    move to their group; a mark that is drawn several times is defined once.
     """
     ET.register_namespace("", SVG[1:-1])
     root = ET.fromstring(re.sub(r"\d+\.\d{2,}", lambda number: f"{float(number[0]):.1f}", svg))
@@ -71,7 +71,7 @@ def leaner(svg: str) -> str:
 
 
 def _strip(element: ET.Element) -> None:
-    """Takes out what does not show: roles, classes, default opacity, empty groups and paths."""
+    """Remove what is not visible: roles, classes, default opacity, empty groups and paths."""
     for name in ("class", "role", "aria-hidden", "aria-label", "aria-roledescription", "pointer-events"):
         element.attrib.pop(name, None)
     if element.attrib.get("opacity") == "1":
@@ -86,7 +86,7 @@ def _strip(element: ET.Element) -> None:
 
 
 def _hoist(element: ET.Element) -> None:
-    """Moves attributes that all children share up to their group; children that look alike become a group."""
+    """Move attributes that all children share to their group; consecutive children with equal attributes become a group."""
     for child in element:
         _hoist(child)
     if element.tag != f"{SVG}g" or len(element) < 2:

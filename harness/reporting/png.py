@@ -1,4 +1,4 @@
-"""PNG files made small: a drawing has few colours, so a palette of 64 does, a byte a pixel."""
+"""PNG files made small: a drawing has few colours, so a palette of 64 is enough, with one byte a pixel."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _COLOURS = 64
 
 
 def smaller(png: bytes) -> bytes:
-    """The picture in fewer bytes; `png` itself unless it is opaque RGBA of 8 bits, filtered as vl-convert does.
+    """The picture in fewer bytes; `png` itself unless it is opaque RGBA of 8 bits with the filters of vl-convert.
 
-    Rows as they are, or each pixel as its difference from the one at its left (filters 0 and 1 of the PNG standard).
-    Colours that differ by less than 8 of 256 in each channel become one, their mean.
+    These are 0 (none) and 1 (the difference from the pixel at the left) of the PNG standard. Colours that differ by less
+    than 8 of 256 in each channel become one, their mean.
     """
     chunks = dict.fromkeys((b"IHDR", b"IDAT"), b"")
     place = len(_SIGNATURE)
@@ -48,7 +48,7 @@ def smaller(png: bytes) -> bytes:
 
 
 def _palette(pixels: Bytes) -> tuple[Bytes, Bytes]:
-    """The most frequent colours (n, 3), and the number of the nearest for each of the pixels (m, 3)."""
+    """The most frequent colours (n, 3), and the index of the nearest for each of the pixels (m, 3)."""
     wide = pixels.astype(np.int64)
     bins = (wide[:, 0] >> 3) << 10 | (wide[:, 1] >> 3) << 5 | wide[:, 2] >> 3
     counts = np.bincount(bins, minlength=2**15)

@@ -1,4 +1,4 @@
-"""The published report: reports/ as it is committed, written from what was measured before. Nothing is measured here.
+"""The published report: writes reports/ from earlier measurements. Nothing is measured here.
 
 `make publish` is `python -m gnomon.harness.reporting.publication runs/standard.sqlite --from reports/local --to reports`.
 """
@@ -24,17 +24,17 @@ MADE_BY = {
     "certificates.json": "make certificates",
     "checks.json": "make report",
 }
-"""What the page shows beside the results, and what makes each file."""
+"""The files that the page shows beside the results, and the command that makes each."""
 SUITE = "standard"
 SOURCES = ("reference", "cases", "harness", "src", "pyproject.toml")
-"""What a revision must not differ in from the files that are there; documents and tests may."""
+"""What must be equal in a revision and the working tree; documents and tests may differ."""
 
 
 def publish(results: Path, local: Path, to: Path) -> Path:
     """Write the published report and the JSON files beside it into `to`, and return the page's path.
 
-    Raises ValueError, and writes nothing, where something is missing, unfinished, or of another revision than the
-    sources that are there.
+    Raises ValueError, and writes nothing, if something is missing, unfinished, or was made with other sources than those
+    in the working tree.
     """
     database = store.results_file(results)
     named = {str(database): _finished(database)}
@@ -57,10 +57,10 @@ def publish(results: Path, local: Path, to: Path) -> Path:
 
 
 def _finished(database: Path) -> list[str | None]:
-    """The revisions of the runs whose measurements count. Raises ValueError where trials are still to be run."""
+    """The revisions of the runs whose measurements count. Raises ValueError if trials are still to be run."""
     runs, frame = store.runs(database), store.load(database)
     if not any(run["suite"] == SUITE and run["ended"] for run in runs) or not runs[-1]["ended"]:
-        raise ValueError(f"{database}: holds no finished run of the suite {SUITE}; `make report` goes on with it")
+        raise ValueError(f"{database}: holds no finished run of the suite {SUITE}; `make report` resumes it")
     cut_short = int((frame["status"] == Status.INTERRUPTED).sum())
     if cut_short:
         raise ValueError(f"{database}: {cut_short} trials were interrupted; `make report` runs them again")
@@ -81,7 +81,10 @@ def _revisions(path: Path) -> Iterator[str | None]:
 
 
 def is_current(revision: str, folder: Path | None = None) -> bool:
-    """Whether the sources in the working tree of `folder` (here) are those of a revision; "+" marks one that was edited."""
+    """Whether the sources in the working tree of `folder` (the current one without it) are those of a revision.
+
+    A revision that ends in "+" had uncommitted changes and is never current.
+    """
     if not revision.isalnum():
         return False
     command = ["git", "diff", "--quiet", revision, "--", *(f":/{name}" for name in SOURCES)]

@@ -10,7 +10,7 @@ from typing import Any
 import vl_convert
 from gnomon.cases.core.case import Case
 from gnomon.harness.reporting import tables
-from gnomon.harness.reporting.report_charts import other_charts, page_charts, work_scenes, write_figures
+from gnomon.harness.reporting.report_charts import other_charts, page_charts, work_problems, write_figures
 from gnomon.harness.reporting.report_pack import packed, packed_json
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
@@ -29,15 +29,15 @@ def write_report(
 ) -> Path:
     """Write index.html, summary.md and figures/ into `folder` and return the page's path.
 
-    `database` is a results file, or a folder that holds one. Certificates, checks, claims of speed, orders and growth
-    laws are shown from the JSON files that the folders `beside` hold, the first that has them; without it from the folder
-    of the results, from `folder`, and from the one above (reports/local/ stands in the published reports/). `cases`: classes that are not
-    installed, by the name under which they ran; nothing that the file names is imported otherwise. Raises ValueError for
-    a file that is no results file, or an empty one.
+    `database` is a results file, or a folder that has one. Certificates, checks, claims of speed, orders and growth laws
+    are read from JSON files in the first of the folders `beside` that has them; by default the folder of the results,
+    `folder`, and the one above (reports/local/ is in the published reports/). `cases`: classes that are not installed, by
+    the name under which they ran; nothing that the file names is imported. Raises ValueError for a file that is no
+    results file, or an empty one.
     """
     run = Run.read(store.results_file(database), cases)
     folder.mkdir(parents=True, exist_ok=True)
-    work = work_scenes(run)
+    work = work_problems(run)
     charts = other_charts(run)
     words = page_words(run, beside or (run.path.parent, folder, folder.parent), work)
     page = folder / "index.html"
@@ -52,7 +52,7 @@ def write_report(
 
 
 def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
-    """The page. Tables of single cases travel compressed, and are put in place when their case is chosen."""
+    """The page. Tables of single cases are compressed, and inserted when their case is chosen."""
     environment = Environment(undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"breakable": _breakable, "counted": tables.counted}
     panel = environment.from_string(_source("report_case.html.j2")).module
@@ -75,7 +75,7 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
 
 
 def _breakable(name: str) -> Markup:
-    """A name that may break after its separators on a narrow page."""
+    """A name with line breaks allowed after its separators, for narrow pages."""
     text = str(escape(name))
     for separator in (":", "_", "/"):
         text = text.replace(separator, separator + "<wbr>")

@@ -1,4 +1,4 @@
-"""What `make bench` published, in rows and words: claims of speed in pairs, times of calls, measured orders, growth of energy errors."""
+"""The results of `make bench` as rows: claims of speed in pairs, times of calls, measured orders, growth of energy errors."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ KEPT = {
     "attitude": "rotations",
     "constraint": "constraint",
 }
-"""What integrators claim to keep, in words."""
+"""What integrators claim to conserve, in words."""
 
 BENCHMARKS, GROWTH, ORDERS = "benchmarks.json", "growth.json", "orders.json"
 
@@ -43,7 +43,7 @@ _PAIR = {
     **{"first_prepare": Optional(SIZE.or_null()), "second_prepare": Optional(SIZE.or_null())},
 }
 _BOTH = {"first_null": SIZE.or_null(), "second_null": SIZE.or_null(), **_TIMES}
-"""What a pair has besides, where both have a time."""
+"""Further keys of a pair in which both have a time."""
 _GROWTH = {
     "rows": [
         {
@@ -63,13 +63,13 @@ _ORDERS = {
 }
 
 OVERHEAD = 0.1
-"""A null call that takes more of a call's time than this is part of what a ratio would compare: none is claimed."""
+"""No ratio is claimed if the null call takes more than this part of a call's time."""
 
 
 def benchmarks(*folders: Path) -> dict[str, Any] | None:
-    """Rows of pairs and of single times, from the first of the folders that has them; None without any.
+    """Rows of pairs and of single times, from the first of the folders that has them; None if none has.
 
-    Of a file of an earlier revision, which did not name both sides of a pair, `earlier` is True and there are no rows.
+    For a file of an earlier revision, which did not name both sides of a pair, `earlier` is True and there are no rows.
     """
     path = _first(BENCHMARKS, *folders)
     if path is None:
@@ -91,7 +91,7 @@ def benchmarks(*folders: Path) -> dict[str, Any] | None:
 
 
 def growth(*folders: Path) -> dict[str, Any] | None:
-    """Laws of energy errors in words, from the first of the folders that has them; None without any."""
+    """Growth laws of energy errors in words, from the first of the folders that has them; None if none has."""
     path = _first(GROWTH, *folders)
     if path is None:
         return None
@@ -100,7 +100,7 @@ def growth(*folders: Path) -> dict[str, Any] | None:
 
 
 def orders(*folders: Path) -> dict[str, Any] | None:
-    """Measured orders in words, from the first of the folders that has them; None without any."""
+    """Measured orders in words, from the first of the folders that has them; None if none has."""
     path = _first(ORDERS, *folders)
     if path is None:
         return None
@@ -179,7 +179,7 @@ def _law(row: dict[str, Any]) -> dict[str, str]:
 
 
 def _interval(row: dict[str, Any]) -> tuple[float, float]:
-    """Of the power of time, with 95 % confidence: of older files, which lack it, two standard errors to either side."""
+    """The 95 % interval of the power of time; for older files, which lack it, two standard errors to either side."""
     if "low" in row and "high" in row:
         return row["low"], row["high"]
     return row["power"] - 2 * row["uncertainty"], row["power"] + 2 * row["uncertainty"]

@@ -1,4 +1,4 @@
-"""What to take: by kind of system, and every integrator on one line with all that a choice depends on."""
+"""Which integrator to choose: by kind of system, and every integrator on one line."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ KINDS = (
     (("Separable", "SecondOrder"), "Forces of position and time alone"),
     (("FirstOrder",), "Other smooth systems: quadratic drag, coupled masses"),
 )
-"""Kinds of systems by the most structured form that a case offers; the first that fits counts."""
+"""Kinds of systems by the most structured form that a case offers; the first match counts."""
 
 
 def kinds(forms: Mapping[str, AbstractSet[str]], names: Sequence[str]) -> dict[str, list[str]]:
@@ -38,41 +38,42 @@ def kinds(forms: Mapping[str, AbstractSet[str]], names: Sequence[str]) -> dict[s
 
 
 def kind_rows(equal: pd.DataFrame, matrix: pd.DataFrame, members: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
-    """Per kind of system, what is most often fastest at each error, and what holds on most of its hard variants.
+    """Per kind of system, what is most often fastest at each error, and what solves most of its hard variants.
 
-    Under the name: on how many of the cases that any integrator reaches it is fastest or on a par, and the same median
-    ratio of the best integrator of another library, with the cases that it reaches.
+    The note of a cell: on how many of the cases where any integrator reaches the error it is fastest or on a par; then
+    the integrator of another library that reaches it most often, its median ratio of time, and on how many cases.
     """
     own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     rows = []
     for words, cases in members.items():
         mine = own[own["case"].isin(cases)]
         cells = [_choice(mine[mine["target"] == target]) for target in TARGETS]
-        rows.append({"head": words, "cases": list(cases), "cells": [*cells, _sturdiest(matrix, cases)]})
+        rows.append({"head": words, "cases": list(cases), "cells": [*cells, _most_reliable(matrix, cases)]})
     return rows
 
 
 def _choice(at: pd.DataFrame) -> Cell:
-    """The integrator that is most often fastest or on a par; of several, the one nearer to the fastest elsewhere."""
+    """The integrator that is most often fastest or on a par; of several, the one that is less slow on the other cases."""
     if at.empty:
         return Cell("not reached", kind="none")
     counts = _counts(at)
     best = counts.iloc[0]
-    scenes = at["case"].nunique()
-    note = f"fastest on {best['wins']} of {scenes}"
+    problems = at["case"].nunique()
+    note = f"fastest on {best['wins']} of {problems}"
     others = _counts(at[at["library"] != best["library"]])
     if len(others):
-        # Of the other libraries the one that gets there most often; a ratio on a few easy cases is no rival.
+        # Of the other libraries the one that reaches the error most often: ratios on a few easy cases do not compare.
         rival = others.sort_values(["reached", "ratio"], ascending=[False, True], kind="stable").iloc[0]
         note += f"; {rival.name} {ratio_text(rival['ratio'])}\N{NO-BREAK SPACE}× on\N{NO-BREAK SPACE}{rival['reached']}"
     return Cell(str(best.name), note)
 
 
 def _counts(at: pd.DataFrame) -> pd.DataFrame:
-    """By integrator: cases won, reached, the median of its time over the fastest's; the most wins first.
+    """By integrator: `wins` (cases on which it is fastest or on a par), cases `reached`, the median ratio of its time to
+    the fastest's; the most wins first.
 
-    Of several with as many wins and cases the one with the smaller `mean`, of the logarithms of the ratios: a median
-    does not see the cases on which a method is slow.
+    Those with equal wins and cases are sorted by `mean`, of the logarithms of the ratios, because a median ignores the
+    few cases on which a method is slow.
     """
     found = at.assign(decades=np.log10(at["ratio"])).groupby("integrator_id").agg(
         library=("library", "first"), wins=("tied", "sum"), reached=("case", "nunique"), ratio=("ratio", "median"),
@@ -81,29 +82,29 @@ def _counts(at: pd.DataFrame) -> pd.DataFrame:
     return found.sort_values(["wins", "reached", "mean"], ascending=[False, False, True], kind="stable")
 
 
-def _sturdiest(matrix: pd.DataFrame, cases: Sequence[str]) -> Cell:
-    """The integrators with a right setting on most hard variants of the cases."""
-    each, scenes = held(matrix[matrix["case"].isin(cases)])
+def _most_reliable(matrix: pd.DataFrame, cases: Sequence[str]) -> Cell:
+    """The integrators with an ok setting on most hard variants of the cases."""
+    each, problems = solved(matrix[matrix["case"].isin(cases)])
     if each.empty:
         return Cell("–", "no hard variant was run", "none")
-    best = each[each["held"] == each["held"].max()].index.tolist()
-    note = f"{each['held'].max()} of {scenes}"
+    best = each[each["solved"] == each["solved"].max()].index.tolist()
+    note = f"{each['solved'].max()} of {problems}"
     if len(best) > 1:
         note += f"; so {'does' if len(best) == 2 else 'do'} {', '.join(best[1:3])}"
     return Cell(str(best[0]), note + (f" and {len(best) - 3} more" if len(best) > 3 else ""))
 
 
-def held(matrix: pd.DataFrame) -> tuple[pd.DataFrame, int]:
-    """By integrator, on how many of the hard variants that it ran some setting was right; and how many there are."""
+def solved(matrix: pd.DataFrame) -> tuple[pd.DataFrame, int]:
+    """By integrator, `ran`: the hard variants that it ran, and `solved`: those with an ok setting; and how many there are."""
     ran = matrix[(matrix["variant"] != "") & (matrix["formulation"] == "") & ~matrix["verdict"].isin(NEVER_RAN)]
     right = ran.assign(right=ran["best"].notna())
-    each = right.groupby("integrator_id").agg(held=("right", "sum"), ran=("right", "size"))
+    each = right.groupby("integrator_id").agg(solved=("right", "sum"), ran=("right", "size"))
     return each, len(ran.drop_duplicates(["case", "variant"]))
 
 
 @dataclass(frozen=True)
 class Number:
-    """A cell to sort by: its text, its number (nan goes last), and a small second line."""
+    """A cell to sort by: its text, its number (nan is sorted last), and a small second line."""
 
     text: str
     value: float
@@ -123,8 +124,8 @@ CARD = (
     "short of attainable",
     "order",
     "error / tolerance",
-    "hard variants held",
-    "energy in the long run",
+    "hard variants solved",
+    "energy over long spans",
 )
 
 
@@ -136,13 +137,13 @@ def card(
     growth: Mapping[str, Any] | None,
     benched: Mapping[str, Any] | None,
 ) -> list[Row]:
-    """Every integrator on one line, the columns those of CARD, over the default scenes of the cases that it takes.
+    """Every integrator on one line, with the columns of CARD, over the default variants of the cases that it accepts.
 
-    `growth` and `benched` are the laws and the orders that `make bench` measured of gnomon's own.
+    `growth` and `benched` are the laws and the orders of gnomon's own integrators, measured by `make bench`.
     """
     own = trusted[(trusted["variant"] == "") & (trusted["formulation"] == "")]
     at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & (equal["target"] == TARGETS[1])]
-    counts, (hard, _) = _counts(at), held(matrix)
+    counts, (hard, _) = _counts(at), solved(matrix)
     preparing = at.groupby("integrator_id")["preparation"].median()
     laws: dict[str, list[str]] = {}
     for row in (growth or {"rows": []})["rows"]:
@@ -198,5 +199,7 @@ def _share(hard: pd.Series | None) -> Number:
     if hard is None:
         return Number("–", math.nan)
     return Number(
-        f"{100 * hard['held'] / hard['ran']:.0f} %", hard["held"] / hard["ran"], f"{hard['held']} of {hard['ran']}"
+        f"{100 * hard['solved'] / hard['ran']:.0f} %",
+        hard["solved"] / hard["ran"],
+        f"{hard['solved']} of {hard['ran']}",
     )

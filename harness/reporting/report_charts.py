@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import figures, style, tables
-from gnomon.harness.reporting.figures_work import SCENE, drawn, work_points, work_precision
+from gnomon.harness.reporting.figures_work import PROBLEM, drawn, work_points, work_precision
 from gnomon.harness.reporting.images import write_images
 from gnomon.harness.reporting.report_pack import columnar, columns
 from gnomon.harness.reporting.report_run import Run
@@ -25,18 +25,20 @@ MANIFEST = "figures.json"
 """Lists the figures that a report wrote into its folder."""
 SUFFIXES = (".svg", ".png")
 
-Scenes = dict[str, dict[str, Any]]
+Problems = dict[str, dict[str, Any]]
 
 
-def work_scenes(run: Run) -> dict[str, Scenes]:
-    """The work-precision data of every scene by case: points, limits, and what it stresses; default scenes first."""
+def work_problems(run: Run) -> dict[str, Problems]:
+    """The work-precision data of every problem by case: points, limits, and what it stresses; default variants first."""
     rows = run.reduced.assign(stresses=run.reduced.get("stresses", ""))
-    scenes = rows.groupby(SCENE, sort=False)[["conditioning", "floor", "stresses"]].agg(
+    problems = rows.groupby(PROBLEM, sort=False)[["conditioning", "floor", "stresses"]].agg(
         {"conditioning": "max", "floor": "max", "stresses": "first"}
     )
-    points = {scene: part.drop(columns=SCENE) for scene, part in work_points(run.reduced, run.look).groupby(SCENE)}
-    found: dict[str, Scenes] = {name: {} for name in run.names}
-    for (case, variant, formulation), limits in scenes.to_dict("index").items():
+    points = {
+        problem: part.drop(columns=PROBLEM) for problem, part in work_points(run.reduced, run.look).groupby(PROBLEM)
+    }
+    found: dict[str, Problems] = {name: {} for name in run.names}
+    for (case, variant, formulation), limits in problems.to_dict("index").items():
         if (case, variant, formulation) not in points:
             continue
         label = (variant or "default") + (f" · {formulation}" if formulation else "")
@@ -47,20 +49,20 @@ def work_scenes(run: Run) -> dict[str, Scenes]:
             "stresses": str(limits["stresses"] or ""),
         }
     default_first = {
-        name: sorted(scenes, key=lambda label: not label.startswith("default")) for name, scenes in found.items()
+        name: sorted(problems, key=lambda label: not label.startswith("default")) for name, problems in found.items()
     }
     return {name: {label: found[name][label] for label in labels} for name, labels in default_first.items()}
 
 
 def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
     """Every chart but the work-precision diagrams, by name; charts without data are left out."""
-    broken = figures.broken_scenes(run.matrix)
+    broken = figures.broken_problems(run.matrix)
     charts: dict[str, alt.TopLevelMixin] = {}
     if len(broken):
         charts["breaks"] = figures.break_map(broken, run.look, run.names)
     default = run.trusted[(run.trusted["variant"] == "") & run.trusted["best"].notna()]
     if len(default):
-        charts["trust"] = figures.trust_map(default, run.look, list(run.scenes["scene"]))
+        charts["trust"] = figures.trust_map(default, run.look, list(run.problems["problem"]))
     asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & (run.reduced["status"] == Status.OK)]
     asked = asked[asked["setting"] > asked["conditioning"].fillna(0)]
     if len(asked):
@@ -68,29 +70,29 @@ def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
         charts["tolerance"] = figures.tolerance_chart(figures.tolerance_spread(over), run.look)
     levels = run.hierarchies
     if len(levels):
-        charts["hierarchy"] = figures.ladder_chart(levels[levels["error"] > 0])
+        charts["hierarchy"] = figures.hierarchy_chart(levels[levels["error"] > 0])
     if len(run.policies):
         charts["policies"] = figures.policy_chart(run.policies)
     return charts
 
 
-def page_charts(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLevelMixin]) -> dict[str, Any]:
-    """What the page's script draws from: specifications, each scene's points, and the map of verdicts.
+def page_charts(run: Run, work: dict[str, Problems], charts: dict[str, alt.TopLevelMixin]) -> dict[str, Any]:
+    """The data of the page's script: specifications, the points of each problem, and the map of verdicts.
 
-    The two work-precision specifications hold all integrators; the page cuts them down to those of a scene.
+    The two work-precision specifications have all integrators; the page reduces them to those of a problem.
     """
     specs = {axis: columnar(work_precision(run.look, axis)) for axis in ("time", "calls")}
     cases = {
         name: {
             label: {
-                "points": columns(_hundredths(scene["points"])),
+                "points": columns(_hundredths(problem["points"])),
                 "limits": [
-                    {"limit": word, "at": round(float(np.log10(at)), 3)} for word, at in scene["limits"].items()
+                    {"limit": word, "at": round(float(np.log10(at)), 3)} for word, at in problem["limits"].items()
                 ],
             }
-            for label, scene in scenes.items()
+            for label, problem in problems.items()
         }
-        for name, scenes in work.items()
+        for name, problems in work.items()
     }
     shown = ("tolerance", "hierarchy", "policies")
     others = {name: columnar(charts[name].to_dict(validate=False)) for name in shown if name in charts}
@@ -98,7 +100,7 @@ def page_charts(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLeve
 
 
 def _hundredths(points: pd.DataFrame) -> dict[str, list[Any]]:
-    """Columns with places in whole hundredths of a decade: a fifth of the size of a mark."""
+    """Columns with positions in whole hundredths of a decade, a fifth of the size of a mark."""
     found = {name: column.tolist() for name, column in points.items()}
     for name in ("time", "calls", "error"):
         found[name] = [None if math.isnan(value) else round(100 * value) for value in found[name]]
@@ -106,56 +108,56 @@ def _hundredths(points: pd.DataFrame) -> dict[str, list[Any]]:
 
 
 def _map(run: Run) -> dict[str, Any]:
-    """Verdicts of every scene, run or not, and integrator, a string a scene with three characters an integrator.
+    """Verdicts of every problem, run or not, and integrator: one string a problem, with three characters an integrator.
 
-    These are the verdict (its place in the list), the digits reached and the digits short of the attainable, both to
+    These are the verdict (its index in the list), the digits reached and the digits short of the attainable, both in
     base 36, `-` where there are none. `why` has the first failure of cells without an ok setting.
     """
     looks = run.look
     verdicts = list(style.STATUS_COLOURS)
     columns_ = {name: i for i, name in enumerate(looks["series"])}
-    attainable = run.trusted.set_index(["scene", "integrator_id"])["attainable"]
-    parts = dict(list(run.matrix.groupby("scene", sort=False)))
+    attainable = run.trusted.set_index(["problem", "integrator_id"])["attainable"]
+    parts = dict(list(run.matrix.groupby("problem", sort=False)))
     rows = []
     place_of = {name: i for i, name in enumerate(run.names)}
-    scenes = run.matrix.drop_duplicates("scene").sort_values(
+    problems = run.matrix.drop_duplicates("problem").sort_values(
         "case", key=lambda column: column.map(place_of), kind="stable"
     )
-    for scene in scenes.to_dict("records"):
+    for problem in problems.to_dict("records"):
         cells, why = ["   "] * len(columns_), {}
-        for one in parts[scene["scene"]].to_dict("records"):
+        for one in parts[problem["problem"]].to_dict("records"):
             place = columns_[one["integrator_id"]]
             digits = lost = "-"
             if np.isfinite(one["best"]):
                 got = tables.digits(one["best"])
                 best = max(one["best"], 1e-17)
-                limit = max(float(attainable[scene["scene"], one["integrator_id"]]), 1e-17)
+                limit = max(float(attainable[problem["problem"], one["integrator_id"]]), 1e-17)
                 digits = np.base_repr(got, 36)
                 lost = np.base_repr(int(np.clip(round(np.log10(best / limit)), 0, 35)), 36)
             elif one["reason"]:
                 why[place] = one["reason"]
             cells[place] = f"{verdicts.index(one['verdict']):x}{digits}{lost}"
-        label = (scene["variant"] or "default") + (f" ({scene['formulation']})" if scene["formulation"] else "")
-        rows.append([scene["case"], label, "".join(cells), why])
+        label = (problem["variant"] or "default") + (f" ({problem['formulation']})" if problem["formulation"] else "")
+        rows.append([problem["case"], label, "".join(cells), why])
     look = looks[["series", "library"]].to_dict("list")
     return {**look, "verdicts": verdicts, "letters": style.LETTERS, "rows": rows}
 
 
-def write_figures(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLevelMixin], folder: Path) -> None:
-    """Every chart as SVG and PNG: work-precision of the default scenes against time, and all others.
+def write_figures(run: Run, work: dict[str, Problems], charts: dict[str, alt.TopLevelMixin], folder: Path) -> None:
+    """Write every chart as SVG and PNG: work-precision of the default variants against time, and all others.
 
-    What an earlier report wrote and this one does not is removed: the files that its manifest lists, and no others.
+    Figures of an earlier report that this one does not have are removed: the files that its manifest lists, no others.
     """
     specification = work_precision(run.look, "time")
     wanted: dict[str, dict[str, Any]] = {name: chart.to_dict(validate=False) for name, chart in charts.items()}
-    for name, scenes in work.items():
-        for label, scene in scenes.items():
+    for name, problems in work.items():
+        for label, problem in problems.items():
             if not label.startswith("default"):
                 continue
             subtitle = label.removeprefix("default").removeprefix(" · ")
-            title = {"text": run.titles[name], "subtitle": subtitle or "default numbers"}
+            title = {"text": run.titles[name], "subtitle": subtitle or "default variant"}
             wanted[slug(name) + (f"_{slug(subtitle)}" if subtitle else "")] = drawn(
-                specification, scene["points"], scene["limits"]
+                specification, problem["points"], problem["limits"]
             ) | {"title": title}
     earlier = _listed(folder)
     write_images(wanted, folder)
@@ -166,7 +168,7 @@ def write_figures(run: Run, work: dict[str, Scenes], charts: dict[str, alt.TopLe
 
 
 def slug(text: str) -> str:
-    """A file name for any text: its letters, digits and underscores in lower case; a hash where that is not the text."""
+    """A file name for any text: its letters, digits and underscores in lower case, with a hash if that is another text."""
     plain = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_")
     if plain == text.replace(" ", "_") and 0 < len(plain) <= 60:
         return plain

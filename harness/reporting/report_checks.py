@@ -1,7 +1,7 @@
-"""The report's certificates of the exact motions, and the checks with their numerical opponents, from JSON files.
+"""The report's certificates of the exact motions, and the checks with their independent computations, from JSON files.
 
-certificates.json (`gnomon certify`) and checks.json (`--independent`) are looked for in several folders. Where more than
-one holds a certificate of the same setting, that of the first counts.
+certificates.json (`gnomon certify`) and checks.json (`--independent`) are looked for in several folders. If several have
+a certificate of the same case variant, that of the first folder counts.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ WAYS = {
     "group": "on a long span, x(2t) is x(t) from x(t), from half the span down to the first window",
     "seams": "on a long span, no jump where formulas change their branch",
     "extrapolation": "Gragg's midpoint rule, extrapolated, for motions that are Taylor integrations themselves",
-    "ball": "python-flint's balls around the result of other formulas: these digits are proved",
+    "ball": "an enclosure in python-flint's balls, by other formulas: these digits are proved",
     "invariants": "conserved quantities at random times",
     "independent": "numbers without motion, by quadrature, eigenvalues or linear systems",
-    "rounding": "the published digits against many more",
+    "rounding": "the published digits, compared with those of a much higher precision",
 }
 SEVERITY = (Status.OK, Status.NOT_INSTALLED, Status.REFUSED, Status.INACCURATE, Status.DIVERGED, Status.CRASHED)
 
@@ -62,7 +62,7 @@ def certified(*folders: Path) -> Markup:
 
 
 def certified_lines(*folders: Path) -> list[str]:
-    """What the summary says of certificates: how many hold, and each one that does not."""
+    """The lines of the summary on certificates: how many are confirmed, and each one that is not."""
     rows = certificate_rows(*folders)
     if not rows:
         return []
@@ -88,9 +88,9 @@ def certificate_rows(*folders: Path) -> list[dict[str, Any]]:
 
 
 def _parts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Default settings, and the hard variants."""
+    """Default variants, and hard variants."""
     parts = []
-    for title, default in (("default settings", True), ("hard variants", False)):
+    for title, default in (("default variants", True), ("hard variants", False)):
         chosen = [row for row in rows if (row["variant"] == "default") is default]
         least = min(chosen, key=lambda row: float(row["digits"]), default=None)
         fewest = f"the fewest digits are {least['digits']:.1f}, of {_name(least)}" if least else ""
@@ -102,7 +102,7 @@ def _parts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def computation_rows(*folders: Path) -> list[dict[str, str]]:
-    """One row for each opponent of a check: its worst quantity at the default numbers, and on the hard variants."""
+    """One row for each independent computation of a check: its worst quantity on the default and on the hard variants."""
     found: list[dict[str, Any]] = next(filter(None, (_read(folder / CHECKS, _CHECKS) for folder in folders)), [])
     groups: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     for row in found:

@@ -1,6 +1,6 @@
-"""What the page carries for its script: data as columns, then everything compressed, so that a hundred cases fit.
+"""The data that the page contains for its script: as columns, then compressed, so that a hundred cases fit.
 
-A browser unpacks it with DecompressionStream, which all have had since 2023; nothing is fetched.
+The browser decompresses them with DecompressionStream (in all browsers since 2023); nothing is fetched.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ def packed(text: str) -> str:
 
 
 def packed_json(value: Any) -> str:
-    """`packed` JSON. Raises ValueError for a number that JSON does not have (nan, infinity): a browser rejects all."""
+    """`packed` JSON. Raises ValueError for nan and infinity, which JSON does not have: a browser would reject the whole."""
     return packed(json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False))
 
 
@@ -33,7 +33,7 @@ def columnar(spec: dict[str, Any]) -> dict[str, Any]:
 
 
 def columns(table: dict[str, list[Any]]) -> dict[str, Any]:
-    """Columns in few characters: words as their numbers in a list, floats to four figures."""
+    """Columns in few characters: words as indices into a list, floats to four figures."""
     found: dict[str, Any] = {}
     for name, values in table.items():
         if any(isinstance(value, str) for value in values):

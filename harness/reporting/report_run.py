@@ -1,4 +1,4 @@
-"""A results file, loaded and reduced once for all that a report says of it."""
+"""A results file, loaded and reduced once for all parts of a report."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from gnomon.harness.studies import model_hierarchy
 from gnomon.harness.studies.drift import rebuilt
 
 DECIMAL_STEPS = (1e-2, 1e-3, 1e-4)
-"""The steps at which engines are compared under their policies."""
+"""The steps (s) at which the policies of an engine are compared."""
 
 
 CHAPTERS = {
@@ -38,7 +38,7 @@ CHAPTERS = {
 
 @dataclass(frozen=True)
 class Run:
-    """The measurements of a results file, and what follows from them."""
+    """The measurements of a results file, and the frames that are computed from them."""
 
     path: Path
     frame: pd.DataFrame
@@ -50,7 +50,7 @@ class Run:
     def read(cls, path: Path, given: Mapping[str, type[Case]] | None = None) -> Run:
         """Raises ValueError for a file that is no results file, or an empty one."""
         frame = analysis.tidy(store.load(path))
-        # A pair that the suite never asked for is no failure of the integrator, and would fill the maps.
+        # Pairs outside the suite are not failures of an integrator, and would fill the maps.
         frame = frame[frame["reason"] != NEAR_DUPLICATE[1]]
         if frame.empty:
             raise ValueError(f"{path}: holds no measurement yet; run `gnomon run` first")
@@ -74,18 +74,18 @@ class Run:
         missing = analysis.not_run(
             ran, {name: [variant.name for variant in found.variants] for name, found in self.classes.items()}
         )
-        return tables.with_scenes(pd.concat([ran, missing], ignore_index=True) if len(missing) else ran)
+        return tables.with_problems(pd.concat([ran, missing], ignore_index=True) if len(missing) else ran)
 
     @cached_property
     def classes(self) -> dict[str, type[Case]]:
-        """The classes of the cases that are installed or were given. A results file never says what to import."""
+        """The classes of the cases that are installed or were given. Nothing that a results file names is imported."""
         installed = installed_names()
         own = {name: case_class(name) for name in self.names if name in installed}
         return own | {name: found for name, found in self.given.items() if name in self.names}
 
     @cached_property
     def trusted(self) -> pd.DataFrame:
-        return tables.with_scenes(analysis.trust(self.reduced))
+        return tables.with_problems(analysis.trust(self.reduced))
 
     @cached_property
     def orders(self) -> pd.DataFrame:
@@ -114,17 +114,17 @@ class Run:
         return dict(self.frame.drop_duplicates("case")[["case", "section"]].to_numpy())
 
     @cached_property
-    def scenes(self) -> pd.DataFrame:
-        """Every scene that was run, in the order of the book, a case's variants together: case, variant, scene."""
-        ran = tables.with_scenes(self.frame.drop_duplicates(["case", "variant", "formulation"]))
+    def problems(self) -> pd.DataFrame:
+        """Every problem that was run, in the order of the book, variants of a case together: case, variant, problem."""
+        ran = tables.with_problems(self.frame.drop_duplicates(["case", "variant", "formulation"]))
         place = {name: i for i, name in enumerate(self.names)}
         return ran.sort_values("case", key=lambda column: column.map(place), kind="stable")
 
     @cached_property
     def cases(self) -> list[Case]:
-        """The default cases of the run in the order of the book, rebuilt from their stored numbers.
+        """The default variants of the run in the order of the book, rebuilt from their stored parameters.
 
-        What is neither installed nor given is left out.
+        Cases that are neither installed nor given are left out.
         """
         found = []
         own = self.frame[self.frame["variant"] == ""].drop_duplicates("case").set_index("case", drop=False)
@@ -139,7 +139,7 @@ class Run:
 
     @cached_property
     def forms(self) -> dict[str, set[str]]:
-        """The forms that each case offers; of a case that is not known, those in which integrators took it."""
+        """The forms that each case offers; for a case that is not known, those in which integrators accepted it."""
         taken = {str(name): set(forms) for name, forms in self.frame.groupby("case")["form"]}
         return taken | {case.name: {type(form).__name__ for form in case.all_forms()} for case in self.cases}
 
@@ -150,16 +150,16 @@ class Run:
     @cached_property
     def policies(self) -> pd.DataFrame:
         """Engines under each policy at the decimal steps, where two policies gave an answer (diverged is one)."""
-        found = tables.with_scenes(analysis.policies(self.reduced).assign(formulation=""))
+        found = tables.with_problems(analysis.policies(self.reduced).assign(formulation=""))
         near = np.zeros(len(found), dtype=bool)
         for step in DECIMAL_STEPS:
             near |= np.isclose(found["setting"].to_numpy(float), step, rtol=1e-9)
         answered = found[near & (found["error"].notna() | (found["status"] == Status.DIVERGED))]
-        several = answered.groupby(["scene", "library", "setting"])["policy"].transform("nunique") > 1
+        several = answered.groupby(["problem", "library", "setting"])["policy"].transform("nunique") > 1
         return answered[several].rename(columns={"library": "engine", "setting": "step"})
 
 
 def _place(section: str) -> tuple[int, ...]:
-    """The numbers of the first section named, to sort by; last where there is none."""
+    """The numbers of the first section named, as a sort key; a section without numbers is sorted last."""
     first = re.match(r"\d+(\.\d+)*", section)
     return tuple(map(int, first[0].split("."))) if first else (99,)

@@ -1,4 +1,4 @@
-"""What the page and the summary say, in rows and words."""
+"""The rows and sentences of the page and the summary."""
 
 from __future__ import annotations
 
@@ -11,19 +11,21 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import findings, report_benchmarks, report_card, report_checks, style, tables
-from gnomon.harness.reporting.report_charts import Scenes
+from gnomon.harness.reporting.report_charts import Problems
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import analysis, store
 from gnomon.harness.running.call_cost import PYTHON_CALL
 from gnomon.harness.studies.drift import laws
 
 
-def page_words(run: Run, folders: Sequence[Path], work: dict[str, Scenes]) -> dict[str, Any]:
-    """Everything that the page and the summary say but for the charts. `folders`: where certificates and benchmarks are
-    looked for, the first that has them."""
+def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> dict[str, Any]:
+    """The values of the templates of page and summary, without the charts. Certificates and benchmarks are read from the
+    first of `folders` that has them."""
     ran = run.reduced[~run.reduced["status"].isin(analysis.NEVER_RAN)]
     own = ran[ran["variant"] == ""].drop_duplicates(["case", "formulation"])
-    scenes = [(name, formulation) for name in run.names for formulation in own.loc[own["case"] == name, "formulation"]]
+    problems = [
+        (name, formulation) for name in run.names for formulation in own.loc[own["case"] == name, "formulation"]
+    ]
     growth, orders = (read(*folders) for read in (report_benchmarks.growth, report_benchmarks.orders))
     kinds = report_card.kind_rows(run.equal, run.matrix, report_card.kinds(run.forms, run.names))
     runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
@@ -42,7 +44,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Scenes]) -> di
         "cases": _cases(run, work),
         "counts": {
             "cases": len(run.names),
-            "scenes": len(run.scenes),
+            "problems": len(run.problems),
             "integrators": ran["integrator_id"].nunique(),
             "libraries": ran["library"].nunique(),
             "not_installed": sorted(set(run.frame["library"]) - set(ran["library"])),
@@ -52,7 +54,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Scenes]) -> di
         },
         "shares": tables.status_shares(run.reduced),
         "overall": tables.overall(run.equal),
-        "fastest": tables.fastest(run.equal, scenes),
+        "fastest": tables.fastest(run.equal, problems),
         "chapters": run.chapters,
         "first": str(run.frame["case"].iloc[0]),
         "libraries": tables.libraries(run.equal),
@@ -71,8 +73,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Scenes]) -> di
     }
 
 
-def _cases(run: Run, work: dict[str, Scenes]) -> list[dict[str, Any]]:
-    """Each case with its scenes and the rows of its tables."""
+def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
+    """Each case with its variants and the rows of its tables."""
     times = tables.equal_error_rows(run.equal, run.reduced)
     grown = laws(run.path, run.frame, run.frame["variant"] == "", run.classes)
     parts = analysis.anatomy(run.frame[run.frame["variant"] == ""])
@@ -82,7 +84,7 @@ def _cases(run: Run, work: dict[str, Scenes]) -> list[dict[str, Any]]:
             "name": name,
             "title": run.titles[name],
             "section": run.sections[name],
-            "stresses": {label: scene["stresses"] for label, scene in work[name].items()},
+            "stresses": {label: problem["stresses"] for label, problem in work[name].items()},
             "times": times.get(name, []),
             "stability": stability.get(name, []),
         }
@@ -91,7 +93,7 @@ def _cases(run: Run, work: dict[str, Scenes]) -> list[dict[str, Any]]:
 
 
 def launches_text(frame: pd.DataFrame) -> str:
-    """How the times on the default scenes were taken: cases may be launched more often than others."""
+    """In how many launches the default variants were timed, which may differ from case to case."""
     counts = frame[frame["variant"] == ""].groupby("case")["launch"].max()
     if counts.empty or counts.max() == 1:
         return "from one launch"
@@ -102,7 +104,7 @@ def launches_text(frame: pd.DataFrame) -> str:
 
 
 def scatter_text(frame: pd.DataFrame) -> str:
-    """By how much two launches of one setting differ in this run; empty where nothing was launched twice."""
+    """The ratio of times of two launches of one setting in this run; empty if nothing was launched twice."""
     timed = frame[(frame["status"] == Status.OK) & (frame["seconds_median"] > 0)]
     launches = timed.groupby([*analysis.SERIES, "setting"])["seconds_median"].apply(np.array)
     apart = [max(a, b) / min(a, b) for times in launches for a, b in itertools.combinations(times, 2)]
@@ -111,12 +113,12 @@ def scatter_text(frame: pd.DataFrame) -> str:
     half, most = np.quantile(apart, [0.5, 0.9])
     return (
         f"two launches of one setting were within {half:.2f} times of each other in half of all pairs, within {most:.1f}"
-        " times in nine of ten"
+        " times in 90 % of them"
     )
 
 
 def together(environments: Sequence[dict[str, str | None]]) -> dict[str, str]:
-    """The environments of several runs in one file as one: what changed between them is listed in their order."""
+    """The environments of several runs in one file as one, with all values that a name had, in the order of the runs."""
     found: dict[str, list[str]] = {}
     for each in environments:
         for name, value in each.items():
@@ -127,7 +129,7 @@ def together(environments: Sequence[dict[str, str | None]]) -> dict[str, str]:
 
 
 def hierarchy_rows(levels: pd.DataFrame) -> list[dict[str, Any]]:
-    """Ladders in words: error without each effect and time with it."""
+    """Rows of model hierarchies: the error without each effect, and the time with it."""
     rows = []
     for level in levels.to_dict("records"):
         cost = f"{level['ratio']:.2f}" if np.isfinite(level["ratio"]) else "–"

@@ -1,7 +1,7 @@
-"""The JSON files beside a page: read and checked once, by the shape that each should have.
+"""The JSON files beside a page: read, and validated against the shape that each must have.
 
-A shape is a kind of value: a dictionary of kinds by key, a list with the kind of its members, or a `Kind`. Keys that no
-shape names are left as they are; the texts in them too are made `visible`.
+A shape is a dictionary of shapes by key, a list with the shape of its members, or a `Kind`. Keys that a shape does not
+name are accepted. All texts are made `visible`: control characters are escaped.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from gnomon.reference.numerics.precision import shortened
 
 MOST_BYTES = 1 << 26
 LARGEST = 1e300
-"""Whole numbers beyond this are no doubles."""
+"""Whole numbers above this do not fit a double."""
 
 
 class Kind(NamedTuple):
-    """What a value may be: the test, and the words for it."""
+    """What a value may be: a predicate, and its description for error messages."""
 
     holds: Callable[[Any], bool]
     words: str
@@ -64,7 +64,7 @@ def one_of(words: Mapping[str, Any] | tuple[str, ...]) -> Kind:
 
 
 def read(path: Path, shape: Any) -> Any:
-    """What a file holds; ValueError, which names the file and the place, where it has another shape."""
+    """The contents of a file. Raises ValueError, which names the file and the place, if it has another shape."""
     if path.stat().st_size > MOST_BYTES:
         raise ValueError(f"{path}: {path.stat().st_size} bytes; a file of gnomon's has at most {MOST_BYTES}")
     try:
@@ -77,7 +77,7 @@ def read(path: Path, shape: Any) -> Any:
 
 
 def check(value: Any, shape: Any, path: Path, place: str = "") -> None:
-    """Raise ValueError, which names the file and the place, where a value has another shape."""
+    """Raise ValueError, which names the file and the place, if a value has another shape."""
     if isinstance(shape, Kind):
         fine, words = shape.holds(value), shape.words
     else:
@@ -99,7 +99,7 @@ def check(value: Any, shape: Any, path: Path, place: str = "") -> None:
 
 
 def _visible(value: Any) -> Any:
-    """The same with texts that steer nothing."""
+    """The same value with all texts, keys too, made visible."""
     if isinstance(value, dict):
         return {visible(key): _visible(member) for key, member in value.items()}
     if isinstance(value, list):

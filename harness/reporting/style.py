@@ -1,7 +1,7 @@
-"""The house style of every figure: colours, shapes, fonts, and the way to a printed file.
+"""The common style of all figures: colours, shapes and fonts.
 
-Colour says the library, lightness the order within a family, shape and stroke the family: all told apart without
-colour vision.
+Colour shows the library, lightness the order within a family, shape and stroke the family, so that families differ
+without colour vision too.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ LETTERS: dict[str, str] = {
 
 
 def family(row: pd.Series) -> str:
-    """What kind of method a series is, from what its integrator declared."""
+    """The kind of method of a series, from what its integrator declares."""
     if row["engine"]:
         return "physics engine"
     if row["setting_kind"] == "tolerance":
@@ -72,7 +72,7 @@ def family(row: pd.Series) -> str:
 
 
 def styles(frame: pd.DataFrame) -> pd.DataFrame:
-    """Label, colour, shape and dash of each integrator, well ordered: by library, family and order."""
+    """Label, colour, shape and dash of each integrator, sorted by library, family and order."""
     one = frame.drop_duplicates("integrator_id").copy()
     one["engine"] = one["integrator_id"].isin(frame.loc[frame["form"] == "SceneForm", "integrator_id"])
     one["family"] = one.apply(family, axis=1)
@@ -120,12 +120,12 @@ def _shade(colour: str, share: float) -> str:
 
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rows as Vega takes them: null where there is no number."""
+    """Rows as Vega reads them: null where there is no number."""
     return list(table.astype(object).where(table.notna(), None).to_dict("records"))
 
 
 def dressed(chart: Any) -> Any:
-    """The house style: quiet axes, no frame, one font."""
+    """The chart in the common style: grey axes, no frame, one font."""
     return (
         chart.configure(font=FONT, background="white", aria=False)
         .configure_view(stroke=None)
@@ -142,7 +142,7 @@ def dressed(chart: Any) -> Any:
         )
         .configure_legend(
             symbolSize=90,
-            symbolLimit=1000,  # all are named: left to itself Vega leaves out those after the thirtieth
+            symbolLimit=1000,  # Vega omits entries after the thirtieth by default
             symbolStrokeWidth=0,
             labelLimit=340,
             rowPadding=3,

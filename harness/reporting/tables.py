@@ -14,24 +14,24 @@ from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, preparat
 
 MEANINGS = {
     Status.OK: "ran, and its error is a true measure of its accuracy at this setting",
-    Status.INACCURATE: "ran, but its error is above 0.1 of the motion's size and above 10 times the conditioning",
+    Status.INACCURATE: "ran, but its error is above 0.1 of the size of the motion and above 10 times the conditioning",
     Status.DIVERGED: "not finite, or the error is larger than the motion itself",
-    Status.REFUSED: "the integrator declined, or gave back the initial state without taking a step",
+    Status.REFUSED: "the integrator declined, or returned the initial state without a step",
     Status.TIMEOUT: "passed the time limit of a trial and was stopped",
     Status.CRASHED: "the process died, raised, or returned the wrong shape",
     Status.OUT_OF_MEMORY: "needed more memory than a worker may take",
     Status.INTERRUPTED: "the worker was ended from outside, or the machine had no memory or disk left; the next run repeats it",
-    Status.SKIPPED: "not started: predicted to pass the time limit, or the setting before already had",
-    Status.UNSUPPORTED: "the integrator does not take a form that the scene offers, or lacks something it needs",
+    Status.SKIPPED: "not started: predicted to pass the time limit, or an earlier setting passed it",
+    Status.UNSUPPORTED: "the integrator accepts no form that the problem offers, or lacks something that the problem needs",
     Status.NOT_INSTALLED: "the library is not installed on this machine",
 }
 
-SCENE_AND_NAME = ("case", "formulation", "integrator_id")
+PROBLEM_AND_NAME = ("case", "formulation", "integrator_id")
 LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
 
 
 def counted(number: int, noun: str) -> str:
-    """A number with its noun, in the plural where it is not one: 1 case, 2 cases, 0 libraries."""
+    """A number with its noun in singular or plural: 1 case, 2 cases, 0 libraries."""
     if number == 1:
         return f"1 {noun}"
     return f"{number} {noun[:-1]}ies" if noun.endswith("y") else f"{number} {noun}s"
@@ -60,24 +60,24 @@ def error_text(error: float) -> str:
 
 
 def short_text(value: float) -> str:
-    """A number to two figures, as it reads most easily: 0.43, 12, 1.2e-9."""
+    """A number to two figures, with an exponent only where it is very large or small: 0.43, 12, 1.2e-9."""
     if not math.isfinite(value):
         return "–"
     return f"{value:.2g}" if 0.01 <= value < 100 else f"{value:.0f}" if 100 <= value < 1000 else error_text(value)
 
 
 def overhead_text(seconds: float) -> str:
-    """The time of a null call, which the time beside it is without; nothing where none was measured."""
+    """The time of a null call, which the time beside it does not include; empty where none was measured."""
     return f" + {time_text(seconds)} a call" if math.isfinite(seconds) else ""
 
 
 def preparation_text(seconds: float) -> str:
-    """What was computed before the time beside it; nothing where none was measured."""
+    """The time of preparation, which the time beside it does not include; empty where none was measured."""
     return f"prepared in {time_text(seconds)}" if math.isfinite(seconds) else ""
 
 
 def spread_text(row: Mapping[str, Any]) -> str:
-    """The range of the error over turned starts, where the error is their median; else nothing."""
+    """The range of the error over turned starts, where the error is their median; else empty."""
     if not row.get("turned_starts", 0) > 0:
         return ""
     worst = error_text(row["error_high"]) if math.isfinite(row["error_high"]) else "not finite"
@@ -85,7 +85,7 @@ def spread_text(row: Mapping[str, Any]) -> str:
 
 
 def digits(error: float) -> int:
-    """The decimal digits that an error leaves right; 17 where it is zero."""
+    """The number of correct decimal digits at this error; 17 where it is zero."""
     return 17 if error == 0 else max(math.floor(-math.log10(error)), 0)
 
 
@@ -96,19 +96,19 @@ def ratio_text(ratio: float) -> str:
     return f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:,.0f}".replace(",", "\u202f")
 
 
-def scene_name(case: str, variant: str, formulation: str) -> str:
-    """How a scene is written everywhere: case/variant (formulation)."""
+def problem_name(case: str, variant: str, formulation: str) -> str:
+    """The name of a problem in every table: case/variant (formulation)."""
     return case + (f"/{variant}" if variant else "") + (f" ({formulation})" if formulation else "")
 
 
-def with_scenes(table: pd.DataFrame) -> pd.DataFrame:
+def with_problems(table: pd.DataFrame) -> pd.DataFrame:
     columns = zip(table["case"], table["variant"], table["formulation"], strict=True)
-    return table.assign(scene=[scene_name(*names) for names in columns])
+    return table.assign(problem=[problem_name(*names) for names in columns])
 
 
 @dataclass
 class Cell:
-    """A table cell: its text, a small second line, its class for the style sheet, and what a narrow page leaves out."""
+    """A table cell: its text, a small second line, its class for the style sheet, and text that a narrow page omits."""
 
     text: str
     note: str = ""
@@ -126,15 +126,15 @@ class Row:
     note: str = field(default="")
 
 
-def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]:
-    """Per case and formulation, the fastest integrator at each target, with all that tie with it.
+def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]]) -> list[Row]:
+    """Per case and formulation, the fastest integrator at each target, with those that are on a par with it.
 
-    Times are without the null call, which is named beside them, as is the time of a preparation.
+    Times do not include the null call and the preparation, which are printed beside them.
     """
     own = equal[equal["variant"] == ""].sort_values("seconds")
     found = {key: part.to_dict("records") for key, part in own.groupby(["case", "formulation", "target"], sort=False)}
     rows = []
-    for case, formulation in scenes:
+    for case, formulation in problems:
         cells = []
         for target in TARGETS:
             at = found.get((case, formulation, target))
@@ -152,10 +152,10 @@ def fastest(equal: pd.DataFrame, scenes: Sequence[tuple[str, str]]) -> list[Row]
 
 
 def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
-    """Over all default scenes, the integrators that are most often fastest or on a par at some error, and how often.
+    """Over all default variants, the integrators that are most often fastest or on a par at some error, and how often.
 
-    The `shown` first at each error; the note says on how many cases each gets there, and the median of its time over
-    the fastest's there. The row's note is the median time of a preparation, over the cases where it gets to any error.
+    The `shown` first at each error; the note says on how many cases each reaches it, and the median ratio of its time to
+    the fastest's there. The row's note is the median time of a preparation, over the cases where it reaches any error.
     """
     own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     cases = own.groupby("target")["case"].nunique()
@@ -180,7 +180,7 @@ def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
 
 
 def libraries(equal: pd.DataFrame) -> list[Row]:
-    """Each library's fastest against the fastest of all: median ratio over the default scenes that it reached."""
+    """The time of each library's fastest over that of the fastest of all: median over the default variants it reached."""
     own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     rows = []
     for library in own["library"].drop_duplicates():
@@ -188,27 +188,27 @@ def libraries(equal: pd.DataFrame) -> list[Row]:
         for target in TARGETS:
             at = own[own["target"] == target]
             best = at[at["library"] == library].groupby("case")["ratio"].min()
-            reached, scenes = len(best), at["case"].nunique()
+            reached, problems = len(best), at["case"].nunique()
             cells.append(
-                Cell(f"{ratio_text(float(best.median()))} ×", f"{reached} of {counted(scenes, 'case')}")
+                Cell(f"{ratio_text(float(best.median()))} ×", f"{reached} of {counted(problems, 'case')}")
                 if reached
-                else Cell("–", f"0 of {counted(scenes, 'case')}", "none")
+                else Cell("–", f"0 of {counted(problems, 'case')}", "none")
             )
         rows.append(Row(str(library), cells))
     return sorted(rows, key=lambda row: row.head != "gnomon")
 
 
 def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, list[Row]]:
-    """By case, time at equal error of every integrator that ran its default scene, fastest at 1e-6 first.
+    """By case, time at equal error of every integrator that ran its default variant, fastest at 1e-6 first.
 
-    Times are without the null call, which is named with the range over launches. The last cell is the median time of a
-    preparation: what is computed there is in none of the others.
+    Times do not include the null call, which is printed with the range over launches. The last cell is the median time
+    of a preparation, which the other cells do not include.
     """
-    reached = _by_key(equal[equal["variant"] == ""], *SCENE_AND_NAME, "target")
+    reached = _by_key(equal[equal["variant"] == ""], *PROBLEM_AND_NAME, "target")
     ran = reduced[(reduced["variant"] == "") & ~reduced["status"].isin(NEVER_RAN)]
-    preparing = preparations(ran).groupby(list(SCENE_AND_NAME)).first().to_dict()
+    preparing = preparations(ran).groupby(list(PROBLEM_AND_NAME)).first().to_dict()
     found: dict[str, list[tuple[Any, Row]]] = {}
-    for case, formulation, name in sorted(_by_key(ran, *SCENE_AND_NAME)):
+    for case, formulation, name in sorted(_by_key(ran, *PROBLEM_AND_NAME)):
         cells, place = [], [math.inf] * len(TARGETS)
         for i, target in enumerate(TARGETS):
             at = reached.get((case, formulation, name, target))
@@ -231,8 +231,8 @@ def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, li
 def stability_rows(
     matrix: pd.DataFrame, trusted: pd.DataFrame, orders: pd.DataFrame, laws: pd.DataFrame, parts: pd.DataFrame
 ) -> dict[str, list[Row]]:
-    """By case, status, best error, order or error over tolerance, its parts and drift of each integrator on the default
-    scene.
+    """By case, status, smallest error, order or error over tolerance, parts of the error and drift of each integrator on
+    the default variant.
 
     The frames are those of `analysis.status_matrix`, `trust`, `orders`, `drift.laws` and `analysis.anatomy`.
     """
@@ -263,7 +263,7 @@ def stability_rows(
 
 
 def _by_key(table: pd.DataFrame, *columns: str) -> dict[tuple[Any, ...], dict[str, Any]]:
-    """The rows by what these columns hold; the first of several."""
+    """The rows by the values of these columns; of several rows with the same values the first."""
     found: dict[tuple[Any, ...], dict[str, Any]] = {}
     for row in table.to_dict("records"):
         found.setdefault(tuple(row[column] for column in columns), {str(name): value for name, value in row.items()})
@@ -289,7 +289,7 @@ def _order(found: dict[str, Any] | None) -> Cell:
 
 
 def _parts(found: dict[str, Any] | None) -> Cell:
-    """The error along the motion and across it, turns that angles lost, events against the exact ones."""
+    """The error along the motion and across it, lost turns of angles, events compared with the exact ones."""
     if found is None:
         return Cell("–", kind="none")
     words, note = [], ""
@@ -307,7 +307,7 @@ def _parts(found: dict[str, Any] | None) -> Cell:
 
 
 def _drift(laws: list[dict[str, Any]] | None) -> list[Cell]:
-    """Two cells: the law of the error's growth, and those of the invariants."""
+    """Two cells: the growth law of the error, and those of the invariants."""
     if laws is None:
         return [Cell("–", kind="none"), Cell("–", kind="none")]
     words = {law["quantity"]: (*_growth(law), error_text(law["size"])) for law in laws}
@@ -324,7 +324,7 @@ def _drift(laws: list[dict[str, Any]] | None) -> list[Cell]:
 
 
 def _growth(found: dict[str, Any]) -> tuple[str, str]:
-    """The law, – where the power's interval holds several, and the power with its interval."""
+    """The law (– if several are within the interval of the power), and the power with its interval."""
     power = ""
     if math.isfinite(found["power"]):
         power = f"power {found['power']:.2f} ({found['low']:.2f} to {found['high']:.2f})"
@@ -332,7 +332,7 @@ def _growth(found: dict[str, Any]) -> tuple[str, str]:
 
 
 def failure_groups(failed: pd.DataFrame) -> list[dict[str, Any]]:
-    """Failures by status, then integrator: how many trials, where, and one reason in its own words."""
+    """Failures by status, then integrator: how many trials, on which problems, and the first two reasons."""
     groups = []
     for status in Status:
         part = failed[failed["status"] == status]
@@ -340,7 +340,7 @@ def failure_groups(failed: pd.DataFrame) -> list[dict[str, Any]]:
             continue
         rows = []
         for name, mine in part.groupby("integrator_id", sort=True):
-            where = list(dict.fromkeys(scene for scenes in mine["where"] for scene in scenes))
+            where = list(dict.fromkeys(problem for problems in mine["where"] for problem in problems))
             reasons = list(dict.fromkeys(reason for reason in mine["reason"] if reason))
             rows.append(
                 {

@@ -1,4 +1,4 @@
-"""gnomon: exact motions as ground truth for the integrators of classical mechanics."""
+"""gnomon: exact motions to verify the integrators of classical mechanics."""
 
 from importlib.metadata import version
 

@@ -1,4 +1,4 @@
-"""Changes a results file as somebody else would: through SQLite, without gnomon."""
+"""Changes a results file through SQLite, without gnomon, as an attacker would."""
 
 from __future__ import annotations
 

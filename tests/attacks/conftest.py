@@ -1,4 +1,4 @@
-"""Results that a small real run wrote, for tests that change them; a limit in time for what could hang."""
+"""Results of a small real run, for tests that change them; a time limit for calls that could hang."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "harness"))  # the planted in
 from changes import changing
 
 HANG_SECONDS = 120
-"""A busy machine takes ten times as long as a quiet one; what hangs takes for ever."""
+"""A busy machine takes ten times as long as a quiet one, and still less than this."""
 
 
 class HangError(BaseException):
-    """Raised where a call takes so long that it hangs; no handler of the code under test takes it."""
+    """Raised when a call takes longer than HANG_SECONDS; a BaseException, so that no handler under test catches it."""
 
 
 @pytest.fixture
@@ -54,13 +54,13 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def results(measured: Path, tmp_path: Path) -> Path:
-    """A copy of them that a test may change."""
+    """A copy of the measured results that a test may change."""
     return Path(shutil.copy(measured, tmp_path / "theirs.sqlite"))
 
 
 @pytest.fixture
 def change(results: Path) -> Callable[..., Path]:
-    """Run statements in the copy and seal its rows as their author would."""
+    """Execute statements in the copy and write valid checksums for the tables in `seal`, as its author could."""
     from gnomon.harness.results import schema
 
     def changed(*statements: str | tuple[str, tuple[object, ...]], seal: tuple[str, ...] = ()) -> Path:

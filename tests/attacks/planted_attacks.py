@@ -1,7 +1,7 @@
-"""Integrators that do what none should, each named with the statuses that its trials may have.
+"""Integrators that attack the run, each with the statuses that its trials may have.
 
-Every fork takes one of few tokens, files that are made once: no failure of the harness can make forks run away. What is
-forked ends by itself after a minute.
+Every fork takes one of few tokens, files that are made once, so that a failure of the harness cannot multiply forks.
+Forked processes end by themselves after a minute.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from gnomon.harness.running import messages
 from planted import Sound, runge_kutta
 
 FOLDER = os.environ.get("GNOMON_ATTACKS", "")
-"""Where the tokens are; without it nothing forks."""
+"""The folder of the tokens; without it nothing forks."""
 MOST_FORKS = 3
 END_SECONDS = 60
 
@@ -56,7 +56,7 @@ def wait_for_ever() -> None:
 
 
 class Attack(Sound):
-    """Integrates soundly, and acts once it has; where `early` before it prepares."""
+    """Integrates correctly, then calls `act`; with `early`, calls it in `prepare` instead."""
 
     library = "attack"
 
@@ -76,7 +76,7 @@ ATTACKS: list[Attack] = []
 
 
 def attack(statuses: str, early: bool = False) -> Callable[[Act], Act]:
-    """Plant a function as an attack that is called as it is."""
+    """Register a function as an attack."""
 
     def plant(act: Act) -> Act:
         ATTACKS.append(Attack(act.__name__.replace("_", " "), statuses, act, early))
@@ -86,11 +86,11 @@ def attack(statuses: str, early: bool = False) -> Callable[[Act], Act]:
 
 
 def answer(name: str, statuses: str, make: Callable[[Any], Any]) -> None:
-    """Plant an attack that returns what `make` makes of the states."""
+    """Register an attack that returns `make(solution)`."""
     ATTACKS.append(Attack(name, statuses, lambda solution, _: make(solution)))
 
 
-# --- ends that are no answer ---
+# --- processes that end, exceptions and hangs ---
 
 
 @attack("timeout skipped")
@@ -198,11 +198,11 @@ def takes_a_terabyte_while_preparing(solution: Solution, _: Problem) -> Any:
     bytearray(2**40)
 
 
-# --- answers that are none ---
+# --- invalid solutions ---
 
 
 class Raising:
-    """Raises whatever is asked of it."""
+    """Raises at every operation."""
 
     def __getattribute__(self, name: str) -> Any:
         raise LookupError("planted")
@@ -212,7 +212,7 @@ class Raising:
 
 
 class RaisingSolution(Solution):
-    """Its states raise where they are read."""
+    """A solution whose states raise when they are read."""
 
     def __getattribute__(self, name: str) -> Any:
         if name == "states":
@@ -279,7 +279,7 @@ def answers_with_views_of_one_buffer(solution: Solution, _: Problem) -> Any:
     return Solution(_SHARED[:, ::2], solution.steps)
 
 
-# --- what reaches beyond the trial ---
+# --- attacks on other processes and on the worker ---
 
 
 @attack("ok")
@@ -420,4 +420,4 @@ def sends_another_answer(solution: Solution, _: Problem) -> Any:
 
 
 INTEGRATORS = ATTACKS
-"""By which a worker finds each."""
+"""The names by which a worker finds each."""

@@ -197,12 +197,12 @@ def paths() -> Iterator[Line]:
 
 LINES = [*options(), *names(), *numbers(), *paths()]
 CHOSEN = random.Random(17).sample(LINES, len(LINES) // 10)
-"""A tenth of them for the ordinary run."""
+"""Every tenth of them runs in `make test`."""
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where the commands run: results, modules, and files that are not what their names say."""
+    """The folder in which the commands run: results, modules, and files with contents of another kind than their name."""
     made = tmp_path_factory.mktemp("commands")
     synthetic.write(made / "results.sqlite")
     (made / "notes.txt").write_text("mine")
@@ -219,7 +219,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def at(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """In that folder, with commands that fail where they would begin to work."""
+    """The working directory is that folder, and functions that start the work of a command raise."""
 
     def works(*_: Any, **__: Any) -> Any:
         raise AssertionError("this is work: the command line is wrong, and should have been refused before")
@@ -254,7 +254,7 @@ def check(line: Line, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pyte
 
 
 def listed(folder: Path) -> list[str]:
-    """The files in a folder and those below, but for what Python and SQLite put beside files that they read."""
+    """The files in a folder and its subfolders, without those that Python and SQLite write beside files that they read."""
     names = (str(path.relative_to(folder)) for path in folder.rglob("*"))
     return sorted(name for name in names if not name.startswith(("__pycache__", "results.sqlite-")))
 
@@ -279,5 +279,5 @@ def test_every_other_command_line(
 
 
 def test_there_are_enough_of_them() -> None:
-    """The number that was asked for; no line stands twice."""
+    """At least the required number, and no line twice."""
     assert len({json.dumps(arguments) for arguments, _, _ in LINES}) == len(LINES) >= 150

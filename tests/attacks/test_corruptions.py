@@ -1,4 +1,4 @@
-"""A damaged results file gives the numbers that were written, or one line that names the file; never other numbers."""
+"""A damaged results file gives the numbers that were written, or one line that names the file, but no other numbers."""
 
 from __future__ import annotations
 

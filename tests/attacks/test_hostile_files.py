@@ -1,4 +1,4 @@
-"""Files made to harm who opens them: each costs one line and exit code 2, or is shown as the text that it is."""
+"""Results files made to harm those who open them: each gives one line and exit code 2, or is shown as plain text."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DEEP = "[" * 100_000 + "]" * 100_000
 
 
 def gnomon(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
-    """The exit code of a command, within this process."""
+    """The exit code of a command, run in this process."""
     monkeypatch.setattr(sys, "argv", ["gnomon", *map(str, arguments)])
     with pytest.raises(SystemExit) as ended:
         cli.main()
@@ -178,7 +178,7 @@ def test_what_is_no_database_is_named(
 
 
 def test_a_journal_that_names_another_file_deletes_nothing(results: Path) -> None:
-    """SQLite deletes the file that a journal names, once it has rolled the journal back."""
+    """SQLite deletes the file that a journal names after rolling the journal back."""
     victim = results.with_name("thesis.txt")
     victim.write_text("mine")
     magic = bytes.fromhex("d9d505f920a163d7")
@@ -192,7 +192,9 @@ def test_a_journal_that_names_another_file_deletes_nothing(results: Path) -> Non
             use(results)
         assert victim.read_text() == "mine"
     shutil.copy(journal, results.with_name("other-journal"))
-    with changing(shutil.copy(results, results.with_name("other"))) as db:  # so the attack is a real one
+    with changing(
+        shutil.copy(results, results.with_name("other"))
+    ) as db:  # shows that the attack works on SQLite alone
         db.execute("SELECT count(*) FROM runs").fetchone()
     assert not victim.exists()
 
@@ -300,7 +302,7 @@ def _namespaces() -> bool:
 def test_results_on_a_medium_that_cannot_be_written_are_read(
     results: Path, tmp_path: Path, beside: tuple[str, ...]
 ) -> None:
-    """A real one: the folder is mounted read-only, within a namespace of its own. What is in the log counts."""
+    """The folder is mounted read-only in a separate namespace. Rows in the write-ahead log are read too."""
     medium = tmp_path / "medium"
     medium.mkdir()
     rows, states = len(store.load(results)), len(store.states(results))

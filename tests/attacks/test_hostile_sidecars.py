@@ -1,4 +1,4 @@
-"""The JSON files beside a page: one of another shape costs one line that names the file and the place."""
+"""The JSON files beside a page: one of another shape gives one line that names the file and the place."""
 
 from __future__ import annotations
 
@@ -80,14 +80,14 @@ BROKEN = (
 
 
 def shown(folder: Path, name: str) -> str:
-    """All that the page says of a file."""
+    """All texts of the page that come from a file."""
     if name in AS_HTML:
         return str(report_checks.certified(folder, folder)) + str(report_checks.certified_lines(folder, folder))
     return str(getattr(report_benchmarks, name.removesuffix(".json"))(folder))
 
 
 def told(folder: Path, name: str, content: str | bytes) -> str | None:
-    """The line that a file costs; None where it is shown."""
+    """The error line for a file; None if it is shown."""
     path = folder / name
     path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "surrogatepass"))
     try:

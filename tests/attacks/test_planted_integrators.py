@@ -1,4 +1,4 @@
-"""Whatever an integrator does, the run ends, the others lose not a bit, its own trials say what it did, nothing stays."""
+"""Harmful integrators: the run ends, results of others keep every bit, the status says what happened, nothing is left."""
 
 from __future__ import annotations
 
@@ -32,21 +32,22 @@ if __name__ == "__main__":
     suite = replace(plan.suite("quick"), block_seconds=0.0, repeats=2).within(2.0)
     attacks = [one for one in planted_attacks.ATTACKS if one.name in {names!r}]
     chosen = plan.choose(["planted:Short"], False)
-    run("alone.sqlite", suite, chosen, [planted.Sound(), planted.Sibling()])
-    run("attacked.sqlite", suite, chosen, [planted.Sound(), *attacks, planted.Sibling()], prepare_seconds=20.0)
+    run("alone.sqlite", suite, chosen, [planted.Sound(), planted.NearDuplicate()])
+    integrators = [planted.Sound(), *attacks, planted.NearDuplicate()]
+    run("attacked.sqlite", suite, chosen, integrators, prepare_seconds=20.0)
 """
 RUN_SECONDS = 240
-"""All limits of a run together are below this on a busy machine: the run ends by itself."""
+"""More than all limits of a run together, on a busy machine too: the run ends by itself."""
 OTHERS = ("sound", "near_duplicate")
 SHUFFLED = random.Random(17).sample([one.name for one in ATTACKS], len(ATTACKS))
 GROUPS = [SHUFFLED[start::10] for start in range(10)]
-"""Attacks that are run together: a run for each would take minutes to start processes."""
+"""Attacks that are run together: separate runs would take minutes to start processes."""
 
 
 def attacked(names: Sequence[str], folder: Path) -> pd.DataFrame:
-    """The rows of the attacks, after a run whose other trials are held against a run without them."""
+    """The rows of the attacks in a run whose other trials were compared with a run without attacks."""
     (folder / "tokens").mkdir()
-    with tempfile.TemporaryDirectory() as temporary:  # its name is short: that of a socket has 107 characters at most
+    with tempfile.TemporaryDirectory() as temporary:  # a short name: that of a socket has at most 107 characters
         _run(names, folder, Path(temporary))
     return _rows(folder)
 
@@ -63,9 +64,9 @@ def _run(names: Sequence[str], folder: Path, temporary: Path) -> None:
         for number in _marked(own["GNOMON_ATTACKS"]) if process.poll() is None else []:
             os.kill(number, signal.SIGKILL)
     assert process.returncode == 0, said.decode()
-    assert not list(temporary.iterdir()), "a temporary file stayed"
+    assert not list(temporary.iterdir()), "a temporary file was left"
     while running := _marked(own["GNOMON_ATTACKS"]):  # killed ones take a moment to end
-        assert all(_ending(number) for number in running), "a process stayed"
+        assert all(_ending(number) for number in running), "a process was left"
 
 
 def _rows(folder: Path) -> pd.DataFrame:
@@ -79,7 +80,7 @@ def _rows(folder: Path) -> pd.DataFrame:
 
 
 def _marked(folder: str) -> list[int]:
-    """Processes of a run, by the environment that all of them inherit; those without memory have ended."""
+    """Processes of a run, by the environment that all of them inherit; ended processes have none."""
     marker, found = f"GNOMON_ATTACKS={folder}".encode(), []
     for path in Path("/proc").glob("[0-9]*"):
         try:
@@ -91,7 +92,7 @@ def _marked(folder: str) -> list[int]:
 
 
 def _ending(number: int) -> bool:
-    """Whether a process is gone or a SIGKILL is on its way to it, as to the children of a parent that ended."""
+    """Whether a process has ended or has a SIGKILL pending, as children of a parent that ended have."""
     try:
         status = Path(f"/proc/{number}/status").read_text()
     except OSError:
@@ -100,7 +101,7 @@ def _ending(number: int) -> bool:
     return "\nState:\tZ" in status or any(mask >> (signal.SIGKILL - 1) & 1 for mask in pending)
 
 
-def held(rows: pd.DataFrame, names: Sequence[str]) -> None:
+def assert_statuses(rows: pd.DataFrame, names: Sequence[str]) -> None:
     expected = {one.name: one.statuses for one in ATTACKS if one.name in names}
     assert rows.groupby("integrator").size().to_dict() == dict.fromkeys(names, 8)
     for name, statuses in expected.items():
@@ -109,8 +110,8 @@ def held(rows: pd.DataFrame, names: Sequence[str]) -> None:
 
 
 @pytest.mark.parametrize("names", [GROUPS[0], *(pytest.param(group, marks=pytest.mark.slow) for group in GROUPS[1:])])
-def test_an_attack_costs_its_own_trials_alone(tmp_path: Path, names: list[str]) -> None:
-    held(attacked(names, tmp_path), names)
+def test_an_attack_affects_only_its_own_trials(tmp_path: Path, names: list[str]) -> None:
+    assert_statuses(attacked(names, tmp_path), names)
 
 
 def test_there_are_enough_attacks_of_distinct_names() -> None:

@@ -1,4 +1,4 @@
-"""Equations that fail: on the way, at once, by branching; and the scalar problem that they are tested on."""
+"""Equations that fail: during the motion, at once, by branching; and the scalar problem that they are tested on."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def squared(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def undefined(t: Any, state: Values, parameters: Values) -> Values:
-    """Not a number anywhere."""
+    """Not a number at every state."""
     (x,) = state
     return (sqrt(-1 - x * x),)
 
@@ -38,7 +38,7 @@ def stiff(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def raising(t: Any, state: Values, parameters: Values) -> Values:
-    """Raises on the way, at x above 2."""
+    """Raises during the motion, at x above 2."""
     (x,) = state
     if x > 2:
         raise ValueError("x is above 2")

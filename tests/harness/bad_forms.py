@@ -1,6 +1,6 @@
 """Forms that are wrong: functions of the wrong length, functions that raise, equations that end at t = 1.
 
-Each form is right but for one of its functions; `STARTS` are states from which all of them move.
+Each form is correct except for one of its functions; `STARTS` are states from which all of them move.
 """
 
 from __future__ import annotations
@@ -294,7 +294,7 @@ WRONG_LENGTH: dict[type, tuple[tuple[Any, str], ...]] = {
         (Hybrid(**flight(target="rolls")), "there is no mode 'rolls'; the form has flies"),
     ),
 }
-"""By type: a form, and what is said about it."""
+"""By type: a form, and its error message."""
 
 UNTIL_1: dict[type, Any] = {
     FirstOrder: FirstOrder(decay_until_1),
@@ -307,17 +307,17 @@ UNTIL_1: dict[type, Any] = {
     Friction: rubbing(sliding=slide_until_1),
     Hybrid: Hybrid(**flight(equations=fall_until_1)),
 }
-"""By type: what it states is not a number past t = 1."""
+"""By type: a form whose functions return nan after t = 1."""
 
 RAISING: dict[type, Any] = {
     FirstOrder: FirstOrder(decay_or_raise),
     SecondOrder: SecondOrder(decay_or_raise),
     SemiLinear: SemiLinear(decay, linear=one, rest=decay_or_raise),
 }
-"""By type: its function raises an exception at some states."""
+"""By type: a form whose function raises an exception at some states."""
 
 BRANCHING = (decay_but_at_0, decay_above_0)
-"""Equations that only arithmetic on numbers can follow."""
+"""Equations that work on numbers only, not on symbols."""
 
 BLOWING_UP: dict[type, tuple[Any, tuple[float, ...]]] = {
     FirstOrder: (FirstOrder(blow_up), (1,)),

@@ -1,4 +1,4 @@
-"""Integrators with planted faults, and a sound one beside them: each is run by worker processes."""
+"""Integrators with planted faults, and a correct one (`Sound`): each is run by worker processes."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Sol
 from gnomon.harness.kernels.generated_modules import announced
 from gnomon.harness.running import worker
 
-STOOD = Path(tempfile.gettempdir()) / f"gnomon-stood-still-{os.getuid()}"
-"""Beside every process: there once an integrator has stood still."""
+STALLED = Path(tempfile.gettempdir()) / f"gnomon-stalled-{os.getuid()}"
+"""A file outside of all processes, which exists once `StallsOnce` has stalled."""
 
 
 def runge_kutta(problem: Problem, step: float) -> Callable[[Any], Solution]:
@@ -63,14 +63,14 @@ class Sound(Integrator):
 
 
 class HalfAMillisecond(Sound):
-    """Each call takes half a millisecond by the worker's clock, which stands still else: whatever the machine does."""
+    """Each call takes half a millisecond by the worker's clock, which does not advance otherwise."""
 
     name = "half a millisecond"
     passed: ClassVar = 0
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         worker.perf_counter_ns = lambda: HalfAMillisecond.passed  # type: ignore[attr-defined]
-        worker._verify_clocks = lambda: None  # which would find it
+        worker._verify_clocks = lambda: None  # it would notice the replaced clock
         sound = runge_kutta(problem, setting)
 
         def solve(initial_states: Any) -> Solution:
@@ -81,13 +81,13 @@ class HalfAMillisecond(Sound):
 
 
 class NearDuplicate(Sound):
-    """A sibling of the sound one."""
+    """A near-duplicate of the correct one."""
 
     name, primary = "near_duplicate", False
 
 
 class Hangs(Sound):
-    """Never comes back, from its third setting on."""
+    """Never returns, from its third setting on."""
 
     name = "hangs"
 
@@ -102,17 +102,17 @@ class Hangs(Sound):
         return solve
 
 
-class StandsStill(Sound):
-    """Passes the limit by far at its third setting, but never again: the machine's fault, not its own."""
+class StallsOnce(Sound):
+    """Passes the limit by far at its third setting, but only once, as in a stall of the machine."""
 
-    name = "stands still"
+    name = "stalls once"
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         sound = runge_kutta(problem, setting)
 
         def solve(initial_states: Any) -> Solution:
-            if round(problem.interval / setting) == 8 and not STOOD.exists():
-                STOOD.touch()
+            if round(problem.interval / setting) == 8 and not STALLED.exists():
+                STALLED.touch()
                 time.sleep(60)
             return sound(initial_states)
 
@@ -120,7 +120,7 @@ class StandsStill(Sound):
 
 
 class Waits(Sound):
-    """Takes three tenths of a second, for nothing, at its first setting."""
+    """Waits three tenths of a second at its first setting."""
 
     name = "waits"
 
@@ -136,7 +136,7 @@ class Waits(Sound):
 
 
 class Compiles(Sound):
-    """Finds at its third setting, in each process, that it needs something that takes longer than the limit to compile."""
+    """At its third setting, in each process, compiles for longer than the limit."""
 
     name = "compiles"
     compiled: ClassVar = False
@@ -155,7 +155,7 @@ class Compiles(Sound):
 
 
 class CompilesAndHangs(Hangs):
-    """Compiles something in the call that never comes back."""
+    """Compiles in the call that never returns."""
 
     name = "compiles and hangs"
 
@@ -225,7 +225,7 @@ class Raises(Sound):
 
 
 class RaisesAtLargeSteps(Sound):
-    """As one that overflows does."""
+    """Raises as an overflow would."""
 
     name = "raises at large steps"
 
@@ -279,7 +279,7 @@ class MissingLibrary(Sound):
 
 
 class IntegratesInPrepare(Sound):
-    """Remembers the last initial state that it saw, integrates it finely while preparing, and hands that out."""
+    """Remembers the last initial state that it was given, integrates it while preparing, and returns that."""
 
     name = "integrates in prepare"
     seen: ClassVar[list[Any]] = []
@@ -296,7 +296,7 @@ class IntegratesInPrepare(Sound):
 
 
 class Memoises(Sound):
-    """Integrates an initial state once for all settings, and remembers it bit for bit."""
+    """Integrates an initial state once, and returns the result again for the same bits at all settings."""
 
     name = "memoises"
     known: ClassVar[dict[bytes, Solution]] = {}
@@ -314,7 +314,7 @@ class Memoises(Sound):
 
 
 class ChangesInput(Sound):
-    """Writes over all that it is given."""
+    """Overwrites its arguments."""
 
     name = "changes its input"
 
@@ -349,7 +349,7 @@ class SharesOutput(Sound):
 
 
 class Short(PendulumSimple):
-    """The pendulum over two of its periods: quick in Python too."""
+    """The pendulum over two of its periods: fast in Python too."""
 
     name = "short_pendulum"
     default_span = "5.4"

@@ -1,4 +1,4 @@
-"""Integrators that answer nonsense or reach for the processes around them; each is run by worker processes."""
+"""Integrators that return invalid solutions or attack other processes; each is run by worker processes."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from gnomon.harness.contract.integrator import Problem, Solution, Solve
 from planted import Sound, runge_kutta
 
 FOLDER = Path(tempfile.gettempdir()) / f"gnomon-hostile-{os.getuid()}"
-"""What planted integrators write, beside every process."""
+"""The folder outside of all processes into which planted integrators write."""
 
 
 class Answers(Sound):
-    """Integrates soundly and then says something else of it."""
+    """Integrates correctly and returns `answer` of the solution."""
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         sound = runge_kutta(problem, setting)
@@ -60,7 +60,7 @@ class Complex(Answers):
 
 
 class ComplexInName(Answers):
-    """Imaginary parts of zero lose nothing."""
+    """Complex states whose imaginary parts are zero: their real parts are the solution."""
 
     name = "complex in name"
 
@@ -90,7 +90,7 @@ class OddReason(Answers):
 
 
 class HalfACharacter(Sound):
-    """What it raises cannot be written as UTF-8."""
+    """Raises an exception whose text cannot be encoded as UTF-8."""
 
     name = "half a character"
 
@@ -112,7 +112,7 @@ class OddOptions(Sound):
 
 
 class Forks(Answers):
-    """A second process comes back from `solve`, with wrong states."""
+    """A forked process returns from `solve` too, with wrong states."""
 
     name = "forks"
 
@@ -123,7 +123,7 @@ class Forks(Answers):
 
 
 class LeavesChildren(Answers):
-    """Each call leaves a process behind, in a session of its own."""
+    """Each call leaves a child process, in a session of its own."""
 
     name = "leaves children"
 
@@ -155,7 +155,7 @@ class KillsParent(Answers):
 
     def answer(self, solution: Solution) -> Any:
         os.kill(os.getppid(), signal.SIGKILL)
-        threading.Event().wait(1.0)  # its own end follows; an answer that came before would count
+        threading.Event().wait(1.0)  # its own end follows; a solution sent before would count
         return solution
 
 
@@ -176,7 +176,7 @@ class KillsServer(Answers):
 
 
 class EndedFromOutside(Answers):
-    """As by a user, or by a machine without memory."""
+    """Ended by SIGKILL, as by a user or by a machine without memory."""
 
     name = "ended from outside"
 
@@ -193,14 +193,14 @@ class DiskFull(Sound):
 
 
 class Runs:
-    """Runs a command where it is unpickled."""
+    """Runs a command when it is unpickled."""
 
     def __reduce__(self) -> Any:
         return (os.mkdir, (str(FOLDER / "unpickled"),))
 
 
 class Pickles(Answers):
-    """Writes a pickle to every pipe and socket that its process has, as a message of multiprocessing."""
+    """Writes a pickle to every pipe and socket of its process, as a message of multiprocessing."""
 
     name = "pickles"
 
@@ -237,7 +237,7 @@ class RaisesVersions(Sound):
 
 
 def with_(**attributes: Any) -> Sound:
-    """A sound integrator with other declarations."""
+    """A correct integrator with other declarations."""
     return type("Changed", (Sound,), {"__module__": __name__} | attributes)()  # type: ignore[no-any-return]
 
 
@@ -247,4 +247,4 @@ def commands() -> Iterable[str]:
         try:
             yield path.read_bytes().replace(b"\0", b" ").decode(errors="replace")
         except OSError:
-            continue  # it ended meanwhile
+            continue  # the process has ended

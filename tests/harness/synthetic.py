@@ -1,4 +1,4 @@
-"""A results file with invented rows of every kind, for tests of what only reads the store."""
+"""A results file with invented rows of every kind, for tests of code that only reads the store."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ INTEGRATORS = (
 )
 FLOOR, CONDITIONING, SPAN = 5e-17, 3e-15, 62.8
 REVISION: str | None = None
-"""Of the run, where a test needs one."""
+"""The revision of the run, set by tests that need one."""
 
 
 def write(path: Path) -> Path:

@@ -1,4 +1,4 @@
-"""Whatever an integrator answers or does to the processes around it, it loses its own trials alone."""
+"""An integrator that returns invalid solutions or attacks other processes affects only its own trials."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def folder_of_planted() -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def frame(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """One run of every one of them, a sound integrator first and last."""
+    """One run of all faults, with a correct integrator first and last."""
     return trials(planted.Sound, *FAULTS, *SOUND, planted.NearDuplicate, folder=tmp_path_factory.mktemp("hostile"))
 
 
@@ -75,7 +75,7 @@ def test_each_fault_has_its_status_and_reason(frame: Any, kind: Any) -> None:
 
 @pytest.mark.parametrize("kind", [*SOUND, planted.NearDuplicate], ids=lambda kind: str(kind.name))
 def test_others_lose_nothing(frame: Any, kind: Any) -> None:
-    """Their errors are those of the sound one, bit for bit: no answer was taken from another process."""
+    """Their errors are those of the correct one, bit for bit: no solution of a forked process was accepted."""
     rows, sound = of(frame, kind), of(frame, planted.Sound)
     both = (rows["status"] == "ok") & (sound["status"] == "ok")
     assert both.sum() >= 5
@@ -84,7 +84,7 @@ def test_others_lose_nothing(frame: Any, kind: Any) -> None:
 
 
 def test_nothing_is_left_behind(frame: Any, tmp_path: Path) -> None:
-    """Neither by a trial that ended well, nor by one that died, nor by one that was killed at its limit."""
+    """Neither by a trial that ended ok, nor by one that crashed, nor by one that was killed at its limit."""
     rows = trials(hostile.LeavesChildrenAndHangs, folder=tmp_path, suite=replace(SUITE, limit_seconds=0.5))
     assert rows["status"].iloc[0] == "timeout"
     assert not [command for command in hostile.commands() if "100001" in command]

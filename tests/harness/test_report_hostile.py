@@ -21,7 +21,7 @@ sys.exit(0)
 
 @pytest.fixture
 def hostile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a results file whose cases name a module in the current folder, and places outside the report."""
+    """A folder with a results file whose cases name a module in the working directory, and paths outside the report."""
     place = tmp_path / "theirs"
     place.mkdir()
     (place / "evilmod.py").write_text(MODULE)
@@ -41,9 +41,9 @@ def hostile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _earlier(target: Path) -> None:
-    """What stands in the folder before: figures of an earlier report, which its manifest lists, and somebody's own.
+    """What the folder has before: figures of an earlier report, listed in its manifest, and files of the user.
 
-    The manifest is data too: what is no plain name in it is passed over.
+    The manifest is data too: entries that are no plain names are ignored.
     """
     figures = target / "figures"
     figures.mkdir(parents=True)

@@ -28,7 +28,7 @@ FLAGS = (
     *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--remote-debugging-pipe"),
 )
 DEADLINE = 120
-"""Seconds until Chromium is killed: a broken pipe then ends the test where it would hang."""
+"""Seconds until Chromium is killed, so that a test cannot hang: the broken pipe ends it."""
 
 pytestmark = [
     pytest.mark.browser,
@@ -45,7 +45,7 @@ class Browser:
         self._read, from_browser = os.pipe()
 
         def place() -> None:
-            """Chromium reads from descriptor 3 and writes to 4; copies keep the two from overwriting each other."""
+            """Chromium reads from descriptor 3 and writes to 4; copies prevent that one overwrites the other."""
             copies = [fcntl.fcntl(descriptor, fcntl.F_DUPFD, 10) for descriptor in (to_browser, from_browser)]
             for copy, wanted in zip(copies, (3, 4), strict=True):
                 os.dup2(copy, wanted)
@@ -157,7 +157,7 @@ CHOSEN = """(async () => {
     select.dispatchEvent(new Event("change", { bubbles: true }));
   };
   choose("case", 1);
-  choose("scene", -1);
+  choose("problem", -1);
   document.querySelector('[data-role="axis"] [value="calls"]').click();
   document.querySelector('[data-role="which"] [value="all"]').click();
   while (gnomonCharts.built + gnomonCharts.failed < WANTED) await new Promise(requestAnimationFrame);
@@ -177,8 +177,8 @@ FOUND = """(() => {
 
 
 SHOWN = """(() => {
-  const [of, scene] = ["case", "scene"].map((role) => document.querySelector(`#panel [data-role="${role}"]`));
-  [[of, "pendulum_simple"], [scene, "NAME"]].forEach(([select, value]) => {
+  const [of, problem] = ["case", "problem"].map((role) => document.querySelector(`#panel [data-role="${role}"]`));
+  [[of, "pendulum_simple"], [problem, "NAME"]].forEach(([select, value]) => {
     select.value = value;
     select.dispatchEvent(new Event("change", { bubbles: true }));
   });
@@ -204,7 +204,7 @@ PAINTED = """["body", ".panel", ".summary b", "thead th"].map((one) => {
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Of a run in which nothing came to an end on the long pendulum."""
+    """The page of a run in which every trial on the long pendulum failed."""
     folder = tmp_path_factory.mktemp("reports")
     results = synthetic.write(folder / "results.sqlite")
     with sqlite3.connect(results) as db:
@@ -238,9 +238,9 @@ def test_page_in_a_browser(browser: Browser, page: Path, tmp_path: Path, width: 
     assert browser.value(drawn)
     cells = """[...document.querySelectorAll("[data-map]")].map((map) => map.querySelectorAll("td").length)"""
     variants = {(name, variant.name) for name in synthetic.CASES for variant in case_class(name).variants}
-    scenes = variants | {(name, label) for name, (*_, labels) in synthetic.CASES.items() for label in labels}
-    assert browser.value(cells) == [3 * 7 + 2, (2 + 3 + len(scenes)) * 7], (
-        "rows of defaults; of chapters, cases, scenes"
+    problems = variants | {(name, label) for name, (*_, labels) in synthetic.CASES.items() for label in labels}
+    assert browser.value(cells) == [3 * 7 + 2, (2 + 3 + len(problems)) * 7], (
+        "rows of defaults; of chapters, cases, problems"
     )
     assert browser.value("document.documentElement.scrollWidth") == width
 
@@ -248,7 +248,7 @@ def test_page_in_a_browser(browser: Browser, page: Path, tmp_path: Path, width: 
     assert browser.value(FOUND.replace("WORDS", "orbit 7.12")) == [["7 Momentum, work and energy", ["kepler_orbit"]]]
     assert len(browser.value(FOUND.replace("WORDS", ""))) == 2
 
-    # Another case, its last scene, the other axis and all integrators are drawn in place.
+    # Another case, its last variant, the other axis and all integrators replace the diagram.
     assert browser.value(CHOSEN.replace("WANTED", str(shown + 4))) == "integrator"
     assert browser.value("gnomonCharts.failed") == 0
     browser.picture(tmp_path / f"page_{width}.png")
@@ -258,11 +258,11 @@ def test_page_in_a_browser(browser: Browser, page: Path, tmp_path: Path, width: 
     assert browser.requests() == [page.resolve().as_uri()]
 
 
-@pytest.mark.parametrize(("scene", "shown"), [("long", [False, True]), ("separatrix", [True, False])])
-def test_an_empty_diagram_is_not_shown_but_said(browser: Browser, page: Path, scene: str, shown: list[bool]) -> None:
+@pytest.mark.parametrize(("problem", "shown"), [("long", [False, True]), ("separatrix", [True, False])])
+def test_an_empty_diagram_is_not_shown_but_said(browser: Browser, page: Path, problem: str, shown: list[bool]) -> None:
     browser.open(page, 1400, 900)
     browser.value(READY)
-    assert browser.value(SHOWN.replace("NAME", scene)) == shown
+    assert browser.value(SHOWN.replace("NAME", problem)) == shown
     assert browser.complaints() == []
 
 
@@ -294,7 +294,7 @@ def _brightness(colour: str) -> float:
 
 
 def test_the_browser_sees_what_it_must_not(browser: Browser, tmp_path: Path) -> None:
-    """A console error, an exception and a request to the network are noticed, or the test above could not fail."""
+    """A console error, an exception and a request to the network are found; otherwise the test above could not fail."""
     page = tmp_path / "bad.html"
     page.write_text(
         '<link rel="icon" href="data:,"><img src="http://gnomon.invalid/a.png">'

@@ -1,10 +1,10 @@
-"""Applies one change to a copy of the sources and runs the tests that reach it: a change that they pass is a hole.
+"""Applies a change to a copy of the sources and runs the tests that reach it, which must fail.
 
     make mutation                                  all mutations of `mutations.py`, two at a time
     python tests/mutation/mutate.py splitting     those whose name has the word
 
-A mutation names a function, not a line, so that it survives other edits; where its text is no longer there exactly
-once, the script stops and says so. Exit code 1 where a mutation is not caught, or where the tests fail without it.
+A mutation names a function, not a line, so that it stays valid after other edits; if its text is not there exactly once,
+the script stops with an error. Exit code 1 if the tests pass with a mutation, or fail without one.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = ("reference", "cases", "harness")
 WORKERS = 2
 LIMIT_SECONDS = 900.0
-"""A mutation may make a loop endless: that counts as caught."""
+"""Seconds for the tests of a mutation: one that makes a loop endless counts as caught."""
 
 
 @dataclass(frozen=True)
@@ -103,13 +103,13 @@ def main(words: list[str]) -> int:
     if not chosen:
         print(f"no mutation has {' '.join(words)!r} in its name")
         return 2
-    for one in chosen:  # before the long work: is each of them still there?
+    for one in chosen:  # before the long work: raises if the text of one is not there
         one.applied((ROOT / one.file).read_text(encoding="utf-8"))
     with ThreadPoolExecutor(WORKERS) as pool:
         files: dict[str, set[str]] = {}
         for test in (test for one in chosen for test in one.tests):
             files.setdefault(test.partition("::")[0], set()).add(test)
-        # A file at a time: most of a test's time is that of starting and compiling.
+        # One run a file: starting and compiling take most of the time of a test.
         for file, passed in zip(files, pool.map(lambda file: passes(None, tuple(files[file])), files), strict=True):
             if not passed:
                 print(f"{file} fails without a mutation")

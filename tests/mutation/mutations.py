@@ -1,6 +1,6 @@
-"""Changes of the code that tests must catch, each with the tests that reach it.
+"""Changes of the code that must make tests fail, each with the tests that reach it.
 
-What each breaks has gone unnoticed before: in a review, or while the tests for it were written.
+Each is a fault that no test found before: it was seen in a review, or while the tests for it were written.
 """
 
 from __future__ import annotations
@@ -8,13 +8,13 @@ from __future__ import annotations
 from mutate import Mutation
 
 METHODS, CASES = "harness/integrators", "cases"
-ON_METHODS, ON_CASES, ON_TRUTH = "tests/harness/integrators", "tests/cases", "tests/reference"
+ON_METHODS, ON_CASES, ON_REFERENCE = "tests/harness/integrators", "tests/cases", "tests/reference"
 STAGES = f"{ON_METHODS}/test_stage_equations.py"
-CLOSURE = f"{ON_TRUTH}/storage/test_import_closure.py"
+CLOSURE = f"{ON_REFERENCE}/storage/test_import_closure.py"
 
 STEPPING = (
     Mutation(
-        "splitting: time stands still within a step",
+        "splitting: the time does not advance within a step",
         f"{METHODS}/geometric/splitting.py",
         "splitting_step",
         "now += drift",
@@ -106,7 +106,7 @@ STEPPING = (
         (f"{ON_METHODS}/events/test_hybrid.py::test_a_flight_that_starts_a_rounding_below_the_floor_ends_on_it",),
     ),
     Mutation(
-        "events: a guard of the next mode that is zero on arrival is passed over",
+        "events: a guard of the next mode that is zero on arrival is missed",
         f"{METHODS}/events/event_stepping.py",
         "run",
         "(value == 0.0 or (g == where[FIRED] and value < 0.0))",
@@ -133,7 +133,7 @@ STEPPING = (
 
 IMPLICIT = (
     Mutation(
-        "gauss: stages are taken whatever their residual",
+        "gauss: stages are accepted with any residual",
         f"{METHODS}/gauss/gauss_steps.py",
         "settled",
         "if change == 0.0:",
@@ -141,7 +141,7 @@ IMPLICIT = (
         (STAGES,),
     ),
     Mutation(
-        "gauss: a cycle of rounds is taken for round-off",
+        "gauss: a cycle of rounds counts as round-off",
         f"{METHODS}/gauss/gauss_steps.py",
         "settled",
         "if iteration == 0 or not change < NOISE * roundoff:",
@@ -173,7 +173,7 @@ IMPLICIT = (
         (STAGES,),
     ),
     Mutation(
-        "rattle: a place is taken whatever it misses the constraint by",
+        "rattle: a position is accepted with any residual of the constraint",
         f"{METHODS}/geometric/rattle.py",
         "onto_constraint",
         "if settled(iteration, change, least, stalled, roundoff):",
@@ -181,7 +181,7 @@ IMPLICIT = (
         (STAGES,),
     ),
     Mutation(
-        "radau: stages are taken whatever their residual",
+        "radau: stages are accepted with any residual",
         f"{METHODS}/gauss/radau_steps.py",
         "newton",
         "if norm <= 1e-3 * enough or (iteration > 1 and rate < 1.0 and rate / (1.0 - rate) * norm <= enough):",
@@ -189,7 +189,7 @@ IMPLICIT = (
         (STAGES,),
     ),
     Mutation(
-        "radau: stages are taken at thirty times the residual",
+        "radau: stages are accepted at thirty times the residual",
         f"{METHODS}/gauss/radau_steps.py",
         "newton",
         "enough = max(rest, min(0.03, sqrt(tolerance)))",
@@ -197,7 +197,7 @@ IMPLICIT = (
         (STAGES,),
     ),
     Mutation(
-        "radau: changes that do not shrink are taken for round-off",
+        "radau: changes that do not shrink count as round-off",
         f"{METHODS}/gauss/radau_steps.py",
         "newton",
         "if iteration > 1 and rate >= 1.0 and norm <= rest:",
@@ -221,7 +221,7 @@ IMPLICIT = (
         (f"{ON_METHODS}/gauss/test_radau.py::test_a_sample_is_as_good_as_a_step",),
     ),
     Mutation(
-        "radau: steps are not foreseen",
+        "radau: step sizes are not predicted",
         f"{METHODS}/gauss/radau_steps.py",
         "integrate",
         "scale *= min(1.0, step / reach * scale)",
@@ -249,7 +249,7 @@ IMPLICIT = (
         ),
     ),
     Mutation(
-        "gauss fast: an ensemble leaves a hundred times as much to the iteration",
+        "gauss fast: the iteration of an ensemble may leave a hundred times as much",
         f"{METHODS}/gauss/gauss_fast_ensemble.py",
         "",
         "ITERATION_PORTION, HELD, HOLDABLE = 0.1,",
@@ -302,7 +302,7 @@ RUNNING = (
         ("tests/harness/adapters/test_pybullet.py",),
     ),
     Mutation(
-        "compare: one setting alone may be as bad as it likes",
+        "compare: a single setting may be worse by any factor",
         "harness/results/regression.py",
         "",
         "if ratio > SINGLE_FACTOR:",
@@ -327,7 +327,7 @@ RUNNING = (
     ),
 )
 
-TRUTH = (
+EXACT = (
     Mutation(
         "metric: angles more than half a turn off are not wrapped",
         f"{CASES}/core/metric.py",
@@ -406,12 +406,12 @@ TRUTH = (
     ),
     *(
         Mutation(
-            f"tables: what they hand out may err by {ulp} of an ulp",
+            f"tables: values may be wrong by {ulp} of an ulp",
             "reference/numerics/tablekernel.py",
             "",
             "DOUBT = 2.0**-7",
             f"DOUBT = {ulp}",
-            (f"{ON_TRUTH}/numerics/test_tablekernel.py",),
+            (f"{ON_REFERENCE}/numerics/test_tablekernel.py",),
         )
         for ulp in ("2.0**-5", "2.0**-1")
     ),
@@ -456,7 +456,7 @@ TRUTH = (
         ("tests/harness/adapters/test_scene_accelerations.py",),
     ),
     Mutation(
-        "ladders: small swings of Foucault's pendulum are lifted to above the support",
+        "hierarchies: small swings of Foucault's pendulum are projected to above the support",
         f"{CASES}/pendulums/foucault_pendulum_nonlinear.py",
         "FoucaultNonlinear.hierarchy",
         "height = -np.sqrt",
@@ -464,7 +464,7 @@ TRUTH = (
         (f"{ON_CASES}/test_hierarchies.py",),
     ),
     Mutation(
-        "ladders: small swings of Foucault's pendulum fall where they should rise",
+        "hierarchies: small swings of Foucault's pendulum fall where they should rise",
         f"{CASES}/pendulums/foucault_pendulum_nonlinear.py",
         "FoucaultNonlinear.hierarchy",
         "-(x * u + y * w) / height",
@@ -473,4 +473,4 @@ TRUTH = (
     ),
 )
 
-MUTATIONS = (*STEPPING, *IMPLICIT, *RUNNING, *TRUTH)
+MUTATIONS = (*STEPPING, *IMPLICIT, *RUNNING, *EXACT)

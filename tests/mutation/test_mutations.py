@@ -1,4 +1,4 @@
-"""Each mutation changes a text that is there, and names tests that are: after a file or a function was renamed too."""
+"""Each mutation changes a text that exists and names tests that exist, also after files or functions are renamed."""
 
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
-// Everything beyond the first tables travels compressed, and is built when it is first seen: the page opens at once,
-// however many scenes it holds.
+// All but the first tables is in the page in compressed form, and is built when it is first visible: the page opens at
+// once, however many problems it has.
 (() => {
   const state = { built: 0, failed: 0, ready: false };
   window.gnomonCharts = state;
   const options = { actions: { export: true, source: false, compiled: false, editor: false } };
   const all = (selector, within = document) => [...within.querySelectorAll(selector)];
   const TWO_TICKS = 2.05; // decades
-  const BESIDE = 28; // as many names as stand beside a diagram; more of them stand below it
+  const BESIDE = 28; // the most names of a legend beside a diagram; a longer legend is below it
   let data;
 
   async function unpacked(id) {
@@ -14,7 +14,7 @@
     return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
   }
 
-  // Data travel as columns, repeated words once.
+  // Data are stored as columns, with each repeated word once.
   function rows(columns) {
     const names = Object.keys(columns);
     const values = names.map((name) => {
@@ -24,9 +24,9 @@
     return (values[0] || []).map((_, i) => Object.fromEntries(names.map((name, k) => [name, values[k][i]])));
   }
 
-  // Places in diagrams travel as whole hundredths of a decade.
-  function pointsOf(scene) {
-    const points = rows(scene.points);
+  // Positions in diagrams are stored as whole hundredths of a decade.
+  function pointsOf(problem) {
+    const points = rows(problem.points);
     for (const point of points) for (const name of ["time", "calls", "error"]) if (point[name] !== null) point[name] /= 100;
     return points;
   }
@@ -37,7 +37,7 @@
     return spec;
   }
 
-  // A scale of all integrators is cut down to those that stand out in this scene, so that the legend has no strangers.
+  // A scale of all integrators is reduced to those in colour on this problem, so that the legend has no others.
   function restrict(node, present) {
     if (!node || typeof node !== "object") return;
     const scale = node.scale;
@@ -49,7 +49,7 @@
     Object.values(node).forEach((child) => restrict(child, present));
   }
 
-  // Layers without a point of their own (no failed trial, no grey line) have no extent: the scales are given theirs.
+  // Layers without points (no failed trial, no grey line) have no extent, so the domains of the scales are set here.
   function span(spec, points, limits, axis) {
     const drawn = points.filter((point) => point[axis] !== null && point.error !== null);
     const across = drawn.map((point) => point[axis]);
@@ -57,7 +57,7 @@
     const domains = { x: [0, 1], y: [Math.min(0, ...down) - 0.8, spec.datasets.margin[0].high] };
     if (across.length) {
       const [low, high] = [Math.min(...across), Math.max(...across)];
-      const beside = Math.max(0.15, (TWO_TICKS - (high - low)) / 2); // a logarithmic axis with one tick says nothing
+      const beside = Math.max(0.15, (TWO_TICKS - (high - low)) / 2); // at least two ticks on a logarithmic axis
       domains.x = [low - beside, high + beside];
     }
     for (const layer of spec.layer) {
@@ -73,15 +73,15 @@
   const pressed = (role) => part(role).querySelector('[aria-pressed="true"]').value;
 
   function workSpec(figure) {
-    const scene = data.work.cases[part("case").value][part("scene").value];
+    const problem = data.work.cases[part("case").value][part("problem").value];
     const axis = pressed("axis");
     const spec = charted(data.work.specs[axis]);
-    const points = pointsOf(scene);
-    // Where nothing stands out, all failed, and the legend names these.
+    const points = pointsOf(problem);
+    // If none is in colour, all failed, and the legend names these.
     if (pressed("which") === "all" || !points.some((point) => point.front && point[axis] !== null)) points.forEach((point) => (point.front = 1));
     spec.datasets.points = points;
-    spec.datasets.limits = scene.limits;
-    span(spec, points, scene.limits, axis);
+    spec.datasets.limits = problem.limits;
+    span(spec, points, problem.limits, axis);
     const named = new Set(points.filter((point) => point.front && point[axis] !== null).map((point) => point.series));
     restrict(spec.layer, named);
     spec.width = "container";
@@ -118,7 +118,7 @@
     }
   }
 
-  // The maps: a row a case or scene, a column an integrator, three characters a cell (verdict, digits, digits short).
+  // The maps: a row a case or problem, a column an integrator, three characters a cell (verdict, digits, digits short).
   function made(tag, className, text = "", title = "") {
     const element = document.createElement(tag);
     if (className) element.className = className;
@@ -138,7 +138,7 @@
     return row;
   }
 
-  function sceneRow(map, [name, label, cells, why], shown, blue) {
+  function problemRow(map, [name, label, cells, why], shown, blue) {
     const row = made("tr");
     shown.forEach((column) => {
       const [verdict, digits, lost] = cells.slice(3 * column, 3 * column + 3);
@@ -169,7 +169,7 @@
     const byCase = byCaseOf(own);
     Object.entries(data.chapters).forEach(([chapter, names]) => {
       const rows = names.flatMap((name) => byCase.get(name) ?? []).map((given) => {
-        const row = sceneRow(map, given, shown, true);
+        const row = problemRow(map, given, shown, true);
         row.prepend(made("th", "", given[0] + given[1].slice("default".length)));
         return row;
       });
@@ -202,11 +202,11 @@
     return row;
   }
 
-  // One cell an integrator: on how many of the scenes no setting was right, and what went wrong most often.
-  function brokenRow(map, name, scenes, shown) {
+  // One cell an integrator: on how many of the problems no setting was ok, and the most frequent status of those.
+  function brokenRow(map, name, problems, shown) {
     const row = made("tr");
     shown.forEach((column) => {
-      const all = scenes.map((scene) => scene[2].slice(3 * column, 3 * column + 3)).filter((c) => c[0] !== " ")
+      const all = problems.map((problem) => problem[2].slice(3 * column, 3 * column + 3)).filter((c) => c[0] !== " ")
         .map((c) => [map.verdicts[parseInt(c[0], 16)], c[1] === "-"]);
       const words = all.filter(([word]) => !/^(un|not)/.test(word));
       const missing = all.filter(([word]) => word === "not_run").length;
@@ -215,8 +215,8 @@
       const broken = words.filter(([, lost]) => lost);
       broken.forEach(([word]) => (counts[word] = (counts[word] ?? 0) + 1));
       const most = Object.keys(counts).sort((a, b) => counts[b] - counts[a])[0];
-      const held = words.every(([word]) => word === "ok") ? "ok" : "partly";
-      const kind = most ?? (missing ? "not_run" : held);
+      const ran = words.every(([word]) => word === "ok") ? "ok" : "partly";
+      const kind = most ?? (missing ? "not_run" : ran);
       const failed = Object.entries(counts).map(([word, count]) => `${count} ${word}`).join(", ") || "none failed";
       const told = `of ${words.length} run ${failed}` + (missing ? `; ${missing} not run` : "");
       row.append(made("td", `s-${kind}`, broken.length || "", `${name}, ${map.series[column]}: ${told}`));
@@ -229,29 +229,29 @@
     const shown = map.series.map((_, i) => i);
     const table = made("table");
     table.append(heading(map, shown));
-    const many = (scenes) => `${scenes.length} scene${scenes.length > 1 ? "s" : ""}`;
-    const scenesOf = byCaseOf(map.rows);
+    const many = (problems) => `${problems.length} problem${problems.length > 1 ? "s" : ""}`;
+    const problemsOf = byCaseOf(map.rows);
     const caseRow = (name) => {
-      const scenes = scenesOf.get(name) ?? [];
-      return opener(brokenRow(map, name, scenes, shown), name, many(scenes), () =>
-        scenes.map((given) => {
-          const one = sceneRow(map, given, shown, false);
+      const problems = problemsOf.get(name) ?? [];
+      return opener(brokenRow(map, name, problems, shown), name, many(problems), () =>
+        problems.map((given) => {
+          const one = problemRow(map, given, shown, false);
           one.prepend(made("th", "variant", given[1]));
           return one;
         }),
       );
     };
-    const few = scenesOf.size <= 20;
+    const few = problemsOf.size <= 20;
     Object.entries(data.chapters).forEach(([chapter, names]) => {
-      const scenes = names.flatMap((name) => scenesOf.get(name) ?? []);
-      const row = opener(brokenRow(map, chapter, scenes, shown), chapter, many(scenes), () => names.map(caseRow), few);
+      const problems = names.flatMap((name) => problemsOf.get(name) ?? []);
+      const row = opener(brokenRow(map, chapter, problems, shown), chapter, many(problems), () => names.map(caseRow), few);
       row.classList.add("chapter");
       table.append(row, ...row.below);
     });
     place.append(table);
   }
 
-  // The contents: chapters with a case that has all the words stay, opened, and in them those cases.
+  // The table of cases: shows the cases that have all the words, and opens their chapters.
   function find(text) {
     const words = text.toLowerCase().replaceAll("_", " ").split(" ").filter(Boolean);
     all("details.chapter").forEach((chapter) => {
@@ -262,7 +262,7 @@
     });
   }
 
-  // A heading sorts by the numbers of its column, and again the other way; rows without a number stay last.
+  // A click on a heading sorts by its column, a second one in the other direction; rows without a number are last.
   function sort(table, column, button) {
     const up = button.getAttribute("aria-sort") === "ascending" ? -1 : 1;
     all("thead button", table).forEach((one) => one.removeAttribute("aria-sort"));
@@ -276,26 +276,26 @@
   }
 
   function showCase(name) {
-    const scenes = part("scene");
+    const problems = part("problem");
     const about = data.about[name];
     all('[data-role="case"]').forEach((select) => (select.value = name));
     part("title").textContent = about.title;
     part("section").textContent = `${name} · Beatty, Dynamics, section ${about.section}`;
-    scenes.replaceChildren(...Object.keys(about.stresses).map((label) => new Option(label, label)));
+    problems.replaceChildren(...Object.keys(about.stresses).map((label) => new Option(label, label)));
     all("[data-table]").forEach((place) => {
       const text = data.tables[name][place.dataset.table];
       place.hidden = !text.trim();
       place.querySelector(".scroll").innerHTML = text;
     });
-    showScene();
+    showProblem();
   }
 
-  function showScene() {
+  function showProblem() {
     const figure = panel.querySelector(".chart");
-    const scene = part("scene").value;
+    const problem = part("problem").value;
     part("calls").hidden = pressed("axis") !== "calls";
-    panel.querySelector(".stresses").textContent = data.about[part("case").value].stresses[scene] ?? "";
-    const points = scene ? pointsOf(data.work.cases[part("case").value][scene]) : [];
+    panel.querySelector(".stresses").textContent = data.about[part("case").value].stresses[problem] ?? "";
+    const points = problem ? pointsOf(data.work.cases[part("case").value][problem]) : [];
     part("nothing").hidden = !points.length || points.some((point) => !point.failed);
     figure.hidden = !points.some((point) => point[pressed("axis")] !== null);
     if (figure.dataset.state && !figure.hidden) build(figure);
@@ -308,24 +308,24 @@
     all('[data-role="find"]').forEach((field) => field.addEventListener("input", () => find(field.value)));
     document.addEventListener("change", (event) => {
       if (event.target.dataset.role === "case") showCase(event.target.value);
-      if (event.target.dataset.role === "scene") showScene();
+      if (event.target.dataset.role === "problem") showProblem();
     });
     all(".switch").forEach((buttons) =>
       buttons.addEventListener("click", (event) => {
         if (!event.target.value) return;
         all("button", buttons).forEach((one) => one.setAttribute("aria-pressed", String(one === event.target)));
-        showScene();
+        showProblem();
       }),
     );
     all("a[data-case]").forEach((link) => link.addEventListener("click", () => showCase(link.dataset.case)));
-    // Legends move below the diagram on a narrow page, so a change of width past that point builds it anew.
+    // On a narrow page legends are below the diagram: when the width passes that limit, it is built again.
     let narrow = window.innerWidth < 760;
     window.addEventListener("resize", () => {
       if (narrow === window.innerWidth < 760) return;
       narrow = !narrow;
-      showScene();
+      showProblem();
     });
-    // On paper every chart must be there.
+    // A printed page has every chart.
     window.addEventListener("beforeprint", () => all(".chart").forEach((figure) => figure.dataset.state || build(figure)));
   }
 

@@ -1,4 +1,4 @@
-"""The published report: written by `make publish` alone, and only from what was measured with the sources that are there."""
+"""The published report: written only by `make publish`, and only from measurements of the sources in the working tree."""
 
 from __future__ import annotations
 
@@ -137,8 +137,8 @@ def test_what_is_missing_or_of_another_revision_is_refused_and_nothing_is_writte
 
 
 @pytest.mark.slow
-def test_the_standard_run_goes_on_where_the_quick_one_ended(tmp_path: Path) -> None:
-    """In one file: what the quick suite measured is kept, what it left out is measured, and nothing is left over."""
+def test_the_standard_run_continues_the_quick_one(tmp_path: Path) -> None:
+    """In one file: measurements of the quick suite are kept, the others are added, and none is missing."""
     case, integrators = "planted:Short", [planted.Sound(), planted.NearDuplicate()]
     quick, whole = (replace(plan.suite(name).within(20.0), launches=1) for name in ("quick", "foundation"))
     path = run(tmp_path, quick, plan.choose([case], quick.variants), integrators, near_duplicates=False)
@@ -178,8 +178,8 @@ def test_only_publish_writes_what_is_tracked_in_reports(target: str) -> None:
 
 
 @pytest.mark.skipif(MAKE is None, reason="make is not installed")
-def test_a_report_begins_with_a_page_of_the_quick_suite_and_goes_on_in_the_same_file() -> None:
-    """Each command ends before the next begins, and a page is put in its place whole: Ctrl-C leaves the last one."""
+def test_a_report_begins_with_a_page_of_the_quick_suite_and_continues_in_the_same_file() -> None:
+    """Each command ends before the next begins, and a page is replaced only once complete: Ctrl-C leaves the last one."""
     steps = [words[1:] for words in planned("report") if words and words[0].endswith("/gnomon")]
     run, page = ["run", "--suite", "quick", "--out"], ["report"]
     assert steps[0][:4] == run

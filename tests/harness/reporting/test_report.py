@@ -20,13 +20,13 @@ import pytest
 import synthetic
 import vl_convert
 from gnomon.cases import case_class
-from gnomon.harness.reporting.figures import broken_scenes
+from gnomon.harness.reporting.figures import broken_problems
 from gnomon.harness.reporting.figures_work import EXACT, drawn, front, work_precision
 from gnomon.harness.reporting.images import leaner
 from gnomon.harness.reporting.png import smaller
 from gnomon.harness.reporting.report import write_report
-from gnomon.harness.reporting.report_card import held
-from gnomon.harness.reporting.report_charts import work_scenes
+from gnomon.harness.reporting.report_card import solved
+from gnomon.harness.reporting.report_charts import work_problems
 from gnomon.harness.reporting.report_pack import packed_json
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results.analysis import not_run
@@ -64,7 +64,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class _References(HTMLParser):
-    """Collects whatever a browser would fetch, and the ids that links point to."""
+    """Collects what a browser would fetch, and the ids that links point to."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -112,7 +112,7 @@ def test_page_answers_the_five_questions_and_shows_every_series(written: Path) -
 
 
 def _carried(page: Path) -> Any:
-    """The data that the page carries for its script."""
+    """The data that the page contains for its script."""
     found = re.search(r'<script type="text/plain" id="data">(.*?)</script>', page.read_text(encoding="utf-8"))
     assert found is not None
 
@@ -122,9 +122,9 @@ def _carried(page: Path) -> Any:
     return json.loads(gzip.decompress(base64.b64decode(found[1])), parse_constant=reject)
 
 
-def test_charts_carry_every_scene(written: Path) -> None:
+def test_charts_have_every_problem(written: Path) -> None:
     charts = _carried(written)
-    assert {name: set(scenes) for name, scenes in charts["work"]["cases"].items()} == {
+    assert {name: set(problems) for name, problems in charts["work"]["cases"].items()} == {
         "pendulum_simple": {"default", "separatrix", "long"},
         "kepler_orbit": {"default", "e09"},
         "bouncing_ball": {"default"},
@@ -166,8 +166,8 @@ def test_the_front_has_the_fastest_of_each_kind_at_each_error() -> None:
     assert front(kept, kinds) == {"fast", "slow but accurate", "other, never there"}
 
 
-def test_what_was_not_run_on_a_hard_variant_is_neither_held_nor_broken_there() -> None:
-    """`a` ran on both hard variants, `b` on one of them, `c` on none; nobody ran `third`; `d` does not take the case."""
+def test_what_was_not_run_on_a_hard_variant_is_neither_solved_nor_broken_there() -> None:
+    """`a` ran on both hard variants, `b` on one of them, `c` on none; none ran `third`; `d` does not accept the case."""
     ran = [
         ("", "a", "ok"), ("first", "a", "ok"), ("second", "a", "partly"), ("", "b", "ok"), ("first", "b", "ok"),
         ("", "c", "ok"), ("", "d", "unsupported"), ("first", "d", "unsupported"), ("second", "b", "unsupported"),
@@ -181,22 +181,22 @@ def test_what_was_not_run_on_a_hard_variant_is_neither_held_nor_broken_there() -
         assert not pairs & {("first", "b"), ("second", "b"), ("third", "d")}
     found = not_run(matrix, {})
     assert len(found) == 2
-    verdicts = broken_scenes(pd.concat([matrix, found])).set_index("integrator_id")["verdict"]
+    verdicts = broken_problems(pd.concat([matrix, found])).set_index("integrator_id")["verdict"]
     assert verdicts.to_dict() == {"a": "partly", "b": "ok", "c": "not_run"}
-    each, scenes = held(pd.concat([matrix, not_run(matrix, {"x": ["third"]})]))
+    each, problems = solved(pd.concat([matrix, not_run(matrix, {"x": ["third"]})]))
     assert each["ran"].to_dict() == {"a": 2, "b": 1}
-    assert scenes == 2
+    assert problems == 2
 
 
-def test_broken_scenes_counts_those_without_an_ok_setting() -> None:
+def test_broken_problems_counts_those_without_an_ok_setting() -> None:
     rows = [
         ("a", "ok", 5), ("a", "partly", 1), ("a", "diverged", 0), ("a", "diverged", 0), ("a", "skipped", 0),
         ("a", "unsupported", 0), ("b", "ok", 2), ("c", "unsupported", 0),
     ]  # fmt: skip
     matrix = pd.DataFrame([("x", *row) for row in rows], columns=["case", "integrator_id", "verdict", "settings_ok"])
-    found = broken_scenes(matrix).set_index("integrator_id")
-    assert found.loc["a", ["scenes", "broken", "verdict"]].tolist() == [5, 3, "diverged"]
-    assert found.loc["b", ["scenes", "broken", "verdict"]].tolist() == [1, 0, "ok"]
+    found = broken_problems(matrix).set_index("integrator_id")
+    assert found.loc["a", ["problems", "broken", "verdict"]].tolist() == [5, 3, "diverged"]
+    assert found.loc["b", ["problems", "broken", "verdict"]].tolist() == [1, 0, "ok"]
     assert "c" not in found.index
 
 
@@ -251,9 +251,9 @@ def test_in_pictures_of_many_colours_the_rare_ones_take_the_nearest() -> None:
 
 
 def test_a_run_in_which_all_failed_is_reported(written: Path, tmp_path: Path) -> None:
-    """Its figure shows the failed trials; with nothing in the legend it had a width of 1.8e308, which no PNG has."""
+    """Its figure shows the failed trials; with an empty legend it had a width of 1.8e308, which no PNG has."""
     run = Run.read(written.parent / "results.sqlite")
-    points = work_scenes(run)["pendulum_simple"]["default"]["points"]
+    points = work_problems(run)["pendulum_simple"]["default"]["points"]
     failed = points.assign(failed=True, front=False, status="diverged")
     svg = vl_convert.vegalite_to_svg(drawn(work_precision(run.look, "time"), failed, {}))
     width = re.search(r'width="([^"]*)"', svg)

@@ -1,4 +1,4 @@
-"""Which integrator to take: by kind of system, and each on one line."""
+"""Which integrator to choose: by kind of system, and each on one line."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import pandas as pd
 import pytest
 from gnomon.harness.reporting.findings import findings
-from gnomon.harness.reporting.report_card import CARD, card, held, kind_rows, kinds
+from gnomon.harness.reporting.report_card import CARD, card, kind_rows, kinds, solved
 
 
 def test_the_most_structured_form_names_the_kind() -> None:
@@ -49,8 +49,8 @@ MATRIX = pd.DataFrame(
 ).assign(formulation="")
 
 
-def test_what_is_most_often_fastest_stands_with_the_rival_that_gets_there_most_often() -> None:
-    """x:two wins both cases, x:one one; y:easy is nearer than y:all but gets there once."""
+def test_what_is_most_often_fastest_is_shown_with_the_other_library_that_reaches_the_error_most_often() -> None:
+    """x:two wins both cases, x:one one; y:easy is faster than y:all but reaches the error once."""
     smooth, other = kind_rows(EQUAL, MATRIX, {"smooth": ["a", "b"], "other": ["c"]})
     assert [cell.text for cell in smooth["cells"]] == ["not reached", "x:two", "not reached", "not reached", "x:two"]
     assert smooth["cells"][1].note.replace("\N{NO-BREAK SPACE}", " ") == "fastest on 2 of 2; y:all 5.0 × on 2"
@@ -59,7 +59,7 @@ def test_what_is_most_often_fastest_stands_with_the_rival_that_gets_there_most_o
     assert (other["cells"][-1].text, other["cells"][-1].note) == ("–", "no hard variant was run")
 
 
-def test_of_two_that_win_as_often_the_one_that_is_slow_nowhere_is_named() -> None:
+def test_of_two_with_equal_wins_the_one_that_is_never_slow_is_named() -> None:
     """x:easy has the smaller median; on one case it takes a hundred times as long."""
     equal = _equal(
         ("a", "x:easy", 1.0), ("b", "x:easy", 1.3), ("c", "x:easy", 100.0),
@@ -70,12 +70,12 @@ def test_of_two_that_win_as_often_the_one_that_is_slow_nowhere_is_named() -> Non
 
 
 def _with_decoys(table: pd.DataFrame, **other: object) -> pd.DataFrame:
-    """The table and its rows again, with other numbers: of a hard variant, and in a formulation."""
+    """The table with further rows of other numbers: of a hard variant, and in a formulation."""
     decoys = table.assign(**other)
     return pd.concat([table, decoys.assign(variant="stiff"), decoys.assign(formulation="sundman")], ignore_index=True)
 
 
-def test_only_default_scenes_in_their_own_coordinates_count() -> None:
+def test_only_default_variants_in_their_own_coordinates_count() -> None:
     trusted = pd.DataFrame(
         [("a", "x:one", 1e-9, 1e-12, 7.0), ("a", "x:two", 1e-9, 1e-12, 0.5)],
         columns=["case", "integrator_id", "best", "attainable", "over_tolerance"],
@@ -101,8 +101,8 @@ def test_one_answer_for_all_kinds_is_no_finding() -> None:
     assert not any("By kind" in sentence for sentence in findings(EQUAL, pd.DataFrame(), rows, MATRIX, empty))
 
 
-def test_of_two_that_win_as_often_the_one_that_reaches_more_is_named_and_the_nearest_rival() -> None:
-    """x:more and x:few win once each; z:near and y:far get to both cases, z:once to one."""
+def test_of_two_with_equal_wins_the_one_that_reaches_more_is_named() -> None:
+    """x:more and x:few win once each; z:near and y:far reach both cases, z:once to one."""
     equal = _equal(
         ("a", "x:few", 1.0), ("a", "x:more", 5.0), ("b", "x:more", 1.0), ("a", "y:far", 9.0), ("b", "y:far", 9.0),
         ("a", "z:near", 2.0), ("b", "z:near", 2.0), ("a", "z:once", 1.5),
@@ -121,8 +121,8 @@ def test_of_two_that_win_as_often_the_one_that_reaches_more_is_named_and_the_nea
         (5, "2 of 3; so do x:1, x:2 and 2 more"),
     ],
 )
-def test_who_holds_on_most_hard_variants(count: int, note: str) -> None:
-    """Of three, each ran two; another one held the third."""
+def test_which_integrators_solve_most_hard_variants(count: int, note: str) -> None:
+    """Of three, each ran two; another one solved the third."""
     rows = [("a", variant, f"x:{k}", 1e-9, "ok") for k in range(count) for variant in ("long", "stiff")]
     rows += [("a", "far", "y:one", 1e-9, "ok")]
     matrix = pd.DataFrame(rows, columns=MATRIX.columns[:5]).assign(formulation="")
@@ -148,10 +148,10 @@ def test_kinds_with_one_answer_are_one_part_of_the_sentence() -> None:
     )
 
 
-def test_a_hard_variant_is_held_where_some_setting_is_right() -> None:
-    each, scenes = held(MATRIX)
-    assert scenes == 2
-    assert each.to_dict("index") == {"x:one": {"held": 1, "ran": 2}, "x:two": {"held": 2, "ran": 2}}
+def test_a_hard_variant_is_solved_where_some_setting_is_ok() -> None:
+    each, problems = solved(MATRIX)
+    assert problems == 2
+    assert each.to_dict("index") == {"x:one": {"solved": 1, "ran": 2}, "x:two": {"solved": 2, "ran": 2}}
 
 
 def test_every_integrator_on_one_line() -> None:
@@ -180,8 +180,8 @@ def test_every_integrator_on_one_line() -> None:
         "short of attainable": ("2.0", ""),
         "order": ("3.95", "on 2, declared 4"),
         "error / tolerance": ("8", ""),
-        "hard variants held": ("50 %", "1 of 2"),
-        "energy in the long run": ("–", ""),  # the laws are those of gnomon's own
+        "hard variants solved": ("50 %", "1 of 2"),
+        "energy over long spans": ("–", ""),  # the laws are those of gnomon's own
     }
     assert [cell.text for cell in new.cells] == ["1", *["–"] * 9]
     assert [cell.sorts for cell in new.cells[:3]] == ["1", "0", ""]

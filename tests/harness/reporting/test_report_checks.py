@@ -1,4 +1,4 @@
-"""What the report says of certificates and of the opponents of checks."""
+"""The report's rows on certificates and on the independent computations of checks."""
 
 from __future__ import annotations
 
@@ -59,13 +59,13 @@ def test_certificates_that_were_made_without_git_have_no_revision(folders: tuple
 
 def test_the_summary_counts_and_names_what_is_not_confirmed(folders: tuple[Path, Path]) -> None:
     assert certified_lines(*folders) == [
-        "default settings: 1 of 1 confirmed, the fewest digits are 48.0, of pendulum_simple",
+        "default variants: 1 of 1 confirmed, the fewest digits are 48.0, of pendulum_simple",
         "hard variants: 1 of 2 confirmed, the fewest digits are 20.5, of euler_top/flat",
         "not confirmed: euler_top/flat, 20.5 digits",
     ]
 
 
-def test_an_opponent_is_shown_by_its_worst_quantity_and_variant(folders: tuple[Path, Path]) -> None:
+def test_an_independent_computation_is_shown_by_its_worst_quantity_and_variant(folders: tuple[Path, Path]) -> None:
     (row,) = computation_rows(*folders)
     assert (row["default"], row["quantity"], row["time"]) == ("2.5e-15", "moment", "20.0 µs")
     assert (row["hard"], row["where"]) == ("diverged", "parallel, moment")
@@ -80,7 +80,7 @@ def test_the_page_never_rounds_digits_up_and_escapes(folders: tuple[Path, Path])
     assert "<it>" not in page
 
 
-def test_nothing_is_said_where_nothing_was_measured(tmp_path: Path) -> None:
+def test_without_measurements_there_are_no_lines(tmp_path: Path) -> None:
     assert not certified(tmp_path, tmp_path).strip()
     assert certified_lines(tmp_path, tmp_path) == []
 

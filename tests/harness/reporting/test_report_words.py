@@ -32,19 +32,19 @@ def test_how_often_cases_were_launched() -> None:
 
 def test_the_scatter_of_launches_is_that_of_all_their_pairs() -> None:
     """1, 2 and 4 s are 2, 4 and 2 times apart; the 90 % quantile of (2, 2, 4) is 3.6."""
-    assert "within 2.00 times of each other in half of all pairs, within 3.6 times in nine" in scatter_text(
+    assert "within 2.00 times of each other in half of all pairs, within 3.6 times in 90 %" in scatter_text(
         _launched(a=3, b=1)
     )
     assert scatter_text(_launched(a=1)) == ""
 
 
-def test_environments_of_several_runs_are_told_in_one() -> None:
+def test_environments_of_several_runs_are_joined() -> None:
     first = {"cpu": "one", "revision": "a", "numpy": None}
     second = {"cpu": "one", "revision": "b", "numpy": None, "heyoka": "7"}
     assert together([first, second]) == {"cpu": "one", "revision": "a, b", "numpy": "", "heyoka": "7"}
 
 
-def test_rungs_in_words() -> None:
+def test_levels_of_a_hierarchy_in_words() -> None:
     level = {"error": 0.2, "early": 9e-4, "ratio": math.nan, "seconds": 2e-5}
     (row,) = hierarchy_rows(pd.DataFrame([level]))
     assert (row["error"], row["early"], row["cost"], row["seconds"]) == ("0.2", "9.0e-4", "–", "20.0 µs")
@@ -63,14 +63,14 @@ def _equal() -> pd.DataFrame:
 def test_who_wins_and_how_far_behind_the_others_are() -> None:
     wins, behind = findings(_equal(), pd.DataFrame(), (), _matrix(), _trusted())
     assert wins == (
-        "At an error of 1e-6, x:two is the fastest or on a par with it on 2 of the 2 cases where any integrator gets"
-        " there, x:one on 1."
+        "At an error of 1e-6, x:two is the fastest or on a par with it on 2 of the 2 cases where any integrator reaches"
+        " it, x:one on 1."
     )
-    assert behind.endswith("so many times as long as the fastest: y 4.0 times on 2.")  # of 3 and 5
+    assert behind.endswith("over the cases that it reaches: y 4.0 times on 2.")  # of 3 and 5
 
 
-def _matrix(*scenes: tuple[str, str, str, float]) -> pd.DataFrame:
-    table = pd.DataFrame(scenes, columns=["case", "variant", "integrator_id", "best"])
+def _matrix(*problems: tuple[str, str, str, float]) -> pd.DataFrame:
+    table = pd.DataFrame(problems, columns=["case", "variant", "integrator_id", "best"])
     return table.assign(formulation="", verdict="ok").astype({"best": float})
 
 
@@ -93,65 +93,69 @@ def test_who_holds_on_hard_variants_and_whose_tolerance_means_what_it_says() -> 
     assert "the 4 hard variants" in sturdy
     assert sturdy.endswith(": y:three on 4 of 4, x:one on 2 of 4.")
     assert "1 of the 2 adaptive integrators" in tolerance
-    assert tolerance.endswith("y:three is off by a median factor of 40.")
+    assert tolerance.endswith("y:three exceeds it by a median factor of 40.")
 
 
 def _policies(*errors: tuple[str, float, float]) -> pd.DataFrame:
     rows = [
-        {"engine": "e", "scene": scene, "policy": policy, "step": 0.01, "error": error}
-        for scene, shipped, configured in errors
+        {"engine": "e", "problem": problem, "policy": policy, "step": 0.01, "error": error}
+        for problem, shipped, configured in errors
         for policy, error in (("as shipped", shipped), ("configured", configured))
     ]
     return pd.DataFrame(rows)
 
 
-def test_an_integrator_that_takes_few_of_the_cases_is_not_told_by_its_tolerance() -> None:
-    """Fewer than half: x:few is off by more than the others, but on one case of three."""
+def test_an_integrator_that_accepts_few_of_the_cases_is_not_among_those_that_exceed_their_tolerance() -> None:
+    """Fewer than half: the error of x:few exceeds its tolerance by more than the others, but on one case of three."""
     trusted = _trusted(*[(case, name, off) for case in "abc" for name, off in (("x:one", 2.0), ("x:two", 7.0))])
     trusted = pd.concat([trusted, _trusted(("a", "x:few", 99.0), ("a", "x:even", 0.1), ("b", "x:even", 0.1))])
     said = findings(_equal(), pd.DataFrame(), (), _matrix(), trusted)[-1]
     assert "1 of the 3 adaptive integrators" in said
-    assert said.endswith("x:two is off by a median factor of 7.")
+    assert said.endswith("x:two exceeds it by a median factor of 7.")
 
 
-def test_the_sturdiest_three_of_those_that_ran_on_half() -> None:
-    scenes = [("a", str(n)) for n in range(4)]
+def test_the_three_most_reliable_of_those_that_ran_on_half() -> None:
+    problems = [("a", str(n)) for n in range(4)]
     right = {"x:all": 4, "x:most": 3, "x:some": 2, "x:none": 0}
     rows = [
-        (*scene, name, 1e-9 if k < held else math.nan) for name, held in right.items() for k, scene in enumerate(scenes)
+        (*problem, name, 1e-9 if k < count else math.nan)
+        for name, count in right.items()
+        for k, problem in enumerate(problems)
     ]
-    rows += [(*scene, "x:half", 1e-9) for scene in scenes[:2]]
+    rows += [(*problem, "x:half", 1e-9) for problem in problems[:2]]
     said = findings(_equal(), pd.DataFrame(), (), _matrix(*rows), _trusted())[-1]
     assert said.endswith(": x:all on 4 of 4, x:half on 2 of 2, x:most on 3 of 4.")
 
 
-def test_libraries_stand_from_the_fastest_to_the_slowest_and_targets_are_told_apart() -> None:
+def test_libraries_are_listed_from_the_fastest_to_the_slowest_for_one_target() -> None:
     equal = _equal()
     slow = equal[equal["library"] == "y"].assign(library="a", integrator_id="a:slow", ratio=9.0)
     tight = equal[equal["integrator_id"] == "x:one"].assign(target=1e-12)
     near = equal[equal["integrator_id"] == "y:three"].assign(target=1e-9, tied=True)
     said = findings(pd.concat([equal, slow, tight, near]), pd.DataFrame(), (), _matrix(), _trusted())
     assert said[1].startswith("At an error of 1e-12, x:one is the fastest or on a par with it on 1 of the 1 cases")
-    assert said[2].endswith("the fastest: y 4.0 times on 2, a 9.0 times on 2.")
+    assert said[2].endswith("over the cases that it reaches: y 4.0 times on 2, a 9.0 times on 2.")
 
 
-def test_engines_are_compared_at_the_step_of_most_scenes_and_policies_by_their_best() -> None:
+def test_engines_are_compared_at_the_step_of_most_problems_and_policies_by_their_best() -> None:
     policies = _policies(("a", 0.2, 0.1), ("b", 0.4, 0.1), ("b", 0.3, 0.2))
     other = _policies(("a", 0.9, 0.01)).assign(step=0.001)
     said = findings(_equal(), pd.concat([other, policies]), (), _matrix(), _trusted())[-1]
     assert said.startswith("At a step of 0.01 s")
-    assert said.endswith("on 2 of 2 scenes; configured for the scene, its error is smaller by a median factor of 2.5.")
+    assert said.endswith(
+        "on 2 of 2 problems; configured for the scene, its error is smaller by a median factor of 2.5."
+    )
 
 
-def test_what_configuration_is_worth() -> None:
+def test_the_effect_of_configuration() -> None:
     policies = _policies(("a", 0.2, 0.1), ("b", 0.05, 0.01), ("c", math.nan, 0.01))
     said = findings(_equal(), policies, (), _matrix(), _trusted())[-1]
     assert said == (
-        "At a step of 0.01 s an engine as shipped is off by more than a tenth of the motion on 2 of 3 scenes; configured"
-        " for the scene, its error is smaller by a median factor of 5.0."
+        "At a step of 0.01 s the error of an engine as shipped is above a tenth of the motion on 2 of 3 problems;"
+        " configured for the scene, its error is smaller by a median factor of 5.0."
     )
     one = _policies(("a", math.nan, 0.1))
-    assert findings(_equal(), one, (), _matrix(), _trusted())[-1].endswith("on 1 of 1 scenes.")
+    assert findings(_equal(), one, (), _matrix(), _trusted())[-1].endswith("on 1 of 1 problems.")
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""What kind of method a series is, from what its integrator declared."""
+"""The kind of method of a series, from what its integrator declares."""
 
 from __future__ import annotations
 
@@ -28,6 +28,6 @@ def test_families(name: str, engine: bool, said: str) -> None:
 
 
 def test_no_integrator_is_left_out_of_a_legend() -> None:
-    """Left to itself Vega names thirty and counts the others, which in our order are the other libraries."""
+    """By default Vega names thirty entries and counts the others, which in this order are the other libraries."""
     look = pd.DataFrame({"series": list(own()), "colour": "#000000", "shape": "circle", "dash": "1"})
     assert work_precision(look, "time")["config"]["legend"]["symbolLimit"] > 2 * len(own())

@@ -72,15 +72,15 @@ def test_a_hang_is_a_timeout_and_ends_its_series(frame: Any) -> None:
     assert rows["reason"][first + 1 :].str.contains("timeout").all()
 
 
-@pytest.mark.parametrize("kind", [planted.StandsStill, planted.Compiles])
+@pytest.mark.parametrize("kind", [planted.StallsOnce, planted.Compiles])
 def test_a_stall_of_the_machine_and_compiling_do_not_count_towards_the_limit(tmp_path: Path, kind: Any) -> None:
     """One stall, or code that a method compiles only during a call, would otherwise lose all settings after it."""
-    planted.STOOD.unlink(missing_ok=True)
+    planted.STALLED.unlink(missing_ok=True)
     suite = replace(SUITE, limit_seconds=0.2, variant_limit_seconds=0.2)
     found = store.load(run(tmp_path, suite, plan.choose([CASE], True), [kind()], prepare_seconds=5.0))
     rows = of(found, kind)
-    assert planted.STOOD.exists() == (kind is planted.StandsStill)
-    planted.STOOD.unlink(missing_ok=True)
+    assert planted.STALLED.exists() == (kind is planted.StallsOnce)
+    planted.STALLED.unlink(missing_ok=True)
     assert set(rows["status"][:4]) == {"ok"}
     done = rows[rows["status"] == "ok"]
     np.testing.assert_array_equal(done["rhs_calls"], 4 * done["steps"])

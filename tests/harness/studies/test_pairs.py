@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
 from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.reporting import report_benchmarks
-from gnomon.harness.studies import benchmarks
+from gnomon.harness.studies import benchmarks, pairs
 from gnomon.harness.studies.pairs import Side, at_equal_error, interleaved, null_call
 
 ERRORS = [1e-2, 1e-4, 1e-6, 1e-8]
@@ -33,14 +32,14 @@ def test_a_side_times_only_the_settings_near_its_targets() -> None:
     assert side.time({1: 9.0, 2: 9.0, 3: 4.0}, 1e-5) == pytest.approx(4.0), "a tighter setting takes less time"
 
 
-def test_two_sides_at_equal_error() -> None:
-    """Each setting takes a given processor time; the slower side does not reach the second error."""
+def test_two_sides_at_equal_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each setting takes a given time on a simulated clock; the slower side does not reach the second error."""
+    clock = [0]
+    monkeypatch.setattr(pairs, "perf_counter_ns", lambda: clock[0])
 
-    def lasting(milliseconds: float) -> Any:
+    def lasting(milliseconds: int) -> Any:
         def solve(start: Any) -> Solution:
-            end = time.process_time() + milliseconds * 1e-3
-            while time.process_time() < end:
-                pass
+            clock[0] += milliseconds * 1_000_000
             return Solution(start)
 
         return solve
@@ -48,13 +47,9 @@ def test_two_sides_at_equal_error() -> None:
     fast = Side(ERRORS, [lasting(k) for k in (1, 2, 4, 8)], lasting(0))
     slow = Side(ERRORS[:3], [lasting(k) for k in (10, 20, 40)], lasting(5))
     (reached, missed), nulls = at_equal_error((fast, slow), np.zeros((1, 2)), (1e-4, 1e-8), repeats=1)
-    assert nulls[1] >= 5e-3 > nulls[0]
-    assert reached[0] is not None
-    assert reached[1] is not None
-    assert reached[0] >= 2e-3
-    assert reached[1] >= 20e-3
-    assert missed[0] is not None
-    assert missed[1] is None
+    assert nulls == (0.0, 5e-3)
+    assert reached == (pytest.approx(2e-3), pytest.approx(20e-3))
+    assert missed == (pytest.approx(8e-3), None)
 
 
 @pytest.mark.parametrize("integrator", [GaussFast(), Dop853(), scipy_odeint.Odeint(), rebound_ode.OdeMode()])
