@@ -30,7 +30,7 @@ CROWDED = 1e6
 
 
 class MeasuredCase(SolvedCase, Protocol):
-    """The largest norm of each group over 257 equally spaced times and the sample times (of angles at most pi).
+    """A case with the distance between two of its states."""
 
     @property
     def metric(self) -> Metric: ...
@@ -40,7 +40,7 @@ C = TypeVar("C", bound=SolvedCase)
 
 
 def grid_scales(case: SolvedCase) -> dict[str, float]:
-    """The maximum norm of each group over 257 equal steps of the span and the sample times (angles: at most pi).
+    """The largest norm of each group over 257 equally spaced times and the sample times (of angles at most pi).
 
     A group that stays zero gets the natural size that the case states, or 1 SI unit.
     """

@@ -40,6 +40,8 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 MOST_EVENTS = 10_000
 """Most events within a span: each takes about a millisecond to compute."""
+EVENT_DIGITS = 20
+"""Digits of the times of events, between which the motion is smooth."""
 
 
 @dataclass(frozen=True)

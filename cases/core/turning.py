@@ -63,7 +63,7 @@ class Turning:
 
 
 class SymmetricCase(StatedCase, Protocol):
-    """The case from `count` turned starts, each rounded to binary64; their exact motions start at the rounded numbers.
+    """A case that says whether it has a rotational symmetry."""
 
     @property
     def turning(self) -> Turning | None: ...
@@ -73,7 +73,7 @@ C = TypeVar("C", bound=SymmetricCase)
 
 
 def turned_cases(case: C, count: int = STARTS) -> list[C]:
-    """The case from `count` turned starts, each rounded to binary64: the exact motion of each is that of these numbers.
+    """The case from `count` turned starts, each rounded to binary64; their exact motions start at the rounded numbers.
 
     Empty if the case declares no symmetry. Raises ValueError if its domain admits too few turned starts.
     """
