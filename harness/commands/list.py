@@ -7,9 +7,8 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from gnomon.harness.commands.options import out
+from gnomon.harness.commands.options import Output, out
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
@@ -35,7 +34,7 @@ def list_(what: Annotated[Listed | None, typer.Argument(help="What to list; by d
     if what in (None, Listed.checks):
         out.print(checks_table())
     if what in (None, Listed.integrators):
-        Console(width=max(out.width, INTEGRATORS_WIDTH), emoji=False).print(integrators_table())
+        Output(width=max(out.width, INTEGRATORS_WIDTH), emoji=False).print(integrators_table())
 
 
 def cases_table() -> Table:

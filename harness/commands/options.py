@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import sys
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,7 +15,21 @@ from rich.console import Console
 if TYPE_CHECKING:
     from gnomon.cases import Case, Check
 
-out = Console(soft_wrap=True, emoji=False)
+UNREAD = 141
+"""The exit code if the program that reads the output ends first (`gnomon list | head`): that of a shell for SIGPIPE."""
+
+
+class Output(Console):
+    """The console of a command's results."""
+
+    def on_broken_pipe(self) -> None:
+        """End the command without a message; Rich would end it as if the command itself had failed."""
+        self.quiet = True
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is buffered goes nowhere
+        raise typer.Exit(UNREAD)
+
+
+out = Output(soft_wrap=True, emoji=False)
 problems = Console(stderr=True, soft_wrap=True, emoji=False)
 
 Parameters = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]

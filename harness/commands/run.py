@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from gnomon.harness.commands import options
-from gnomon.harness.commands.options import out, problems
+from gnomon.harness.commands.options import Output, out, problems
 from gnomon.harness.contract.status import SCORED, Status
-from rich.console import Console
 from rich.markup import escape
 
 if TYPE_CHECKING:
@@ -118,7 +117,7 @@ def _summarize(path: Path, names: set[str], integrators: Sequence[Integrator]) -
     frame = load(path)
     frame = frame[frame["case"].isin(names) & frame["integrator_id"].isin([one.id for one in integrators])]
     if not frame.empty:
-        Console(width=max(out.width, TABLE_WIDTH), emoji=False).print(run_table(frame))
+        Output(width=max(out.width, TABLE_WIDTH), emoji=False).print(run_table(frame))
     counts = ", ".join(f"{count} {status}" for status, count in frame["status"].value_counts().items())
     out.print(f"{len(frame)} measurements: {counts}", highlight=False)
     interrupted = frame[frame["status"] == Status.INTERRUPTED]

@@ -137,3 +137,14 @@ def test_help_starts_without_heavy_libraries() -> None:
     loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout.split()
     assert "typer" in loaded
     assert not {"numpy", "scipy", "pandas", "numba", "mpmath", "altair"} & set(loaded)
+
+
+def test_a_reader_that_ends_first_ends_the_command_without_a_message() -> None:
+    """As in `gnomon list | head`. The exit code is not 0: the result may not have been read."""
+    program = "from gnomon.harness.commands import cli; cli.main()"
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "w") as closed:
+        arguments = [sys.executable, "-c", program, "show", "bouncing_ball"]
+        done = subprocess.run(arguments, stdout=closed, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (141, "")
