@@ -11,7 +11,7 @@ from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Impact, Mode, Transition, Values
 from gnomon.cases.core.impact_scene import INCLINE
 from gnomon.cases.core.interface import Between
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.contact.bouncing_ball_incline import BouncingIncline
 from gnomon.reference.numerics.precision import Number
@@ -92,12 +92,7 @@ class BouncingBallIncline(Case):
         "x down the incline, y normal to it; gravity is given by its components g sin(a) along and g cos(a) normal to the "
         "incline, which are exact numbers here. From t_inf on the ball slides."
     )
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("vy", "m/s", "velocity"),
-    )
+    state = POINT_IN_A_PLANE
     parameter_list = (
         Parameter("g_along", "m/s^2", "4.905", "gravity down the incline (30 degrees)"),
         Parameter("g_across", "m/s^2", "8.496", "gravity into the incline"),

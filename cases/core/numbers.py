@@ -45,6 +45,15 @@ class Coordinate:
             object.__setattr__(self, "group", self.kind)
 
 
+POINT_IN_A_PLANE = (
+    Coordinate("x", "m", "length"),
+    Coordinate("y", "m", "length"),
+    Coordinate("vx", "m/s", "velocity"),
+    Coordinate("vy", "m/s", "velocity"),
+)
+"""The state of a point, or of a centre of mass, that moves in a plane."""
+
+
 @dataclass(frozen=True)
 class Parameter:
     """One parameter with its unit, its default value and its meaning."""

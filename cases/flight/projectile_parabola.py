@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import Form, Separable, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range
+from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.flight.projectile_parabola_scene import SCENE
 from gnomon.reference.flight.projectile_parabola import Projectile
@@ -43,12 +43,7 @@ class ProjectileParabola(Case):
     title = "Projectile in uniform gravity"
     section = "6.4.2"
     conventions = "x horizontal, y upward; the ground is y = 0 and is not part of the motion."
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("vy", "m/s", "velocity"),
-    )
+    state = POINT_IN_A_PLANE
     parameter_list = (Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),)
     default_state = (0, 0, 20, 15)
     default_span = 3

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import SemiLinear, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import UP, free_point
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
@@ -59,12 +59,7 @@ class ProjectileStokesDrag(Case):
     title = "Projectile with Stokes drag; range by Lambert's W"
     section = "6.5.1-6.5.2"
     conventions = "x horizontal, y upward; drag -nu v per unit mass; the ground is not part of the motion."
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("vy", "m/s", "velocity"),
-    )
+    state = POINT_IN_A_PLANE
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
         Parameter("nu", "1/s", "0.5", "drag over mass and speed"),

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import UP, free_point, railed_point
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
@@ -53,12 +53,7 @@ class ProjectileQuadraticDrag(Case):
     title = "Projectile with quadratic drag: Bernoulli's hodograph"
     section = "6.5 (extension of 6.5.2)"
     conventions = "x horizontal, y upward; drag -k |v| v per unit mass; vx is not zero (see vertical_quadratic_drag)."
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("vy", "m/s", "velocity"),
-    )
+    state = POINT_IN_A_PLANE
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
         Parameter("k", "1/m", "0.01", "drag over mass and squared speed"),

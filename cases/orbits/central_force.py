@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import FirstOrder, Form, Separable, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.rope_scene import HANGING
 from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
 from gnomon.cases.core.two_masses_scene import polar_pair, polar_point
@@ -124,12 +124,7 @@ class CentralForceConservation(Case):
     conventions = (
         "The force is -k r towards the origin; the orbit is an ellipse about it, with the same period for all."
     )
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("vy", "m/s", "velocity"),
-    )
+    state = POINT_IN_A_PLANE
     parameter_list = (Parameter("m", "kg", 1, "mass"), Parameter("k", "N/m", 4, "stiffness"))
     default_state = (1, 0, "0.5", "1.2")
     domain = Domain(

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Invariant, Variant
 from gnomon.cases.core.forms import Form, Separable, Values
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import free_point
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.orbits.central_force import isotropic_spin
@@ -64,12 +64,7 @@ class CentralForceFifthPower(IntegratedCase):
         "The centre is the origin. With k = 2 r^4 v^2 and v perpendicular to r the energy is zero and the orbit a circle of "
         "diameter r through the centre, which it reaches after pi r/(4 v): the motion ends there."
     )
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("vy", "m/s", "velocity"),
-    )
+    state = POINT_IN_A_PLANE
     parameter_list = (Parameter("k", "m^6/s^2", 2, "attraction times the fifth power of the distance, per unit mass"),)
     default_state = (1, 0, 0, 1)
     default_span = "0.78"

@@ -12,7 +12,7 @@ import numpy as np
 from gnomon.cases.core.case import Case, Invariant, Level, Variant
 from gnomon.cases.core.forms import FirstOrder, Form, NBody, Separable, Values
 from gnomon.cases.core.formulation import Floats, Formulation
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.turning import Turning
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
@@ -116,12 +116,7 @@ class KeplerOrbit(Case):
     title = "Kepler orbit"
     section = "7.12, 5.9, 8.3"
     conventions = "The centre is fixed at the origin. Without angular momentum the motion ends before the collision."
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("vy", "m/s", "velocity"),
-    )
+    state = POINT_IN_A_PLANE
     parameter_list = (Parameter("mu", "m^3/s^2", 1, "gravitational parameter of the centre"),)
     default_state = ("0.4", 0, 0, 2)
     turning = Turning((("x", "y"), ("vx", "vy")))

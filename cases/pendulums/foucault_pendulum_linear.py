@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Form, SemiLinear, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import free_point
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.turning import Turning
@@ -89,12 +89,7 @@ class FoucaultLinear(Case):
     conventions = (
         "x east, y north; centrifugal terms are absorbed in g; for lat > 0 the plane of swing turns clockwise."
     )
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("vy", "m/s", "velocity"),
-    )
+    state = POINT_IN_A_PLANE
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "apparent gravity"),
         Parameter("L", "m", 67, "length of the pendulum"),

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import Constrained, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.pendulums.holonomic_constraint_dae import CartesianPendulum
@@ -88,12 +88,7 @@ class HolonomicConstraintDae(Case):
         "departure from the constraint x^2 + y^2 = L^2 grows linearly in time, as the drift of `squared_length` shows. "
         "Starts are consistent: x vx + y vy = 0 exactly, as on triangles 3-4-5."
     )
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("vy", "m/s", "velocity"),
-    )
+    state = POINT_IN_A_PLANE
     parameter_list = (Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),)
     default_state = ("0.75", "-1", "2", "1.5")
     domain = Domain(

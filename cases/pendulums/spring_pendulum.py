@@ -12,7 +12,7 @@ import numpy as np
 from gnomon.cases.core.case import Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import UP, free_point
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.oscillators.small_vibrations import SmallVibrations
@@ -54,12 +54,7 @@ class SpringPendulum(IntegratedCase):
     title = "Spring pendulum (no closed form; certified Taylor)"
     section = "11.9"
     conventions = "x right and y up from the pivot; the spring pushes when compressed; the mass never passes the pivot."
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("vy", "m/s", "velocity"),
-    )
+    state = POINT_IN_A_PLANE
     parameter_list = (
         Parameter("m", "kg", 1, "mass"),
         Parameter("k", "N/m", 40, "stiffness of the spring"),

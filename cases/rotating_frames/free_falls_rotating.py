@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Charged, Form, SecondOrder, SemiLinear, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range
+from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Coordinate, Domain, Parameter, Range
 from gnomon.cases.core.point_scene import SPACE, free_point
 from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.flight.gyration import RotatingFall
@@ -341,12 +341,7 @@ class InertialStraightLine(Case):
     title = "Uniform straight motion seen from a rotating frame"
     section = "5.5.2, 5.13"
     conventions = "The axes x, y rotate at Om about the origin; no force acts in the inertial frame."
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("vy", "m/s", "velocity"),
-    )
+    state = POINT_IN_A_PLANE
     parameter_list = (Parameter("Om", "rad/s", 2, "rate of rotation of the frame"),)
     default_state = (1, 0, "0.5", 0)
     domain = Domain({"Om": Range(typical=(-5.0, 5.0))})

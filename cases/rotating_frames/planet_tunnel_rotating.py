@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import SemiLinear, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import free_point
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
@@ -65,12 +65,7 @@ class PlanetTunnelRotating(Case):
         "x, y from the centre in the plane of the equator, rotating with the planet at Om; g is gravitation at the surface. "
         "No wall holds the body: the shaft is as wide as its path."
     )
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("vy", "m/s", "velocity"),
-    )
+    state = POINT_IN_A_PLANE
     parameter_list = (
         Parameter("g", "m/s^2", "9.81", "gravitation at the surface"),
         Parameter("R", "m", 6_371_000, "radius of the planet"),
