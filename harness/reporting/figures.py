@@ -227,7 +227,10 @@ def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
         "decades:Q",
         title="error",
         axis=alt.Axis(
-            tickMinStep=1, labelOverlap=True, labelFlush=False, labelExpr="datum.value > 1 ? 'diverged' : " + ERRORS
+            tickMinStep=1,
+            labelOverlap=True,
+            labelFlush=False,
+            labelExpr=f"datum.value > 1 ? '{Status.DIVERGED}' : {ERRORS}",
         ),
     )
     lines = base.mark_line(color="#b9b6ae", strokeWidth=2).encode(x=x, detail="place:N")

@@ -115,7 +115,7 @@ def names() -> Iterator[Line]:
         ("exits", "SystemExit: 0"),
         ("interrupts", "KeyboardInterrupt"),
         ("raises", "RuntimeError: boom and more"),
-        ("wrong", "no subclass of gnomon.cases.Case"),
+        ("wrong", "is not a subclass of gnomon.cases.Case"),
     ):
         for command in (["run", "--case"], ["show"], ["certify"], ["report", "results.sqlite", "--case"]):
             yield [*command, f"{module}:Thing"], 2, (f"{module}:Thing", words)

@@ -48,7 +48,7 @@ def test_the_parallel_circle_of_the_paraboloid_is_recognised():
         ("ignorable_coordinates", {"initial_state": (1, 0, 0, 0)}, "w is not 0"),
         ("particle_on_paraboloid", {"initial_state": (1, 0, 1, 0)}, "w is not 0"),
         ("particle_on_torus", {"a": 2}, "a < R"),
-        ("particle_on_torus", {"initial_state": ("-0.6", 0, 8, 1)}, "too slow for the top"),
+        ("particle_on_torus", {"initial_state": ("-0.6", 0, 8, 1)}, "too slow to pass the top"),
         ("particle_on_torus", {"initial_state": ("1.6", 0, 0, 1)}, "theta"),
     ],
 )
