@@ -13,13 +13,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import planted
+import planted_attacks
 import pytest
 from gnomon.harness.results import store
+from planted_attacks import ATTACKS
 
-FOLDERS = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "harness")]
-sys.path[:0] = FOLDERS
-
-from planted_attacks import ATTACKS  # noqa: E402 (found by the line above)
+FOLDERS = [str(Path(module.__file__).parent) for module in (planted, planted_attacks)]
 
 SCRIPT = """
 import sys

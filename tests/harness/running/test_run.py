@@ -284,7 +284,7 @@ def _hear_interrupts() -> None:
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_a_run_that_is_killed_leaves_no_worker_and_continues_where_it_stopped(tmp_path: Path, how: int) -> None:
     script = tmp_path / "job.py"
-    script.write_text(SCRIPT.format(folder=str(Path(__file__).parents[1]), limit=0.5, out=str(tmp_path)))
+    script.write_text(SCRIPT.format(folder=str(Path(planted.__file__).parent), limit=0.5, out=str(tmp_path)))
     marker = {"GNOMON_TEST_RUN": str(tmp_path)}
     process = subprocess.Popen(
         [sys.executable, str(script)],
