@@ -18,6 +18,7 @@ import planted_attacks
 import pytest
 from gnomon.harness.results import store
 from planted_attacks import ATTACKS
+from waiting import wait_until
 
 FOLDERS = [str(Path(module.__file__).parent) for module in (planted, planted_attacks)]
 
@@ -65,8 +66,8 @@ def _run(names: Sequence[str], folder: Path, temporary: Path) -> None:
             os.kill(number, signal.SIGKILL)
     assert process.returncode == 0, said.decode()
     assert not list(temporary.iterdir()), "a temporary file was left"
-    while running := _marked(own["GNOMON_ATTACKS"]):  # killed ones take a moment to end
-        assert all(_ending(number) for number in running), "a process was left"
+    assert all(map(_ending, _marked(own["GNOMON_ATTACKS"]))), "a process was left"
+    wait_until(lambda: not _marked(own["GNOMON_ATTACKS"]), "the killed processes of the run have ended")
 
 
 def _rows(folder: Path) -> pd.DataFrame:
