@@ -1,10 +1,14 @@
-"""Settings shared by all tests."""
+"""Settings shared by all tests; makes the modules of `helpers/` importable by tests and by the processes that they start."""
 
 from __future__ import annotations
 
 import os
+import sys
+from pathlib import Path
 
 from hypothesis import HealthCheck, settings
+
+sys.path.insert(0, str(Path(__file__).parent / "helpers"))
 
 # The default profile draws the same examples every time; HYPOTHESIS_PROFILE=thorough draws new ones, and more.
 # Health checks for time and rejected draws are off: exact motions are slow, and rules of domains reject draws.

@@ -16,7 +16,6 @@ from gnomon.harness.running import plan
 from gnomon.harness.running.run import run
 
 sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1] / "harness"))  # the planted integrators
 
 from changes import changing
 

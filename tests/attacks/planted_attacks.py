@@ -25,7 +25,7 @@ import mpmath
 import numpy as np
 from gnomon.harness.contract.integrator import Problem, Refused, Solution, Solve
 from gnomon.harness.running import messages
-from planted import Sound, runge_kutta
+from planted import Sound, hang, runge_kutta
 
 FOLDER = os.environ.get("GNOMON_ATTACKS", "")
 """The folder of the tokens; without it nothing forks."""
@@ -48,11 +48,6 @@ def fork() -> bool:
             return True
         return False
     return False
-
-
-def wait_for_ever() -> None:
-    while True:
-        signal.sigtimedwait([], 0.01)
 
 
 class Attack(Sound):
@@ -95,12 +90,12 @@ def answer(name: str, statuses: str, make: Callable[[Any], Any]) -> None:
 
 @attack("timeout skipped")
 def hangs(solution: Solution, _: Problem) -> Any:
-    wait_for_ever()
+    hang()
 
 
 @attack("timeout skipped", early=True)
 def hangs_while_preparing(solution: Solution, _: Problem) -> Any:
-    wait_for_ever()
+    hang()
 
 
 @attack("timeout skipped")
@@ -110,13 +105,13 @@ def ignores_all_signals_and_hangs(solution: Solution, _: Problem) -> Any:
             signal.signal(number, signal.SIG_IGN)
         except OSError:
             continue
-    wait_for_ever()
+    hang()
 
 
 @attack("timeout skipped")
 def stops_itself(solution: Solution, _: Problem) -> Any:
     os.kill(os.getpid(), signal.SIGSTOP)
-    wait_for_ever()
+    hang()
 
 
 @attack("crashed")
@@ -147,7 +142,7 @@ def reads_address_zero(solution: Solution, _: Problem) -> Any:
 @attack("crashed")
 def sets_an_alarm(solution: Solution, _: Problem) -> Any:
     signal.setitimer(signal.ITIMER_REAL, 0.001)
-    wait_for_ever()
+    hang()
 
 
 @attack("interrupted")
@@ -158,7 +153,7 @@ def kills_itself(solution: Solution, _: Problem) -> Any:
 @attack("interrupted crashed")
 def terminates_its_parent(solution: Solution, _: Problem) -> Any:
     os.kill(os.getppid(), signal.SIGTERM)
-    wait_for_ever()
+    hang()
 
 
 @attack("crashed")
@@ -296,7 +291,7 @@ def forks_while_preparing(solution: Solution, _: Problem) -> Any:
 def leaves_a_fork_that_waits(solution: Solution, _: Problem) -> Any:
     if fork():
         os.setsid()
-        wait_for_ever()
+        hang()
     return solution
 
 
@@ -376,7 +371,7 @@ def forbids_recursion(solution: Solution, _: Problem) -> Any:
 
 @attack("ok")
 def hangs_at_exit(solution: Solution, _: Problem) -> Any:
-    atexit.register(wait_for_ever)
+    atexit.register(hang)
     return solution
 
 

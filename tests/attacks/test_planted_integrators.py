@@ -13,13 +13,14 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import planted
+import planted_attacks
 import pytest
 from gnomon.harness.results import store
+from planted_attacks import ATTACKS
+from waiting import wait_until
 
-FOLDERS = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "harness")]
-sys.path[:0] = FOLDERS
-
-from planted_attacks import ATTACKS  # noqa: E402 (found by the line above)
+FOLDERS = [str(Path(module.__file__).parent) for module in (planted, planted_attacks)]
 
 SCRIPT = """
 import sys
@@ -65,8 +66,8 @@ def _run(names: Sequence[str], folder: Path, temporary: Path) -> None:
             os.kill(number, signal.SIGKILL)
     assert process.returncode == 0, said.decode()
     assert not list(temporary.iterdir()), "a temporary file was left"
-    while running := _marked(own["GNOMON_ATTACKS"]):  # killed ones take a moment to end
-        assert all(_ending(number) for number in running), "a process was left"
+    assert all(map(_ending, _marked(own["GNOMON_ATTACKS"]))), "a process was left"
+    wait_until(lambda: not _marked(own["GNOMON_ATTACKS"]), "the killed processes of the run have ended")
 
 
 def _rows(folder: Path) -> pd.DataFrame:

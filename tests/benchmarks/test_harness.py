@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import planted
 import pytest
 from gnomon.harness.results.store import Store
 from gnomon.harness.running import plan
@@ -16,10 +16,6 @@ from gnomon.harness.running.sweep import Sweep
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "harness"))
-
-import planted
 
 pytestmark = pytest.mark.benchmark
 TRIALS = 100

@@ -1,8 +1,8 @@
-"""Makes the helper modules of this folder (independent_*) importable by tests."""
+"""Makes the independent derivations (independent_*) importable by tests."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "mass_points")]
+sys.path[:0] = [str(Path(__file__).parent / folder) for folder in ("derived_quantities", "mass_points")]

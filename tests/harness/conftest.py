@@ -1,14 +1,10 @@
-"""Makes `synthetic` and `planted`, the helpers in this folder, importable by tests and by worker processes."""
+"""An invented run for tests of stores, analyses and reports."""
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 import synthetic
 
 

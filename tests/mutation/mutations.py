@@ -473,4 +473,95 @@ EXACT = (
     ),
 )
 
-MUTATIONS = (*STEPPING, *IMPLICIT, *RUNNING, *EXACT)
+POOL = (
+    Mutation(
+        "pool: the time limit of a call has no grace",
+        "harness/running/pool.py",
+        "Pool._handle",
+        'self._stage(slot, "run", limit + GRACE_SECONDS)',
+        'self._stage(slot, "run", limit)',
+        ("tests/harness/running/test_pool.py",),
+    ),
+    Mutation(
+        "pool: a compilation keeps the deadline of the call",
+        "harness/running/pool.py",
+        "Pool._handle",
+        '                slot.interrupted = (slot.stage, slot.seconds)\n            self._stage(slot, "prepare", self.prepare_seconds)',
+        "                slot.interrupted = (slot.stage, slot.seconds)",
+        ("tests/harness/running/test_pool.py",),
+    ),
+    Mutation(
+        "pool: after a compilation the deadline of the preparation stays",
+        "harness/running/pool.py",
+        "Pool._handle",
+        "self._stage(slot, *slot.interrupted)",
+        "pass",
+        ("tests/harness/running/test_pool.py",),
+    ),
+    Mutation(
+        "pool: a trial with a short limit is tried once",
+        "harness/running/pool.py",
+        "Pool._late",
+        "slot.tries >= TRIES",
+        "slot.tries >= 1",
+        ("tests/harness/running/test_pool.py",),
+    ),
+    Mutation(
+        "pool: waits for the processor do not extend a deadline",
+        "harness/running/pool.py",
+        "Pool._late",
+        "slot.deadline += waited\n",
+        "slot.deadline += 0.0\n",
+        ("tests/harness/running/test_pool.py",),
+    ),
+    Mutation(
+        "pool: a signal from outside counts as a crash",
+        "harness/running/pool.py",
+        "Pool._died",
+        "if code in OUTSIDE else",
+        "if code in () else",
+        ("tests/harness/running/test_pool.py",),
+    ),
+    Mutation(
+        "pool: a lost server costs the trial at once",
+        "harness/running/pool.py",
+        "Pool._died",
+        "code == LOST and not slot.again",
+        "False",
+        ("tests/harness/running/test_pool.py",),
+    ),
+    Mutation(
+        "pool: a refusal ends the worker",
+        "harness/running/pool.py",
+        "Pool._handle",
+        "status != Status.REFUSED",
+        "True",
+        ("tests/harness/running/test_pool.py",),
+    ),
+    Mutation(
+        "pool: answers to earlier requests count",
+        "harness/running/pool.py",
+        "Pool._drain",
+        "message.request == slot.request.number and not",
+        "not",
+        ("tests/harness/running/test_pool.py",),
+    ),
+    Mutation(
+        "pool: an interruption leaves the workers",
+        "harness/running/pool.py",
+        "Pool.run",
+        "for slot in list(self._slots):\n                self._end(slot)",
+        "pass",
+        ("tests/harness/running/test_pool.py",),
+    ),
+    Mutation(
+        "pool: a worker may take all of the memory",
+        "harness/running/pool.py",
+        "Pool._launch",
+        "worker_bytes(self.workers)",
+        "2**50",
+        ("tests/harness/running/test_pool.py",),
+    ),
+)
+
+MUTATIONS = (*STEPPING, *IMPLICIT, *RUNNING, *POOL, *EXACT)

@@ -7,21 +7,34 @@ import json
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
+from breadth import tenth
 from gnomon.cases import check_names, get, names
 from gnomon.cases.core.forms import SecondOrder, Values
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.harness.certification import certify_all, certify_long
-from gnomon.harness.certification.certify import certify, write
+from gnomon.harness.certification.certify import Certificate, certify, write
 from gnomon.reference.numerics.motion import Motion
 
+EXPENSIVE = (
+    "curve_sliding_quartic", "double_pendulum", "gyrocompass_tilting", "pendulum_on_cart", "rubber_tube_thick",
+    "two_body",
+)  # fmt: skip
+"""Cases whose certificate takes 3 to 10 s."""
 
-@pytest.mark.parametrize("name", names())
+
+@cache
+def of_default(name: str) -> Certificate:
+    return certify(get(name))
+
+
+@pytest.mark.parametrize("name", [*(name for name in names() if name not in EXPENSIVE), *tenth(EXPENSIVE)])
 def test_default_case_is_certified(name: str) -> None:
-    certificate = certify(get(name))
+    certificate = of_default(name)
     assert certificate.digits >= certificate.required, certificate
     assert certificate.passed, certificate
 
@@ -91,7 +104,7 @@ def test_certificates_are_written_for_the_report(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["pendulum_simple", "euler_top", "lagrange_top", "spherical_pendulum"])
 def test_balls_prove_the_digits_of_elliptic_motions(name: str) -> None:
-    assert certify(get(name)).ways["ball"] >= 45
+    assert of_default(name).ways["ball"] >= 45
 
 
 def test_long_spans_are_certified_by_windows_group_and_seams() -> None:

@@ -7,6 +7,7 @@ import select
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -92,7 +93,10 @@ def started(arguments: list[str], folder: Path) -> subprocess.Popen[str]:
 
 def until(process: subprocess.Popen[str], told: str) -> None:
     assert process.stderr is not None
-    assert any(told in line for line in process.stderr)
+    limit = threading.Timer(ENDED, os.killpg, (process.pid, signal.SIGKILL))
+    limit.start()
+    assert any(told in line for line in process.stderr), f"it ended, or was killed after {ENDED} s, without {told!r}"
+    limit.cancel()
 
 
 def ended(process: subprocess.Popen[str]) -> str:

@@ -124,7 +124,7 @@ def test_an_interrupted_run_says_how_to_go_on(
 ) -> None:
     from gnomon.harness.running.pool import Pool
 
-    run = ("run", "--case", "planted:Short", "--integrator", "planted:Sound", "--suite", "quick", "--limit", "0.05")
+    run = ("run", "--case", "planted:Short", "--integrator", "planted:Sound", "--suite", "quick", "--limit", "2")
 
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt

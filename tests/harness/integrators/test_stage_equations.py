@@ -240,8 +240,8 @@ def fall_jacobian(x: Any) -> Any:
 
 
 @cache
-def radau_falls() -> tuple[NDArray[np.float64], Extended]:
-    return falls(3400, radau_tableau())
+def radau_falls(count: int) -> tuple[NDArray[np.float64], Extended]:
+    return falls(count, radau_tableau())
 
 
 def falls(count: int, tableau: Tableau) -> tuple[NDArray[np.float64], Extended]:
@@ -404,15 +404,16 @@ def test_radau_solves_linear_steps() -> None:
     assert np.max(np.abs(found - exact)) < 10 * 2e-15 * 2
 
 
+@pytest.mark.parametrize("count", [340, pytest.param(3400, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-8])
-def test_adaptive_radau_solves_its_stages_to_a_part_of_its_tolerance(tolerance: float) -> None:
-    """10,200 steps of 1 in all, the first of their runs; iteration leaves a few per cent of the tolerance in those that
+def test_adaptive_radau_solves_its_stages_to_a_part_of_its_tolerance(tolerance: float, count: int) -> None:
+    """`count` steps of 1, the first of their runs; iteration leaves a few per cent of the tolerance in those that
     error control accepts.
 
     The norm is a mean over six numbers, two of which are of the last stage: 3.5. The rate of the first two changes, the
     only one known after them, can be three times below that of the later ones.
     """
-    start, exact = radau_falls()
+    start, exact = radau_falls(count)
     solve = Radau5().prepare(one_step(FirstOrder(relax), 2, time_scale=1e6), tolerance)
     inner = 0.1 * tolerance ** (2 / 3)
     enough = max(2e-15 / inner, min(0.03, math.sqrt(inner)))
@@ -423,4 +424,4 @@ def test_adaptive_radau_solves_its_stages_to_a_part_of_its_tolerance(tolerance: 
         if solution.steps == 1:
             accepted += 1
             assert abs(solution.states[0, 0, 0] - end[0]) < 3.5 * 4 * enough * inner * (1 + abs(state[0]))
-    assert accepted > 100
+    assert accepted > count / 34

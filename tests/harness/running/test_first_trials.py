@@ -17,12 +17,12 @@ from gnomon.harness.results import store
 from gnomon.harness.running import first_trials, plan
 from rich.console import Console
 
-SUITE = replace(plan.suite("quick"), block_seconds=0.0).within(0.5)
+SUITE = replace(plan.suite("quick"), block_seconds=0.0).within(1.0)
 RUN = ("run", "--case", "planted:Short", "--suite", "quick", "--integrator")
 
 
 def crashes(*kinds: Any) -> list[str]:
-    return first_trials.crashes(plan.choose(["planted:Short"], False), [kind() for kind in kinds], SUITE, 2.0)
+    return first_trials.crashes(plan.choose(["planted:Short"], False), [kind() for kind in kinds], SUITE, 60.0)
 
 
 def test_only_an_integrator_that_crashes_at_both_settings_is_named_with_its_traceback() -> None:
@@ -65,13 +65,13 @@ def test_a_run_that_measured_shows_it_and_names_the_next_command(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "a file.sqlite"
-    assert gnomon(*RUN, "planted:Hangs", "--limit", "0.5", "--out", str(out)) == 0
+    assert gnomon(*RUN, "planted:Hangs", "--limit", "2", "--out", str(out)) == 0
     text = capfd.readouterr().out
     (row,) = (line for line in text.splitlines() if line.strip().startswith("planted:hangs"))
     best = store.load(out).query("status == 'ok'")["error_max"].min()
     assert f" {error_text(best)} " in row
     assert "3 ok" in row
-    assert "no answer within 0.5 s" in text
+    assert "no answer within 2 s" in text
     assert f"gnomon report '{out}'" in text
     assert gnomon(*RUN, "planted:NotANumber", "--out", str(out)) == 1, (
         "results of another integrator in the file do not count"

@@ -7,7 +7,6 @@ import signal
 import sqlite3
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,9 +17,10 @@ import pytest
 from gnomon.harness.results import regression, store
 from gnomon.harness.running import plan
 from gnomon.harness.running.run import compare, run
-from gnomon.harness.system.child_process import queued_seconds
+from waiting import LIMIT_SECONDS, wait_until
 
-SUITE = replace(plan.suite("quick"), limit_seconds=0.5, variant_limit_seconds=0.5, block_seconds=0.002, repeats=5)
+SUITE = replace(plan.suite("quick"), limit_seconds=2.0, variant_limit_seconds=2.0, block_seconds=0.002, repeats=5)
+WITHIN_1 = replace(SUITE, limit_seconds=1.0, variant_limit_seconds=1.0)
 CASE = "planted:Short"
 BAD = (
     planted.Hangs, planted.HangsInPrepare, planted.Aborts, planted.Exits, planted.NotANumber, planted.TooFew,
@@ -35,7 +35,7 @@ def frame(tmp_path_factory: pytest.TempPathFactory) -> Any:
     folder = tmp_path_factory.mktemp("planted")
     chosen = plan.choose([CASE], True)
     integrators = [planted.Sound(), *(kind() for kind in BAD)]
-    return store.load(run(folder, SUITE, chosen, integrators, prepare_seconds=1.5))
+    return store.load(run(folder, SUITE, chosen, integrators, prepare_seconds=6.0))
 
 
 def of(frame: Any, kind: type[planted.Sound]) -> Any:
@@ -68,71 +68,35 @@ def test_a_hang_is_a_timeout_and_ends_its_series(frame: Any) -> None:
     first = list(rows["status"]).index("timeout")
     assert set(rows["status"][:first]) == {"ok"}
     assert set(rows["status"][first + 1 :]) == {"skipped"}
-    assert "0.5 s" in rows["reason"][first]
+    assert "2 s" in rows["reason"][first]
     assert rows["reason"][first + 1 :].str.contains("timeout").all()
 
 
-@pytest.mark.parametrize("kind", [planted.StallsOnce, planted.Compiles])
-def test_a_stall_of_the_machine_and_compiling_do_not_count_towards_the_limit(tmp_path: Path, kind: Any) -> None:
-    """One stall, or code that a method compiles only during a call, would otherwise lose all settings after it."""
-    planted.STALLED.unlink(missing_ok=True)
-    suite = replace(SUITE, limit_seconds=0.2, variant_limit_seconds=0.2)
-    found = store.load(run(tmp_path, suite, plan.choose([CASE], True), [kind()], prepare_seconds=5.0))
-    rows = of(found, kind)
-    assert planted.STALLED.exists() == (kind is planted.StallsOnce)
-    planted.STALLED.unlink(missing_ok=True)
+def test_compiling_during_a_call_does_not_count_towards_the_limit(tmp_path: Path) -> None:
+    """Code that a method compiles only during a call would otherwise lose all settings after it."""
+    rows = of(store.load(run(tmp_path, WITHIN_1, plan.choose([CASE], True), [planted.Compiles()])), planted.Compiles)
     assert set(rows["status"][:4]) == {"ok"}
     done = rows[rows["status"] == "ok"]
     np.testing.assert_array_equal(done["rhs_calls"], 4 * done["steps"])
 
 
-@pytest.mark.parametrize(("share", "status"), [(1.0, "ok"), (0.0, "timeout")])
-def test_waiting_for_a_busy_processor_does_not_count_towards_the_limit(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, share: float, status: str
-) -> None:
-    """The kernel reports how long a process was ready to run while others ran; here it reports a given share."""
-    monkeypatch.setattr("gnomon.harness.running.pool.queued_seconds", lambda _guard: share * time.monotonic())
-    monkeypatch.setattr("gnomon.harness.running.pool.GRACE_SECONDS", 0.05)
-    suite = replace(SUITE, limit_seconds=0.1, block_seconds=0.0)
-    rows = of(store.load(run(tmp_path, suite, plan.choose([CASE], True), [planted.Waits()])), planted.Waits)
-    assert rows["status"][0] == status
-
-
-def test_the_wait_of_a_guards_child_is_read_from_the_kernel() -> None:
-    guard = subprocess.Popen(["sh", "-c", "read _line & read _line; :"], stdin=subprocess.PIPE)
-    try:
-        assert queued_seconds(guard.pid) >= 0.0
-        child = Path(f"/proc/{guard.pid}/task/{guard.pid}/children")
-        while not child.read_text():
-            os.sched_yield()
-        waited = float(Path(f"/proc/{child.read_text().split()[0]}/schedstat").read_text().split()[1])
-        assert queued_seconds(guard.pid) >= waited * 1e-9
-    finally:
-        guard.kill()
-        guard.communicate()
-    assert queued_seconds(guard.pid) == 0.0
-
-
-@pytest.mark.parametrize("kind", [planted.Hangs, planted.CompilesAndHangs])
-def test_a_hang_is_a_timeout_under_a_short_limit_too(tmp_path: Path, kind: Any) -> None:
-    """It is tried three times. A compilation before it neither shortens nor extends its limit."""
-    suite = replace(SUITE, limit_seconds=0.2, variant_limit_seconds=0.2)
-    rows = of(store.load(run(tmp_path, suite, plan.choose([CASE], True), [kind()])), kind)
+def test_a_compilation_before_a_hang_neither_shortens_nor_extends_the_limit(tmp_path: Path) -> None:
+    kind = planted.CompilesAndHangs
+    rows = of(store.load(run(tmp_path, WITHIN_1, plan.choose([CASE], True), [kind()])), kind)
     first = list(rows["status"]).index("timeout")
     assert set(rows["status"][:first]) == {"ok"}
-    assert rows["reason"][first] == "no answer within 0.2 s"
-    assert rows["repeats"][first] == 3
+    assert rows["reason"][first] == "no answer within 1 s"
 
 
 def test_a_hang_is_a_regression(tmp_path: Path) -> None:
-    """Even if every setting that both runs solved is as good as in the base."""
-    suite = replace(SUITE, limit_seconds=0.1, variant_limit_seconds=0.1)
-    chosen = plan.choose([CASE], True)
+    """Even if every setting that both runs solved is as good as in the base. Under a limit below RETRY_SECONDS: a timeout
+    is a regression once it was tried three times, which also keeps a stall of the machine from being one."""
+    suite, chosen = replace(SUITE, limit_seconds=0.4, variant_limit_seconds=0.4), plan.choose([CASE], True)
     sound, hangs = (store.load(run(tmp_path / k.name, suite, chosen, [k()])) for k in (planted.Sound, planted.Hangs))
     hangs = hangs.assign(integrator_id=sound["integrator_id"].iloc[0])
     verdict = regression.compare(sound, hangs)
     assert verdict.settings == (sound["status"] == "ok").sum()
-    assert any("ok became timeout no answer within 0.1 s" in line for line in verdict.regressions)
+    assert any("ok became timeout no answer within 0.4 s" in line for line in verdict.regressions)
     assert any("ok became skipped" in line for line in verdict.regressions)
     assert regression.compare(sound, sound).regressions == []
 
@@ -212,7 +176,7 @@ def test_pairs_that_are_left_out_have_a_reason(tmp_path: Path) -> None:
 
 
 def test_compare_for_notebooks_runs_a_class_and_returns_a_frame() -> None:
-    rows = compare(CASE, planted.Sound, limit_seconds=0.05)
+    rows = compare(CASE, planted.Sound, limit_seconds=2.0)
     assert (rows["status"] == "ok").any()
     assert set(rows["integrator_id"]) == {"planted:sound"}
     with pytest.raises(ValueError, match="did you mean"):
@@ -233,7 +197,7 @@ def test_a_script_needs_no_main_guard(tmp_path: Path) -> None:
         f"case = cases.get('harmonic_oscillator', span='{tmp_path.stat().st_mtime_ns % 1000 + 5000}/1000')\n"
         "print(*compare(case, 'gnomon:RK4')['status'])\n"
     )
-    ran = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, check=False)
+    ran = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=LIMIT_SECONDS, check=False)
     assert (ran.stdout.split(), ran.returncode) == (["ok"] * 11, 0), ran.stderr
 
 
@@ -284,7 +248,7 @@ def _hear_interrupts() -> None:
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_a_run_that_is_killed_leaves_no_worker_and_continues_where_it_stopped(tmp_path: Path, how: int) -> None:
     script = tmp_path / "job.py"
-    script.write_text(SCRIPT.format(folder=str(Path(__file__).parents[1]), limit=0.5, out=str(tmp_path)))
+    script.write_text(SCRIPT.format(folder=str(Path(planted.__file__).parent), limit=1.0, out=str(tmp_path)))
     marker = {"GNOMON_TEST_RUN": str(tmp_path)}
     process = subprocess.Popen(
         [sys.executable, str(script)],
@@ -293,20 +257,18 @@ def test_a_run_that_is_killed_leaves_no_worker_and_continues_where_it_stopped(tm
         preexec_fn=_hear_interrupts,
     )
     path = tmp_path / "results.sqlite"
-    # the run has started once it has measured something; poll() ends the wait if it dies before
-    while process.poll() is None and not (path.exists() and _count(path) >= 4):
-        os.sched_yield()
+    wait_until(lambda: process.poll() is not None or _count(path) >= 4, "the run has measured something")
     assert process.poll() is None, "the run ended before it could be killed"
     assert len(_family(marker)) > 1, "the marker finds the workers"
     process.send_signal(how)
-    assert process.wait() != 0
-    while _family(marker):  # the signal arrives at once, the processes end when they are scheduled
-        os.sched_yield()
+    assert process.wait(LIMIT_SECONDS) != 0
+    wait_until(lambda: not _family(marker), "all processes of the run have ended")
     with sqlite3.connect(path) as db:
         assert db.execute("PRAGMA integrity_check").fetchone() == ("ok",)
     before = measurements(path)
     assert len(before) < 32
-    subprocess.run([sys.executable, str(script)], env=os.environ | marker, check=True, capture_output=True)
+    command = [sys.executable, str(script)]
+    subprocess.run(command, env=os.environ | marker, check=True, capture_output=True, timeout=LIMIT_SECONDS)
     after = measurements(path)
     assert after[: len(before)] == before
     assert len(set(after)) == len(after) == 32, "every trial of four sweeps once"
@@ -314,7 +276,7 @@ def test_a_run_that_is_killed_leaves_no_worker_and_continues_where_it_stopped(tm
 
 def _count(path: Path) -> int:
     try:
-        return len(measurements(path))
+        return len(measurements(path)) if path.exists() else 0
     except sqlite3.OperationalError:
         return 0  # the tables are not there yet
 

@@ -13,6 +13,7 @@ from gnomon.harness.scoring import reference_solution
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system import child_process
 from gnomon.reference.storage import import_closure
+from waiting import LIMIT_SECONDS
 
 from gnomon import cases
 
@@ -36,7 +37,7 @@ def test_after_an_interruption_no_other_computation_begins(monkeypatch: pytest.M
     def compute(spec: CaseSpec) -> None:
         begun.append(spec)
         if len(begun) > 1:
-            shutting_down.wait()
+            assert shutting_down.wait(LIMIT_SECONDS)
 
     def interrupt() -> None:
         raise KeyboardInterrupt

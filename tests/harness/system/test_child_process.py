@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import signal
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from gnomon.harness.system import child_process
+from waiting import wait_until
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads what signals a process ignores from /proc")
@@ -20,6 +22,20 @@ def test_the_server_of_workers_ignores_ctrl_c_from_its_first_line() -> None:
     status = Path(f"/proc/{server}/status").read_text()
     (mask,) = (line.split()[1] for line in status.splitlines() if line.startswith("SigIgn"))
     assert int(mask, 16) >> (signal.SIGINT - 1) & 1
+
+
+def test_the_wait_of_a_guards_child_is_read_from_the_kernel() -> None:
+    guard = subprocess.Popen(["sh", "-c", "read _line & read _line; :"], stdin=subprocess.PIPE)
+    try:
+        assert child_process.queued_seconds(guard.pid) >= 0.0
+        child = Path(f"/proc/{guard.pid}/task/{guard.pid}/children")
+        wait_until(child.read_text, "the guard has a child")
+        waited = float(Path(f"/proc/{child.read_text().split()[0]}/schedstat").read_text().split()[1])
+        assert child_process.queued_seconds(guard.pid) >= waited * 1e-9
+    finally:
+        guard.kill()
+        guard.communicate()
+    assert child_process.queued_seconds(guard.pid) == 0.0
 
 
 def test_the_parent_handles_ctrl_c_again() -> None:

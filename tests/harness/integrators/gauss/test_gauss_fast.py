@@ -241,8 +241,16 @@ def test_first_guesses_of_no_bandwidth_are_the_polynomials() -> None:
         assert mpmath.norm(found - limit) < 1e-4 * mpmath.norm(limit)
 
 
+COMPILED_LONG = (("euler_top", 1e-5), ("lagrange_top_attitude", 1e-6))
+"""Cases that take the compiler 10 to 20 s for each count of their right-hand sides."""
+
+
 @pytest.mark.parametrize(
-    ("name", "tolerance"), [("pendulum_simple", 1e-5), ("euler_top", 1e-5), ("lagrange_top_attitude", 1e-6)]
+    ("name", "tolerance"),
+    [
+        ("pendulum_simple", 1e-5),
+        *(pytest.param(name, tolerance, marks=pytest.mark.slow) for name, tolerance in COMPILED_LONG),
+    ],
 )
 def test_first_guesses_of_the_tolerance_save_rounds(
     name: str, tolerance: float, monkeypatch: pytest.MonkeyPatch

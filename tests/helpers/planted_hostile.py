@@ -7,17 +7,20 @@ import pickle
 import signal
 import subprocess
 import tempfile
-import threading
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from gnomon.harness.contract.integrator import Problem, Solution, Solve
-from planted import Sound, runge_kutta
+from planted import Sound, hang, runge_kutta
 
-FOLDER = Path(tempfile.gettempdir()) / f"gnomon-hostile-{os.getuid()}"
-"""The folder outside of all processes into which planted integrators write."""
+FOLDER = Path(
+    os.environ.setdefault("GNOMON_HOSTILE", os.path.join(tempfile.gettempdir(), f"gnomon-hostile-{os.getpid()}"))
+)
+"""The folder into which planted integrators write: that of the process that runs the tests, also in its workers."""
+SLEEP_SECONDS = f"100{FOLDER.name.rpartition('-')[2]}"
+"""The time that processes sleep which an integrator leaves: more than a day, and found by this number."""
 
 
 class Answers(Sound):
@@ -128,7 +131,7 @@ class LeavesChildren(Answers):
     name = "leaves children"
 
     def answer(self, solution: Solution) -> Any:
-        command = ["sleep", "100001"]
+        command = ["sleep", SLEEP_SECONDS]
         subprocess.Popen(command, start_new_session=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
         return solution
 
@@ -146,8 +149,7 @@ class LeavesChildrenAndHangs(LeavesChildren):
 
     def answer(self, solution: Solution) -> Any:
         super().answer(solution)
-        while True:
-            signal.sigtimedwait([], 0.01)
+        hang()
 
 
 class KillsParent(Answers):
@@ -155,8 +157,7 @@ class KillsParent(Answers):
 
     def answer(self, solution: Solution) -> Any:
         os.kill(os.getppid(), signal.SIGKILL)
-        threading.Event().wait(1.0)  # its own end follows; a solution sent before would count
-        return solution
+        hang()  # its own end follows; a solution sent before would count
 
 
 class KillsServer(Answers):
@@ -170,8 +171,7 @@ class KillsServer(Answers):
             done.touch()
             status = Path(f"/proc/{os.getppid()}/stat").read_text()
             os.kill(int(status.rpartition(")")[2].split()[1]), signal.SIGKILL)
-            while True:
-                signal.sigtimedwait([], 0.01)
+            hang()
         return solution
 
 

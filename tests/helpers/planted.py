@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import os
-import signal
-import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 from gnomon.cases import Case
@@ -18,8 +15,14 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Sol
 from gnomon.harness.kernels.generated_modules import announced
 from gnomon.harness.running import worker
 
-STALLED = Path(tempfile.gettempdir()) / f"gnomon-stalled-{os.getuid()}"
-"""A file outside of all processes, which exists once `StallsOnce` has stalled."""
+END_SECONDS = 300.0
+"""Longer than any limit under which a planted integrator runs: one that hangs and is not killed ends by itself."""
+
+
+def hang() -> NoReturn:
+    """Never return; end the process if nothing ended it."""
+    time.sleep(END_SECONDS)
+    os._exit(1)
 
 
 def runge_kutta(problem: Problem, step: float) -> Callable[[Any], Solution]:
@@ -95,48 +98,15 @@ class Hangs(Sound):
         sound = runge_kutta(problem, setting)
 
         def solve(initial_states: Any) -> Solution:
-            while round(problem.interval / setting) >= 8:
-                signal.sigtimedwait([], 0.01)
-            return sound(initial_states)
-
-        return solve
-
-
-class StallsOnce(Sound):
-    """Passes the limit by far at its third setting, but only once, as in a stall of the machine."""
-
-    name = "stalls once"
-
-    def prepare(self, problem: Problem, setting: float) -> Solve:
-        sound = runge_kutta(problem, setting)
-
-        def solve(initial_states: Any) -> Solution:
-            if round(problem.interval / setting) == 8 and not STALLED.exists():
-                STALLED.touch()
-                time.sleep(60)
-            return sound(initial_states)
-
-        return solve
-
-
-class Waits(Sound):
-    """Waits three tenths of a second at its first setting."""
-
-    name = "waits"
-
-    def prepare(self, problem: Problem, setting: float) -> Solve:
-        sound = runge_kutta(problem, setting)
-
-        def solve(initial_states: Any) -> Solution:
-            if round(problem.interval / setting) == 1:
-                signal.sigtimedwait([], 0.3)
+            if round(problem.interval / setting) >= 8:
+                hang()
             return sound(initial_states)
 
         return solve
 
 
 class Compiles(Sound):
-    """At its third setting, in each process, compiles for longer than the limit."""
+    """At its third setting, in each process, compiles for longer than a limit of a second."""
 
     name = "compiles"
     compiled: ClassVar = False
@@ -148,7 +118,7 @@ class Compiles(Sound):
             if round(problem.interval / setting) == 8 and not Compiles.compiled:
                 Compiles.compiled = True
                 with announced():
-                    time.sleep(1.0)
+                    time.sleep(1.5)
             return sound(initial_states)
 
         return solve
@@ -174,8 +144,7 @@ class HangsInPrepare(Sound):
     name = "hangs in prepare"
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
-        while True:
-            signal.sigtimedwait([], 0.01)
+        hang()
 
 
 class Aborts(Sound):
@@ -240,8 +209,7 @@ class HangsAlways(Sound):
 
     def prepare(self, problem: Problem, setting: float) -> Solve:
         def solve(initial_states: Any) -> Solution:
-            while True:
-                signal.sigtimedwait([], 0.01)
+            hang()
 
         return solve
 

@@ -1,0 +1,389 @@
+"""The process pool: deadlines by stage, tries, and workers that die, fork, fill memory or are interrupted.
+
+The workers here run a script of the test instead of a series; no integrator is called and nothing is stored. The pool's
+clock advances only if a worker has nothing more to say, so that no result depends on the speed of the machine.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+import signal
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from multiprocessing import connection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import planted
+import pytest
+from gnomon.harness.contract.status import Status
+from gnomon.harness.results.values import TRIES
+from gnomon.harness.running import messages, pool
+from gnomon.harness.running.messages import Message
+from gnomon.harness.running.pool import GRACE_SECONDS, LOST, RETRY_SECONDS, Pool
+from gnomon.harness.running.worker import Request, Task, answer
+from gnomon.harness.scoring.outcome import Outcome
+from gnomon.harness.scoring.reference_solution import CaseSpec
+from gnomon.harness.system.child_process import guarded
+from gnomon.harness.system.memory import worker_bytes
+from waiting import LIMIT_SECONDS, wait_until
+
+PREPARE, LIMIT, SHORT, BLOCK = 1000.0, 10.0, RETRY_SECONDS / 4, 3.0
+"""Seconds: the deadline of a preparation, two limits of a trial, and the time of a block of calls."""
+OUTCOME = Outcome(np.zeros((2, 1)), None, None, 1, 1, (1.0,), 1.0, None)
+NOTHING = np.zeros((0, 1))
+TASK = Task(("", ""), CaseSpec("", None, (), (), "1"), np.arange(1.0, 3.0), np.zeros(1), np.ones(1), 1.0, NOTHING, "")
+STOPPED = "no message came, and the worker did not say that it has none"
+
+
+class Job:
+    """`count` requests; `rows` has a tuple for each that ended: "done", or status, reason and tries."""
+
+    def __init__(self, count: int = 1, limit: float = LIMIT, task: Task = TASK) -> None:
+        self.task, self.limit_seconds, self.left = task, limit, count
+        self.rows: list[Any] = []
+
+    def next(self) -> Request | None:
+        self.left -= 1
+        return None if self.left < 0 else Request(1.0, True, BLOCK, 3, 1.0)
+
+    def done(self, outcome: Outcome) -> None:
+        self.rows.append("done")
+
+    def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
+        self.rows.append((status, reason, tries))
+
+
+class Worker:
+    """What a script can do in the process of a worker."""
+
+    def __init__(self, pipe: Any, silent: int) -> None:
+        self._pipe, self._silent = pipe, silent
+        self.receive()
+
+    def receive(self) -> None:
+        self.number = self._pipe.recv().number
+
+    def say(self, *stages: str, **content: Any) -> None:
+        for stage in stages:
+            messages.send(self._pipe.fileno(), Message(self.number, stage, content, {}))
+
+    def done(self) -> None:
+        messages.send(self._pipe.fileno(), answer(OUTCOME, self.number))
+
+    def write(self, content: bytes) -> None:
+        os.write(self._pipe.fileno(), content)
+
+    def hang(self) -> None:
+        """Say nothing until the deadline."""
+        self.silent()
+        signal.pause()
+
+    def silent(self) -> None:
+        os.write(self._silent, b".")
+
+
+Script = Callable[[Worker], None]
+
+
+class Clock:
+    """The time of the pool: it goes to the next deadline if the only worker has said that it hangs."""
+
+    def __init__(self, hears: int, says: int) -> None:
+        self.now, self.says, self._hears = 0.0, says, hears
+        self.hanging: Any = None
+
+    def wait(self, connections: list[Any], timeout: float) -> None:
+        if self.hanging is not connections[0]:
+            assert connection.wait([*connections, self._hears], LIMIT_SECONDS), STOPPED
+            if any(one.poll() for one in connections):  # a worker says that it hangs after its last message
+                return
+            os.read(self._hears, 1)
+            (self.hanging,) = connections
+        self.now += timeout + 1e-6
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Iterator[Clock]:
+    """Pools use this clock, and no worker ever waits for the processor."""
+    hears, says = os.pipe()
+    clock = Clock(hears, says)
+    monkeypatch.setattr(pool, "monotonic", lambda: clock.now)
+    monkeypatch.setattr(pool, "wait", clock.wait)
+    monkeypatch.setattr(pool, "queued_seconds", lambda _guard: 0.0)
+    yield clock
+    os.close(hears)
+    os.close(says)
+
+
+@pytest.fixture
+def ran(clock: Any, monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[Any]]:
+    """ran(script, job, workers=1): the rows of a job whose workers run a script."""
+
+    def run(script: Script, job: Job, *others: Job, workers: int = 1) -> list[Any]:
+        def serve(pipe: Any, _task: Task) -> None:
+            faulthandler.disable()  # pytest's own would print the stack of a worker that aborts
+            guarded(lambda: script(Worker(pipe, clock.says)))
+
+        monkeypatch.setattr(pool, "serve", serve)
+        Pool(workers, "fork", PREPARE).run([job, *others])
+        return job.rows
+
+    return run
+
+
+def after(*stages: str) -> Script:
+    """A script that says these stages and then nothing more."""
+
+    def script(worker: Worker) -> None:
+        worker.say(*stages)
+        worker.hang()
+
+    return script
+
+
+RUN, TIME = LIMIT + GRACE_SECONDS, LIMIT + 4 * BLOCK + GRACE_SECONDS
+UNPREPARED, NO_ANSWER = f"not prepared within {PREPARE:g} s", f"no answer within {LIMIT:g} s"
+
+
+@pytest.mark.parametrize(
+    ("stages", "seconds", "reason"),
+    [
+        ((), PREPARE, UNPREPARED),
+        (("prepared",), RUN, NO_ANSWER),
+        (("prepared", "counted"), PREPARE, UNPREPARED),
+        (("prepared", "counted", "prepared"), RUN, NO_ANSWER),
+        (("prepared", "ran"), TIME, NO_ANSWER),
+        (("prepared", "ran", "turning"), RUN, NO_ANSWER),
+        (("prepared", "ran", "null"), PREPARE, UNPREPARED),
+        (("prepared", "compiling"), PREPARE, UNPREPARED),
+        (("prepared", "compiling", "compiled"), RUN, NO_ANSWER),
+        (("prepared", "ran", "compiling", "compiled"), TIME, NO_ANSWER),
+        (("prepared", "compiling", "compiling", "compiled"), RUN, NO_ANSWER),
+    ],
+    ids=lambda value: "-".join(value) or "start" if isinstance(value, tuple) else "",
+)
+def test_each_stage_has_its_deadline(
+    ran: Any, clock: Any, stages: tuple[str, ...], seconds: float, reason: str
+) -> None:
+    """A compilation during a call has that of a preparation; after it the stage that it interrupted begins again."""
+    assert ran(after(*stages), Job()) == [(Status.TIMEOUT, reason, 1)]
+    assert clock.now == pytest.approx(seconds, abs=1e-3)
+
+
+def test_a_trial_with_a_short_limit_is_tried_again(ran: Any, clock: Any) -> None:
+    """A stall of the machine is shorter than RETRY_SECONDS: only a trial that stops each time is a timeout."""
+    assert ran(after("prepared"), Job(limit=SHORT)) == [(Status.TIMEOUT, f"no answer within {SHORT:g} s", TRIES)]
+    assert clock.now == pytest.approx(TRIES * (SHORT + GRACE_SECONDS), abs=1e-3)
+
+
+def test_a_stall_costs_no_trial(ran: Any, tmp_path: Path) -> None:
+    """The same request goes to a new worker, and the series goes on there."""
+    stalled = tmp_path / "stalled"
+
+    def script(worker: Worker) -> None:
+        worker.say("prepared")
+        if not stalled.exists():
+            stalled.touch()
+            worker.hang()
+        worker.done()
+        worker.receive()
+        worker.done()
+
+    assert ran(script, Job(2, SHORT)) == ["done", "done"]
+    assert stalled.exists()
+
+
+@pytest.mark.parametrize(("share", "rows"), [(0.0, [(Status.TIMEOUT, NO_ANSWER, 1)]), (0.5, ["done"])])
+def test_waiting_for_the_processor_extends_the_deadline(
+    ran: Any, clock: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, share: float, rows: list[Any]
+) -> None:
+    """The kernel says how long a process was ready while others ran; here that is a share of the time. The worker answers
+    after its limit, unless it was killed there."""
+    os.mkfifo(tmp_path / "late")
+    monkeypatch.setattr(pool, "queued_seconds", lambda _guard: share * clock.now)
+    true_wait = clock.wait
+
+    def wait(connections: list[Any], timeout: float) -> None:
+        true_wait(connections, timeout)
+        if clock.now > 1.2 * RUN and clock.hanging is not None:
+            (tmp_path / "late").write_text("answer")
+            clock.hanging = None
+
+    def script(worker: Worker) -> None:
+        worker.say("prepared")
+        worker.silent()
+        (tmp_path / "late").read_text()
+        worker.done()
+
+    monkeypatch.setattr(pool, "wait", wait)
+    assert ran(script, Job()) == rows
+
+
+def end_with(code: int) -> Script:
+    return lambda _worker: os._exit(code)
+
+
+def end_by(number: int) -> Script:
+    return lambda _worker: os.kill(os.getpid(), number)
+
+
+@pytest.mark.parametrize(
+    ("script", "status", "reason"),
+    [
+        (end_with(0), Status.CRASHED, "the process ended with exit code 0"),
+        (end_with(3), Status.CRASHED, "the process ended with exit code 3"),
+        (lambda _worker: os.abort(), Status.CRASHED, "the process died of SIGABRT"),
+        (end_by(signal.SIGSEGV), Status.CRASHED, "the process died of SIGSEGV"),
+        (end_by(signal.SIGKILL), Status.INTERRUPTED, "the process died of SIGKILL"),
+        (end_by(signal.SIGHUP), Status.INTERRUPTED, "the process died of SIGHUP"),
+        (lambda worker: worker.write(b"x" * 99), Status.CRASHED, "its process sent something that is no message"),
+        (lambda worker: worker.say("lunch"), Status.CRASHED, "its process sent the stage 'lunch'"),
+        (lambda worker: worker.say("failed", status="ok"), Status.CRASHED, "its process sent the status 'ok'"),
+    ],
+    ids=["exit 0", "exit 3", "abort", "fault", "killed", "hangup", "garbled", "stage", "status"],
+)
+def test_a_worker_that_ends_or_sends_nonsense_fails_its_trial_alone(
+    ran: Any, tmp_path: Path, script: Script, status: Status, reason: str
+) -> None:
+    """What ends a process from outside does not count against the integrator. A new worker continues the series."""
+    began = tmp_path / "began"
+
+    def first(worker: Worker) -> None:
+        if began.exists():
+            worker.done()
+        else:
+            began.touch()
+            script(worker)
+        signal.pause()
+
+    failure, *rest = ran(first, Job(2))
+    assert failure[0] is status
+    assert failure[1].startswith(reason)
+    assert failure[2] is None
+    assert rest == ["done"]
+
+
+@pytest.mark.parametrize("word", [Status.REFUSED, Status.CRASHED, Status.OUT_OF_MEMORY, Status.NOT_INSTALLED])
+def test_only_after_a_refusal_the_series_goes_on_in_the_same_worker(ran: Any, tmp_path: Path, word: Status) -> None:
+    def script(worker: Worker) -> None:
+        with (tmp_path / "workers").open("a") as file:
+            file.write("one\n")
+        worker.say("failed", status=word, reason="because")
+        worker.receive()
+        worker.say("failed", status=word, reason="because")
+        signal.pause()
+
+    assert ran(script, Job(2)) == 2 * [(word, "because", None)]
+    assert len((tmp_path / "workers").read_text().split()) == (1 if word is Status.REFUSED else 2)
+
+
+@pytest.mark.parametrize("losses", [1, 2])
+def test_a_loss_of_the_server_costs_no_trial_but_the_second_one_does(ran: Any, tmp_path: Path, losses: int) -> None:
+    """Then the exit code of the worker is unknown: it may have been the worker that killed the server."""
+
+    def script(worker: Worker) -> None:
+        lost = len(list(tmp_path.iterdir()))
+        if lost < losses:
+            (tmp_path / str(lost)).touch()
+            os._exit(LOST)
+        worker.done()
+        signal.pause()
+
+    interrupted = (Status.INTERRUPTED, "the server of the worker processes was lost, twice", None)
+    assert ran(script, Job()) == (["done"] if losses == 1 else [interrupted])
+
+
+def test_an_answer_to_an_earlier_request_is_ignored(ran: Any) -> None:
+    """A process that an integrator forked may answer later what it was asked before."""
+
+    def script(worker: Worker) -> None:
+        worker.number -= 1
+        worker.done()
+        worker.number += 1
+        worker.say("failed", status=Status.REFUSED, reason="the answer to this request")
+        signal.pause()
+
+    assert ran(script, Job()) == [(Status.REFUSED, "the answer to this request", None)]
+
+
+def running(number: int) -> bool:
+    """Whether a process exists, and is no zombie."""
+    try:
+        return "\nState:\tZ" not in Path(f"/proc/{number}/status").read_text()
+    except OSError:
+        return False
+
+
+def forking(folder: Path, end: Script) -> Script:
+    """A script whose worker leaves a process in a session of its own, writes both numbers down, and ends."""
+
+    def script(worker: Worker) -> None:
+        child = os.fork()
+        if child == 0:
+            os.setsid()
+            signal.pause()
+        (folder / "processes").write_text(f"{os.getpid()} {child}")
+        end(worker)
+
+    return script
+
+
+def assert_ended(folder: Path) -> None:
+    """Both have ended, or end now: they were killed."""
+    numbers = [int(word) for word in (folder / "processes").read_text().split()]
+    assert len(numbers) == 2
+    wait_until(lambda: not any(map(running, numbers)), f"processes {numbers} have ended")
+
+
+def finish(worker: Worker) -> None:
+    worker.done()
+    signal.pause()
+
+
+@pytest.mark.parametrize(
+    ("end", "row"),
+    [(finish, "done"), (after("prepared"), Status.TIMEOUT), (end_with(3), Status.CRASHED)],
+    ids=["done", "timeout", "crashed"],
+)
+def test_no_process_of_a_worker_outlives_the_run(ran: Any, tmp_path: Path, end: Script, row: object) -> None:
+    (found,) = ran(forking(tmp_path, end), Job())
+    assert (found if row == "done" else found[0]) == row
+    assert_ended(tmp_path)
+
+
+def test_an_interruption_ends_all_workers_and_is_raised(
+    ran: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It arrives while the second of two workers is served, and the first hangs long before its deadline."""
+    monkeypatch.setattr(pool, "wait", lambda connections, _timeout: connection.wait(connections, LIMIT_SECONDS))
+
+    class Interrupted(Job):
+        def done(self, outcome: Outcome) -> None:
+            wait_until((tmp_path / "written").exists, "the first worker runs")
+            raise KeyboardInterrupt
+
+    def mark(_worker: Worker) -> None:
+        (tmp_path / "written").touch()
+        signal.pause()
+
+    def script(worker: Worker) -> None:
+        (forking(tmp_path, mark) if worker.number == 1 else finish)(worker)
+
+    with pytest.raises(KeyboardInterrupt):
+        ran(script, Job(), Interrupted(), workers=2)
+    assert_ended(tmp_path)
+
+
+def test_a_worker_has_a_share_of_the_memory() -> None:
+    """With the worker's own code: the integrator asks for 512 GB."""
+    case, kind = planted.Short().rounded(), planted.TakesMemory
+    start = np.array(case.initial_state, dtype=float)
+    task = replace(TASK, integrator=(kind.__module__, kind().id), spec=CaseSpec.of(case), times=case.times, start=start)
+    job = Job(limit=LIMIT_SECONDS, task=replace(task, sizes=np.ones(2), turned=np.zeros((0, 2))))
+    Pool(3, "fork", LIMIT_SECONDS).run([job])
+    ((status, reason, _),) = job.rows
+    assert status is Status.OUT_OF_MEMORY
+    assert f"needed more than {worker_bytes(3) / 2**30:.3g} GiB" in reason

@@ -1,0 +1,20 @@
+"""Waiting for a condition with a limit, so that a test that would wait forever fails and says for what."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import pytest
+
+LIMIT_SECONDS = 120.0
+"""No condition takes more than a second on a quiet machine."""
+
+
+def wait_until(condition: Callable[[], object], what: str, seconds: float = LIMIT_SECONDS) -> None:
+    """Return once `condition()` is true; fail with `what` if it is not within `seconds`."""
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            pytest.fail(f"not within {seconds:g} s: {what}")
+        time.sleep(0.005)
