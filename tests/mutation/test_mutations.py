@@ -13,4 +13,4 @@ def test_a_mutation_applies(mutation: Mutation) -> None:
     assert mutation.applied(text) != text
     for test in mutation.tests:
         file, _, function = test.partition("::")
-        assert f"def {function}" in (ROOT / file).read_text(encoding="utf-8")
+        assert f"def {function.partition('[')[0]}" in (ROOT / file).read_text(encoding="utf-8")
