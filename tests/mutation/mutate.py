@@ -126,6 +126,8 @@ def _pytest(folder: Path, arguments: list[str], output: int) -> tuple[int, float
 
     Returns the exit code, negative for a signal, and the processor seconds.
     """
+    if "gnomon" in sys.modules:
+        raise RuntimeError("gnomon is imported already: a fork would not import the sources in its folder")
     options = ["-q", "--benchmark-disable", "-p", "no:cacheprovider", "-m", "not slow", *arguments]
     child = os.fork()
     if child == 0:

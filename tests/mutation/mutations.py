@@ -11,6 +11,7 @@ from mutate import Mutation
 
 METHODS, CASES = "harness/integrators", "cases"
 ON_METHODS, ON_CASES, ON_REFERENCE = "tests/harness/integrators", "tests/cases", "tests/reference"
+ON_RUNNING = "tests/harness/running"
 STAGES = f"{ON_METHODS}/test_stage_equations.py"
 USED = "test_the_options_recorded_are_the_options_used"
 CLOSURE = f"{ON_REFERENCE}/storage/test_import_closure.py"
@@ -505,4 +506,122 @@ EXACT = (
     ),
 )
 
-MUTATIONS = (*STEPPING, *IMPLICIT, *RUNNING, *EXACT)
+RECORDS = (
+    Mutation(
+        "sweep: later launches store states",
+        "harness/running/sweep.py",
+        "Sweep.done",
+        "states if self.launch == 1 else None",
+        "states",
+        (f"{ON_RUNNING}/test_sweep.py::test_later_launches_measure_times_alone",),
+    ),
+    Mutation(
+        "sweep: later launches solve from turned starts",
+        "harness/running/sweep.py",
+        "Sweep._request",
+        "suite.turned and self.launch == 1 and",
+        "suite.turned and",
+        (f"{ON_RUNNING}/test_sweep.py::test_later_launches_measure_times_alone",),
+    ),
+    Mutation(
+        "sweep: counts that fell predict lower ones",
+        "harness/running/sweep.py",
+        "Sweep._predicted",
+        "max(min(ratios, default=1.0), 1.0)",
+        "min(ratios, default=1.0)",
+        (f"{ON_RUNNING}/test_sweep.py::test_a_count_that_fell_predicts_none_below_it",),
+    ),
+    Mutation(
+        "sweep: a missing library is tried at every setting",
+        "harness/running/sweep.py",
+        "Sweep._note",
+        "(Status.TIMEOUT, Status.NOT_INSTALLED)",
+        "(Status.TIMEOUT,)",
+        (f"{ON_RUNNING}/test_sweep.py::test_a_timeout_or_a_missing_library_ends_the_series_and_a_crash_does_not",),
+    ),
+    Mutation(
+        "score: the reason does not say where the integrator stopped",
+        "harness/scoring/score.py",
+        "Scorer.measure",
+        "f\"{outcome.stopped}; {row['reason']}\"",
+        "row['reason']",
+        ("tests/harness/scoring/test_score.py::test_where_an_integrator_stopped_stands_before_what_it_led_to",),
+    ),
+    Mutation(
+        "compare: counts of right-hand sides may not differ between builds",
+        "harness/results/regression.py",
+        "",
+        "CALLS_FACTOR = 1.1",
+        "CALLS_FACTOR = 1.001",
+        ("tests/harness/results/test_regression.py::test_differences_between_builds_are_no_regression",),
+    ),
+    Mutation(
+        "compare: errors may not differ between builds",
+        "harness/results/regression.py",
+        "",
+        "ERROR_FACTOR = 2.0",
+        "ERROR_FACTOR = 1.2",
+        ("tests/harness/results/test_regression.py::test_differences_between_builds_are_no_regression",),
+    ),
+    Mutation(
+        "status: a higher limit does not repeat what was skipped",
+        "harness/contract/status.py",
+        "",
+        "STOPPED = (Status.TIMEOUT, Status.SKIPPED)",
+        "STOPPED = (Status.TIMEOUT,)",
+        ("tests/harness/results/test_store.py::test_what_a_limit_ended_runs_again_under_a_higher_one",),
+    ),
+    Mutation(
+        "registry: an integrator that two names select is taken twice",
+        "harness/registry/lookup.py",
+        "find_all",
+        "tuple({i.id: i for name in names for i in find(name)}.values())",
+        "tuple(i for name in names for i in find(name))",
+        ("tests/harness/registry/test_lookup.py::test_an_integrator_that_several_names_select_is_taken_once",),
+    ),
+    Mutation(
+        "kernels: machine code is used with another version of numba",
+        "harness/kernels/machine_code.py",
+        "machine",
+        "numba {numba.__version__} ",
+        "",
+        ("tests/harness/kernels/test_machine_code.py::test_another_compiler_or_python_does_not_use_files_of_this_one",),
+    ),
+    Mutation(
+        "cache: a reference solution is that of another formulation",
+        "harness/scoring/reference_solution.py",
+        "_key",
+        "for name in spec.__dataclass_fields__]",
+        "for name in [*spec.__dataclass_fields__][:-1]]",
+        (
+            "tests/harness/scoring/test_reference_solution.py"
+            "::test_the_key_of_a_reference_solution_has_every_number_the_variant_and_the_formulation",
+        ),
+    ),
+    Mutation(
+        "cache: a table is that of other pieces",
+        "reference/numerics/table.py",
+        "_cells",
+        "{[(str(a), str(b)) for a, b in pieces]} ",
+        "",
+        (f"{CLOSURE}::test_a_table_is_that_of_its_pieces_and_its_numbers",),
+    ),
+    Mutation(
+        "cache: states are those of other times",
+        "reference/numerics/certified.py",
+        "CertifiedMotion.sample",
+        "np.ascontiguousarray(times).tobytes()",
+        'b""',
+        (f"{CLOSURE}::test_kept_states_are_those_of_their_times",),
+    ),
+    Mutation(
+        "gauss: the iteration starts from the slopes of the last step",
+        f"{METHODS}/gauss/gauss_steps.py",
+        "start_stages",
+        "weighted_sum(0.0, table, stages + j, store, stages + 1, i, stages)",
+        "store[stages + j + 1, i]",
+        (f"{ON_METHODS}/gauss/test_gauss.py::test_the_iteration_starts_from_the_last_steps_polynomial",),
+    ),
+)
+
+MUTATIONS = (*STEPPING, *IMPLICIT, *RUNNING, *EXACT, *RECORDS)
