@@ -13,6 +13,7 @@ from __future__ import annotations
 import ast
 import os
 import re
+import resource
 import shutil
 import signal
 import sys
@@ -34,8 +35,10 @@ import scipy.integrate  # noqa: F401
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = ("reference", "cases", "harness")
-LIMIT_SECONDS = 900
-"""Seconds for the tests of a mutation: one that makes a loop endless counts as caught."""
+LIMIT_SECONDS = 300
+"""Processor seconds for each test that is named: a mutation that makes a loop endless counts as caught."""
+LONGEST_SECONDS = 3600
+"""Seconds after which tests that wait are ended: a busy machine may be the reason, so that this shows nothing."""
 
 CAUGHT, SURVIVED, IMPOSSIBLE = "caught", "SURVIVED", "IMPOSSIBLE"
 
@@ -114,8 +117,8 @@ def outcome(mutation: Mutation | None, tests: Sequence[str], stop: bool = True) 
     failures = re.findall(r"^(?:FAILED|ERROR) (\S+?::.+?)(?: - (.*))?$", text, re.MULTILINE)
     if code == 0:
         return Outcome(SURVIVED, seconds=seconds)
-    if code == -signal.SIGALRM:
-        return Outcome(CAUGHT, f"no end in {LIMIT_SECONDS} s", tuple(tests), seconds)
+    if code == -signal.SIGXCPU:
+        return Outcome(CAUGHT, "no end of its tests", tuple(tests), seconds)
     if code != 1 or not failures:  # 1: a test failed; anything else: pytest itself could not work
         return Outcome(IMPOSSIBLE, f"pytest ended with {code}:\n{text[-2000:]}", seconds=seconds)
     return Outcome(CAUGHT, failures[0][1], tuple(test for test, _ in failures), seconds)
@@ -142,7 +145,8 @@ def _pytest(folder: Path, arguments: list[str], output: int) -> tuple[int, float
                 "PYTHONPATH": os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")])),
                 "COLUMNS": "400",
             }
-            signal.alarm(LIMIT_SECONDS)
+            resource.setrlimit(resource.RLIMIT_CPU, (LIMIT_SECONDS * len(arguments), resource.RLIM_INFINITY))
+            signal.alarm(LONGEST_SECONDS)
             code = int(pytest.main(options))
             sys.stdout.flush()
         finally:

@@ -40,7 +40,8 @@ def test_a_mutation_applies(mutation: Mutation) -> None:
     [
         (0, "", SURVIVED),
         (1, FAILED, CAUGHT),
-        (-signal.SIGALRM, "", CAUGHT),
+        (-signal.SIGXCPU, "", CAUGHT),
+        (-signal.SIGALRM, "", IMPOSSIBLE),
         (2, "ERROR tests/test_a.py - SyntaxError\n", IMPOSSIBLE),
         (1, "", IMPOSSIBLE),
         (4, "ERROR: not found: tests/test_a.py::test_b\n", IMPOSSIBLE),
