@@ -175,7 +175,7 @@ def summary(chosen: Sequence[Mutation]) -> int:
     for one in chosen:
         outcomes.append(found := outcome(one, one.tests))
         print(f"{found.word}  {one.name}  ({found.seconds:.0f} s)", flush=True)
-        for line in (*found.failed[:1], found.reason):
+        for line in filter(None, (*found.failed[:1], found.reason)):
             print(f"    {line}", flush=True)
     # Without a mutation, the tests that caught one must pass.
     catching = sorted({test for found in outcomes for test in found.failed})
