@@ -1,31 +1,46 @@
 """Applies a change to a copy of the sources and runs the tests that reach it, which must fail.
 
-    make mutation                                  all mutations of `mutations.py`, two at a time
+    make mutation                                  all mutations of `mutations.py`, one at a time
     python tests/mutation/mutate.py splitting     those whose name has the word
 
-A mutation names a function, not a line, so that it stays valid after other edits; if its text is not there exactly once,
-the script stops with an error. Exit code 1 if the tests pass with a mutation, or fail without one.
+A mutation names a function, not a line, so that it stays valid after other edits. It is caught if one of its tests fails
+with it and passes without it. The script prints for each mutation the test that failed and why, and ends with exit code 1
+if one survived, if one could not be applied or run, or if a test fails without it too.
 """
 
 from __future__ import annotations
 
 import ast
 import os
+import re
+import resource
 import shutil
-import subprocess
+import signal
 import sys
 import tempfile
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from time import monotonic
+
+# Imported here for the forks: all tests need them, and they take longer than most tests.
+import flint  # noqa: F401
+import hypothesis  # noqa: F401
+import mpmath  # noqa: F401
+import numba  # noqa: F401
+import pytest
+import scipy.integrate  # noqa: F401
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = ("reference", "cases", "harness")
-WORKERS = 2
-LIMIT_SECONDS = 900.0
-"""Seconds for the tests of a mutation: one that makes a loop endless counts as caught."""
+LIMIT_SECONDS = 300
+"""Processor seconds for each test that is named: a mutation that makes a loop endless counts as caught."""
+LONGEST_SECONDS = 3600
+"""Seconds after which tests that wait are ended: a busy machine may be the reason, so that this shows nothing."""
+
+CAUGHT, SURVIVED, IMPOSSIBLE = "caught", "SURVIVED", "IMPOSSIBLE"
 
 
 @dataclass(frozen=True)
@@ -78,21 +93,68 @@ def copied(mutation: Mutation | None) -> Iterator[Path]:
         yield Path(name)
 
 
-def passes(mutation: Mutation | None, tests: tuple[str, ...]) -> bool:
-    """Whether the tests pass with the mutation in place; they stop at the first failure."""
-    with copied(mutation) as folder:
-        path = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "--benchmark-disable", "-p", "no:cacheprovider"]
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a mutation; `failed` are the tests that failed, or all its tests if they did not end."""
+
+    word: str
+    reason: str = ""
+    failed: tuple[str, ...] = ()
+    seconds: float = 0.0
+    """Processor seconds."""
+
+
+def outcome(mutation: Mutation | None, tests: Sequence[str], stop: bool = True) -> Outcome:
+    """Run the tests with the mutation in place, until the first failure if `stop`."""
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
         try:
-            ended = subprocess.run(
-                [*command, "-m", "not slow", *tests], cwd=ROOT, env=os.environ | {"PYTHONPATH": path},
-                capture_output=True, text=True, timeout=LIMIT_SECONDS,
-            )  # fmt: skip
-        except subprocess.TimeoutExpired:
-            return False
-    if ended.returncode not in (0, 1):  # 1: a test failed; anything else: pytest itself could not work
-        raise RuntimeError(f"pytest ended with {ended.returncode}:\n{ended.stdout[-2000:]}{ended.stderr[-2000:]}")
-    return ended.returncode == 0
+            with copied(mutation) as folder:
+                code, seconds = _pytest(folder, [*(["-x"] if stop else []), *tests], output.fileno())
+        except ValueError as error:  # the text to change is not there
+            return Outcome(IMPOSSIBLE, str(error))
+        output.seek(0)
+        text = output.read()
+    failures = re.findall(r"^(?:FAILED|ERROR) (\S+?::.+?)(?: - (.*))?$", text, re.MULTILINE)
+    if code == 0:
+        return Outcome(SURVIVED, seconds=seconds)
+    if code == -signal.SIGXCPU:
+        return Outcome(CAUGHT, "no end of its tests", tuple(tests), seconds)
+    if code != 1 or not failures:  # 1: a test failed; anything else: pytest itself could not work
+        return Outcome(IMPOSSIBLE, f"pytest ended with {code}:\n{text[-2000:]}", seconds=seconds)
+    return Outcome(CAUGHT, failures[0][1], tuple(test for test, _ in failures), seconds)
+
+
+def _pytest(folder: Path, arguments: list[str], output: int) -> tuple[int, float]:
+    """Run pytest on the sources in `folder`, in a fork, which has the libraries that take seconds to import.
+
+    Returns the exit code, negative for a signal, and the processor seconds.
+    """
+    if "gnomon" in sys.modules:
+        raise RuntimeError("gnomon is imported already: a fork would not import the sources in its folder")
+    options = ["-q", "--benchmark-disable", "-p", "no:cacheprovider", "-m", "not slow", *arguments]
+    child = os.fork()
+    if child == 0:
+        code: int = pytest.ExitCode.INTERNAL_ERROR
+        try:
+            os.setsid()
+            os.dup2(output, 1)
+            os.dup2(output, 2)
+            os.chdir(ROOT)
+            sys.path.insert(0, str(folder))
+            os.environ |= {
+                "PYTHONPATH": os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")])),
+                "COLUMNS": "400",
+            }
+            resource.setrlimit(resource.RLIMIT_CPU, (LIMIT_SECONDS * len(arguments), resource.RLIM_INFINITY))
+            signal.alarm(LONGEST_SECONDS)
+            code = int(pytest.main(options))
+            sys.stdout.flush()
+        finally:
+            os._exit(code)
+    _, status, usage = os.wait4(child, 0)
+    with suppress(ProcessLookupError):
+        os.killpg(child, signal.SIGKILL)  # worker processes that a test left
+    return os.waitstatus_to_exitcode(status), usage.ru_utime + usage.ru_stime
 
 
 def main(words: list[str]) -> int:
@@ -103,23 +165,30 @@ def main(words: list[str]) -> int:
     if not chosen:
         print(f"no mutation has {' '.join(words)!r} in its name")
         return 2
-    for one in chosen:  # before the long work: raises if the text of one is not there
-        one.applied((ROOT / one.file).read_text(encoding="utf-8"))
-    with ThreadPoolExecutor(WORKERS) as pool:
-        files: dict[str, set[str]] = {}
-        for test in (test for one in chosen for test in one.tests):
-            files.setdefault(test.partition("::")[0], set()).add(test)
-        # One run a file: starting and compiling take most of the time of a test.
-        for file, passed in zip(files, pool.map(lambda file: passes(None, tuple(files[file])), files), strict=True):
-            if not passed:
-                print(f"{file} fails without a mutation")
-                return 1
-        missed = 0
-        for one, passed in zip(chosen, pool.map(lambda one: passes(one, one.tests), chosen), strict=True):
-            print(f"{'MISSED' if passed else 'caught'}  {one.name}", flush=True)
-            missed += passed
-    print(f"{len(chosen)} mutations, {missed} missed")
-    return 1 if missed else 0
+    return summary(chosen)
+
+
+def summary(chosen: Sequence[Mutation]) -> int:
+    """Run mutations, print what became of each and how many were caught; 0 if all were, else 1."""
+    begin = monotonic()
+    outcomes = []
+    for one in chosen:
+        outcomes.append(found := outcome(one, one.tests))
+        print(f"{found.word}  {one.name}  ({found.seconds:.0f} s)", flush=True)
+        for line in filter(None, (*found.failed[:1], found.reason)):
+            print(f"    {line}", flush=True)
+    # Without a mutation, the tests that caught one must pass.
+    catching = sorted({test for found in outcomes for test in found.failed})
+    plain = outcome(None, catching, stop=False) if catching else Outcome(SURVIVED)
+    if plain.word != SURVIVED:
+        print(f"without a mutation: {plain.reason}", *plain.failed, sep="\n    ")
+    number = Counter(found.word for found in outcomes)
+    print(
+        f"{len(chosen)} mutations: {number[CAUGHT]} caught, {number[SURVIVED]} survived, {number[IMPOSSIBLE]} could not be"
+        f" applied or run; {len(plain.failed)} tests fail without a mutation; {(monotonic() - begin) / 60:.0f} min,"
+        f" {sum(found.seconds for found in (*outcomes, plain)) / 60:.0f} min of processor time"
+    )
+    return 0 if number[CAUGHT] == len(chosen) and plain.word == SURVIVED else 1
 
 
 if __name__ == "__main__":

@@ -5,11 +5,15 @@ Each is a fault that no test found before: it was seen in a review, or while the
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from mutate import Mutation
 
 METHODS, CASES = "harness/integrators", "cases"
 ON_METHODS, ON_CASES, ON_REFERENCE = "tests/harness/integrators", "tests/cases", "tests/reference"
+ON_RUNNING = "tests/harness/running"
 STAGES = f"{ON_METHODS}/test_stage_equations.py"
+USED = "test_the_options_recorded_are_the_options_used"
 CLOSURE = f"{ON_REFERENCE}/storage/test_import_closure.py"
 
 STEPPING = (
@@ -19,7 +23,7 @@ STEPPING = (
         "splitting_step",
         "now += drift",
         "now += 0.0 * drift",
-        (f"{ON_METHODS}/geometric/test_splitting.py",),
+        (f"{ON_METHODS}/geometric/test_splitting.py::test_time_drifts_with_the_position",),
     ),
     Mutation(
         "splitting: symplectic Euler drifts before it kicks",
@@ -27,7 +31,9 @@ STEPPING = (
         "SymplecticEuler.coefficients",
         "[[mp.mpf(1)], [mp.mpf(1)]]",
         "[[mp.mpf(0), mp.mpf(1)], [mp.mpf(1), mp.mpf(0)]]",
-        (f"{ON_METHODS}/geometric/test_splitting.py",),
+        (
+            f"{ON_METHODS}/geometric/test_splitting.py::test_symplectic_euler_kicks_with_the_old_position_and_drifts_with_the_new_velocity",
+        ),
     ),
     Mutation(
         "stormer: one acceleration fewer for the velocity",
@@ -35,7 +41,9 @@ STEPPING = (
         "Stormer.coefficients",
         "adams_weights(cls.order + 1)",
         "[*adams_weights(cls.order), Fraction(0)]",
-        (f"{ON_METHODS}/multistep_extrapolation/test_stormer.py",),
+        (
+            f"{ON_METHODS}/multistep_extrapolation/test_stormer.py::test_the_velocity_is_exact_for_one_power_of_time_more_than_the_place",
+        ),
     ),
     Mutation(
         "adaptive: sums are not compensated",
@@ -138,7 +146,7 @@ IMPLICIT = (
         "settled",
         "if change == 0.0:",
         "if change <= 1e-3:",
-        (STAGES,),
+        (f"{STAGES}::test_linear_steps_are_those_of_the_stability_function[ImplicitMidpoint]",),
     ),
     Mutation(
         "gauss: a cycle of rounds counts as round-off",
@@ -146,7 +154,7 @@ IMPLICIT = (
         "settled",
         "if iteration == 0 or not change < NOISE * roundoff:",
         "if iteration == 0:",
-        (STAGES,),
+        (f"{STAGES}::test_a_large_change_is_never_accepted", f"{STAGES}::test_a_cycle_of_rounds_is_no_solution"),
     ),
     Mutation(
         "gauss: no absolute floor in rounds of first order",
@@ -154,7 +162,7 @@ IMPLICIT = (
         "gauss_step",
         "if h * difference > SMALLEST:",
         "if h * difference > 0.0:",
-        (STAGES,),
+        (f"{STAGES}::test_rounds_come_to_rest_below_the_smallest_number",),
     ),
     Mutation(
         "gauss: no absolute floor in rounds of second order",
@@ -162,7 +170,7 @@ IMPLICIT = (
         "gauss_nystrom_step",
         "if h * difference > SMALLEST:",
         "if h * difference > 0.0:",
-        (STAGES,),
+        (f"{STAGES}::test_rounds_come_to_rest_below_the_smallest_number",),
     ),
     Mutation(
         "gauss: no absolute floor in Newton's iteration",
@@ -170,7 +178,7 @@ IMPLICIT = (
         "newton_step",
         "if difference > SMALLEST:",
         "if difference > 0.0:",
-        (STAGES,),
+        (f"{STAGES}::test_what_decays_beyond_the_smallest_number_comes_to_rest",),
     ),
     Mutation(
         "rattle: a position is accepted with any residual of the constraint",
@@ -178,7 +186,7 @@ IMPLICIT = (
         "onto_constraint",
         "if settled(iteration, change, least, stalled, roundoff):",
         "if change <= 1e-3:",
-        (STAGES,),
+        (f"{STAGES}::test_steps_on_a_circle_end_at_the_near_root_or_fail_by_name",),
     ),
     Mutation(
         "radau: stages are accepted with any residual",
@@ -186,7 +194,7 @@ IMPLICIT = (
         "newton",
         "if norm <= 1e-3 * enough or (iteration > 1 and rate < 1.0 and rate / (1.0 - rate) * norm <= enough):",
         "if iteration > 1:",
-        (STAGES,),
+        (f"{STAGES}::test_radau_solves_linear_steps",),
     ),
     Mutation(
         "radau: stages are accepted at thirty times the residual",
@@ -194,7 +202,7 @@ IMPLICIT = (
         "newton",
         "enough = max(rest, min(0.03, sqrt(tolerance)))",
         "enough = max(30.0 * rest, min(0.9, 30.0 * sqrt(tolerance)))",
-        (STAGES,),
+        (f"{STAGES}::test_adaptive_radau_solves_its_stages_to_a_part_of_its_tolerance",),
     ),
     Mutation(
         "radau: changes that do not shrink count as round-off",
@@ -210,7 +218,7 @@ IMPLICIT = (
         "integrate",
         "out[m, sample, i] = y[i] + (compensation[i] + between(part, table, z, i))",
         "out[m, sample, i] = y[i] + (compensation[i] + z[2, i])",
-        (f"{ON_METHODS}/gauss/test_radau.py",),
+        (f"{ON_METHODS}/gauss/test_radau.py::test_a_sample_is_as_good_as_a_step",),
     ),
     Mutation(
         "radau: every sample is a value of its step's polynomial",
@@ -265,7 +273,7 @@ RUNNING = (
         "Taylor.prepare",
         "heyoka.taylor_adaptive(equations, [0.0] * problem.dimension, **options)",
         'heyoka.taylor_adaptive(equations, [0.0] * problem.dimension, **(options | {"tol": 100 * setting}))',
-        ("tests/harness/adapters/test_heyoka.py",),
+        (f"tests/harness/adapters/test_heyoka.py::{USED}",),
     ),
     Mutation(
         "heyoka: an ensemble at a hundred times the tolerance that is recorded",
@@ -273,7 +281,7 @@ RUNNING = (
         "Taylor.prepare",
         "heyoka.taylor_adaptive_batch(equations, start, **options)",
         'heyoka.taylor_adaptive_batch(equations, start, **(options | {"tol": 100 * setting}))',
-        ("tests/harness/adapters/test_heyoka.py",),
+        (f"tests/harness/adapters/test_heyoka.py::{USED}",),
     ),
     *(
         Mutation(
@@ -282,14 +290,31 @@ RUNNING = (
             function,
             before,
             after,
-            (f"tests/harness/adapters/{tests}.py",),
+            (f"tests/harness/adapters/{tests}",),
         )
         for name, file, function, before, after, tests in (
-            ("rebound", "rebound_nbody", "Native.prepare", "name, value)", "name, 100 * value)", "test_rebound"),
-            ("rebound ODE", "rebound_ode", "OdeMode.prepare", "name, value)", "name, 100 * value)", "test_rebound"),
+            (
+                "rebound",
+                "rebound_nbody",
+                "Native.prepare",
+                "name, value)",
+                "name, 100 * value)",
+                f"test_rebound.py::{USED}",
+            ),
+            (
+                "rebound ODE",
+                "rebound_ode",
+                "OdeMode.prepare",
+                "name, value)",
+                "name, 100 * value)",
+                f"test_rebound.py::{USED}",
+            ),
             (
                 *("scipy events", "scipy_events", "trajectory", "events=side.guards, **options,"),
-                *('events=side.guards, **(options | {"rtol": 100 * options["rtol"]}),', "test_scipy"),
+                *(
+                    'events=side.guards, **(options | {"rtol": 100 * options["rtol"]}),',
+                    "test_scipy.py::test_the_options_recorded_with_events_are_those_of_each_segment",
+                ),
             ),
         )
     ),
@@ -299,7 +324,7 @@ RUNNING = (
         "World._extra",
         "**values)",
         "**{name: value + 1 for name, value in values.items()})",
-        ("tests/harness/adapters/test_pybullet.py",),
+        (f"tests/harness/adapters/test_pybullet.py::{USED}",),
     ),
     Mutation(
         "compare: a single setting may be worse by any factor",
@@ -307,7 +332,7 @@ RUNNING = (
         "",
         "if ratio > SINGLE_FACTOR:",
         "if ratio > np.inf:",
-        ("tests/harness/results/test_regression.py",),
+        ("tests/harness/results/test_regression.py::test_a_much_larger_error_at_any_one_setting_is_a_regression",),
     ),
     *(
         Mutation(f"cache: {name}", "reference/storage/import_closure.py", function, before, after, (CLOSURE,))
@@ -334,7 +359,7 @@ EXACT = (
         "Group.difference",
         "np.remainder(raw + math.pi, 2 * math.pi) - math.pi",
         "raw",
-        (f"{ON_CASES}/core/test_metric.py",),
+        (f"{ON_CASES}/core/test_metric.py::test_angles_alone_are_compared_modulo_a_turn",),
     ),
     Mutation(
         "metric: lengths are wrapped like angles",
@@ -342,7 +367,7 @@ EXACT = (
         "Metric.scaled",
         'wrapped = case.state[members[0]].kind == "angle"',
         "wrapped = True",
-        (f"{ON_CASES}/core/test_metric.py",),
+        (f"{ON_CASES}/core/test_metric.py::test_angles_alone_are_compared_modulo_a_turn",),
     ),
     *(
         Mutation(
@@ -351,7 +376,7 @@ EXACT = (
             function,
             text,
             f"2 * ({text})",
-            (f"{ON_CASES}/test_scales.py::test_scales_are_those_of_the_motion",),
+            (f"{ON_CASES}/test_scales.py::test_scales_are_those_of_the_motion[{Path(file).name}]",),
         )
         for file, function, text in (
             (
@@ -372,7 +397,7 @@ EXACT = (
             f"{kind}.time_scale",
             f"return {text}",
             f"return 10 * {text}",
-            (f"{ON_CASES}/test_scales.py::test_time_scales_are_those_of_the_equations",),
+            (f"{ON_CASES}/test_scales.py::test_time_scales_are_those_of_the_equations[{Path(file).name}]",),
         )
         for file, kind, text in (
             (
@@ -394,7 +419,9 @@ EXACT = (
         "KeplerOrbit",
         "2 * (1 - 1e-12)",
         "2 * (1 - 1e-9)",
-        (f"{ON_CASES}/test_stresses.py",),
+        (
+            f"{ON_CASES}/test_stresses.py::test_a_variant_is_as_hard_as_its_name_says[kepler_orbit/near_parabolic_bound]",
+        ),
     ),
     Mutation(
         "variants: flips_1e12 is flips_1e6",
@@ -402,7 +429,7 @@ EXACT = (
         "EulerTopCase",
         'spinning("1e-12", 1, "1e-12")',
         'spinning("1e-6", 1, "1e-6")',
-        (f"{ON_CASES}/test_stresses.py",),
+        (f"{ON_CASES}/test_stresses.py::test_a_variant_is_as_hard_as_its_name_says[euler_top/flips_1e12]",),
     ),
     *(
         Mutation(
@@ -421,7 +448,7 @@ EXACT = (
         "damped_at_any_angle",
         "c * omega / across",
         "2 * c * omega / across",
-        (f"{ON_CASES}/test_equations.py",),
+        (f"{ON_CASES}/test_equations.py::test_equations_follow_from_points_and_forces[gyrocompass_damped_nonlinear]",),
     ),
     Mutation(
         "equations: the Earth turns about the other horizontal axis in Foucault's pendulum",
@@ -429,7 +456,7 @@ EXACT = (
         "foucault_sphere",
         "oy, oz = rate * cos(lat)",
         "oy, oz = -rate * cos(lat)",
-        (f"{ON_CASES}/test_equations.py",),
+        (f"{ON_CASES}/test_equations.py::test_equations_follow_from_points_and_forces[foucault_pendulum_nonlinear]",),
     ),
     Mutation(
         "scenes: the top's weight has no arm",
@@ -437,7 +464,7 @@ EXACT = (
         "standing",
         "place = (arm * r[2], arm * r[5], arm * r[8])",
         "place = (0.0, 0.0, 0.0)",
-        ("tests/harness/adapters/test_scene_accelerations.py",),
+        ("tests/harness/adapters/test_scene_accelerations.py::test_a_body_on_a_ball_joint[lagrange_top]",),
     ),
     Mutation(
         "scenes: the top's weight has half its arm",
@@ -445,7 +472,7 @@ EXACT = (
         "standing",
         "Scene((0.0, 0.0, -weight / arm)",
         "Scene((0.0, 0.0, -weight / (2 * arm))",
-        ("tests/harness/adapters/test_scene_accelerations.py",),
+        ("tests/harness/adapters/test_scene_accelerations.py::test_a_body_on_a_ball_joint[lagrange_top]",),
     ),
     Mutation(
         "scenes: the Earth turns about the other horizontal axis in Foucault's pendulum",
@@ -453,7 +480,9 @@ EXACT = (
         "bob_scene",
         "oy, oz = rate * cos(lat)",
         "oy, oz = -rate * cos(lat)",
-        ("tests/harness/adapters/test_scene_accelerations.py",),
+        (
+            "tests/harness/adapters/test_scene_accelerations.py::test_a_body_on_a_ball_joint[foucault_pendulum_nonlinear]",
+        ),
     ),
     Mutation(
         "hierarchies: small swings of Foucault's pendulum are projected to above the support",
@@ -461,7 +490,9 @@ EXACT = (
         "FoucaultNonlinear.hierarchy",
         "height = -np.sqrt",
         "height = np.sqrt",
-        (f"{ON_CASES}/test_hierarchies.py",),
+        (
+            f"{ON_CASES}/test_hierarchies.py::test_a_projected_motion_starts_at_the_start_and_its_positions_change_at_its_rates[foucault_pendulum_nonlinear]",
+        ),
     ),
     Mutation(
         "hierarchies: small swings of Foucault's pendulum fall where they should rise",
@@ -469,7 +500,9 @@ EXACT = (
         "FoucaultNonlinear.hierarchy",
         "-(x * u + y * w) / height",
         "(x * u + y * w) / height",
-        (f"{ON_CASES}/test_hierarchies.py",),
+        (
+            f"{ON_CASES}/test_hierarchies.py::test_a_projected_motion_starts_at_the_start_and_its_positions_change_at_its_rates[foucault_pendulum_nonlinear]",
+        ),
     ),
 )
 
@@ -564,4 +597,122 @@ POOL = (
     ),
 )
 
-MUTATIONS = (*STEPPING, *IMPLICIT, *RUNNING, *POOL, *EXACT)
+RECORDS = (
+    Mutation(
+        "sweep: later launches store states",
+        "harness/running/sweep.py",
+        "Sweep.done",
+        "states if self.launch == 1 else None",
+        "states",
+        (f"{ON_RUNNING}/test_sweep.py::test_later_launches_measure_times_alone",),
+    ),
+    Mutation(
+        "sweep: later launches solve from turned starts",
+        "harness/running/sweep.py",
+        "Sweep._request",
+        "suite.turned and self.launch == 1 and",
+        "suite.turned and",
+        (f"{ON_RUNNING}/test_sweep.py::test_later_launches_measure_times_alone",),
+    ),
+    Mutation(
+        "sweep: counts that fell predict lower ones",
+        "harness/running/sweep.py",
+        "Sweep._predicted",
+        "max(min(ratios, default=1.0), 1.0)",
+        "min(ratios, default=1.0)",
+        (f"{ON_RUNNING}/test_sweep.py::test_a_count_that_fell_predicts_none_below_it",),
+    ),
+    Mutation(
+        "sweep: a missing library is tried at every setting",
+        "harness/running/sweep.py",
+        "Sweep._note",
+        "(Status.TIMEOUT, Status.NOT_INSTALLED)",
+        "(Status.TIMEOUT,)",
+        (f"{ON_RUNNING}/test_sweep.py::test_a_timeout_or_a_missing_library_ends_the_series_and_a_crash_does_not",),
+    ),
+    Mutation(
+        "score: the reason does not say where the integrator stopped",
+        "harness/scoring/score.py",
+        "Scorer.measure",
+        "f\"{outcome.stopped}; {row['reason']}\"",
+        "row['reason']",
+        ("tests/harness/scoring/test_score.py::test_where_an_integrator_stopped_stands_before_what_it_led_to",),
+    ),
+    Mutation(
+        "compare: counts of right-hand sides may not differ between builds",
+        "harness/results/regression.py",
+        "",
+        "CALLS_FACTOR = 1.1",
+        "CALLS_FACTOR = 1.001",
+        ("tests/harness/results/test_regression.py::test_differences_between_builds_are_no_regression",),
+    ),
+    Mutation(
+        "compare: errors may not differ between builds",
+        "harness/results/regression.py",
+        "",
+        "ERROR_FACTOR = 2.0",
+        "ERROR_FACTOR = 1.2",
+        ("tests/harness/results/test_regression.py::test_differences_between_builds_are_no_regression",),
+    ),
+    Mutation(
+        "status: a higher limit does not repeat what was skipped",
+        "harness/contract/status.py",
+        "",
+        "STOPPED = (Status.TIMEOUT, Status.SKIPPED)",
+        "STOPPED = (Status.TIMEOUT,)",
+        ("tests/harness/results/test_store.py::test_what_a_limit_ended_runs_again_under_a_higher_one",),
+    ),
+    Mutation(
+        "registry: an integrator that two names select is taken twice",
+        "harness/registry/lookup.py",
+        "find_all",
+        "tuple({i.id: i for name in names for i in find(name)}.values())",
+        "tuple(i for name in names for i in find(name))",
+        ("tests/harness/registry/test_lookup.py::test_an_integrator_that_several_names_select_is_taken_once",),
+    ),
+    Mutation(
+        "kernels: machine code is used with another version of numba",
+        "harness/kernels/machine_code.py",
+        "machine",
+        "numba {numba.__version__} ",
+        "",
+        ("tests/harness/kernels/test_machine_code.py::test_another_compiler_or_python_does_not_use_files_of_this_one",),
+    ),
+    Mutation(
+        "cache: a reference solution is that of another formulation",
+        "harness/scoring/reference_solution.py",
+        "_key",
+        "for name in spec.__dataclass_fields__]",
+        "for name in [*spec.__dataclass_fields__][:-1]]",
+        (
+            "tests/harness/scoring/test_reference_solution.py"
+            "::test_the_key_of_a_reference_solution_has_every_number_the_variant_and_the_formulation",
+        ),
+    ),
+    Mutation(
+        "cache: a table is that of other pieces",
+        "reference/numerics/table.py",
+        "_cells",
+        "{[(str(a), str(b)) for a, b in pieces]} ",
+        "",
+        (f"{CLOSURE}::test_a_table_is_that_of_its_pieces_and_its_numbers",),
+    ),
+    Mutation(
+        "cache: states are those of other times",
+        "reference/numerics/certified.py",
+        "CertifiedMotion.sample",
+        "np.ascontiguousarray(times).tobytes()",
+        'b""',
+        (f"{CLOSURE}::test_kept_states_are_those_of_their_times",),
+    ),
+    Mutation(
+        "gauss: the iteration starts from the slopes of the last step",
+        f"{METHODS}/gauss/gauss_steps.py",
+        "start_stages",
+        "weighted_sum(0.0, table, stages + j, store, stages + 1, i, stages)",
+        "store[stages + j + 1, i]",
+        (f"{ON_METHODS}/gauss/test_gauss.py::test_the_iteration_starts_from_the_last_steps_polynomial",),
+    ),
+)
+
+MUTATIONS = (*STEPPING, *IMPLICIT, *RUNNING, *POOL, *EXACT, *RECORDS)

@@ -1,10 +1,29 @@
-"""Each mutation changes a text that exists and names tests that exist, also after files or functions are renamed."""
+"""Each mutation changes a text that exists and names tests that exist, also after files or functions are renamed; the
+script ends with exit code 0 only if every mutation is caught by a test that passes without it."""
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import mutate
 import pytest
-from mutate import ROOT, Mutation
+from mutate import CAUGHT, IMPOSSIBLE, ROOT, SURVIVED, Mutation, Outcome
 from mutations import MUTATIONS
+
+FAILED = "FAILED tests/test_a.py::test_b[c d] - assert 1 == 2\n"
+TEST = "tests/harness/scoring/test_events.py::test_the_same_events_have_no_error"
+SAME = Mutation(
+    "nothing changes",
+    "harness/scoring/events.py",
+    "score_events",
+    "missing = extra = 0",
+    "missing = extra = 0",
+    (TEST,),
+)
 
 
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda one: one.name)
@@ -12,5 +31,82 @@ def test_a_mutation_applies(mutation: Mutation) -> None:
     text = (ROOT / mutation.file).read_text(encoding="utf-8")
     assert mutation.applied(text) != text
     for test in mutation.tests:
-        file, _, function = test.partition("::")
-        assert f"def {function}" in (ROOT / file).read_text(encoding="utf-8")
+        file, one, function = test.partition("::")  # a test, or all tests of a file
+        assert ("def " + function.partition("[")[0] + "(" if one else "def test_") in (ROOT / file).read_text(
+            encoding="utf-8"
+        )
+
+
+@pytest.mark.parametrize(
+    ("code", "output", "word"),
+    [
+        (0, "", SURVIVED),
+        (1, FAILED, CAUGHT),
+        (-signal.SIGXCPU, "", CAUGHT),
+        (-signal.SIGALRM, "", IMPOSSIBLE),
+        (2, "ERROR tests/test_a.py - SyntaxError\n", IMPOSSIBLE),
+        (1, "", IMPOSSIBLE),
+        (4, "ERROR: not found: tests/test_a.py::test_b\n", IMPOSSIBLE),
+        (5, "no tests ran\n", IMPOSSIBLE),
+    ],
+)
+def test_a_mutation_is_caught_by_a_failed_test_alone(
+    code: int, output: str, word: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Sources that cannot be imported, or a test that is not there, show nothing of the tests."""
+
+    def run(folder: Path, arguments: list[str], file: int) -> tuple[int, float]:
+        with open(file, "w", closefd=False, encoding="utf-8") as stream:
+            stream.write(output)
+        return code, 1.0
+
+    monkeypatch.setattr(mutate, "_pytest", run)
+    found = mutate.outcome(SAME, SAME.tests)
+    assert found.word == word
+    assert found.failed == {CAUGHT: ("tests/test_a.py::test_b[c d]",) if output else SAME.tests}.get(word, ())
+
+
+def test_a_text_that_is_not_there_cannot_be_changed() -> None:
+    absent = Mutation("absent", SAME.file, SAME.function, "no such text", "", SAME.tests)
+    found = mutate.outcome(absent, absent.tests)
+    assert (found.word, found.reason) == (IMPOSSIBLE, "absent: 'no such text' stands 0 times in score_events")
+
+
+@pytest.mark.parametrize(
+    ("words", "without", "code"),
+    [
+        ([CAUGHT, CAUGHT], SURVIVED, 0),
+        ([CAUGHT, SURVIVED], SURVIVED, 1),
+        ([CAUGHT, IMPOSSIBLE], SURVIVED, 1),
+        ([CAUGHT, CAUGHT], CAUGHT, 1),
+    ],
+)
+def test_the_exit_code_is_0_only_if_all_are_caught_by_tests_that_pass_without_them(
+    words: list[str], without: str, code: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    waiting = [Outcome(word, failed=(TEST,) if word == CAUGHT else ()) for word in words]
+
+    def outcome(mutation: Mutation | None, tests: Sequence[str], stop: bool = True) -> Outcome:
+        return waiting.pop(0) if mutation is not None else Outcome(without, failed=(TEST,) * (without == CAUGHT))
+
+    monkeypatch.setattr(mutate, "outcome", outcome)
+    assert mutate.summary([SAME] * len(words)) == code
+    last = capsys.readouterr().out.splitlines()[-1]
+    counts = [f"{words.count(word)} {said}" for word, said in ((CAUGHT, "caught"), (SURVIVED, "survived"))]
+    assert last.startswith(f"2 mutations: {', '.join(counts)}, {words.count(IMPOSSIBLE)} could not be applied or run")
+    assert f"{1 if without == CAUGHT else 0} tests fail without a mutation" in last
+
+
+@pytest.mark.slow
+def test_a_mutation_that_changes_nothing_survives() -> None:
+    program = "import sys; sys.path.insert(0, sys.argv[1]); import mutate; from test_mutations import SAME; sys.exit(mutate.summary([SAME]))"
+    run = subprocess.run(
+        [sys.executable, "-c", program, str(Path(__file__).parent)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 1, run.stderr
+    assert "SURVIVED  nothing changes" in run.stdout
+    assert "1 mutations: 0 caught, 1 survived" in run.stdout

@@ -204,6 +204,22 @@ def test_another_machine_does_not_use_files_of_this_one(kept: Path, monkeypatch:
     assert len(list(kept.parent.glob("*.scaled.*"))) == 2
 
 
+@pytest.mark.parametrize(
+    ("module", "name"), [("numba", "__version__"), ("llvmlite", "__version__"), ("sys.implementation", "cache_tag")]
+)
+def test_another_compiler_or_python_does_not_use_files_of_this_one(
+    module: str, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Machine code of another version may call what this one does not have."""
+    before = machine_code.machine()
+    with monkeypatch.context() as patch:
+        patch.setattr(f"gnomon.harness.kernels.machine_code.{module}.{name}", "another")
+        machine_code.machine.cache_clear()
+        after = machine_code.machine()
+    machine_code.machine.cache_clear()
+    assert after != before
+
+
 def test_a_c_function_is_loaded_too(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert call(machine_code.address(SOURCE, "doubled", C_SIGNATURE)) == 7.0
     forget()

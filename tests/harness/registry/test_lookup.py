@@ -68,3 +68,9 @@ def test_an_entry_point_that_exits_on_import_ends_no_run(
     monkeypatch.setattr(lookup, "entry_points", lambda group: points)
     with pytest.warns(UserWarning, match=r"broken \(ends_its_import:Thing\) cannot be loaded: \w+: "):
         assert lookup.registered() == {}
+
+
+def test_an_integrator_that_several_names_select_is_taken_once() -> None:
+    """Twice in a run, its trials would have the same keys."""
+    library = [one.id for one in lookup.find("scipy")]
+    assert [one.id for one in lookup.find_all([library[0], "scipy"])] == library

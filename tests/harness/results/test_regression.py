@@ -70,6 +70,12 @@ def test_round_off_is_no_regression(base: Any) -> None:
     assert compare(base, spoiled(base, "error_max", noise)).regressions == []
 
 
+def test_differences_between_builds_are_no_regression(base: Any) -> None:
+    """Other last bits of libm change counts of right-hand sides by 0.3 %, and errors of adaptive methods."""
+    run = base.assign(rhs_calls=base["rhs_calls"] * 1.003, error_max=base["error_max"] * 1.5)
+    assert compare(base, run).regressions == []
+
+
 def test_an_improvement_is_no_regression(base: Any) -> None:
     assert compare(base, spoiled(base, "error_max", lambda rows: rows["error_max"] / 100)).regressions == []
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas
 import pytest
+from gnomon.harness.contract.status import Status
 from gnomon.harness.results import schema, store
 
 COLUMNS = [
@@ -165,3 +166,11 @@ def test_a_table_that_cannot_be_written_completely_leaves_the_former_file(
     with pytest.raises(OSError, match="No space left"):
         store.export(synthetic_results, target, "csv")
     assert {path.name: path.read_text() for path in target.parent.iterdir()} == {"results.csv": "before"}
+
+
+@pytest.mark.parametrize("status", Status)
+def test_what_a_limit_ended_runs_again_under_a_higher_one(status: Status) -> None:
+    """An interrupted trial runs again in any case; what the integrator determined stays."""
+    known = store.Known(status, 4, 1.0)
+    assert known.settles(0.5) == known.settles(1.0) == (status != "interrupted")
+    assert known.settles(2.0) == (status not in ("interrupted", "timeout", "skipped"))

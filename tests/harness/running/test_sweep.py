@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import planted
 import pytest
 from gnomon.harness.contract.integrator import Integrator, Tolerance
+from gnomon.harness.contract.status import Status
 from gnomon.harness.registry.lookup import own
 from gnomon.harness.results.store import Known
 from gnomon.harness.running import plan
@@ -45,6 +47,7 @@ class Log:
         self, scorer: Scorer, launch: int = 1, history: Any = None, integrator: Integrator | None = None
     ) -> None:
         self.rows: list[Any] = []
+        self.states: list[Any] = []
         self.finished = 0
         self.scorer = scorer
         series = plan.Series(scorer.case, None, integrator or planted.Sound())
@@ -53,6 +56,7 @@ class Log:
 
     def record(self, row: Any, options: Any, states: Any) -> None:
         self.rows.append(row)
+        self.states.append(states)
 
     def finish(self) -> None:
         self.finished += 1
@@ -95,14 +99,16 @@ def test_hard_variants_are_timed_in_a_few_calls_if_these_are_short(scorer: Score
     )
 
 
-def test_a_timeout_ends_the_series_and_a_crash_does_not(scorer: Scorer) -> None:
+@pytest.mark.parametrize("ending", ["timeout", "not_installed"])
+def test_a_timeout_or_a_missing_library_ends_the_series_and_a_crash_does_not(scorer: Scorer, ending: str) -> None:
+    """A smaller step takes longer, and a library is missing at every setting."""
     log = Log(scorer)
     log.sweep.next()
-    log.sweep.failed("crashed", "planted", "")
+    log.sweep.failed(Status.CRASHED, "planted", "")
     log.sweep.next()
-    log.sweep.failed("timeout", "no answer", "")
+    log.sweep.failed(Status(ending), "no answer", "")
     assert log.sweep.next() is None
-    assert log.statuses == ["crashed", "timeout"] + ["skipped"] * 6
+    assert log.statuses == ["crashed", ending] + ["skipped"] * 6
 
 
 def test_an_outcome_that_cannot_be_scored_is_a_crash_of_its_trial_only(scorer: Scorer) -> None:
@@ -177,3 +183,24 @@ def test_each_setting_has_its_own_place(scorer: Scorer) -> None:
         places.append(request.place)
         log.answer(0.001)
     assert places == list(range(1, 8))
+
+
+def test_a_count_that_fell_predicts_none_below_it(scorer: Scorer) -> None:
+    """A tighter tolerance takes at least as many right-hand sides: a count that falls is chance."""
+    known = {(str(k), 1): Known(Status.OK, round(share * MOST), 1.0) for k, share in enumerate((4, 1.5))}
+    log = Log(scorer, history=known, integrator=PricedTolerance())
+    assert log.sweep.next() is None
+    assert log.rows[0]["reason"].startswith("predicted 7.5e+04 right-hand sides, above the 5e+04")
+
+
+@pytest.mark.parametrize("launch", [1, 2])
+def test_later_launches_measure_times_alone(scorer: Scorer, launch: int) -> None:
+    """States, right-hand sides and errors over turned starts are the same in every launch."""
+    log = Log(scorer, launch=launch, history={("0", 1): Known(Status.OK, 4, 1.0)} if launch == 2 else {})
+    log.sweep.suite = replace(SUITE, turned=True)
+    log.sweep.task = replace(log.sweep.task, turned=np.ones((3, 2)))
+    request = log.sweep.next()
+    assert request is not None
+    assert (request.turned, request.count) == (launch == 1, launch == 1)
+    log.answer(0.001)
+    assert [states is not None for states in log.states] == [launch == 1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -82,3 +83,20 @@ def test_the_reference_solution_of_a_case_without_a_file_is_not_kept(monkeypatch
     for _ in range(2):
         reference_solution.reference_solution(CaseSpec("in_no_file:Own", None, ("1",), (), "1"))
     assert len(computed) == 2
+
+
+def test_the_key_of_a_reference_solution_has_every_number_the_variant_and_the_formulation() -> None:
+    """Default variants alone have turned starts, and each formulation has a start and times of its own."""
+    case = cases.get("kepler_orbit").rounded()
+    spec, *others = (CaseSpec.of(case, formulation) for formulation in (None, *case.formulations))
+    assert others
+    others += [
+        replace(spec, **{name: value})
+        for name, value in {
+            "variant": "near_parabolic_bound",
+            "initial_state": ("1", *spec.initial_state[1:-1], "7/8"),
+            "parameters": tuple((name, "2") for name, _ in spec.parameters),
+            "span": "3",
+        }.items()
+    ]
+    assert len({reference_solution._key(one) for one in (spec, *others)}) == 1 + len(others)

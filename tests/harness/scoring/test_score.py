@@ -292,3 +292,10 @@ def test_errors_over_turned_starts_are_those_of_the_start_in_the_middle() -> Non
     assert row["error_max"] > np.median(sizes)
     assert np.isnan(row["error_high"])
     assert row["status"] == "ok"
+
+
+def test_where_an_integrator_stopped_stands_before_what_it_led_to(scorer: Scorer) -> None:
+    states = scorer.reference.exact.copy()
+    states[10:] = math.nan
+    row, _ = scorer.measure(Outcome(states, "step below an ulp at t = 1", None, 1, 4, (0.001,), 0.0, None), None)
+    assert row["reason"].startswith("step below an ulp at t = 1; states are not finite from t = ")

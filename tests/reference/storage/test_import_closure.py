@@ -175,3 +175,24 @@ def test_states_of_a_certified_motion_are_computed_again_where_its_rates_were_ed
         motion.sample(certified.np.array([0.5, 1.0]))
         found.append(len(computed))
     assert found == [1, 1, 2]
+
+
+def test_a_table_is_that_of_its_pieces_and_its_numbers(package, monkeypatch):
+    built = []
+    build = table.build
+    monkeypatch.setattr(table, "build", lambda *given: built.append(given) or build(*given))
+    motion = steady(package, 2)
+    for one, last in ((motion, 1), (motion, 2), (type(motion)(Fraction(2)), 1), (motion, 1)):
+        monkeypatch.setattr(table, "_kept", {})
+        table._cells(one, ((Fraction(0), Fraction(last)),), 10_000)
+    assert len(built) == 3
+
+
+def test_kept_states_are_those_of_their_times(package, monkeypatch):
+    monkeypatch.setattr(certified.CertifiedMotion, "sample_each", lambda self, times: times[:, None])
+    write(package / "kept/rates", "def rates(t, state):\n    return (1,)\n")
+    steady(package, 2)
+    field = importlib.import_module("closed.kept.rates").rates
+    motion = certified.CertifiedMotion("steady", (Fraction(1),), Fraction(1), field)
+    for times in ([0.5, 1.0], [0.25, 1.0], [0.5, 1.0]):
+        assert motion.sample(certified.np.array(times))[:, 0].tolist() == times

@@ -16,8 +16,16 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import FixedStep
-from gnomon.harness.integrators.gauss.gauss import INTEGRATORS, Gauss, Gauss2, Gauss4, ImplicitMidpoint, newton_rows
-from gnomon.harness.integrators.gauss.gauss_steps import newton_numbers, newton_step
+from gnomon.harness.integrators.gauss.gauss import (
+    INTEGRATORS,
+    Gauss,
+    Gauss2,
+    Gauss4,
+    ImplicitMidpoint,
+    newton_rows,
+    stage_rows,
+)
+from gnomon.harness.integrators.gauss.gauss_steps import newton_numbers, newton_step, start_stages
 from gnomon.harness.studies.order_measurement import solve_exactly
 from gnomon.reference.numerics.precision import nearest_double, working
 
@@ -410,3 +418,19 @@ def test_right_hand_sides_are_counted_and_a_linear_step_takes_few() -> None:
     assert solution.steps == 64
     rounds = given.buffer[-1] / (4 * 64)
     assert 2 <= rounds < 3, "with what the fixed point took before it gave up"
+
+
+@pytest.mark.parametrize("stages", [1, 2, 4, 8])
+def test_the_iteration_starts_from_the_last_steps_polynomial(stages: int) -> None:
+    """Slopes that are a polynomial of lower degree than the number of stages are then extrapolated exactly; the slopes
+    of the last step, or those of its start, would cost several more rounds in each step."""
+    with working(40) as mp:
+        rows, _, _ = stage_rows(mp, stages, False, mp.prec)
+        table = np.array([[nearest_double(x) for x in row] for row in rows])
+    c = table[:stages, 0]
+    last, following = (sum((k + 1) * x**k for k in range(stages)) for x in (c, 1 + c))
+    store = np.concatenate([[0.1], last, np.zeros(stages)])[:, np.newaxis]
+    start_stages(None, 0.0, np.zeros(1), None, table, None, None, store, stages, 1)
+    # The weights of an extrapolation by a whole step are up to 1e6 with 8 stages.
+    np.testing.assert_allclose(store[1 : stages + 1, 0], following, rtol=1e-8)
+    np.testing.assert_array_equal(store[stages + 1 :, 0], last)
