@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -25,15 +24,6 @@ AGREED = 40
 """Digits demanded of a random draw, below the 45 of the certificates: errors may grow more over its span."""
 SHORT = 30
 """Digits of certified integrations, which are tested to fewer digits, over a shorter span, with fewer examples."""
-FEW = 3
-"""Examples of a motion that is expensive: an integrated one, and in `make test` those of EXPENSIVE."""
-EXPENSIVE = (
-    "central_force_hanging_mass", "central_force_logarithmic", "curve_sliding_quartic", "dumbbell_spring",
-    "engineering_design_analysis", "ignorable_coordinates", "particle_on_paraboloid", "particle_on_torus",
-    "pendulum_on_cart", "pendulum_quadratic_damping", "projectile_quadratic_drag", "rotating_pendulum_free_hoop",
-    "rubber_tube_thick",
-)  # fmt: skip
-"""Cases of which an example takes 0.1 to 1 s. With all examples they are slow tests, and run in `make test-all`."""
 fractions = st.fractions(min_value=0, max_value=1, max_denominator=997)
 
 
@@ -63,14 +53,8 @@ def enough(case: Case) -> int:
     return min(AGREED, case.certified_digits)
 
 
-def drawn(names: Sequence[str]) -> Any:
-    """Parameters of a test that draws examples: the name of a case, and the settings for their number."""
-    few = [name for name in names if name in EXPENSIVE or case_class(name).certified_digits <= SHORT]
-    params = [pytest.param(name, settings(max_examples=FEW) if name in few else settings(), id=name) for name in names]
-    more = [
-        pytest.param(name, settings(), id=f"{name}-all", marks=pytest.mark.slow) for name in names if name in EXPENSIVE
-    ]
-    return pytest.mark.parametrize(("name", "examples"), [*params, *more])
+def examples(name: str) -> Any:
+    return settings(max_examples=3) if case_class(name).certified_digits <= SHORT else settings()
 
 
 def agreed(first: Any, second: Any, case: Case) -> float:
@@ -81,9 +65,9 @@ def agreed(first: Any, second: Any, case: Case) -> float:
         )
 
 
-@drawn(SMOOTH)
-def test_exact_motion_satisfies_the_equations(name: str, examples: settings) -> None:
-    @examples
+@pytest.mark.parametrize("name", SMOOTH)
+def test_exact_motion_satisfies_the_equations(name: str) -> None:
+    @examples(name)
     @given(cases(name), fractions)
     def holds(case: Case, share: Fraction) -> None:
         assert agreement.residual(case, agreement.first_order_equations(case), case.span * share) >= enough(case)
@@ -92,9 +76,9 @@ def test_exact_motion_satisfies_the_equations(name: str, examples: settings) -> 
     holds()
 
 
-@drawn(NAMES)
-def test_the_digits_asked_for_are_right(name: str, examples: settings) -> None:
-    @examples
+@pytest.mark.parametrize("name", NAMES)
+def test_the_digits_asked_for_are_right(name: str) -> None:
+    @examples(name)
     @given(cases(name), fractions)
     def holds(case: Case, share: Fraction) -> None:
         assert certify.rounding(case, [case.span * share]) >= enough(case)
@@ -102,9 +86,9 @@ def test_the_digits_asked_for_are_right(name: str, examples: settings) -> None:
     holds()
 
 
-@drawn(SMOOTH)
-def test_constant_invariants_stay_constant(name: str, examples: settings) -> None:
-    @examples
+@pytest.mark.parametrize("name", SMOOTH)
+def test_constant_invariants_stay_constant(name: str) -> None:
+    @examples(name)
     @given(cases(name), fractions)
     def holds(case: Case, share: Fraction) -> None:
         if any(invariant.law == "constant" for invariant in case.invariants.values()):
@@ -113,9 +97,9 @@ def test_constant_invariants_stay_constant(name: str, examples: settings) -> Non
     holds()
 
 
-@drawn(NAMES)
-def test_decaying_invariants_do_not_grow(name: str, examples: settings) -> None:
-    @examples
+@pytest.mark.parametrize("name", NAMES)
+def test_decaying_invariants_do_not_grow(name: str) -> None:
+    @examples(name)
     @given(cases(name), fractions, fractions)
     def holds(case: Case, one: Fraction, other: Fraction) -> None:
         parameters = tuple(float(v) for v in case.parameter_values())
@@ -132,11 +116,11 @@ def test_decaying_invariants_do_not_grow(name: str, examples: settings) -> None:
     holds()
 
 
-@drawn(AUTONOMOUS)
-def test_motions_compose(name: str, examples: settings) -> None:
+@pytest.mark.parametrize("name", AUTONOMOUS)
+def test_motions_compose(name: str) -> None:
     """x(t + s) is the state after s of the motion that starts in x(t), taken to 100 digits."""
 
-    @examples
+    @examples(name)
     @given(cases(name), fractions)
     def holds(case: Case, share: Fraction) -> None:
         t = case.span * share
@@ -152,9 +136,9 @@ def test_motions_compose(name: str, examples: settings) -> None:
     holds()
 
 
-@drawn(REVERSIBLE)
-def test_the_reversed_motion_retraces_it(name: str, examples: settings) -> None:
-    @examples
+@pytest.mark.parametrize("name", REVERSIBLE)
+def test_the_reversed_motion_retraces_it(name: str) -> None:
+    @examples(name)
     @given(cases(name), fractions)
     def holds(case: Case, share: Fraction) -> None:
         t = case.span * share

@@ -227,7 +227,12 @@ def end_with(code: int) -> Script:
 
 
 def end_by(number: int) -> Script:
-    return lambda _worker: os.kill(os.getpid(), number)
+    def script(_worker: Any) -> None:
+        if number != signal.SIGKILL:
+            signal.signal(number, signal.SIG_DFL)  # under nohup a process begins with SIGHUP ignored
+        os.kill(os.getpid(), number)
+
+    return script
 
 
 @pytest.mark.parametrize(
