@@ -76,8 +76,9 @@ class RollingBody(BallMotion):
         return -ball(self.slip) / (forward - turning)
 
     def _end(self) -> Sequence[Any]:
-        s, v, _ = self._slipped(self._slip_time(), 1 if self.slip > 0 else -1)
-        return [s, v, v / ball(self.R)]
+        # Not (s, v, v/R): without friction w keeps its value exactly, also where that value is 0.
+        s, _, w = self._slipped(self._slip_time(), 1 if self.slip > 0 else -1)
+        return [s, ball(self.R) * w, w]
 
     def _slipped(self, time: Any, side: int) -> Sequence[Any]:
         forward, turning = self._slipping(side)

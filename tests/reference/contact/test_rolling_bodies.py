@@ -50,3 +50,12 @@ def test_the_limit_of_rolling_is_decided_between_neighbouring_doubles():
     for mu, rolls in ((0.42279321873816184, True), (0.4227932187381618, False)):
         numbers = map(exact, (9.81, 0.4, mu / 2, 1, "0.1", 0, 0, 0))
         assert RollingBody(*numbers).can_roll is rolls
+
+
+def test_without_friction_the_rotation_keeps_its_value_exactly():
+    """Also where that value is 0, of which no error is small; and at v = R w the velocity is exactly R w."""
+    for w in (0, 3):
+        motion = RollingBody(*map(exact, (1, 1, 0, 1, 2, 0, -1, w)))
+        assert exact(motion.slip_state(40)[2]) == w
+        assert exact(motion.slip_state(40)[1]) == 2 * w
+        assert exact(motion.state(exact(motion.slip_time()) * 2, 40)[2]) == w
