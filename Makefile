@@ -44,7 +44,7 @@ unit: $(INSTALLED)
 	$(BIN)/pytest -n auto --dist loadfile -m "not slow" --benchmark-disable
 
 test-all: lint types
-	$(BIN)/pytest -n auto --dist loadfile --benchmark-disable
+	HYPOTHESIS_PROFILE=wide $(BIN)/pytest -n auto --dist loadfile --benchmark-disable
 
 # Verifies that each of some eighty changes of the code makes a test fail, and says what survived. Several minutes of one core.
 mutation: $(INSTALLED)

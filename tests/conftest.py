@@ -10,11 +10,13 @@ from hypothesis import HealthCheck, settings
 
 sys.path.insert(0, str(Path(__file__).parent / "helpers"))
 
-# The default profile draws the same examples every time; HYPOTHESIS_PROFILE=thorough draws new ones, and more.
+# The default profile draws the same few examples every time, HYPOTHESIS_PROFILE=wide (`make test-all`) twice as many,
+# HYPOTHESIS_PROFILE=thorough new ones, and many.
 # Health checks for time and rejected draws are off: exact motions are slow, and rules of domains reject draws.
 _EXPECTED = [HealthCheck.too_slow, HealthCheck.filter_too_much]
-settings.register_profile(
-    "repeatable", max_examples=15, deadline=None, derandomize=True, suppress_health_check=_EXPECTED
-)
+for name, count in (("repeatable", 8), ("wide", 15)):
+    settings.register_profile(
+        name, max_examples=count, deadline=None, derandomize=True, suppress_health_check=_EXPECTED
+    )
 settings.register_profile("thorough", max_examples=200, deadline=None, suppress_health_check=_EXPECTED)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))

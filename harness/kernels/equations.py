@@ -25,6 +25,9 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 OPTIONS = 'error_model="numpy", fastmath={"contract"}'
+INNER = f"{OPTIONS}, no_cpython_wrapper=True, no_cfunc_wrapper=True"
+"""Options of a function that only compiled code calls: to make its entries for Python and C takes numba an eighth of the
+time of a compilation."""
 SIGNATURE = "void(float64, float64[::1], float64[::1], float64[::1])"
 ARRAY_SIGNATURE = "float64[::1](float64, float64[::1], float64[::1])"
 IMPORTS = ["import numpy as np", "from numba import carray, njit"]
@@ -230,7 +233,7 @@ def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[
         elif value is not None:
             raise ValueError(f"{name} uses {used} = {value!r}; equations may use numbers, plain functions and math")
     source = with_defaults(function, inspect.cleandoc("\n" + source_of(function)))
-    parts.append(f"@njit({OPTIONS})\n{source}\n")
+    parts.append(f"@njit({INNER})\n{source}\n")
 
 
 def with_defaults(function: Callable[..., Any], source: str) -> str:

@@ -345,7 +345,7 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = (), below: S
             ("slopes_again(y, w, k, near)", [again], f"({results}), ({nearest})"),
         ]
     return tuple(
-        f"@njit(forceinline=True, OPTIONS)\ndef {head}:\n{''.join(body)}    return ({returned})\n"
+        f"@njit(forceinline=True, INNER)\ndef {head}:\n{''.join(body)}    return ({returned})\n"
         for head, body, returned in functions
     )
 

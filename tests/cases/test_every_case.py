@@ -8,6 +8,7 @@ from typing import Any
 
 import mpmath
 import pytest
+from breadth import cheap_and_tenth
 from gnomon.cases import Case, case_class, get, names
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.cases.core.numbers import Range
@@ -164,7 +165,7 @@ def test_equations_read_the_state_and_parameters_that_the_case_declares(name: st
             assert all(map(math.isfinite, map(float, rates)))
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", cheap_and_tenth(NAMES))
 def test_every_variant_can_be_built_rounded_and_sampled(name: str) -> None:
     stresses = set()
     for variant in case_class(name).variants:

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.harness.contract.integrator import Problem
-from gnomon.harness.kernels.equations import OPTIONS, gather_into, source_of
+from gnomon.harness.kernels.equations import INNER, OPTIONS, gather_into, source_of
 from gnomon.harness.kernels.equations import compiled as compiled_function
 from numpy.typing import NDArray
 
@@ -218,7 +218,7 @@ def compiled_whole(
         part.replace("@njit(", "@njit(forceinline=True, ", 1) if any(d in part for d in inlined) else part
         for part in parts
     ]
-    parts[-1] = parts[-1].replace("@njit(", f'@njit("{signature}", ', 1)
+    parts[-1] = parts[-1].replace(INNER, f'"{signature}", {OPTIONS}', 1)
     run: Callable[..., int] = compiled_function("\n".join(parts), method.__name__)
     return run
 

@@ -125,7 +125,7 @@ CROSSED = """beyond = poles((<|end%, |>), forcing(lanes(t + h), k), k)
             failed = failed or CHANGED"""
 
 TEXT = """
-@njit(forceinline=True, OPTIONS)
+@njit(forceinline=True, INNER)
 def eight_stages(
     t, h, y, compensation, k, table, work, change_weight, allowed_change, noise, assumed_rate, source, matrix, new
 ):
@@ -151,7 +151,7 @@ def eight_stages(
     return rounds, rate
 
 
-@njit(OPTIONS)
+@njit(INNER)
 def carry_on(table, work, ratio):
     # The matrix that continues the stage polynomial into a step `ratio` times as long, and its integrals.
     for k in range(8):

@@ -13,7 +13,7 @@ from pathlib import Path
 from gnomon.cases.core.forms import Form, SecondOrder
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.gauss import gauss_fast_ensemble, gauss_fast_text
-from gnomon.harness.kernels.equations import OPTIONS
+from gnomon.harness.kernels.equations import INNER, OPTIONS
 from gnomon.harness.kernels.equations import compiled as compiled_function
 from gnomon.harness.kernels.traced import EXPENSIVE, ROUND, Trace, Value, code, number, pairs, poles, reached, traced
 
@@ -170,7 +170,7 @@ def filled(body: str, found: Layout, count: int, parameters: int, dimension: int
     body = body.replace("COUNT", f"p_[{parameters}] += 8 *") if counted else re.sub(r"\n *COUNT.*", "", body)
     equations = code(found.all_values, found.groups, found.poles)
     parts = (f"# {lanes_digest()}", gauss_fast_text.HEAD, *equations, body)
-    return "\n".join(parts).replace("OPTIONS", OPTIONS)
+    return "\n".join(parts).replace("OPTIONS", OPTIONS).replace("INNER", INNER)
 
 
 def correction(found: Layout) -> str:

@@ -126,13 +126,13 @@ def double(typingctx, n):
     return types.float64(types.int64), lambda c, builder, s, values: builder.bitcast(values[0], ir.DoubleType())
 
 
-@njit(OPTIONS)
+@njit(INNER)
 def root_15(x):
     # x^(1/15) within 1 %: the bits of a double, read as an integer, are nearly its logarithm.
     return double(ONE + (bits(x) - ONE) // 15)
 
 
-@njit(OPTIONS)
+@njit(INNER)
 def powers(r):
     r2, v = r * r, lanes(1.0)
     r4 = r2 * r2
@@ -145,12 +145,12 @@ def fused(typingctx, a, b, c):
     return types.float64(types.float64, types.float64, types.float64), lambda x, builder, s, values: builder.fma(*values)
 
 
-@njit(forceinline=True, OPTIONS)
+@njit(forceinline=True, INNER)
 def weighted(f, table, weights):
     return fma(f, row(table, weights), f * row(table, weights + LOW))
 
 
-@njit(forceinline=True, OPTIONS)
+@njit(forceinline=True, INNER)
 def weighted_exactly(f, splitter, table, weights):
     # The sum of the lanes in two parts. Adding and subtracting the much larger splitter leaves few bits of each
     # lane: their sum is exact.
@@ -160,7 +160,7 @@ def weighted_exactly(f, splitter, table, weights):
     return total(high), total(minus(parts, high) + fma(f, row(table, weights + LOW), fma(f, w, -parts)))
 
 
-@njit(forceinline=True, OPTIONS)
+@njit(forceinline=True, INNER)
 def summed(y, change):
     # The sum and its rounding residual.
     end = y + change
@@ -168,7 +168,7 @@ def summed(y, change):
     return end, (y - (end - back)) + (change - back)
 
 
-@njit(forceinline=True, OPTIONS)
+@njit(forceinline=True, INNER)
 def added(y, compensation, h, rate):
     # y + compensation + h * rate, and its rounding residual.
     change = fused(h, rate, compensation)
@@ -176,7 +176,7 @@ def added(y, compensation, h, rate):
     return end, residual + (fused(h, rate, -change) + compensation)
 
 
-@njit(forceinline=True, OPTIONS)
+@njit(forceinline=True, INNER)
 def legendre_of_one(f, table):
     # The coefficients 4 to 7 in their lanes.
     return totals(
@@ -184,7 +184,7 @@ def legendre_of_one(f, table):
     )
 
 
-@njit(OPTIONS)
+@njit(INNER)
 def at(m, x):
     # The polynomial with the coefficients m.
     v = lanes(lane(m, 7))
@@ -334,7 +334,7 @@ SLOPES_BY_TURNS = """if rounds == 0:
             g, near = slopes_again(({placed}), w, k, near)"""
 
 STAGES_OF_A_STEP = """
-@njit(INLINE OPTIONS)
+@njit(INLINE INNER)
 def NAME(
     t, h, y, compensation, f, p, v, k, table, change_weight, allowed_change, noise, assumed_rate, expected, unmonitored,
     exactly
@@ -365,14 +365,14 @@ def NAME(
 """.replace("{convergence_test}", settled(16))
 
 ADVANCE = """
-@njit(forceinline=True, OPTIONS)
+@njit(forceinline=True, INNER)
 def sums(f, table, first, once):
     <|f@, |> = f
     {sums}
     return p, v
 
 
-@njit(OPTIONS)
+@njit(INNER)
 def next_state(h, y, compensation, f, table):
     # The state after a step, and the rounding residual of the last sum.
     <|f@, |> = f
@@ -381,7 +381,7 @@ def next_state(h, y, compensation, f, table):
     return (<|end%, |>), (<|residual%, |>)
 
 
-@njit(OPTIONS)
+@njit(INNER)
 def next_state_exactly(h, y, compensation, f, splitter, table):
     # The same with the rounding residuals of all sums and products.
     <|f@, |> = f

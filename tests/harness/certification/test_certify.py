@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from breadth import tenth
+from breadth import cheap_and_tenth
 from gnomon.cases import check_names, get, names
 from gnomon.cases.core.forms import SecondOrder, Values
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
@@ -20,19 +20,13 @@ from gnomon.harness.certification import certify_all, certify_long
 from gnomon.harness.certification.certify import Certificate, certify, write
 from gnomon.reference.numerics.motion import Motion
 
-EXPENSIVE = (
-    "curve_sliding_quartic", "double_pendulum", "gyrocompass_tilting", "pendulum_on_cart", "rubber_tube_thick",
-    "two_body",
-)  # fmt: skip
-"""Cases whose certificate takes 3 to 10 s."""
-
 
 @cache
 def of_default(name: str) -> Certificate:
     return certify(get(name))
 
 
-@pytest.mark.parametrize("name", [*(name for name in names() if name not in EXPENSIVE), *tenth(EXPENSIVE)])
+@pytest.mark.parametrize("name", cheap_and_tenth(names()))
 def test_default_case_is_certified(name: str) -> None:
     certificate = of_default(name)
     assert certificate.digits >= certificate.required, certificate

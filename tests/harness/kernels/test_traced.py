@@ -42,7 +42,7 @@ def evaluated(
     groups: Sequence[Sequence[int]] = (),
 ) -> tuple[float, ...]:
     """The generated code run on floats; with groups, their values one group after the other."""
-    generated = "".join(code(values, groups)).replace(", OPTIONS", "")
+    generated = "".join(code(values, groups)).replace(", INNER", "")
     space = stand_ins()
     exec(generated, space)
     k = space["constants"](parameters)
@@ -85,7 +85,7 @@ def test_later_rounds_compute_sine_and_cosine_from_those_of_the_first(name: str,
     t, state, parameters = scene(case)
     trace, values = traced(FirstOrder(form.equations), len(state), len(parameters))
     values += tuple(trace.derivative(value, trace.state[place or 0], {}) for value in values)
-    generated = "".join(code(values)).replace(", OPTIONS", "")
+    generated = "".join(code(values)).replace(", INNER", "")
     asked = []
 
     def turned(angle: float, near: tuple[float, float, float]) -> tuple[float, float, str]:
@@ -188,7 +188,7 @@ def test_poles_are_divisors_that_may_change_their_sign() -> None:
     assert poles([y / z for z in kept]) == ()
     assert poles([x**3 + y * sine, root**-3]) == ()
     below = poles([1 / x, 1 / (y - p)])
-    generated = "".join(code([1 / x, 1 / (y - p)], (), below)).replace(", OPTIONS", "")
+    generated = "".join(code([1 / x, 1 / (y - p)], (), below)).replace(", INNER", "")
     space = stand_ins()
     exec(generated, space)
     k = space["constants"]([0.25])

@@ -16,6 +16,7 @@ import planted
 import pytest
 from gnomon.cases.core.forms import Separable
 from gnomon.cases.core.numbers import Domain
+from gnomon.harness.certification import agreement
 from gnomon.harness.contract.integrator import Steps, Tolerance
 from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
@@ -225,8 +226,7 @@ def test_every_integrator_is_found_again_by_a_worker() -> None:
 @pytest.mark.parametrize("name", cases.names())
 def test_perturbed_states_are_distinct_near_and_in_the_domain(name: str) -> None:
     case = cases.get(name).rounded()
-    scales = case.scales()
-    sizes = np.array([scales[coordinate.group] for coordinate in case.state])
+    sizes = np.array(agreement.sizes(case))
     state = np.array([float(x) for x in case.initial_state])
     found = list(itertools.islice(perturbed_states(case, None, sizes), 100))
     assert len({x.tobytes() for x in found} | {state.tobytes()}) == 101

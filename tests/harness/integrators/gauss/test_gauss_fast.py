@@ -15,6 +15,7 @@ import mpmath
 import numpy as np
 import pytest
 import scipy.special
+from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem, Refused
@@ -39,13 +40,19 @@ class EightStages(Gauss):
 
 def solved(name: str, variant: str | None, tolerance: float, sundman: bool = False) -> tuple[float, float, Any]:
     """Largest error over the samples, conditioning, solution."""
-    case = get(name, variant).rounded()
+    case, exact, conditioning = exact_samples(name, variant)
     formulation = case.formulations[0] if sundman else None
     problem = problem_of(case, GaussFast.accepts, formulation)
     solution = GaussFast().prepare(problem, tolerance)(initial_state(case, formulation)[None])
     states = solution.states[0][:, : len(case.state)]
-    error = np.max(case.metric.distance(states, case.sample(case.times)))
-    return float(error), float(np.max(case.conditioning(case.times))), solution
+    return float(np.max(case.metric.distance(states, exact))), conditioning, solution
+
+
+@cache
+def exact_samples(name: str, variant: str | None) -> tuple[Case, Floats, float]:
+    """The rounded case, its exact motion at its sample times, the largest conditioning there."""
+    case = get(name, variant).rounded()
+    return case, case.sample(case.times), float(np.max(case.conditioning(case.times)))
 
 
 def swinging(t: Any, q: Any, parameters: Any) -> Any:
@@ -348,7 +355,7 @@ def test_only_a_vector_with_a_wall_in_its_way_is_left(variant: str | None, left:
     assert left_over[0] == left
 
 
-@pytest.mark.parametrize("together", [1, 16])
+@pytest.mark.parametrize("together", [1, pytest.param(16, marks=pytest.mark.slow)])
 def test_what_is_divided_by_may_change_its_sign_where_there_is_no_pole(together: int) -> None:
     """x'' = -sin(x) cos(x) / cos(x), a pendulum that turns round: its cosine passes through 0 without a pole."""
 
@@ -502,9 +509,9 @@ def test_counts_of_an_ensemble_are_of_all_its_trajectories() -> None:
 @pytest.mark.parametrize(
     ("name", "variant"),
     [
-        ("central_force_logarithmic", "circle"),
         ("moment_of_momentum_pendulum", "braked"),
-        ("chaplygin_sleigh", "straight"),
+        pytest.param("central_force_logarithmic", "circle", marks=pytest.mark.slow),
+        pytest.param("chaplygin_sleigh", "straight", marks=pytest.mark.slow),
     ],
 )
 def test_equilibria_and_starts_from_rest(name: str, variant: str) -> None:
