@@ -20,6 +20,10 @@ from gnomon.reference.numerics.precision import nearest_double, working
 from gnomon.reference.storage import cachefolder
 from numpy.typing import NDArray
 
+STEPS_BACK = {1: 4, 2: 2, 3: 2}
+"""The number of last steps, by the number of stages, whose slopes are extrapolated; 1 where there are more stages:
+polynomials of higher degree magnify round-off."""
+
 SHORT = 42
 """Significant bits of the leading part of a coefficient; its rest is up to 2^10 times that of 53 bits."""
 
@@ -27,7 +31,7 @@ SHORT = 42
 class Gauss(FixedStep):
     """The Gauss-Legendre method of `stages` stages, order 2s (Kuntzmann 1961, Butcher, Math. Comp. 18, 1964).
 
-    Starting values from the last step's collocation polynomial and the iteration to round-off follow Hairer, Lubich,
+    Starting values by extrapolation of the last steps' slopes, and the iteration to round-off, follow Hairer, Lubich,
     Wanner VIII.6. Second-order equations are solved in Nyström form. Sums are compensated (Hairer, McLachlan,
     Razakarivony, BIT 48, 2008).
 
@@ -46,20 +50,39 @@ class Gauss(FixedStep):
         return gauss_nystrom_step if isinstance(form, SecondOrder) else gauss_step
 
     def rows(self, form: Form) -> int:
-        return 1 + (2 if isinstance(form, SecondOrder) else 3) * self.stages
+        return 1 + (1 + STEPS_BACK.get(self.stages, 1)) * self.stages
 
     def table(self, mp: Any, form: Form, parameters: Any, roundoff: Any) -> Table:
-        second = isinstance(form, SecondOrder)
-        rows, weights, nystrom = stage_rows(mp, self.stages, second, mp.prec)
-        if second:
-            last = [[roundoff, *weights], nystrom]
-            return [*rows, *with_rounding_residuals(mp, rows[: self.stages], last, second, roundoff)]
-        split = [halves(mp, row[1:], roundoff) for row in rows[: self.stages]]
-        stages = [[row[0], *high] for row, (high, _) in zip(rows, split, strict=False)]
-        b, fine = halves(mp, weights, roundoff)
-        zero = mp.mpf(0)
-        rests = [[zero, *rest] for _, rest in split]
-        return [*stages, *rows[self.stages :], [roundoff, *b], [zero, *fine], *rests]
+        """The table of `gauss_step` or `gauss_nystrom_step`: coefficients that conserve quadratic invariants exactly.
+
+        A step is symplectic where m_ij + m_ji = 1 for m_ij = a_ij / b_j, or, for q'' = f, m_ij - m_ji = c_i - c_j for
+        m_ij = (a^2)_ij / b_j. Multiples of a power of two keep that, the sum of b and the symmetry of the nodes without
+        rounding (Antoñana, Makazaga, Murua, Numer. Algorithms 76, 2017).
+        """
+        stages, second = self.stages, isinstance(form, SecondOrder)
+        s, middle, zero = range(stages), stages // 2, mp.mpf(0)
+        rows, b = stage_rows(mp, stages, second, mp.prec)
+        exact = [row[0] for row in rows]
+        points = [node - back for back in range(STEPS_BACK.get(stages, 1)) for node in exact]
+        guesses = [
+            [zero, *(value * b[j] / b[k % stages] for k, value in enumerate(row))]
+            for j, row in enumerate(lagrange(mp, points, [1 + node for node in exact]))
+        ]
+
+        def multiple(value: Any, bits: int) -> Any:
+            return value if roundoff <= mp.eps else mp.nint(mp.ldexp(value, bits)) / mp.mpf(2) ** bits
+
+        low = [multiple(node, 53) for node in exact[:middle]]
+        c = [*low, *[mp.mpf(1) / 2] * (stages % 2), *(1 - node for node in reversed(low))]
+        m = [[multiple(rows[i][1 + j] / b[j], 52) for j in s] for i in s]
+        for i in s:
+            for j in range(i):
+                m[j][i] = m[i][j] - (c[i] - c[j]) if second else 1 - m[i][j]
+        low = [multiple(weight, 53) for weight in b[: (stages - 1) // 2]]
+        rest = 1 - 2 * mp.fsum(low)
+        b = [*low, *([rest] if stages % 2 else [rest / 2] * 2), *reversed(low)]
+        last = [[roundoff, *b], *([[zero, *(1 - node for node in c)]] if second else [])]
+        return [*([c[i], *m[i]] for i in s), *guesses, *last]
 
     def loop(self, problem: Problem, h: float, substeps: int) -> Loop:
         fixed_point = super().loop(problem, h, substeps)
@@ -158,12 +181,12 @@ def newton_table(stages: int, second_order: bool) -> Floats:
 def newton_rows(mp: Any, stages: int, second_order: bool, roundoff: Any) -> Table:
     """The table of `newton_step`. For y' = f the change is b^T A^-1 z; for q'' = f the change of q is the same, that of v
     is b^T A^-2 (z - c h v) / h, where b^T A^-1 1 is 2 for odd numbers of stages and 0 for even ones."""
-    rows, b, _ = stage_rows(mp, stages, second_order, mp.prec)
+    rows, b = stage_rows(mp, stages, second_order, mp.prec)
     c = nodes(mp, stages)
     inverse = mp.matrix([integrals(mp, c, node) for node in c]) ** -1
     change = mp.matrix([b]) * inverse
     last = [[roundoff, *change], [mp.mpf(-2 * (stages % 2)), *(change * inverse)]]
-    return [*rows[:stages], *with_rounding_residuals(mp, rows[:stages], last, second_order, roundoff)]
+    return [*rows, *with_rounding_residuals(mp, rows, last, second_order, roundoff)]
 
 
 def with_rounding_residuals(mp: Any, rows: Table, last: Table, second_order: bool, roundoff: Any) -> Table:
@@ -192,16 +215,14 @@ def rounding_residuals(mp: Any, row: Sequence[Any], roundoff: Any) -> list[Any]:
 
 
 @cache
-def stage_rows(mp: Any, stages: int, second_order: bool, precision: int) -> tuple[Table, list[Any], list[Any]]:
-    """Rows (c_j, a_j1 ...) and rows (0, values of the last step's polynomial at this step's nodes); the weights b; the row
-    (0, weights of positions). For second-order equations the matrix is squared."""
+def stage_rows(mp: Any, stages: int, second_order: bool, precision: int) -> tuple[Table, list[Any]]:
+    """Rows (c_j, a_j1 ...) and the weights b. For second-order equations the matrix is squared."""
     c = nodes(mp, stages)
     a, b = [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
     s = range(stages)
     if second_order:
         a = [[mp.fsum(a[j][m] * a[m][k] for m in s) for k in s] for j in s]
-    rows = [[c[j], *a[j]] for j in s] + [[mp.mpf(0), *row] for row in lagrange(mp, c, [1 + node for node in c])]
-    return rows, b, [mp.mpf(0), *(b[j] * (1 - c[j]) for j in s)]
+    return [[c[j], *a[j]] for j in s], b
 
 
 def nodes(mp: Any, stages: int) -> list[Any]:

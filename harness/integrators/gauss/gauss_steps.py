@@ -13,44 +13,44 @@ MOST_ITERATIONS = 100
 def gauss_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """One step for y' = f(t, y). Rows of `table`: c_j, a_j1 ... a_js for each stage; 0 and the coefficients that
-    extrapolate the last step's slopes, for each stage; the unit round-off, b_1 ... b_s; 0 and the rests of these beyond
-    their leading bits; for each stage 0 and the rests of a_j1 ... a_js.
+    """One step for y' = f(t, y). Rows of `table`: c_j, a_j1 / b_1 ... a_js / b_s for each stage; 0 and the coefficients
+    that extrapolate weighted slopes of the last steps, for each stage; the unit round-off, b_1 ... b_s.
 
-    `store` holds a flag, the slopes k_1 ... k_s, a copy of the last step's, and for each stage the sum of the slopes by
-    the rests of its coefficients. The iteration ends when its next change would be far below round-off, or when round-off
-    stops it from shrinking. Errors of rounded coefficients are the same in every step, and so is the error that the
-    iteration leaves: either would make the energy drift as t (Hairer, McLachlan, Razakarivony, BIT 48, 2008).
+    `store` holds a flag, the weighted slopes b_j k_j, and those of the last steps, the latest first. The iteration ends
+    when its next change would be far below round-off, or when round-off stops it from shrinking. The error that it leaves
+    would be the same in every step, and make the energy drift as t (Hairer, McLachlan, Razakarivony, BIT 48, 2008).
     """
-    stages = (table.shape[0] - 2) // 3
+    stages = (table.shape[0] - 1) // 2
     weights = 2 * stages
-    start_stages(f, t, y, p, table, x, slope, store, stages, y.size)
+    back = table.shape[1] - 1
+    start_stages(f, t, y, p, table, x, slope, store, stages, y.size, back)
     before, least, stalled, accepted, beyond = 0.0, 0.0, 0, 0, store[0, 0]
-    near = False
     for iteration in range(MOST_ITERATIONS):
-        renew = iteration > 0 and not near
-        near = renew and before < NEAR
         change = 0.0
         for j in range(stages):
             for i in range(y.size):
-                if renew:
-                    store[weights + 1 + j, i] = weighted_sum(0.0, table, weights + 2 + j, store, 1, i, stages)
-                rest = store[weights + 1 + j, i]
-                x[i] = y[i] + h * weighted_sum(rest, table, j, store, 1, i, stages)
+                x[i] = y[i] + h * weighted_sum(0.0, table, j, store, 1, i, stages)
             call(f, t + table[j, 0] * h, x, p, slope)
+            weight = table[weights, j + 1]
             for i in range(y.size):
-                difference = abs(slope[i] - store[j + 1, i])
-                if not difference <= LARGEST:
+                weighted_slope = weight * slope[i]
+                difference = weighted_slope - store[j + 1, i]
+                distance = abs(difference)
+                if not distance <= LARGEST:
                     return False
-                if h * difference > SMALLEST:
-                    change = max(change, h * difference / (abs(y[i]) + h * abs(slope[i])))
-                store[j + 1, i] = slope[i] + beyond * (slope[i] - store[j + 1, i])
+                size = weight * abs(y[i]) + h * abs(weighted_slope)
+                if h * distance > SMALLEST and h * distance > change * size:  # divides at each new maximum only
+                    change = h * distance / size
+                store[j + 1, i] = weighted_slope + beyond * difference
         beyond = 0.0
         stalled = stalled + 1 if change >= least else 0
         accepted = accepted + 1 if accepted > 0 or settled(iteration, change, least, stalled, table[weights, 0]) else 0
         if change == 0.0 or accepted > MORE_ROUNDS:
             for i in range(y.size):
-                increment[i] = h * full_sum(table, weights, store, i, stages)
+                total = 0.0
+                for j in range(stages):
+                    total += store[j + 1, i]
+                increment[i] = h * total
             return True
         if iteration > 1 and change > before and change > FAR:
             return False
@@ -66,36 +66,43 @@ def gauss_step(
 def gauss_nystrom_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """The same step for q'' = f(t, q), with half the unknowns: the rows of a hold the square of that matrix. After b come
-    the weights b_j (1 - c_j), each row followed by its rounding residuals, then the residuals of c."""
+    """The same step for q'' = f(t, q), with half the unknowns: the rows of a hold the square of that matrix. After b comes
+    a row of 0 and 1 - c_j, the weights of the weighted slopes in the change of q."""
     half = x.size
-    stages = (table.shape[0] - 5) // 2
+    stages = (table.shape[0] - 2) // 2
     weights = 2 * stages
-    start_stages(f, t, y, p, table, x, slope, store, stages, half)
+    back = table.shape[1] - 1
+    start_stages(f, t, y, p, table, x, slope, store, stages, half, back)
     before, least, stalled, accepted, beyond = 0.0, 0.0, 0, 0, store[0, 0]
     for iteration in range(MOST_ITERATIONS):
         change = 0.0
         for j in range(stages):
             for i in range(half):
                 total = weighted_sum(0.0, table, j, store, 1, i, stages)
-                velocity = y[half + i]
-                x[i] = y[i] + h * (table[j, 0] * velocity + (table[weights + 4, j] * velocity + h * total))
+                x[i] = y[i] + h * (table[j, 0] * y[half + i] + h * total)
             call(f, t + table[j, 0] * h, x, p, slope)
+            weight = table[weights, j + 1]
             for i in range(half):
-                difference = abs(slope[i] - store[j + 1, i])
-                if not difference <= LARGEST:
+                weighted_slope = weight * slope[i]
+                difference = weighted_slope - store[j + 1, i]
+                distance = abs(difference)
+                if not distance <= LARGEST:
                     return False
-                if h * difference > SMALLEST:
-                    change = max(change, h * difference / (abs(y[half + i]) + h * abs(slope[i])))
-                store[j + 1, i] = slope[i] + beyond * (slope[i] - store[j + 1, i])
+                size = weight * abs(y[half + i]) + h * abs(weighted_slope)
+                if h * distance > SMALLEST and h * distance > change * size:  # divides at each new maximum only
+                    change = h * distance / size
+                store[j + 1, i] = weighted_slope + beyond * difference
         beyond = 0.0
         stalled = stalled + 1 if change >= least else 0
         accepted = accepted + 1 if accepted > 0 or settled(iteration, change, least, stalled, table[weights, 0]) else 0
         if change == 0.0 or accepted > MORE_ROUNDS:
             for i in range(half):
-                weighted = full_sum(table, weights + 2, store, i, stages)
+                total, weighted = 0.0, 0.0
+                for j in range(stages):
+                    total += store[j + 1, i]
+                    weighted += table[weights + 1, j + 1] * store[j + 1, i]
                 increment[i] = h * (h * weighted) + h * y[half + i]
-                increment[half + i] = h * full_sum(table, weights, store, i, stages)
+                increment[half + i] = h * total
             return True
         if iteration > 1 and change > before and change > FAR:
             return False
@@ -109,24 +116,26 @@ def gauss_nystrom_step(
 
 
 def start_stages(
-    f: Any, t: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, stages: int, width: int
+    f: Any, t: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, stages: int, width: int, back: int
 ) -> None:
-    """First guesses of the slopes: the last step's polynomial extrapolated; in the first step the slope at t."""
+    """First guesses of the weighted slopes: the polynomial through those of the last steps extrapolated. In the first step
+    they and the slopes of the steps before are that at t."""
     if store[0, 0] == 0.0:
         store[0, 0] = FIRST_SIDE
         for i in range(width):
             x[i] = y[i]
         call(f, t, x, p, slope)
-        for j in range(stages):
-            for i in range(width):
-                store[j + 1, i] = slope[i]
+        for k in range(0, back + stages, stages):
+            for j in range(stages):
+                for i in range(width):
+                    store[k + j + 1, i] = table[2 * stages, j + 1] * slope[i]
     else:
+        for k in range(back + stages, stages, -1):
+            for i in range(width):
+                store[k, i] = store[k - stages, i]
         for j in range(stages):
             for i in range(width):
-                store[stages + j + 1, i] = store[j + 1, i]
-        for j in range(stages):
-            for i in range(width):
-                store[j + 1, i] = weighted_sum(0.0, table, stages + j, store, stages + 1, i, stages)
+                store[j + 1, i] = weighted_sum(0.0, table, stages + j, store, stages + 1, i, back)
 
 
 def as_far(beyond: Any, rate: Any) -> Any:
@@ -141,12 +150,6 @@ def weighted_sum(total: Any, table: Any, row: int, k: Any, first: int, i: int, s
     for m in range(stages):
         total += table[row, m + 1] * k[first + m, i]
     return total
-
-
-def full_sum(table: Any, row: int, store: Any, i: int, stages: int) -> Any:
-    """The sum of slopes by the rounding residuals of weights, in the next row, then by the weights in this row."""
-    lost = weighted_sum(0.0, table, row + 1, store, 1, i, stages)
-    return weighted_sum(lost, table, row, store, 1, i, stages)
 
 
 def newton_step(
@@ -269,9 +272,6 @@ def settled(iteration: int, change: Any, least: Any, stalled: int, roundoff: Any
 FAR_BELOW = 2e-6
 """The error that the iteration leaves is biased: over 1e6 steps it must stay below their random walk of round-off. A
 change below round-off does not suffice: implicit midpoint lost or gained 0.025 units in each step of the oscillator."""
-
-NEAR = 1e-6
-"""After a change below it the slopes are accurate enough for their sums by the rests of the coefficients."""
 
 MORE_ROUNDS = 2
 """Rounds after acceptance. Where rounding stops the changes from shrinking, the round in which that is seen depends on the
