@@ -138,7 +138,7 @@ def reference(integrator: Integrator) -> tuple[str, str]:
 
 
 def dereference(module: str, identity: str) -> Integrator:
-    """The integrator behind a `reference`: one of the module's INTEGRATORS, else a class defined in it."""
+    """The integrator behind a `reference`: one of the module's INTEGRATORS, a class or an instance defined in it."""
     for candidate in _declared(module):
         if candidate.id == identity:
             return candidate
@@ -168,7 +168,9 @@ def _declared(module: str) -> Iterator[Integrator]:
     loaded = importlib.import_module(module)
     for item in getattr(loaded, "INTEGRATORS", ()):
         yield _instance(item, module)
-    for item in vars(loaded).values():
+    for item in list(vars(loaded).values()):
+        if isinstance(item, Integrator) and type(item).__module__ == module:  # made by gnomon.verify.from_step
+            yield _instance(item, module)
         if isinstance(item, type) and issubclass(item, Integrator) and not getattr(item, "__abstractmethods__", None):
             try:
                 made = item()

@@ -1,0 +1,75 @@
+"""Claims about an integrator: what each states, why, its bound and how the bound is derived, and how it is verified."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from gnomon.harness.verification.trials import Trials
+
+
+class Outcome(StrEnum):
+    """What became of a claim on one case."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    NOT_APPLICABLE = "not applicable"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a claim found on one case: for a failure the setting, what was expected and got, and why it counts.
+
+    `why` is the reason for a claim that does not apply.
+    """
+
+    outcome: Outcome
+    why: str = ""
+    setting: str = ""
+    expected: str = ""
+    got: str = ""
+
+
+def passed(got: str = "") -> Finding:
+    return Finding(Outcome.PASSED, got=got)
+
+
+def not_applicable(why: str) -> Finding:
+    return Finding(Outcome.NOT_APPLICABLE, why)
+
+
+def failed(setting: str, expected: str, got: str, why: str = "") -> Finding:
+    return Finding(Outcome.FAILED, why, setting, expected, got)
+
+
+@dataclass(frozen=True)
+class Claim:
+    """`applies` gives the reason why a claim is not made of an integrator on a case, None where it is made.
+
+    `verify` is called only where it applies. `states`, `reason` and `bound` (with its derivation) are sentences for users.
+    """
+
+    id: str
+    states: str
+    reason: str
+    bound: str
+    applies: Callable[[Trials], str | None]
+    verify: Callable[[Trials], Finding]
+    hard: bool = False
+    """Whether it is verified on hard variants; the others on default variants."""
+
+    def check(self, trials: Trials) -> Finding:
+        """Passed, failed or not applicable. An exception of the integrator is a failure that names it."""
+        why = self.applies(trials)
+        if why is not None:
+            return not_applicable(why)
+        try:
+            found = self.verify(trials)
+        except Exception as error:  # the user's code may raise anything, and the next claim is verified all the same
+            return failed("", "an answer", f"{type(error).__name__}: {error}", self.reason)
+        return found if found.why or found.outcome != Outcome.FAILED else _with_reason(found, self.reason)
+
+
+def _with_reason(found: Finding, reason: str) -> Finding:
+    return Finding(found.outcome, reason, found.setting, found.expected, found.got)

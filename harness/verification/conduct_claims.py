@@ -1,0 +1,175 @@
+"""Claims of conduct: the same bits again, no dependence on earlier calls, bad input, events."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from gnomon.harness.contract import validation
+from gnomon.harness.contract.integrator import Refused
+from gnomon.harness.scoring.events import score_events
+from gnomon.harness.verification.claims import Claim, Finding, failed, not_applicable, passed
+from gnomon.harness.verification.convergence_claims import TIGHT, allowed_error
+from gnomon.harness.verification.trials import Floats, Trials
+
+FAR = 2.0**-10
+"""Relative distance of another start: its solution differs in most bits."""
+IMPOSSIBLE = (0.0, -1e-3, math.nan)
+"""Settings that are no step size and no tolerance."""
+
+
+def _other(trials: Trials) -> Floats:
+    return trials.start * (1 - FAR) + FAR * trials.reference.exact[0]
+
+
+def _settings(trials: Trials) -> str:
+    setting = trials.usual()
+    return f"h = {setting:.6g}" if trials.steps else f"tolerance {setting:g}"
+
+
+def _repeatable(trials: Trials) -> Finding:
+    first, second = (trials.solutions(trials.problem(), trials.usual(), [trials.start])[0] for _ in range(2))
+    return _same(trials, first, second, "two preparations from one start")
+
+
+def _history(trials: Trials) -> Finding:
+    """A solution before and after solutions from another start and at another setting."""
+    setting = trials.usual()
+    first, _, again = trials.solutions(trials.problem(), setting, [trials.start, _other(trials), trials.start])
+    found = _same(trials, first, again, "one start before and after another")
+    if found.expected:
+        return found
+    trials.solutions(trials.problem(), trials.settings[0], [_other(trials)])
+    (fresh,) = trials.solutions(trials.problem(), setting, [trials.start])
+    return _same(trials, first, fresh, "one start before and after another setting")
+
+
+def _aliased(trials: Trials) -> Finding:
+    """States that were returned must not change with the next call."""
+    problem = trials.problem()
+    solve = trials.integrator.prepare(problem, trials.usual())
+    returned = solve(trials.start[None].copy()).states
+    kept = np.array(returned)
+    solve(_other(trials)[None].copy())
+    return _same(trials, kept[0], np.asarray(returned)[0], "states returned by an earlier call")
+
+
+def _ensemble(trials: Trials) -> Finding:
+    """The solution of a start is that of the start alone, whichever others are solved in the same call."""
+    problem, setting = trials.problem(), trials.usual()
+    starts = np.array([_other(trials), trials.start])
+    solve = trials.integrator.prepare(problem, setting)
+    together = validation.checked(solve(starts.copy()), (2, len(problem.times), problem.dimension)).states[1]
+    alone = trials.whole(setting)
+    if alone.states is None or alone.declined or math.isnan(alone.error):
+        return not_applicable(f"no solution at {_settings(trials)}: {alone.why}")
+    apart = float(np.max(trials.distance(together, alone.states)))
+    allowed = alone.roundoff if trials.steps else 2 * allowed_error(trials, setting, alone)
+    if apart <= allowed:
+        return passed()
+    return failed(_settings(trials), f"the second of two starts within {allowed:.2g} of the same alone", f"{apart:.2g}")
+
+
+def _same(trials: Trials, first: Floats, second: Floats, what: str) -> Finding:
+    if np.array_equal(first, second, equal_nan=True):
+        return passed()
+    different = int(np.argmax(np.any(first != second, axis=1)))
+    apart = float(np.max(trials.distance(second, first)))
+    return failed(_settings(trials), f"the same bits: {what}", f"{apart:.2g} apart, first at sample {different + 1}")
+
+
+def _bad_start(trials: Trials) -> Finding:
+    for value in (math.nan, math.inf):
+        try:
+            (states,) = trials.solutions(trials.problem(), trials.usual(), [np.full_like(trials.start, value)])
+        except Exception:  # an exception says that there is no solution
+            continue
+        if np.all(np.isfinite(states)):
+            return failed(f"start {value}", "no finite states", "finite states")
+    return passed()
+
+
+def _bad_setting(trials: Trials) -> Finding:
+    for setting in IMPOSSIBLE:
+        kind = "step size" if trials.steps else "tolerance"
+        try:
+            solve = trials.integrator.prepare(trials.problem(), setting)
+            solution = solve(trials.start[None].copy())
+        except Refused:
+            continue
+        except Exception:  # an exception is no answer either
+            continue
+        if solution.stopped is None and np.all(np.isfinite(solution.states)):
+            return failed(f"{kind} {setting:g}", "refused, or no finite states", "finite states")
+    return passed()
+
+
+def _has_events(trials: Trials) -> str | None:
+    return None if trials.case.hybrid is not None else "the case has no events"
+
+
+def _events(trials: Trials) -> Finding:
+    exact = trials.case.events()
+    usable = [a for a in trials.answers() if a.events is not None and not a.declined]
+    usable = [a for a in usable if a.error < 1e-2 and (trials.steps or a.setting <= TIGHT)]
+    if not usable:
+        return not_applicable("no accurate setting gives events")
+    for answer in usable[-2:]:
+        assert answer.events is not None
+        score = score_events(answer.events, exact)
+        named = f"h = {answer.setting:.6g}" if trials.steps else f"tolerance {answer.setting:g}"
+        if score.missing or score.extra:
+            return failed(named, f"{len(exact)} events", f"{score.missing} missing, {score.extra} that do not exist")
+        span = float(trials.case.span)
+        allowed = answer.setting if trials.steps else allowed_error(trials, answer.setting, answer) * span
+        if not score.time_error <= allowed + 2 * trials.conditioning() * span:
+            return failed(named, f"event times within {allowed:.2g} s", f"{score.time_error:.2g} s")
+    return passed()
+
+
+def _always(trials: Trials) -> str | None:
+    return None
+
+
+def _smooth(trials: Trials) -> str | None:
+    return None if trials.case.hybrid is None else "two starts of a motion with events may have other events"
+
+
+CLAIMS = (
+    Claim(
+        "repeatable", "The same call gives the same bits.",
+        "A result that changes from call to call cannot be compared with an earlier one.",
+        "None: the bits are the same or not.", _always, _repeatable,
+    ),
+    Claim(
+        "history", "A solution does not depend on earlier calls.",
+        "State that is kept between runs makes a result depend on what ran before.",
+        "None: the bits are the same or not.", _always, _history,
+    ),
+    Claim(
+        "aliasing", "States that were returned do not change with the next call.",
+        "A buffer that is used again overwrites results that a user holds.",
+        "None: the bits are the same or not.", _always, _aliased,
+    ),
+    Claim(
+        "ensemble", "A start has the same solution alone and with other starts.",
+        "A trajectory that changes the next one leaves state behind.",
+        "Round-off at a fixed step; twice the error that the tolerance allows where step sizes may be shared.",
+        _smooth, _ensemble,
+    ),
+    Claim(
+        "bad_start", "From a start that is not finite come no finite states.",
+        "Finite nonsense looks right.", "None.", _always, _bad_start,
+    ),
+    Claim(
+        "bad_setting", "A setting of 0, below 0 or nan gives no finite states.",
+        "A setting that is replaced without a word gives results that do not belong to it.", "None.",
+        _always, _bad_setting,
+    ),
+    Claim(
+        "events", "It finds every event, none that does not exist, and each at its time.",
+        "An event that is missed puts the motion on another course.",
+        "Times within one step, or within the error that the tolerance allows, times the span.",
+        _has_events, _events,
+    ),
+)  # fmt: skip

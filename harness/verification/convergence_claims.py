@@ -1,0 +1,237 @@
+"""Claims of accuracy: the order, the error at each setting, the error over the tolerance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
+from gnomon.harness.verification.claims import Claim, Finding, failed, not_applicable, passed
+from gnomon.harness.verification.trials import HALF_ULP, Answer, Trials
+
+TIGHT = 1e-4
+"""Tolerances up to this: at looser ones the estimate of a local error need not be close to it."""
+SHORT = 6
+"""Halvings of the span for `tolerance_short`: one sampling interval of the whole span."""
+MARGIN = 0.5
+"""An order is a whole number: a slope that is less by more than half belongs to a lower one."""
+
+Point = tuple[float, float, float]
+"""(step size, error, round-off)"""
+
+
+def _ran(trials: Trials) -> Finding:
+    answers = [trials.whole(trials.settings[k]) for k in sorted({len(trials.settings) // 2, len(trials.settings) - 1})]
+    for answer in answers:
+        if answer.raised is not None or (answer.states is not None and math.isnan(answer.error) and not answer.stopped):
+            return failed(_named(trials, answer.setting), "finite states, or a reason why there are none", answer.why)
+    return passed()
+
+
+def _fixed_order(trials: Trials) -> str | None:
+    if not trials.steps:
+        return "its setting is a tolerance"
+    if trials.integrator.order is None:
+        return "it declares no order"
+    return "events limit the order" if trials.case.hybrid is not None else None
+
+
+def in_range(points: Sequence[Point]) -> list[Point]:
+    """The points, from the longest step down, whose error is small and well above round-off.
+
+    They begin after the last error that is not small, and end before the first that round-off may have changed.
+    """
+    found: list[Point] = []
+    for h, error, roundoff in points:
+        if not error < LARGEST_ERROR:
+            found = []
+        elif error < ABOVE_FLOOR_ON_A_LINE * roundoff:
+            break
+        else:
+            found.append((h, error, roundoff))
+    return found
+
+
+def _slope(trials: Trials, points: Sequence[Point], order: int, what: str) -> Finding:
+    """Whether the finest settings in the range have at least this slope."""
+    usable = in_range(points)
+    if len(usable) < FEWEST:
+        return not_applicable(f"{len(usable)} settings between an error of {LARGEST_ERROR:g} and round-off")
+    (h0, e0, _), (h1, e1, _) = usable[-FEWEST], usable[-1]
+    slope = math.log(e0 / e1) / math.log(h0 / h1)
+    if slope >= order - MARGIN:
+        return passed(f"{slope:.2f}")
+    return failed(
+        f"h = {h0:.3g} to {h1:.3g}", f"{what} proportional to h^{order}", f"h^{slope:.2f} ({e0:.2g} to {e1:.2g})"
+    )
+
+
+def _order(trials: Trials) -> Finding:
+    assert trials.integrator.order is not None
+    return _slope(trials, _points(trials.answers()), trials.integrator.order, "errors over the whole span")
+
+
+def _step_order(trials: Trials) -> Finding:
+    """64 steps over spans that are halved: their error is that of a step, 64 times."""
+    assert trials.integrator.order is not None
+    points = [(h, answer.error, answer.roundoff) for h, answer in trials.single_steps()]
+    return _slope(trials, points, trials.integrator.order + 1, "errors of a step")
+
+
+def _points(answers: Sequence[Answer]) -> list[Point]:
+    return [(answer.setting, answer.error, answer.roundoff) for answer in answers]
+
+
+def _error(trials: Trials) -> Finding:
+    """No setting may be worse than its order allows at twice its step, by the line of all other settings."""
+    order = trials.integrator.order
+    assert order is not None
+    points = [point for point in _points(trials.answers()) if not math.isnan(point[1])]
+    first = next((k for k, (_, error, _) in enumerate(points) if error < LARGEST_ERROR), len(points))
+    points = points[first:]
+    if len(points) < FEWEST:
+        return not_applicable(f"{len(points)} settings with an error below {LARGEST_ERROR:g}")
+    for index, (h, error, roundoff) in enumerate(points):
+        if index == 0:
+            continue  # the longest step has no setting before it
+        others = [max(e, r) / step**order for k, (step, e, r) in enumerate(points) if k < index]
+        allowed = max(others) * h**order * 2.0 ** max(order, 2) + ABOVE_FLOOR_ON_A_LINE * roundoff
+        if error > allowed:
+            return failed(f"h = {h:.6g}", f"error below {allowed:.2g}", f"{error:.2g}")
+    return passed()
+
+
+def _tolerance_applies(trials: Trials) -> str | None:
+    return "its setting is a step size" if trials.steps else None
+
+
+def allowed_error(trials: Trials, tolerance: float, answer: Answer, halvings: int = 0) -> float:
+    """The error that the local errors of all steps may add up to, with round-off.
+
+    Each step may add `tolerance` times the size of the state in each component, so sqrt(dim) times that in the norm; the
+    exact motion carries it to a sample with at most the growth that the conditioning shows.
+    """
+    growth = max(1.0, trials.conditioning(halvings) / HALF_ULP)
+    work = max(answer.work or 0, len(trials.reference.times))
+    return work * math.sqrt(len(trials.start)) * tolerance * growth + answer.roundoff
+
+
+def _over_tolerance(trials: Trials, answers: Sequence[tuple[float, Answer]], halvings: int) -> Finding:
+    counted = 0
+    for tolerance, answer in answers:
+        if answer.declined:
+            continue
+        dense = trials.integrator.sampling == "dense output"
+        error = answer.last if dense else answer.error
+        allowed = allowed_error(trials, tolerance, answer, halvings)
+        if not allowed < LARGEST_ERROR:
+            continue
+        counted += 1
+        if not error <= allowed:
+            where = " at the last sample" if dense else ""
+            work = f"{answer.work} steps or right-hand sides"
+            return failed(f"tolerance {tolerance:g}", f"error{where} below {allowed:.2g} with {work}", f"{error:.2g}")
+    return passed() if counted else not_applicable("no setting whose tolerance bounds the error")
+
+
+def _tolerances(trials: Trials) -> list[float]:
+    return [setting for setting in trials.settings if setting <= TIGHT]
+
+
+def _tolerance(trials: Trials) -> Finding:
+    return _over_tolerance(trials, [(a.setting, a) for a in trials.answers() if a.setting <= TIGHT], 0)
+
+
+def _tolerance_short(trials: Trials) -> Finding:
+    if trials.case.hybrid is not None:
+        return not_applicable("events need the whole span")
+    return _over_tolerance(trials, [(s, trials.short(SHORT, s)) for s in _tolerances(trials)], SHORT)
+
+
+def _work_applies(trials: Trials) -> str | None:
+    order = trials.integrator.order
+    if trials.steps or order is None or order < 3:
+        return "its setting is a step size" if trials.steps else "it declares no order of 3 or more"
+    return "events add steps" if trials.case.hybrid is not None else None
+
+
+def _work(trials: Trials) -> Finding:
+    """Whether the number of steps grows as an order allows."""
+    order = trials.integrator.order
+    assert order is not None
+    usable = [a for a in trials.answers() if a.work and not a.declined and a.setting <= TIGHT and a.error > a.roundoff]
+    if len(usable) < FEWEST:
+        return not_applicable(f"{len(usable)} settings with an error above round-off, {FEWEST} are needed")
+    loose, tight = usable[0], usable[-1]
+    assert loose.work is not None
+    assert tight.work is not None
+    allowed = 2.0 * (loose.setting / tight.setting) ** (1.0 / (order - 1))
+    ratio = tight.work / loose.work
+    if ratio <= allowed:
+        return passed(f"{ratio:.3g}")
+    return failed(
+        f"tolerances {loose.setting:g} and {tight.setting:g}",
+        f"at most {allowed:.3g} times the work",
+        f"{ratio:.3g} times",
+    )
+
+
+def _hard(trials: Trials) -> Finding:
+    return _over_tolerance(trials, [(a.setting, a) for a in trials.answers() if a.setting <= TIGHT], 0)
+
+
+def _named(trials: Trials, setting: float) -> str:
+    return f"h = {setting:.6g}" if trials.steps else f"tolerance {setting:g}"
+
+
+CLAIMS = (
+    Claim(
+        "runs", "It gives finite states at its own settings, or says why not.",
+        "All else needs an answer.", "None: a state is finite or not.",
+        lambda trials: None, _ran,
+    ),
+    Claim(
+        "order", "Its error over the whole span falls with the order declared.",
+        "A wrong coefficient, sign or time argument lowers the order of convergence.",
+        "The slope over the finest four settings is at least the order less 1/2, as orders are whole numbers. Errors count"
+        " below 1e-2 and above 20 times round-off: two half ulps, carried by the conditioning, for each step.",
+        _fixed_order, _order,
+    ),
+    Claim(
+        "step_order", "The error of single steps falls with the order declared plus one.",
+        "Over short spans few steps add little round-off, so that small errors of coefficients show.",
+        "As for order: 64 steps over spans that are halved have 64 times the error of a step, h^(order + 1).",
+        _fixed_order, _step_order,
+    ),
+    Claim(
+        "error", "At each setting the error is no larger than longer steps and the order allow.",
+        "A fault that only some step sizes have is not seen in a slope.",
+        "The largest error/h^order of all longer steps, times (2h)^order (at least 4 h^order), plus 20 times round-off.",
+        _fixed_order, _error,
+    ),
+    Claim(
+        "tolerance", "Its error over the whole span is no larger than its tolerance allows.",
+        "The tolerance bounds the error of each step, and the motion carries it to the samples.",
+        "Steps (right-hand sides where steps are not known) x sqrt(dimension) x tolerance x conditioning over half an ulp,"
+        " plus round-off. Tolerances from 1e-4 down; with dense output at the last sample only.",
+        _tolerance_applies, _tolerance,
+    ),
+    Claim(
+        "tolerance_short", "The same over 1/64 of the span.",
+        "Over a short span little amplifies an error, so that a small one shows.",
+        "As for tolerance.",
+        _tolerance_applies, _tolerance_short,
+    ),
+    Claim(
+        "work", "Its number of steps grows with the tolerance no faster than its order allows.",
+        "Step-size control hides a wrong coefficient by taking more steps.",
+        "tolerance^(-1/(order - 1)), which an estimate one order lower than the solution would give, times 2.",
+        _work_applies, _work,
+    ),
+    Claim(
+        "hard", "On a hard variant it is right, or says that it is not.",
+        "Any status is allowed, a wrong answer that looks right is not.",
+        "As for tolerance.",
+        _tolerance_applies, _hard, hard=True,
+    ),
+)  # fmt: skip

@@ -1,0 +1,158 @@
+"""Integrators made of plain functions: `from_step` for one step of a method, `from_solve` for a whole solver.
+
+The user's function gets `f(t, y)`, which returns the derivative of the state as a new float64 array; its calls are
+counted. With `accelerations` it is `f(t, q)`, which returns the accelerations of the positions q, the first half of y.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core.forms import FirstOrder, SecondOrder
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Steps, Tolerance
+from gnomon.harness.registry import declaration
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+RightHandSide = Callable[[float, Any], Floats]
+
+LEAST_TOLERANCE = 2.0**-52
+MOST_STEPS = 10**8
+"""Settings of less tolerance, or of more steps, are refused: they are mistakes."""
+
+
+def from_step(
+    step: Callable[[RightHandSide, float, Floats, float], Any],
+    *,
+    name: str,
+    order: int | None = None,
+    sweep: Steps | None = None,
+    conserves: tuple[str, ...] = (),
+    accelerations: bool = False,
+    library: str = "mine",
+) -> Integrator:
+    """The integrator that makes equal steps with `step(f, t, y, h)`, which returns the state at t + h, shape (dim,).
+
+    `order`, `conserves`: what is claimed of the method, see `Integrator`. Raises ValueError for a wrong declaration.
+    """
+    accepts = (SecondOrder,) if accelerations else (FirstOrder,)
+    declared = {"name": name, "library": library, "order": order, "accepts": accepts, "conserves": conserves}
+    return _made(_Stepped, declared | {"sweep": sweep or Steps(), "function": staticmethod(step)})
+
+
+def from_solve(
+    solve: Callable[[RightHandSide, float, Floats, Floats, float], Any],
+    *,
+    name: str,
+    order: int | None = None,
+    sweep: Tolerance | Steps | None = None,
+    sampling: str = "stops at samples",
+    conserves: tuple[str, ...] = (),
+    accelerations: bool = False,
+    library: str = "mine",
+) -> Integrator:
+    """The integrator that calls `solve(f, t0, y0, times, tolerance)`, which returns the states at `times`, (n, dim).
+
+    With a `sweep` of Steps the last argument is the step size. `sampling`: "dense output" if the states at `times` come
+    from an interpolant. A solver that gives up raises `gnomon.verify.Refused`, or returns nan for what it did not reach.
+    Raises ValueError for a wrong declaration.
+    """
+    accepts = (SecondOrder,) if accelerations else (FirstOrder,)
+    declared = {"name": name, "library": library, "order": order, "accepts": accepts, "conserves": conserves}
+    more = {"sweep": sweep or Tolerance(1e-3, 1e-12), "sampling": sampling, "function": staticmethod(solve)}
+    return _made(_Solved, declared | more)
+
+
+class _Door(Integrator):
+    """What both doors share: solutions from several starts, one after the other."""
+
+    function: ClassVar[Callable[..., Any]]
+
+    def prepare(self, problem: Problem, setting: float) -> Solve:
+        self.validate(problem, setting)
+        f = right_hand_side(problem)
+
+        def solve(initial_states: Floats) -> Solution:
+            states = np.full((len(initial_states), len(problem.times), problem.dimension), np.nan)
+            steps = [
+                self.trajectory(f, problem, setting, y, out) for y, out in zip(initial_states, states, strict=True)
+            ]
+            return Solution(states, None if None in steps else sum(count or 0 for count in steps))
+
+        return solve
+
+    def validate(self, problem: Problem, setting: float) -> None:
+        """Raise Refused for a setting that is no step size or tolerance."""
+        kind = "step size" if isinstance(self.sweep, Steps) else "tolerance"
+        if not (math.isfinite(setting) and setting > 0):
+            raise Refused(f"{kind} {setting} is not a positive number")
+        if kind == "tolerance" and not LEAST_TOLERANCE <= setting < 1:
+            raise Refused(f"tolerance {setting:g} is not from {LEAST_TOLERANCE:.1e} to below 1")
+        span = float(problem.times[-1])
+        if kind == "step size" and (span / setting > MOST_STEPS or setting > 2 * problem.interval):
+            raise Refused(
+                f"step size {setting:g} is longer than the sampling interval, {problem.interval:g},"
+                f" or makes more than {MOST_STEPS:g} steps"
+            )
+
+    @abstractmethod
+    def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
+        """Write the states at the samples into `out` (n, dim); returns the number of steps, None where unknown."""
+
+
+class _Stepped(_Door):
+    def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
+        time, steps, step = 0.0, 0, type(self).function
+        for k, end in enumerate(problem.times.tolist()):
+            count = max(1, math.ceil((end - time) / setting * (1 - 1e-12)))
+            h = (end - time) / count
+            for i in range(count):
+                y = step(f, time + i * h, y, h)
+            found = np.asarray(y)
+            if found.shape != (problem.dimension,):
+                raise ValueError(f"the step returned an array of shape {found.shape}, not {(problem.dimension,)}")
+            out[k], time, steps = found, end, steps + count
+        return steps
+
+
+class _Solved(_Door):
+    def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
+        found = np.asarray(type(self).function(f, 0.0, y, problem.times.copy(), setting))
+        if found.shape != out.shape:
+            raise ValueError(f"the solver returned states of shape {found.shape}, not {out.shape}: one row a time")
+        out[:] = found
+        return None
+
+
+def right_hand_side(problem: Problem) -> RightHandSide:
+    """The equations of a problem as a plain function, which adds 1 to the last element of `problem.buffer` each call.
+
+    Where the equations cannot be evaluated (the root of a negative number, overflow) the derivative is nan.
+    """
+    form = problem.form
+    equations: Any = form.acceleration if isinstance(form, SecondOrder) else form.equations  # type: ignore[union-attr]
+    half = problem.dimension // 2 if isinstance(form, SecondOrder) else problem.dimension
+    parameters, buffer = tuple(problem.parameters.tolist()), problem.buffer
+
+    def f(t: float, y: Any) -> Floats:
+        buffer[-1] += 1.0
+        try:
+            return np.array(equations(float(t), tuple(np.asarray(y, dtype=np.float64).tolist()[:half]), parameters))
+        except (ArithmeticError, ValueError):
+            return np.full(half, np.nan)
+
+    return f
+
+
+def _made(base: type[_Door], attributes: dict[str, Any]) -> Integrator:
+    """An instance of a new class that belongs to the module of the user's call: worker processes find it there by id."""
+    module = sys._getframe(2).f_globals.get("__name__", "__main__")
+    kind = type(base.__name__.strip("_"), (base,), attributes | {"__module__": module})
+    made: Integrator = kind()
+    declaration.validate(made, f"{module}: {attributes['name']!r}")
+    return made

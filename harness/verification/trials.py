@@ -1,0 +1,200 @@
+"""Runs an integrator on one case for the claims: each solution is computed once, and errors have their round-off."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from gnomon.cases import Case
+from gnomon.harness.contract import validation
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Steps
+from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.running import plan
+from gnomon.harness.scoring.reference_solution import ReferenceSolution
+from gnomon.harness.scoring.score import Scorer
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+HALF_ULP = 2.0**-53
+SHORTEST = 24
+"""Halvings of the span, at most, for the short spans."""
+
+
+@dataclass(frozen=True)
+class Depth:
+    """How much is measured: fixed steps in one solution, processor seconds of the longest one, cases, hard variants."""
+
+    name: str
+    steps: int
+    seconds: float
+    cases: int
+    variants: int
+
+
+DEPTHS = {
+    "low": Depth("low", 64 * 64, 1.0, 3, 2),
+    "normal": Depth("normal", 64 * 1024, 5.0, 6, 6),
+    "high": Depth("high", 64 * 16384, 60.0, 100, 1000),
+}
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What one call of `solve` gave: its states (64, dim), or why there are none (`refused`, `raised`).
+
+    `error` is the largest distance from the exact motion and `last` that of the last sample; both are nan without
+    states or where these are not finite. `roundoff` is the error that rounding may cause, see `Trials.roundoff`.
+    """
+
+    setting: float
+    states: Floats | None
+    error: float
+    last: float
+    roundoff: float
+    work: int | None = None
+    stopped: str | None = None
+    refused: str | None = None
+    raised: str | None = None
+    events: tuple[tuple[float, str], ...] | None = None
+
+    @property
+    def declined(self) -> bool:
+        """Whether the integrator itself said that it has no solution."""
+        return self.refused is not None or self.stopped is not None or self.raised is not None
+
+    @property
+    def why(self) -> str:
+        return self.refused or self.raised or self.stopped or "states are not finite"
+
+
+class Trials:
+    """One integrator on one case. `case` has binary64 numbers, and `reference` is its reference solution."""
+
+    def __init__(self, integrator: Integrator, case: Case, reference: ReferenceSolution, depth: Depth) -> None:
+        self.integrator, self.case, self.reference, self.depth = integrator, case, reference, depth
+        self.scorer = Scorer(case, None, reference)
+        self.start: Floats = reference.start
+        self._whole: dict[float, Answer] = {}
+        self._short: dict[tuple[int, float], Answer] = {}
+
+    @property
+    def steps(self) -> bool:
+        return isinstance(self.integrator.sweep, Steps)
+
+    @cached_property
+    def form(self) -> Any:
+        return accepted_form(self.case, self.integrator.accepts)
+
+    @cached_property
+    def settings(self) -> tuple[float, ...]:
+        """The settings of the sweep within this depth, from cheap to expensive."""
+        found = plan.settings(self.integrator, self.case, self.problem())
+        span = float(self.reference.times[-1])
+        return tuple(s for s in found if span / s < self.depth.steps * 1.01) if self.steps else found
+
+    def problem(self, halvings: int = 0, counted: bool = False) -> Problem:
+        """The problem over the span divided by 2^halvings."""
+        problem = replace(self.scorer.problem(self.form), counted=counted)
+        return replace(problem, times=problem.times * 2.0**-halvings)
+
+    def answers(self) -> list[Answer]:
+        """The answers over the whole span, up to the first setting that takes longer than this depth allows."""
+        found: list[Answer] = []
+        for setting in self.settings:
+            began = time.process_time()
+            found.append(self.whole(setting))
+            if time.process_time() - began > self.depth.seconds:
+                break
+        return found
+
+    def whole(self, setting: float) -> Answer:
+        if setting not in self._whole:
+            self._whole[setting] = self._answer(setting, 0)
+        return self._whole[setting]
+
+    def short(self, halvings: int, setting: float) -> Answer:
+        """The answer over the span divided by 2^halvings."""
+        key = (halvings, setting)
+        if key not in self._short:
+            self._short[key] = self._answer(setting, halvings)
+        return self._short[key]
+
+    def single_steps(self) -> list[tuple[float, Answer]]:
+        """(step size, answer) with one step a sample, over shorter and shorter spans until round-off dominates."""
+        sweep, found = self.integrator.sweep, []
+        assert isinstance(sweep, Steps)
+        for halvings in range(SHORTEST):
+            interval = float(self.problem(halvings).interval)
+            if interval > sweep.coarsest * self.reference.time_scale:
+                continue
+            answer = self.short(halvings, interval)
+            found.append((interval, answer))
+            if answer.error < answer.roundoff or answer.declined:
+                break
+        return found
+
+    def usual(self) -> float:
+        """A setting from the middle of the sweep."""
+        return self.settings[len(self.settings) // 2]
+
+    def roundoff(self, work: int, halvings: int = 0) -> float:
+        """The largest error that `work` roundings of the state may cause: each has the effect of an ulp at the start.
+
+        This bound adds the effects linearly. The conditioning of a case is the typical effect of half an ulp.
+        """
+        return 2.0 * max(work, 1) * self.conditioning(halvings)
+
+    def conditioning(self, halvings: int = 0) -> float:
+        """The largest conditioning over the span divided by 2^halvings, at least half an ulp."""
+        count = max(1, math.ceil(len(self.reference.times) * 2.0**-halvings))
+        return max(float(np.max(self.reference.conditioning[:count])), HALF_ULP)
+
+    def exact(self, halvings: int) -> Floats:
+        """The exact states at the samples of a shorter span, shape (64, dim)."""
+        return self.reference.exact if halvings == 0 else self.case.sample(self.reference.times * 2.0**-halvings)
+
+    def solutions(self, problem: Problem, setting: float, starts: Sequence[Floats]) -> list[Floats]:
+        """The states (64, dim) from each start, by one `solve` in turn. Raises what the integrator raises."""
+        solve = self.integrator.prepare(problem, setting)
+        try:
+            return [self._called(solve, problem, start).states[0] for start in starts]
+        finally:
+            getattr(solve, "close", lambda: None)()
+
+    def distance(self, states: Floats, exact: Floats) -> Floats:
+        with np.errstate(all="ignore"):  # very large finite states overflow in the metric
+            return self.scorer.metric.distance(states, exact)
+
+    def _called(self, solve: Any, problem: Problem, start: Floats) -> Any:
+        getattr(solve, "reset", lambda: None)()
+        return validation.checked(solve(start[None].copy()), (1, len(problem.times), problem.dimension))
+
+    def _answer(self, setting: float, halvings: int) -> Answer:
+        problem = self.problem(halvings, counted=self.integrator.counts_rhs)
+        nothing = Answer(setting, None, math.nan, math.nan, math.nan)
+        try:
+            solve = self.integrator.prepare(problem, setting)
+            before = problem.buffer[-1]
+            solution = self._called(solve, problem, self.start)
+            getattr(solve, "close", lambda: None)()
+        except Refused as error:
+            return replace(nothing, refused=str(error) or "declined without a reason")
+        except Exception as error:  # the user's code may raise anything: it is a finding, with the setting
+            return replace(nothing, raised=f"{type(error).__name__}: {error}")
+        calls = int(problem.buffer[-1] - before)
+        work = solution.steps or calls or None
+        states = solution.states[0]
+        with np.errstate(all="ignore"):
+            times = self.reference.times if halvings == 0 else None
+            errors = self.scorer.metric.distance(states, self.exact(halvings), times)
+        roundoff = self.roundoff(work or len(problem.times), halvings)
+        error = float(np.max(errors)) if np.all(np.isfinite(errors)) else math.nan
+        return Answer(
+            setting, states, error, float(errors[-1]), roundoff, work, solution.stopped, events=solution.events
+        )

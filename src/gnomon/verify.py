@@ -1,0 +1,13 @@
+"""Verify an integrator of your own against exact motions: doors that make one from plain functions, and `verify`.
+
+    from gnomon.verify import from_step
+    mine = from_step(step, name="RK4", order=4)      # step(f, t, y, h) -> y at t + h
+
+and then `gnomon verify package.module:mine`.
+"""
+
+from gnomon.harness.contract.integrator import Refused, Steps, Tolerance
+from gnomon.harness.verification.doors import from_solve, from_step
+from gnomon.harness.verification.verify import CLAIMS, FirstTrialError, Report, verify
+
+__all__ = ["CLAIMS", "FirstTrialError", "Refused", "Report", "Steps", "Tolerance", "from_solve", "from_step", "verify"]
