@@ -19,6 +19,7 @@ from gnomon.harness.commands.options import problems
 from gnomon.harness.commands.report import report
 from gnomon.harness.commands.run import run
 from gnomon.harness.commands.show import show
+from gnomon.harness.commands.verify import verify
 from gnomon.harness.results.visible import visible
 from rich.markup import escape
 
@@ -29,7 +30,7 @@ app = typer.Typer(
     help="Compares integrators with exact motions of classical mechanics, in error and in speed.",
 )
 app.command("list")(list_)
-for command in (show, run, report, compare, certify, export, doctor):
+for command in (show, run, report, compare, verify, certify, export, doctor):
     app.command()(command)
 
 USAGE: Any = typer.BadParameter.__mro__[1]

@@ -1,0 +1,157 @@
+"""The report of a verification: counts and failures as text, JSON, JUnit XML; the file of known failures."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+from gnomon.cases.core.numbers import nearest
+from gnomon.harness.results.visible import visible
+from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.verification.verify import CLAIMS, Report, Row
+
+SCHEMA = 1
+"""Version of the JSON result: it changes when a key changes its meaning or goes."""
+PASSED, FAILED, NOTHING = 0, 1, 2
+"""Exit codes; NOTHING: no claim was checked."""
+
+Known = Mapping[tuple[str, str], str]
+"""(claim, case) -> the reason why the failure is known."""
+
+
+def read_known(path: Path) -> dict[tuple[str, str], str]:
+    """The known failures of a text file, a line each: `CLAIM CASE REASON`; empty lines and lines with # are comments.
+
+    Raises ValueError for an unknown claim, a line without a reason and a line that stands twice.
+    """
+    found: dict[tuple[str, str], str] = {}
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        words = line.split(maxsplit=2)
+        if not words or words[0].startswith("#"):
+            continue
+        if len(words) < 3:
+            raise ValueError(f"{path}:{number}: {line.strip()!r}; write CLAIM CASE REASON")
+        claim, case, reason = words
+        if claim not in CLAIMS:
+            raise ValueError(f"{path}:{number}: no claim is called {claim!r}; {nearest(claim, CLAIMS)}")
+        if (claim, case) in found:
+            raise ValueError(f"{path}:{number}: {claim} {case} is listed twice; list it once")
+        found[claim, case] = reason
+    return found
+
+
+def new_failures(report: Report, known: Known) -> list[Row]:
+    """The failures that are not known."""
+    return [row for row in report.of(Outcome.FAILED) if (row.claim, row.case) not in known]
+
+
+def exit_code(report: Report, known: Known) -> int:
+    """1 if a claim failed whose failure is not known, 2 if no claim was checked, else 0."""
+    if new_failures(report, known):
+        return FAILED
+    return PASSED if report.checked else NOTHING
+
+
+def counts(report: Report, known: Known) -> dict[str, int]:
+    """The numbers of claims on cases: checked, passed, failed, known failures among these, not applicable."""
+    failures = report.of(Outcome.FAILED)
+    return {
+        "checked": report.checked,
+        "passed": len(report.of(Outcome.PASSED)),
+        "failed": len(failures),
+        "known": len(failures) - len(new_failures(report, known)),
+        "not_applicable": len(report.of(Outcome.NOT_APPLICABLE)),
+    }
+
+
+def command(report: Report, row: Row, how: str) -> str:
+    """The command that verifies this claim on this case alone; `how` is the integrator as the user named it."""
+    return f"gnomon verify {shlex.quote(how)} --case {row.case} --claim {row.claim} --depth {report.depth}"
+
+
+def lines(report: Report, known: Known, how: str) -> list[str]:
+    """The report as text: each failure with all that explains it, why claims did not apply, known failures, the counts."""
+    found: list[str] = []
+    for row in new_failures(report, known):
+        finding = row.finding
+        at = f", {finding.setting}" if finding.setting else ""
+        found += [
+            f"FAILED {row.claim} on {row.case}{at}",
+            f"  claim:    {CLAIMS[row.claim].states}",
+            f"  expected: {finding.expected}",
+            f"  got:      {finding.got}",
+            f"  why:      {finding.why}",
+            f"  bound:    {CLAIMS[row.claim].bound}",
+            f"  alone:    {command(report, row, how)}",
+        ]
+    reasons = Counter((row.claim, row.finding.why) for row in report.of(Outcome.NOT_APPLICABLE))
+    found += [f"not applicable: {claim} ({count}): {why}" for (claim, why), count in reasons.items()]
+    for row in report.rows:
+        reason = known.get((row.claim, row.case))
+        if reason is not None and row.finding.outcome == Outcome.FAILED:
+            found.append(f"known failure: {row.claim} on {row.case}: {reason}")
+        if reason is not None and row.finding.outcome == Outcome.PASSED:
+            found.append(f"passes now: {row.claim} on {row.case}; take it from the file of known failures ({reason})")
+    number = counts(report, known)
+    on = len({row.case for row in report.rows})
+    total = (
+        f"{report.integrator}: {number['checked']} claims checked on {on} cases, {number['passed']} passed,"
+        f" {number['failed']} failed ({number['known']} known), {number['not_applicable']} not applicable"
+    )
+    return [visible(line) for line in [*found, total]]
+
+
+def as_json(report: Report, known: Known, how: str) -> str:
+    """The report as JSON, with the version of its schema."""
+    rows: list[dict[str, Any]] = [
+        {
+            "claim": row.claim,
+            "case": row.case,
+            "outcome": row.finding.outcome.value,
+            "known": known.get((row.claim, row.case)),
+            "setting": row.finding.setting,
+            "expected": row.finding.expected,
+            "got": row.finding.got,
+            "why": row.finding.why,
+            "command": command(report, row, how),
+        }
+        for row in report.rows
+    ]
+    claims = {claim.id: {"states": claim.states, "bound": claim.bound} for claim in CLAIMS.values()}
+    whole = {"schema": SCHEMA, "integrator": report.integrator, "depth": report.depth, "counts": counts(report, known)}
+    return json.dumps(whole | {"rows": rows, "claims": claims}, indent=1) + "\n"
+
+
+def as_junit(report: Report, known: Known, how: str) -> str:
+    """The report as JUnit XML, a test case for each claim on each case; known failures and what does not apply are skipped."""
+    number = counts(report, known)
+    suite = ElementTree.Element(
+        "testsuite",
+        name=f"gnomon verify {_xml(report.integrator)}",
+        tests=str(len(report.rows)),
+        failures=str(number["failed"] - number["known"]),
+        skipped=str(number["not_applicable"] + number["known"]),
+        errors="0",
+    )
+    for row in report.rows:
+        test = ElementTree.SubElement(suite, "testcase", classname=row.case, name=row.claim)
+        finding, reason = row.finding, known.get((row.claim, row.case))
+        if finding.outcome == Outcome.NOT_APPLICABLE:
+            ElementTree.SubElement(test, "skipped", message=_xml(finding.why))
+        elif finding.outcome == Outcome.FAILED and reason is not None:
+            ElementTree.SubElement(test, "skipped", message=_xml(f"known failure: {reason}"))
+        elif finding.outcome == Outcome.FAILED:
+            message = _xml(f"{finding.setting}: expected {finding.expected}, got {finding.got}")
+            text = ElementTree.SubElement(test, "failure", message=message)
+            text.text = _xml(f"{finding.why}\n{command(report, row, how)}")
+    return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _xml(text: str) -> str:
+    """Text without characters that XML 1.0 does not allow."""
+    return "\n".join(visible(line) for line in text.split("\n"))
