@@ -148,6 +148,34 @@ def _tolerance_short(trials: Trials) -> Finding:
     return _over_tolerance(trials, [(s, trials.short(SHORT, s)) for s in _tolerances(trials)], SHORT)
 
 
+def _proportional_applies(trials: Trials) -> str | None:
+    if trials.steps:
+        return "its setting is a step size"
+    return "events need the whole span" if trials.case.hybrid is not None else None
+
+
+def _proportional(trials: Trials) -> Finding:
+    """Whether the error still falls at the two tightest tolerances at which it is above round-off."""
+    dense, usable = trials.integrator.sampling == "dense output", []
+    for tolerance in _tolerances(trials):
+        answer = trials.short(SHORT, tolerance)
+        error = answer.last if dense else answer.error
+        if not answer.declined and ABOVE_FLOOR_ON_A_LINE * answer.roundoff < error < LARGEST_ERROR:
+            usable.append((tolerance, error))
+    tight = usable[-2:]
+    loose = [(t, e) for t, e in usable if tight and 1e2 <= t / tight[0][0] <= 1e4 * 1.01]
+    if not loose:
+        return not_applicable("no tolerances, a hundred times apart, with errors above round-off")
+    least, most = min(e for _, e in tight), max(e for _, e in loose)
+    if least <= most / 10:
+        return passed(f"{most / least:.3g}")
+    return failed(
+        f"tolerances {loose[0][0]:g} to {tight[-1][0]:g} over 1/{2**SHORT} of the span",
+        f"an error below {most / 10:.2g}, a tenth of that at tolerances 100 to 10,000 times larger",
+        f"{least:.2g}",
+    )
+
+
 def _work_applies(trials: Trials) -> str | None:
     order = trials.integrator.order
     if trials.steps or order is None or order < 3:
@@ -221,6 +249,13 @@ CLAIMS = (
         "Over a short span little amplifies an error, so that a small one shows.",
         "As for tolerance.",
         _tolerance_applies, _tolerance_short,
+    ),
+    Claim(
+        "proportional", "Its error falls with its tolerance down to round-off.",
+        "An error that stays is not that of the step size: a coefficient is wrong, or the precision is lower.",
+        "The smaller error of the two tightest tolerances, against the largest at 100 to 10,000 times larger ones: a power"
+        " of 1/2, the lowest for order 1, gives 1/10 or less. Errors count above 20 times round-off.",
+        _proportional_applies, _proportional,
     ),
     Claim(
         "work", "Its number of steps grows with the tolerance no faster than its order allows.",
