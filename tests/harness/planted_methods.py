@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from typing import Any
 
@@ -134,6 +135,15 @@ def raising(f: Callable[..., Any], t: float, y: Any, h: float) -> Any:
 broken = from_step(raising, name="broken", order=1)
 hanging = from_step(lambda f, t, y, h: _forever(), name="hanging", order=1)
 signed = verlet("sign")
+
+
+def _ends(f: Callable[..., Any], t: float, y: Any, h: float) -> Any:
+    if not np.all(np.isfinite(y)):
+        os._exit(7)
+    return y + h * f(t, y)
+
+
+ends_its_process = from_step(_ends, name="ends its process", order=1)
 
 
 def _forever() -> Any:

@@ -1,0 +1,143 @@
+"""Each claim fails for a method with the fault that it is about, and right methods pass them all."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import planted_methods
+import pytest
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Integrator, Solution
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
+from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.verification.convergence_claims import in_range
+from gnomon.harness.verification.trials import DEPTHS, Trials
+from gnomon.harness.verification.verify import CLAIMS
+from planted_methods import good_rk4, pair, rk4, verlet
+
+
+@cache
+def trials(integrator: Integrator, name: str = "pendulum_simple") -> Trials:
+    case = get(*name.split("/")).rounded()
+    return Trials(integrator, case, reference_solution(CaseSpec.of(case)), DEPTHS["low"])
+
+
+def outcome(claim: str, integrator: Integrator, name: str = "pendulum_simple") -> Outcome:
+    return CLAIMS[claim].check(trials(integrator, name)).outcome
+
+
+@pytest.mark.parametrize("method", planted_methods.GOOD, ids=lambda method: method.name)
+def test_a_right_method_fails_no_claim(method: Integrator) -> None:
+    found = {claim.id: claim.check(trials(method)) for claim in CLAIMS.values()}
+    assert not {name: finding for name, finding in found.items() if finding.outcome == Outcome.FAILED}
+    assert sum(finding.outcome == Outcome.PASSED for finding in found.values()) >= 8
+
+
+@pytest.mark.parametrize(
+    ("claim", "method", "case"),
+    [
+        ("order", rk4("coefficient_5"), "pendulum_simple"),
+        ("step_order", rk4("coefficient_10"), "pendulum_simple"),
+        ("step_order", rk4("sign"), "pendulum_simple"),
+        ("step_order", rk4("float32"), "pendulum_simple"),
+        ("step_order", rk4("time"), "forced_oscillator"),
+        ("step_order", verlet("missing_half"), "pendulum_simple"),
+        ("symplectic", verlet("float32"), "pendulum_simple"),
+        ("reversible", verlet("coefficient_5"), "pendulum_simple"),
+        ("repeatable", rk4("kept"), "pendulum_simple"),
+        ("tolerance_short", pair("coefficient_5"), "pendulum_simple"),
+        ("proportional", pair("float32"), "pendulum_simple"),
+    ],
+    ids=lambda value: getattr(value, "name", value),
+)
+def test_a_fault_fails_the_claim_that_it_is_about(claim: str, method: Integrator, case: str) -> None:
+    assert outcome(claim, method, case) == Outcome.FAILED
+
+
+class _Changed(Integrator):
+    """RK4 whose solutions a subclass changes."""
+
+    name, library, order, accepts, sweep = "changed", "planted", 4, good_rk4.accepts, good_rk4.sweep
+
+    def prepare(self, problem: Any, setting: float) -> Any:
+        return self.change(good_rk4.prepare(problem, setting if setting > 0 else problem.interval))
+
+    def change(self, solve: Any) -> Any:
+        return solve
+
+
+class OneBuffer(_Changed):
+    def change(self, solve: Any) -> Any:
+        buffer: list[Any] = []
+
+        def again(starts: Any) -> Solution:
+            found = solve(starts)
+            buffer[:] = buffer or [found.states]
+            buffer[0][...] = found.states
+            return Solution(buffer[0], found.steps)
+
+        return again
+
+
+class FirstLeaksIntoSecond(_Changed):
+    def change(self, solve: Any) -> Any:
+        def again(starts: Any) -> Solution:
+            found = solve(starts)
+            found.states[1:] += 1e-6 * found.states[:1]
+            return found
+
+        return again
+
+
+class FiniteNonsense(_Changed):
+    def change(self, solve: Any) -> Any:
+        return lambda starts: Solution(np.nan_to_num(solve(starts).states))
+
+
+class WrongAtOneSetting(_Changed):
+    def prepare(self, problem: Any, setting: float) -> Any:
+        return good_rk4.prepare(problem, setting * 4 if 30 < problem.interval / setting < 33 else setting)
+
+
+@pytest.mark.parametrize(
+    ("claim", "method"),
+    [
+        ("aliasing", OneBuffer()),
+        ("ensemble", FirstLeaksIntoSecond()),
+        ("bad_start", FiniteNonsense()),
+        ("bad_setting", _Changed()),
+        ("error", WrongAtOneSetting()),
+    ],
+    ids=lambda value: value if isinstance(value, str) else type(value).__name__,
+)
+def test_a_fault_of_conduct_fails_its_claim(claim: str, method: Integrator) -> None:
+    assert outcome(claim, good_rk4) == Outcome.PASSED
+    assert outcome(claim, method) == Outcome.FAILED
+
+
+def test_a_failure_says_what_was_expected_where_and_why() -> None:
+    finding = CLAIMS["step_order"].check(trials(rk4("sign")))
+    assert finding.setting.startswith("h = ")
+    assert "h^5" in finding.expected
+    assert finding.got.startswith("h^2.0")
+    assert finding.why == CLAIMS["step_order"].reason
+
+
+def test_a_claim_that_is_not_declared_is_not_made() -> None:
+    finding = CLAIMS["symplectic"].check(trials(good_rk4))
+    assert finding.outcome == Outcome.NOT_APPLICABLE
+    assert finding.why == "it does not declare symplectic"
+
+
+def test_errors_count_between_those_that_are_not_small_and_round_off() -> None:
+    points = [(8.0, 1e-3, 1e-12), (4.0, 0.5, 1e-12), (2.0, 1e-3, 1e-12), (1.0, 1e-5, 1e-12), (0.5, 1e-12, 1e-12)]
+    assert [h for h, _, _ in in_range(points)] == [2.0, 1.0], "after the last large error, before round-off"
+
+
+def test_every_claim_states_its_bound_and_reason() -> None:
+    for claim in CLAIMS.values():
+        assert claim.states.endswith(".")
+        assert claim.reason.endswith(".")
+        assert claim.bound.endswith(".")

@@ -1,0 +1,127 @@
+"""`gnomon verify`: exit codes, the first trial, hangs, known failures, and the files that it writes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from xml.etree import ElementTree
+
+import planted_methods
+import pytest
+from command_line import gnomon
+from gnomon.harness.verification import verify as verify_module
+from gnomon.harness.verification.claims import Outcome, failed, not_applicable, passed
+from gnomon.harness.verification.verification_report import as_json, as_junit, exit_code, lines, read_known
+from gnomon.harness.verification.verify import Report, Row, verify
+
+ALONE = ("--case", "pendulum_simple", "--depth", "low", "--claim")
+ROWS = [
+    Row("order", "pendulum_simple", failed("h = 1 to 2", "h^4", "h^1 <&\x1b", "It is wrong.")),
+    Row("repeatable", "pendulum_simple", passed()),
+    Row("symplectic", "pendulum_simple", not_applicable("it does not declare symplectic")),
+]
+REPORT = Report("mine:RK4", "low", ROWS)
+KNOWN = {("order", "pendulum_simple"): "a coefficient"}
+
+
+def test_exit_codes_say_what_was_found() -> None:
+    """Never 0 with nothing checked, and 1 only for failures that are not known."""
+    assert exit_code(REPORT, {}) == 1
+    assert exit_code(REPORT, KNOWN) == 0
+    assert exit_code(Report("mine:RK4", "low", ROWS[2:]), {}) == 2
+    assert exit_code(Report("mine:RK4", "low", []), {}) == 2
+
+
+def test_the_text_ends_with_counts_and_shows_failures_alone() -> None:
+    text = lines(REPORT, {}, "my module:rk4")
+    assert text[-1] == ("mine:RK4: 2 claims checked on 1 cases, 1 passed, 1 failed (0 known), 1 not applicable")
+    whole = "\n".join(text)
+    for part in ("h = 1 to 2", "expected: h^4", "got:      h^1", "It is wrong.", "it does not declare symplectic"):
+        assert part in whole
+    assert "gnomon verify 'my module:rk4' --case pendulum_simple --claim order --depth low" in whole
+    assert "\x1b" not in whole
+    assert "known failure: order on pendulum_simple: a coefficient" in lines(REPORT, KNOWN, "m:r")
+
+
+def test_a_known_failure_that_passes_is_reported() -> None:
+    known = {("repeatable", "pendulum_simple"): "a clock"}
+    assert any(line.startswith("passes now: repeatable on pendulum_simple") for line in lines(REPORT, known, "m:r"))
+
+
+def test_json_and_junit_hold_every_row() -> None:
+    found = json.loads(as_json(REPORT, {}, "m:r"))
+    assert found["schema"] == 1
+    assert found["counts"] == {"checked": 2, "passed": 1, "failed": 1, "known": 0, "not_applicable": 1}
+    assert [row["outcome"] for row in found["rows"]] == ["failed", "passed", "not applicable"]
+    suite = ElementTree.fromstring(as_junit(REPORT, {}, "m:r"))
+    assert (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("3", "1", "1")
+    assert [test.get("name") for test in suite.iter("testcase")] == ["order", "repeatable", "symplectic"]
+    assert ElementTree.fromstring(as_junit(REPORT, KNOWN, "m:r")).get("failures") == "0"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("order pendulum_simple\n", "write CLAIM CASE REASON"),
+        ("ordr pendulum_simple a reason\n", "no claim is called 'ordr'"),
+        ("order a b\n# comment\n\norder a c\n", ":4: order a is listed twice"),
+    ],
+)
+def test_a_file_of_known_failures_is_validated(text: str, told: str, tmp_path: Path) -> None:
+    path = tmp_path / "known.txt"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=told):
+        read_known(path)
+
+
+def test_a_right_method_passes_and_files_are_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = ("--json", str(tmp_path / "a.json"), "--junit", str(tmp_path / "a.xml"))
+    assert gnomon("verify", "planted_methods:good_rk4", *ALONE, "step_order", *files) == 0
+    assert "1 claims checked on 1 cases, 1 passed" in capsys.readouterr().out
+    assert json.loads((tmp_path / "a.json").read_text())["integrator"] == "mine:RK4"
+    assert ElementTree.parse(tmp_path / "a.xml").getroot().get("tests") == "1"
+
+
+def test_a_fault_is_an_exit_code_of_1_unless_it_is_known(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    named = ("verify", "planted_methods:signed", *ALONE, "step_order")
+    assert gnomon(*named) == 1
+    shown = capsys.readouterr().out
+    assert "FAILED step_order on pendulum_simple" in shown
+    known = tmp_path / "known.txt"
+    known.write_text("step_order pendulum_simple the sign of the last half step\n")
+    assert gnomon(*named, "--known-failures", str(known)) == 0
+
+
+def test_nothing_checked_is_an_exit_code_of_2(capsys: pytest.CaptureFixture[str]) -> None:
+    assert gnomon("verify", "planted_methods:good_rk4", *ALONE, "symplectic") == 2
+    assert "no claim was checked" in capsys.readouterr().err
+
+
+def test_the_traceback_of_a_first_trial_is_shown_and_nothing_else_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    assert gnomon("verify", "planted_methods:broken", *ALONE, "order") == 1
+    shown = capsys.readouterr()
+    assert "NameError: name 'undefined' is not defined" in shown.err
+    assert 'planted_methods.py", line ' in shown.err
+    assert "trials.py" not in shown.err, "the frames of the harness are left out"
+    assert shown.out == ""
+
+
+def test_a_hang_and_a_crash_are_failures_of_their_claim(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The claims after it are verified in a new process."""
+    monkeypatch.setitem(verify_module.CLAIM_SECONDS, "low", 5.0)
+    report = verify(planted_methods.ends_its_process, ["pendulum_simple"], "low", ["bad_start", "bad_setting"])
+    by_claim = {row.claim: row.finding for row in report.rows}
+    assert by_claim["bad_start"].outcome == Outcome.FAILED
+    assert "exit code 7" in by_claim["bad_start"].got
+    assert by_claim["bad_setting"].outcome == Outcome.PASSED
+    monkeypatch.setitem(verify_module.CLAIM_SECONDS, "low", 0.5)
+    with pytest.raises(verify_module.FirstTrialError, match=r"none within 0\.5 s"):
+        verify(planted_methods.hanging, ["pendulum_simple"], "low", ["runs"])
+
+
+@pytest.mark.parametrize(
+    "wrong", [("--depth", "deep"), ("--claim", "ordr"), ("--max-seconds", "0"), ("--case", "pendulm")]
+)
+def test_wrong_usage_is_one_line(wrong: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert gnomon("verify", "planted_methods:good_rk4", *wrong) == 2
+    assert capsys.readouterr().err.strip().count("\n") == 0
