@@ -140,6 +140,12 @@ def _claim_ids(given: Sequence[str] | None) -> list[str]:
 def _jobs(integrator: Integrator, names: Sequence[str] | None, depth: Depth, ids: list[str]) -> list[_Job]:
     if names:
         chosen = [cases.get(*_case_and_variant(name)) for name in names]
+        for case in chosen:
+            if not _takes(integrator, case):
+                accepted_names = " or ".join(kind.__name__ for kind in integrator.accepts)
+                raise ValueError(
+                    f"{integrator.id} takes {accepted_names}, which {case.id} does not offer; name another case"
+                )
     else:
         accepted = [case for case in map(cases.get, CASES) if _takes(integrator, case)][: depth.cases]
         chosen = accepted + _hard(accepted, depth.variants)

@@ -125,3 +125,9 @@ def test_a_hang_and_a_crash_are_failures_of_their_claim(monkeypatch: pytest.Monk
 def test_wrong_usage_is_one_line(wrong: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
     assert gnomon("verify", "planted_methods:good_rk4", *wrong) == 2
     assert capsys.readouterr().err.strip().count("\n") == 0
+
+
+def test_a_named_case_that_the_integrator_cannot_take_is_refused() -> None:
+    """It would be verified without equations."""
+    with pytest.raises(ValueError, match="takes SecondOrder, which euler_top does not offer"):
+        verify(planted_methods.good_verlet, ["euler_top"], "low")
