@@ -50,6 +50,7 @@ def test_the_commands_of_the_pages_run(tmp_path: Path) -> None:
     """Unchanged, in the order of the contents; a page's integrator is saved under the name that the page gives it."""
     (source,) = (block for block in _blocks(ROOT / "docs" / "integrator.md", "python") if "class " in block)
     (tmp_path / "euler.py").write_text(source)
+    (tmp_path / "mine.py").write_text(_blocks(ROOT / "docs" / "verify.md", "python")[0])
     commands = [words for page in PAGES for words in _commands(page)]
     assert commands
     for words in commands:
