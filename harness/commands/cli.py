@@ -13,6 +13,7 @@ from gnomon.harness.commands import interruption
 from gnomon.harness.commands.certify import certify
 from gnomon.harness.commands.compare import compare
 from gnomon.harness.commands.doctor import doctor
+from gnomon.harness.commands.exact import exact
 from gnomon.harness.commands.export import export
 from gnomon.harness.commands.list import list_
 from gnomon.harness.commands.options import problems
@@ -30,7 +31,7 @@ app = typer.Typer(
     help="Compares integrators with exact motions of classical mechanics, in error and in speed.",
 )
 app.command("list")(list_)
-for command in (show, run, report, compare, verify, certify, export, doctor):
+for command in (show, exact, run, report, compare, verify, certify, export, doctor):
     app.command()(command)
 
 USAGE: Any = typer.BadParameter.__mro__[1]

@@ -30,6 +30,10 @@ def run(
     integrator: Annotated[
         list[str] | None, typer.Option(help="An id, name, library or package.module:Class; repeatable.")
     ] = None,
+    command: Annotated[
+        list[str] | None,
+        typer.Option(help="A program that reads problems and writes states, as './mysolver --fast'; repeatable."),
+    ] = None,
     suite: Annotated[str, typer.Option(help="standard, foundation, quick or catalogue.")] = "standard",
     out_path: Annotated[
         Path, typer.Option("--out", help="The results: a folder or a file.sqlite.", parser=options.as_path)
@@ -62,7 +66,9 @@ def run(
 
     options.validate_workers(workers)
     chosen_suite = _suite(suite, case, limit)
-    integrators = lookup.find_all(integrator or chosen_suite.integrators)
+    programs = _programs(command or [])
+    named = lookup.find_all(integrator or chosen_suite.integrators) if integrator or not command else ()
+    integrators = (*named, *programs)
     for one in integrators if integrator else ():
         reason = lookup.missing(one)
         if reason is not None:
@@ -79,12 +85,33 @@ def run(
             problems.print("nothing was run: the first trials of these integrators crashed")
             raise typer.Exit(1)
         path = run_(
-            out_path, chosen_suite, chosen, integrators, Progress(), workers, near_duplicates=bool(case or integrator)
+            out_path,
+            chosen_suite,
+            chosen,
+            integrators,
+            Progress(),
+            workers,
+            near_duplicates=bool(case or integrator or command),
         )
     except KeyboardInterrupt:
         problems.print("interrupted; the same command resumes the run")
         raise typer.Exit(130) from None
     _summarize(path, {one.name for one, _ in chosen}, integrators)
+
+
+def _programs(commands: Sequence[str]) -> list[Integrator]:
+    """The integrators that are programs; ValueError for two with one name."""
+    from gnomon.harness.verification.command_door import from_command
+
+    found: dict[str, Integrator] = {}
+    for command in commands:
+        one = from_command(command)
+        if one.id in found:
+            raise ValueError(
+                f"--command {command!r}: the name {one.name} belongs to another one; give each its own name"
+            )
+        found[one.id] = one
+    return list(found.values())
 
 
 def _suite(name: str, cases_named: list[str] | None, limit: float | None) -> Suite:

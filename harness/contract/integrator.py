@@ -21,6 +21,10 @@ class Refused(Exception):  # noqa: N818 - named for the status that it becomes
     """Raised by an integrator that declines a problem or a setting; the message says why. Status `refused`."""
 
 
+class Unsupported(Refused):
+    """Raised by an integrator that lacks what a problem needs; the message names it. Status `unsupported`."""
+
+
 @dataclass(frozen=True)
 class Tolerance:
     """The setting is a relative tolerance; the sweep goes from `loosest` to `tightest`, `per_decade` settings a decade."""
@@ -44,6 +48,15 @@ class Steps:
 
 
 @dataclass(frozen=True)
+class Names:
+    """The names of a problem's numbers, and of its case, for programs in other languages."""
+
+    case: str
+    coordinates: tuple[str, ...]
+    parameters: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Problem:
     """What `prepare` is given: the equations, the parameters, the sample times. Never the initial state.
 
@@ -63,6 +76,8 @@ class Problem:
     groups: tuple[int, ...] = ()
     """For each component the index of its group, from 0. The components of a group have one unit and one size, by which
     errors are divided, as in the case's metric. Empty: each component is a group."""
+    names: Names | None = None
+    """None for a problem that was made without a case."""
 
     @property
     def uniform(self) -> bool:
@@ -152,6 +167,11 @@ class Integrator(ABC):
     @property
     def id(self) -> str:
         return f"{self.library}:{self.name}" + (f" [{self.policy}]" if self.policy else "")
+
+    @property
+    def origin(self) -> str:
+        """Where worker processes find it: its module, or `module:text` if the module's `restored(text)` makes it again."""
+        return type(self).__module__
 
     def versions(self) -> Mapping[str, Any]:
         """Versions of the libraries that its results depend on."""

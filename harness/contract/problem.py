@@ -10,7 +10,7 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import FirstOrder, Form, first_order
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.scene import SceneForm
-from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.contract.integrator import Names, Problem
 from gnomon.reference.numerics.precision import nearest_double, working
 from numpy.typing import NDArray
 
@@ -46,13 +46,23 @@ def problem_of(
         times = np.array([nearest_double(formulation.independent(Fraction(t), DIGITS)) for t in case.times.tolist()])
         scale *= float(times[-1] / case.times[-1])
     dimension, groups = len(initial_state(case, formulation)), groups_of(case, formulation)
-    return Problem(form, dimension, parameters, times, scale, counted, groups)
+    return Problem(form, dimension, parameters, times, scale, counted, groups, names_of(case, formulation))
 
 
 def groups_of(case: Case, formulation: Formulation | None = None) -> tuple[int, ...]:
     """`Problem.groups`: the groups of the case's coordinates, numbered as they first appear; () for a formulation."""
     names = list(dict.fromkeys(coordinate.group for coordinate in case.state))
     return () if formulation is not None else tuple(names.index(coordinate.group) for coordinate in case.state)
+
+
+def names_of(case: Case, formulation: Formulation | None = None) -> Names:
+    """`Problem.names`. A formulation has coordinates and parameters of its own: y1, y2, ..., and another case name."""
+    parameters = tuple(parameter.name for parameter in case.parameter_list)
+    if formulation is None:
+        return Names(case.name, tuple(coordinate.name for coordinate in case.state), parameters)
+    dimension = len(initial_state(case, formulation))
+    coordinates = tuple(f"y{k}" for k in range(1, dimension + 1))
+    return Names(f"{case.name} as {formulation.name}", coordinates, parameters)
 
 
 def initial_state(case: Case, formulation: Formulation | None = None) -> Floats:

@@ -133,12 +133,16 @@ def from_path(path: str) -> Integrator:
 
 
 def reference(integrator: Integrator) -> tuple[str, str]:
-    """(module, id), from which a worker process loads the integrator."""
-    return type(integrator).__module__, integrator.id
+    """(origin, id), from which a worker process loads the integrator."""
+    return integrator.origin, integrator.id
 
 
-def dereference(module: str, identity: str) -> Integrator:
-    """The integrator behind a `reference`: one of the module's INTEGRATORS, a class or an instance defined in it."""
+def dereference(origin: str, identity: str) -> Integrator:
+    """The integrator behind a `reference`: one of the module's INTEGRATORS, else a class or an instance defined in it, or
+    the one that the module restores from text."""
+    module, _, text = origin.partition(":")
+    if text:
+        return _instance(importlib.import_module(module).restored(text), module)
     for candidate in _declared(module):
         if candidate.id == identity:
             return candidate
@@ -195,8 +199,9 @@ def _instance(item: object, origin: str) -> Integrator:
 
 
 def users_own(integrator: Integrator) -> bool:
-    """Whether an integrator does not come with gnomon."""
-    return not type(integrator).__module__.startswith("gnomon.")
+    """Whether an integrator does not come with gnomon: `verification` makes integrators of what a user brings."""
+    module = type(integrator).__module__
+    return not module.startswith("gnomon.") or module.startswith("gnomon.harness.verification.")
 
 
 def _undeclared(integrator: Integrator) -> list[str]:

@@ -32,8 +32,10 @@ RETRY_SECONDS = 0.5
 """Trials with a limit below this are tried TRIES times: a stall of the machine, up to 0.2 s, is not a timeout."""
 
 
-FAILURES = (Status.REFUSED, Status.CRASHED, Status.NOT_INSTALLED, Status.OUT_OF_MEMORY, Status.INTERRUPTED)
-"""Statuses that a worker may send instead of an outcome. After all but `refused` the series continues in a new worker."""
+ANSWERS = (Status.REFUSED, Status.UNSUPPORTED)
+"""Failures that an integrator states itself: the series continues in the same worker."""
+FAILURES = (*ANSWERS, Status.CRASHED, Status.NOT_INSTALLED, Status.OUT_OF_MEMORY, Status.INTERRUPTED)
+"""Statuses that a worker may send instead of an outcome. After all but ANSWERS the series continues in a new worker."""
 
 
 LOST = 255
@@ -231,7 +233,7 @@ class Pool:
             if word not in FAILURES:
                 raise Garbled(f"the status {word!r}")
             status = Status(word)
-            if status != Status.REFUSED:
+            if status not in ANSWERS:
                 self._fail(slot, status, reason)
                 return False
             slot.job.failed(status, reason, take_output(slot.job.task.output))

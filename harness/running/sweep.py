@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 from gnomon.harness.contract.integrator import Steps, Tolerance
-from gnomon.harness.contract.status import SCORED, Status
+from gnomon.harness.contract.status import CANNOT_RUN, SCORED, Status
 from gnomon.harness.registry.lookup import reference
 from gnomon.harness.results.store import Known
 from gnomon.harness.running.plan import Series, Suite, Trial
@@ -156,7 +156,7 @@ class Sweep:
         return trial
 
     def _note(self, status: Status, work: int | None, setting: float | None = None) -> None:
-        if status in (Status.TIMEOUT, Status.NOT_INSTALLED):
+        if status in (Status.TIMEOUT, *CANNOT_RUN):
             self._stopped = f"the setting before it ended as {status}"
         if work is not None and setting is not None:
             self._counted.append((setting, work))

@@ -27,8 +27,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Problem, Refused, Solve
-from gnomon.harness.contract.problem import accepted_form, groups_of
+from gnomon.harness.contract.integrator import Problem, Refused, Solve, Unsupported
+from gnomon.harness.contract.problem import accepted_form, groups_of, names_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import TEXT, Unusable
 from gnomon.harness.kernels.generated_modules import WATCHERS
@@ -225,6 +225,7 @@ class _Series:
         self.case, self.formulation = task.spec.build()
         self.form = accepted_form(self.case, self.integrator.accepts, self.formulation)
         self.parameters = np.array([float(value) for value in self.case.parameter_values()])
+        self.names = names_of(self.case, self.formulation)
         self.perturbed: Iterator[Floats] = perturbed_states(self.case, self.formulation, task.sizes)
         self.counting = perturbed_states(self.case, self.formulation, task.sizes, COUNTING_ULPS)
         self.counting_starts: list[Floats] = []
@@ -240,6 +241,7 @@ class _Series:
             self.task.time_scale,
             counted,
             groups_of(self.case, self.formulation),
+            self.names,
         )
 
     def run(self, request: Request) -> Outcome:
@@ -443,6 +445,8 @@ def _named(error: BaseException, memory_bytes: int) -> tuple[Status, str]:
     """(status, reason) of an exception."""
     if isinstance(error, Unusable):
         return Status.CRASHED, str(error)
+    if isinstance(error, Unsupported):
+        return Status.UNSUPPORTED, str(error) or "lacks what the problem needs, which it does not name"
     if isinstance(error, Refused):
         return Status.REFUSED, str(error) or "declined without a reason"
     if isinstance(error, ModuleNotFoundError):

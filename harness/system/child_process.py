@@ -170,8 +170,19 @@ def queued_seconds(guard: int) -> float:
     return 0.0
 
 
+KEPT: set[int] = set()
+"""Children of this process that serve several trials: `end_children` leaves them, and a guard ends them at last."""
+
+
 def end_children() -> None:
-    """Kill the children of this process (after `adopt_orphans` all descendants) and wait until they have ended."""
+    """Kill the children of this process (after `adopt_orphans` all descendants) but KEPT, and wait until they have ended."""
+    if KEPT:
+        while others := set(_children()) - KEPT:
+            for child in others:
+                _kill(child)
+                with contextlib.suppress(ChildProcessError):
+                    os.waitpid(child, 0)
+        return
     while True:
         try:
             ended, _ = os.waitpid(-1, os.WNOHANG)

@@ -1,1 +1,1 @@
-"""Verifies an outsider's integrator: doors for what a user brings, claims with derived bounds, and their report."""
+"""Verifies integrators of others: doors through which they come in, claims with derived bounds, exact states to compare with."""

@@ -1,0 +1,91 @@
+"""Equations of motion as plain arithmetic text, for readers and programs that know no Python."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gnomon.cases.core.forms import Form, SecondOrder
+from gnomon.harness.kernels.traced import Node, Value, reached, traced
+
+_STRENGTH = {"+": 1, "-": 1, "*": 2, "/": 2, "neg": 3}
+"""How tightly an operation binds; all else is a name, a number or a call."""
+ATOM = 4
+
+
+@dataclass(frozen=True)
+class EquationText:
+    """`where` defines, in sequence, values that are needed more than once ("name = expression"); `derivatives` has one
+    expression for each coordinate.
+
+    Expressions have + - * /, parentheses, numbers, the names of coordinates, parameters and t, and calls of functions by
+    their names in `math`; powers are pow(base, exponent).
+    """
+
+    where: tuple[str, ...]
+    derivatives: tuple[str, ...]
+
+
+def equation_text(form: Form, coordinates: Sequence[str], parameters: Sequence[str]) -> EquationText:
+    """The first-order equations of a form: FirstOrder, SecondOrder or RigidBody. Sums and products keep their sequence.
+
+    Raises ValueError for equations that branch.
+    """
+    dimension = len(coordinates)
+    _, values = traced(form, dimension, len(parameters))
+    names = {"t": "t"}
+    names |= {f"y[{i}]": name for i, name in enumerate(coordinates)}
+    names |= {f"p[{i}]": name for i, name in enumerate(parameters)}
+    writer = _Writer(values, names)
+    derivatives = tuple(writer.text(value)[0] for value in values)
+    if isinstance(form, SecondOrder):
+        derivatives = (*coordinates[dimension // 2 :], *derivatives)
+    return EquationText(tuple(writer.where), derivatives)
+
+
+class _Writer:
+    """Writes each value that is used more than once as a definition, and all others in their place."""
+
+    def __init__(self, values: Sequence[Value], names: dict[str, str]) -> None:
+        self.names, self.where = names, list[str]()
+        self.written: dict[int, str] = {}
+        nodes = reached(values)
+        uses = Counter(id(x) for node in nodes for x in operands(node) if isinstance(x, Node))
+        uses.update(id(value) for value in values if isinstance(value, Node))
+        free = (name for name in (f"c{k}" for k in range(1, len(nodes) + len(names) + 2)) if name not in names.values())
+        for node in nodes:
+            if node.arguments and uses[id(node)] > 1:
+                text, name = self.text(node)[0], next(free)
+                self.where.append(f"{name} = {text}")
+                self.written[id(node)] = name
+
+    def text(self, value: Value) -> tuple[str, int]:
+        """The text of a value and how tightly its last operation binds."""
+        if not isinstance(value, Node):
+            negative = math.copysign(1.0, value) < 0
+            return repr(value), _STRENGTH["neg"] if negative else ATOM
+        if id(value) in self.written:
+            return self.written[id(value)], ATOM
+        if not value.arguments:
+            return self.names[value.operation], ATOM
+        operation = "/" if value.operation == "over" else value.operation
+        found = [self.text(x) for x in operands(value)]
+        if operation not in _STRENGTH:
+            name = "pow" if operation == "**" else operation
+            return f"{name}({', '.join(text for text, _ in found)})", ATOM
+        strength = _STRENGTH[operation]
+        if operation == "neg":
+            return f"-{enclosed(*found[0], strength + 1)}", strength
+        left, right = enclosed(*found[0], strength), enclosed(*found[1], strength + 1)
+        return f"{left} {operation} {right if right[0] != '-' else f'({right})'}", strength
+
+
+def operands(node: Node) -> tuple[Value, ...]:
+    """The arguments that the text shows: a quotient by a constant also holds its inverse."""
+    return node.arguments[:2] if node.operation == "over" else node.arguments
+
+
+def enclosed(text: str, strength: int, least: int) -> str:
+    return text if strength >= least else f"({text})"

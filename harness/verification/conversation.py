@@ -1,0 +1,129 @@
+"""A program that runs beside this process and answers each line that it is sent with one line."""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import os
+import select
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from time import monotonic
+
+from gnomon.harness.contract.validation import Unusable
+from gnomon.harness.system.child_process import KEPT, die_with_parent
+
+MOST_BYTES = 2**22
+"""The longest line that a program may write."""
+ENDING_SECONDS = 0.5
+"""Time that a program has to end after its standard input was closed."""
+
+
+class Conversation:
+    """One running program. It ends with this process, however that ends."""
+
+    def __init__(self, command: Sequence[str], folder: str) -> None:
+        """Start `command` in `folder`. Raises Unusable if it cannot be started."""
+        try:
+            self._program = subprocess.Popen(
+                list(command),
+                cwd=folder,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                bufsize=0,
+                preexec_fn=die_with_parent if sys.platform == "linux" else None,
+            )
+        except (OSError, ValueError, subprocess.SubprocessError) as error:
+            raise Unusable(f"{command[0]} cannot be started ({getattr(error, 'strerror', None) or error})") from None
+        self._owner, self._unread = os.getpid(), b""
+        KEPT.add(self._program.pid)
+        atexit.register(self.close)
+
+    @property
+    def usable(self) -> bool:
+        """Whether the program runs, as a child of this process: a fork must not talk to it."""
+        return self._owner == os.getpid() and self._program.poll() is None
+
+    def ask(self, line: str, seconds: float | None = None) -> str:
+        """The line with which the program answers.
+
+        After `seconds`, if given, and after any wrong answer, the program is killed. Raises Unusable if there is no answer,
+        and TimeoutError.
+        """
+        try:
+            if self._unread:
+                raise Unusable("wrote more than one line for a problem")
+            self._write(line.encode() + b"\n")
+            return self._read(None if seconds is None else monotonic() + seconds)
+        except BaseException:
+            self.kill()
+            raise
+
+    def _write(self, data: bytes) -> None:
+        assert self._program.stdin is not None
+        view = memoryview(data)
+        try:
+            while view:
+                view = view[os.write(self._program.stdin.fileno(), view) :]
+        except BrokenPipeError:
+            raise Unusable(f"{self._end()} before it read a problem") from None
+
+    def _read(self, deadline: float | None) -> str:
+        assert self._program.stdout is not None
+        descriptor = self._program.stdout.fileno()
+        pieces: list[bytes] = []
+        length = 0
+        while True:
+            if deadline is not None and not select.select([descriptor], [], [], max(0.0, deadline - monotonic()))[0]:
+                raise TimeoutError("no answer within its time limit")
+            piece = os.read(descriptor, 2**16)
+            if not piece:
+                cut = " within a line" if pieces else ""
+                raise Unusable(f"{self._end()}{cut} before it answered")
+            before, newline, after = piece.partition(b"\n")
+            pieces.append(before)
+            length += len(before)
+            if length > MOST_BYTES:
+                raise Unusable(f"wrote a line of more than {MOST_BYTES} bytes")
+            if newline:
+                self._unread = after
+                try:
+                    return b"".join(pieces).decode()
+                except UnicodeDecodeError:
+                    raise Unusable("wrote a line that is not UTF-8") from None
+
+    def _end(self) -> str:
+        """How the program ended, or that it closed its output."""
+        try:
+            code = self._program.wait(ENDING_SECONDS)
+        except subprocess.TimeoutExpired:
+            return "the program closed its standard output"
+        if code < 0:
+            return f"the program died of {signal.Signals(-code).name}"
+        return f"the program ended with exit code {code}"
+
+    def close(self) -> None:
+        """Let the program end: close its input, and kill it if it goes on."""
+        atexit.unregister(self.close)
+        if self._owner != os.getpid():
+            return
+        assert self._program.stdin is not None
+        with contextlib.suppress(OSError):
+            self._program.stdin.close()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._program.wait(ENDING_SECONDS)
+        self.kill()
+
+    def kill(self) -> None:
+        atexit.unregister(self.close)
+        if self._owner != os.getpid():
+            return
+        self._program.kill()
+        self._program.wait()
+        KEPT.discard(self._program.pid)
+        for pipe in (self._program.stdin, self._program.stdout):
+            assert pipe is not None
+            with contextlib.suppress(OSError):
+                pipe.close()

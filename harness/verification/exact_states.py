@@ -1,0 +1,179 @@
+"""Exact states of a case as text, with their certificate and a hash, for those who compare with their own programs."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from gnomon.cases.core.case import Case
+from gnomon.cases.core.numbers import LARGEST, show
+from gnomon.harness.certification.certify import Certificate, certify
+from gnomon.reference.numerics.precision import exact, shortened
+from mpmath.libmp import to_str
+
+import gnomon
+
+SCHEMA_VERSION = 1
+MOST_DIGITS, MOST_TIMES, MOST_BYTES = 1000, 100_000, 2**24
+MOST_SCALES = 1_000_000
+"""The latest time beyond the span, in time scales: the certificate of a longer motion may take hours."""
+
+
+@dataclass(frozen=True)
+class ExactStates:
+    """States of one case: `times` as they were written, `states` (one row each time) as decimal numbers."""
+
+    case: Case
+    digits: int
+    times: tuple[str, ...]
+    states: tuple[tuple[str, ...], ...]
+    certificate: Certificate
+
+    @property
+    def hashed(self) -> str:
+        """The numbers of the case and the states, as in CSV: the text whose hash identifies both formats."""
+        text = io.StringIO()
+        text.write(f"# case {self.case.id}\n# digits {self.digits}\n")
+        for name, value in self.numbers.items():
+            label = name if name in self.case.parameters else f"{name}(0)"
+            text.write(f"# {label} = {value['decimal']} = {value['hexadecimal']}\n")
+        rows = csv.writer(text, lineterminator="\n")
+        rows.writerow(["t", *(coordinate.name for coordinate in self.case.state)])
+        rows.writerows((time, *state) for time, state in zip(self.times, self.states, strict=True))
+        return text.getvalue()
+
+    @property
+    def numbers(self) -> dict[str, dict[str, str]]:
+        """Parameters and initial values by name, in decimals that round to the double, and in hexadecimal digits."""
+        return {
+            name: {"decimal": repr(float(value)), "hexadecimal": float(value).hex()}
+            for name, value in self.case.numbers.items()
+        }
+
+    @property
+    def sha256(self) -> str:
+        return hashlib.sha256(self.hashed.encode()).hexdigest()
+
+    def as_csv(self) -> str:
+        """Comment lines with the certificate and the hash, then the hashed text: comments, header, one row each time."""
+        found = self.certificate
+        ways = ", ".join(f"{way} {digits:.0f}" for way, digits in found.ways.items())
+        confirmed = f"confirmed to {found.digits:.0f} digits ({ways or found.note}), {found.required} required"
+        head = (
+            f"# gnomon {gnomon.__version__}\n# certificate: {confirmed}\n# sha256 of the lines below: {self.sha256}\n"
+        )
+        return head + self.hashed
+
+    def as_json(self) -> str:
+        """One object; times and states are texts, because a JSON number may be read as a double."""
+        case, found, numbers = self.case, self.certificate, self.numbers
+        document = {
+            "schema_version": SCHEMA_VERSION,
+            "gnomon": gnomon.__version__,
+            "case": case.id,
+            "digits": self.digits,
+            "parameters": {parameter.name: numbers[parameter.name] for parameter in case.parameter_list},
+            "initial_state": {coordinate.name: numbers[coordinate.name] for coordinate in case.state},
+            "units": {coordinate.name: coordinate.unit for coordinate in case.state},
+            "states": [
+                {"t": time, **{coordinate.name: value for coordinate, value in zip(case.state, state, strict=True)}}
+                for time, state in zip(self.times, self.states, strict=True)
+            ],
+            "certificate": {
+                "passed": found.passed,
+                "digits": round(found.digits, 1),
+                "required": found.required,
+                "ways": {way: round(digits, 1) for way, digits in found.ways.items()},
+                "note": found.note,
+            },
+            "sha256": self.sha256,
+        }
+        return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+
+
+def exact_states(case: Case, times: Sequence[str], digits: int) -> ExactStates:
+    """Exact states of `case`, with numbers rounded to binary64, at `times`, and the certificate of its motion.
+
+    If a time is later than the span, the motion and its certificate extend to it. Raises ValueError for a time or a
+    number of digits that is not admitted, and for a motion that is out of reach.
+    """
+    if not 1 <= digits <= MOST_DIGITS:
+        raise ValueError(f"--digits {digits}: give a number of digits from 1 to {MOST_DIGITS}")
+    moments = [moment(text) for text in times]
+    rounded = case.rounded()
+    latest = max(rounded.span, MOST_SCALES * exact(rounded.time_scale))
+    if max(moments) > latest:
+        raise ValueError(
+            f"--times: t = {show(max(moments))} s; give times up to {float(latest):g} s, {MOST_SCALES:,} time scales"
+        )
+    if max(moments) > rounded.span:
+        rounded, variant = rounded.with_span(max(moments)), rounded.variant
+        rounded.variant = variant
+    states = tuple(tuple(to_str(x._mpf_, digits) for x in rounded.exact(t, digits)) for t in moments)
+    return ExactStates(rounded, digits, tuple(times), states, _certificate(rounded))
+
+
+def times_of(given: str | None, case: Case) -> tuple[str, ...]:
+    """The times as written: those of a file or of a list, separated by commas or white space; the case's 64 samples for
+    None, as hexadecimal doubles."""
+    if given is None:
+        return tuple(t.hex() for t in case.rounded().times.tolist())
+    text = given
+    if is_file(given):
+        size = Path(given).stat().st_size
+        if size > MOST_BYTES:
+            raise ValueError(f"--times {given}: {size} bytes; give a file of at most {MOST_BYTES}")
+        try:
+            text = Path(given).read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            raise ValueError(f"--times {given}: no text; give a file with numbers, one a line") from None
+    found = tuple(text.replace(",", " ").split())
+    if not found:
+        raise ValueError(f"--times {shortened(given)}: no times; give numbers of seconds, as 0.5,1,1.5")
+    if len(found) > MOST_TIMES:
+        raise ValueError(f"--times: {len(found)} times; give at most {MOST_TIMES}")
+    for each in found:
+        try:
+            moment(each)
+        except ValueError as error:
+            hint = "" if is_file(given) or "," in given else "; no file has this name either"
+            raise ValueError(f"{error}{hint}") from None
+    return found
+
+
+def is_file(given: str) -> bool:
+    try:
+        return Path(given).is_file()
+    except (OSError, ValueError):  # no file can have this name
+        return False
+
+
+def moment(text: str) -> Fraction:
+    """A time: a decimal number or a fraction, which is exact, or a double in hexadecimal digits (0x1.8p+1)."""
+    if "x" in text.lower():
+        try:
+            value: Any = float.fromhex(text)
+        except (ValueError, OverflowError):
+            raise ValueError(
+                f"--times: t = {shortened(text)} is not a double in hexadecimal digits, as 0x1.8p+1"
+            ) from None
+    else:
+        value = text
+    time = exact(value, "--times: t")
+    if not 0 <= time <= LARGEST:
+        raise ValueError(f"--times: t = {show(time)} s; give times from 0 to 1e300 s: the motion starts at 0")
+    return time
+
+
+def _certificate(case: Case) -> Certificate:
+    try:
+        return certify(case)
+    except (ArithmeticError, ValueError) as failure:
+        return Certificate(case.name, case.variant or "default", {}, note=f"{type(failure).__name__}: {failure}")

@@ -1,0 +1,230 @@
+"""The lines that gnomon and a program in any language exchange: one JSON object each; `protocol.schema.json` states them.
+
+What the program writes is data: its shape is verified here before it is used.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+from gnomon.cases.core.forms import FirstOrder, Form, RigidBody, SecondOrder
+from gnomon.cases.core.scene import SceneForm
+from gnomon.harness.contract.integrator import Floats, Names, Problem, Refused, Steps, Tolerance, Unsupported
+from gnomon.harness.contract.validation import TEXT, Unusable, count, short
+from gnomon.harness.kernels.equation_text import equation_text
+
+VERSION = 1
+FORMS: Mapping[str, type] = {"FirstOrder": FirstOrder, "SecondOrder": SecondOrder}
+"""The forms that a program may take; the equations of both are sent as first-order equations."""
+SWEEPS: Mapping[str, type[Steps] | type[Tolerance]] = {"step": Steps, "tolerance": Tolerance}
+SPECIAL = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
+"""Texts for what JSON numbers cannot express."""
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a program declares of itself, with the meaning of the attributes of `Integrator`."""
+
+    name: str
+    sweep: Steps | Tolerance
+    order: int | None = None
+    forms: tuple[str, ...] = ("FirstOrder",)
+    counts_rhs: bool = False
+    sampling: str = "grid"
+    conserves: tuple[str, ...] = ()
+    version: str = ""
+
+
+@dataclass(frozen=True)
+class Reply:
+    """The states (len(times), dimension) of one problem, counts where the program gives them, and why it stopped early."""
+
+    states: Floats
+    steps: int | None
+    rhs_calls: int | None
+    stopped: str | None
+
+
+def describe_line() -> str:
+    return json.dumps({"protocol": VERSION, "request": "describe"})
+
+
+def description(line: str) -> Description:
+    """The description in a line. Raises Unusable for anything else."""
+    found = _object(line)
+    if found.get("protocol") != VERSION:
+        _wrong("protocol", found.get("protocol"), f"this gnomon has version {VERSION}")
+    sweep = _mapping(found, "sweep")
+    kind = SWEEPS.get(_text(sweep, "kind"))
+    if kind is None:
+        _wrong("sweep.kind", sweep["kind"], f"it is {' or '.join(SWEEPS)}")
+    known = {name: sweep[name] for name in kind.__dataclass_fields__ if name in sweep and name != "kind"}
+    forms = _texts(found, "forms") or ("FirstOrder",)
+    for form in forms:
+        if form not in FORMS:
+            _wrong("forms", form, f"a form is {' or '.join(FORMS)}")
+    counts = found.get("counts_rhs", False)
+    if not isinstance(counts, bool):
+        _wrong("counts_rhs", counts, "it is true or false")
+    return Description(
+        _text(found, "name"),
+        kind(**known),
+        found.get("order"),
+        forms,
+        counts,
+        _text(found, "sampling", "grid"),
+        _texts(found, "conserves"),
+        _text(found, "version", ""),
+    )
+
+
+def problem_parts(problem: Problem, kind: str, setting: float) -> tuple[str, str]:
+    """The text of a problem before and after its number and its start, which are new for each call."""
+    names = problem.names or _unnamed(problem)
+    parameters = dict(zip(names.parameters, problem.parameters.tolist(), strict=True))
+    times = problem.times.tolist()
+    rest = {
+        "case": names.case,
+        "setting": {"kind": kind, "value": setting, "hex": setting.hex()},
+        "coordinates": names.coordinates,
+        "parameters": parameters,
+        "parameters_hex": {name: value.hex() for name, value in parameters.items()},
+        "times": times,
+        "times_hex": [t.hex() for t in times],
+        "time_scale": float(problem.time_scale),
+        "equations": _equations(problem.form, names),
+    }
+    return json.dumps({"protocol": VERSION, "request": "solve"})[:-1], json.dumps(rest)[1:]
+
+
+def problem_line(parts: tuple[str, str], number: int, start: Floats) -> str:
+    """One problem; `start` (dimension,)."""
+    values = start.tolist()
+    own = json.dumps({"number": number, "start": [_encoded(x) for x in values], "start_hex": [x.hex() for x in values]})
+    return f"{parts[0]}, {own[1:-1]}, {parts[1]}"
+
+
+def reply(line: str, number: int, shape: tuple[int, int]) -> Reply:
+    """The reply in a line to problem `number`, whose states have this shape (times, dimension).
+
+    Raises Refused or Unsupported if the program says so, and Unusable for anything that is not a reply.
+    """
+    found = _object(line)
+    if found.get("number") != number or isinstance(found.get("number"), bool):
+        raise Unusable(f"replied to number {short(found.get('number'))} where {number} was asked")
+    status = found.get("status")
+    if status == "refused":
+        raise Refused(_text(found, "reason")[:TEXT])
+    if status == "unsupported":
+        raise Unsupported(f"lacks {_text(found, 'lacks')[:TEXT]}")
+    if status not in ("ok", "stopped"):
+        _wrong("status", status, "it is ok, stopped, refused or unsupported")
+    stopped = _text(found, "reason")[:TEXT] if status == "stopped" else None
+    states = _states(found.get("states"), shape, complete=stopped is None)
+    counts = {n: None if found.get(n) is None else count(found[n], n) for n in ("steps", "rhs_calls")}
+    return Reply(states, counts["steps"], counts["rhs_calls"], stopped)
+
+
+def _states(given: Any, shape: tuple[int, int], complete: bool) -> Floats:
+    """The states as an array of this shape; those after an early end are nan."""
+    times, dimension = shape
+    if not isinstance(given, list):
+        _wrong("states", given, f"they are a list of {times} lists")
+    if len(given) > times or (complete and len(given) < times):
+        raise Unusable(f'wrote {len(given)} states for {times} times; one that ends early has the status "stopped"')
+    found = np.full(shape, np.nan)
+    for k, row in enumerate(given):
+        if not isinstance(row, list) or len(row) != dimension:
+            _wrong(f"states[{k}]", row, f"it is a list of {dimension} numbers")
+        for i, value in enumerate(row):
+            found[k, i] = value if type(value) is float else _number(value, f"states[{k}][{i}]")
+    return found
+
+
+def _number(value: Any, name: str) -> float:
+    if isinstance(value, str):
+        if value in SPECIAL:
+            return SPECIAL[value]
+        if "0x" in value:
+            try:
+                return float.fromhex(value)
+            except (ValueError, OverflowError):
+                pass
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        try:
+            return float(value)
+        except OverflowError:
+            return math.copysign(math.inf, value)
+    _wrong(name, value, 'it is a number, its hexadecimal digits as a text ("0x1.8p+1"), "nan", "inf" or "-inf"')
+
+
+def _encoded(value: float) -> float | str:
+    return value if math.isfinite(value) else repr(value)
+
+
+def _object(line: str) -> dict[str, Any]:
+    try:
+        found = json.loads(line, parse_constant=_constant)
+    except RecursionError:
+        raise Unusable("wrote JSON that is nested too deeply") from None
+    except ValueError as error:
+        raise Unusable(
+            f"wrote {short(line)}, which is not JSON ({error}); standard output is for replies, standard error for all else"
+        ) from None
+    if not isinstance(found, dict):
+        raise Unusable(f"wrote {short(found)}: a reply is a JSON object")
+    return found
+
+
+def _constant(name: str) -> NoReturn:
+    raise ValueError(f'{name} is no JSON: write "nan", "inf" or "-inf" in quotes')
+
+
+def _text(found: Mapping[str, Any], key: str, default: str | None = None) -> str:
+    value = found.get(key, default)
+    if not isinstance(value, str):
+        _wrong(key, value, "it is a text")
+    return value
+
+
+def _texts(found: Mapping[str, Any], key: str) -> tuple[str, ...]:
+    value = found.get(key, [])
+    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+        _wrong(key, value, "it is a list of texts")
+    return tuple(value)
+
+
+def _mapping(found: Mapping[str, Any], key: str) -> dict[str, Any]:
+    value = found.get(key)
+    if not isinstance(value, dict):
+        _wrong(key, value, "it is an object")
+    return value
+
+
+def _wrong(key: str, value: Any, rule: str) -> NoReturn:
+    raise Unusable(f"wrote {key} = {short(value)}: {rule}")
+
+
+def _unnamed(problem: Problem) -> Names:
+    return Names(
+        "", *(_numbered(letter, n) for letter, n in (("y", problem.dimension), ("p", len(problem.parameters))))
+    )
+
+
+def _numbered(letter: str, most: int) -> tuple[str, ...]:
+    return tuple(f"{letter}{k}" for k in range(1, most + 1))
+
+
+def _equations(form: Form | SceneForm, names: Names) -> dict[str, Sequence[str]] | None:
+    """The equations as text; None for equations that branch, which have none."""
+    if not isinstance(form, FirstOrder | SecondOrder | RigidBody):
+        return None
+    try:
+        return asdict(equation_text(form, names.coordinates, names.parameters))
+    except ValueError:
+        return None

@@ -1,0 +1,103 @@
+"""`gnomon exact` prints exact states, how they were confirmed, and a hash; what it cannot do it refuses in one line."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+from command_line import gnomon
+from gnomon.harness.certification.certify import Certificate
+from gnomon.harness.verification import exact_states
+
+
+def printed(capfd: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert gnomon("exact", *arguments) == 0
+    return capfd.readouterr().out
+
+
+def test_states_follow_from_the_numbers_printed_beside_them(capfd: pytest.CaptureFixture[str]) -> None:
+    """A parabola, from the doubles in hexadecimal digits, in fractions: every printed digit is right."""
+    text = printed(capfd, "projectile_parabola", "--times", "0.1,0x1.999999999999ap-4,1/3", "--digits", "40")
+    document: dict[str, Any] = json.loads(text)
+    g, x, y, vx, vy = (
+        Fraction(float.fromhex(value["hexadecimal"]))
+        for value in (document["parameters"] | document["initial_state"]).values()
+    )
+    assert list(document["initial_state"]) == ["x", "y", "vx", "vy"]
+    for row, t in zip(document["states"], (Fraction(1, 10), Fraction(0.1), Fraction(1, 3)), strict=True):
+        exact = {"x": x + vx * t, "y": y + vy * t - g * t * t / 2, "vx": vx, "vy": vy - g * t}
+        for name, value in exact.items():
+            assert abs(Fraction(row[name]) - value) <= abs(value) / 10**39, (row, name)
+    assert document["certificate"]["passed"]
+    assert set(document["certificate"]["ways"]) >= {"rounding", "residual", "taylor"}
+
+
+def test_the_hash_is_that_of_the_lines_below_it_and_the_same_in_both_formats(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    asked = ("projectile_parabola", "--times", "0.5 1")
+    head, rest = printed(capfd, *asked, "--format", "csv").split("# sha256 of the lines below: ")
+    digest, _, below = rest.partition("\n")
+    assert hashlib.sha256(below.encode()).hexdigest() == digest
+    assert "certificate: confirmed to 50 digits" in head
+    assert json.loads(printed(capfd, *asked))["sha256"] == digest
+    other = printed(capfd, *asked, "--set", "g=9.8100000000000005")  # the next parse to the same double
+    assert json.loads(other)["sha256"] == digest
+    changed = printed(capfd, *asked, "--set", "g=9.810000000000002")  # the next double
+    assert json.loads(changed)["sha256"] != digest
+
+
+def test_times_come_from_a_file_and_by_default_from_the_case(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "times.txt").write_text("0.25\n0.5, 0.75\n")
+    document = json.loads(printed(capfd, "projectile_parabola", "--times", str(tmp_path / "times.txt")))
+    assert [row["t"] for row in document["states"]] == ["0.25", "0.5", "0.75"]
+    document = json.loads(printed(capfd, "projectile_parabola", "--digits", "17"))
+    assert len(document["states"]) == 64
+    assert all(float.fromhex(row["t"]) > 0 for row in document["states"])
+
+
+def test_a_time_after_the_span_extends_the_motion(capfd: pytest.CaptureFixture[str]) -> None:
+    """An elastic ball that falls 1 m at 2 m/s^2 takes 1 s to the ground: its period is 2 s, and 1000.5 is like 0.5."""
+    asked = ("bouncing_ball", "--set", "e=1", "--set", "g=2", "--times", "1000.5", "--format", "csv")
+    assert printed(capfd, *asked).splitlines()[-1] == "1000.5,0.75,-1.0"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("pendulum_simpel",), "did you mean"),
+        (("pendulum_simple", "--times", "1,two"), "'two' is not a number"),
+        (("pendulum_simple", "--times", "no_such_file.txt"), "no file has this name"),
+        (("pendulum_simple", "--times=-1,2"), "the motion starts at 0"),
+        (("pendulum_simple", "--times", "nan"), "not finite"),
+        (("pendulum_simple", "--times", "0xg"), "hexadecimal digits"),
+        (("pendulum_simple", "--times", ","), "no times"),
+        (("pendulum_simple", "--digits", "0"), "from 1 to 1000"),
+        (("pendulum_simple", "--set", "mass=1"), "no parameter 'mass'"),
+        (("pendulum_simple", "--set", "L=-1"), "outside"),
+        (("pendulum_simple", "--times", "1e299"), "1,000,000 time scales"),
+    ],
+)
+def test_what_is_refused_is_named_in_one_line(
+    arguments: tuple[str, ...], said: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert gnomon("exact", *arguments) == 2
+    caught = capfd.readouterr()
+    assert said in caught.err
+    assert caught.err.count("\n") == 1
+    assert not caught.out
+
+
+def test_a_motion_that_is_not_confirmed_is_a_failure(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    poor = Certificate("projectile_parabola", "default", {"rounding": 50.0, "residual": 50.0, "taylor": 12.0})
+    monkeypatch.setattr(exact_states, "certify", lambda case: poor)
+    assert gnomon("exact", "projectile_parabola", "--times", "1") == 1
+    caught = capfd.readouterr()
+    assert not json.loads(caught.out)["certificate"]["passed"]
+    assert "taylor agrees to 12" in caught.err
