@@ -107,7 +107,6 @@ def test_a_program_in_c_computes_what_its_method_computes(rk4: Path, name: str) 
 def test_a_run_of_a_program_measures_its_order_its_counts_and_its_time(
     rk4: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    from gnomon.harness.results.analysis import prepared
     from gnomon.harness.results.store import load
 
     results = tmp_path / "results.sqlite"
@@ -117,7 +116,7 @@ def test_a_run_of_a_program_measures_its_order_its_counts_and_its_time(
     frame = load(results)
     assert set(frame["integrator_id"]) == {"command:RK4 in C"}
     top = frame[frame["case"] == "euler_top"].sort_values("setting", ascending=False)
-    assert list(top["status"])[0] == Status.UNSUPPORTED
+    assert top["status"].iloc[0] == Status.UNSUPPORTED
     assert set(top["status"][1:]) == {Status.SKIPPED}
     assert top["reason"].iloc[0] == "lacks this case"
     good = frame[(frame["case"] == "pendulum_simple") & (frame["status"] == Status.OK) & (frame["launch"] == 1)]
@@ -127,7 +126,7 @@ def test_a_run_of_a_program_measures_its_order_its_counts_and_its_time(
     assert abs(orders[0] - 4) < 0.2  # the smallest steps, all far above rounding
     assert (good["rhs_calls"] == 4 * good["steps"]).all()
     assert good["null_seconds"].notna().all()
-    assert (prepared(frame)["seconds_net"].dropna() >= 0).all()
+    assert (good["null_seconds"] < good["seconds_median"].iloc[0]).all()  # the finest steps take longer than the lines
 
 
 class Recording:
@@ -232,14 +231,14 @@ def test_a_second_line_is_noticed_at_the_next_problem() -> None:
     problem, start = pendulum(integrator)
     solve = integrator.prepare(problem, problem.interval)
     solve(start)
-    with pytest.raises(Unusable, match="more than one line|number 1 where 2"):
+    with pytest.raises(Unusable, match=r"more than one line|number 1 where 2"):
         solve(start)
 
 
 def test_what_a_program_says_of_itself_is_a_status() -> None:
-    with pytest.raises(Refused, match="^steps this large diverge$"):
+    with pytest.raises(Refused, match=r"^steps this large diverge$"):
         solved(odd("refused"))
-    with pytest.raises(Unsupported, match="^lacks elliptic functions$"):
+    with pytest.raises(Unsupported, match=r"^lacks elliptic functions$"):
         solved(odd("unsupported"))
     early = solved(odd("stopped"))
     assert early.stopped == "a pole"
