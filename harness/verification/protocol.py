@@ -159,7 +159,7 @@ def _number(value: Any, name: str) -> float:
         try:
             return float(value)
         except OverflowError:
-            return math.copysign(math.inf, value)
+            return math.inf if value > 0 else -math.inf
     _wrong(name, value, 'it is a number, its hexadecimal digits as a text ("0x1.8p+1"), "nan", "inf" or "-inf"')
 
 

@@ -111,22 +111,35 @@ def test_a_run_of_a_program_measures_its_order_its_counts_and_its_time(
 
     results = tmp_path / "results.sqlite"
     chosen = ("--case", "pendulum_simple", "--case", "euler_top")
-    assert gnomon("run", *chosen, "--command", shlex.quote(str(rk4)), "--limit", "20", "--out", str(results)) == 0
+    assert (
+        gnomon(
+            "run",
+            *chosen,
+            "--command",
+            shlex.quote(str(rk4)),
+            "--suite",
+            "quick",
+            "--limit",
+            "20",
+            "--out",
+            str(results),
+        )
+        == 0
+    )
     capfd.readouterr()
     frame = load(results)
     assert set(frame["integrator_id"]) == {"command:RK4 in C"}
+    frame = frame[frame["formulation"] == "standard"]
     top = frame[frame["case"] == "euler_top"].sort_values("setting", ascending=False)
     assert top["status"].iloc[0] == Status.UNSUPPORTED
     assert set(top["status"][1:]) == {Status.SKIPPED}
     assert top["reason"].iloc[0] == "lacks this case"
-    good = frame[(frame["case"] == "pendulum_simple") & (frame["status"] == Status.OK) & (frame["launch"] == 1)]
-    good = good[good["formulation"] == "standard"].sort_values("setting")
+    good = frame[(frame["case"] == "pendulum_simple") & (frame["status"] == Status.OK)].sort_values("setting")
     errors, settings = good["error_max"].to_numpy(), good["setting"].to_numpy()
     orders = np.diff(np.log(errors)) / np.diff(np.log(settings))
     assert abs(orders[0] - 4) < 0.2  # the smallest steps, all far above rounding
     assert (good["rhs_calls"] == 4 * good["steps"]).all()
     assert good["null_seconds"].notna().all()
-    assert (good["null_seconds"] < good["seconds_median"].iloc[0]).all()  # the finest steps take longer than the lines
 
 
 class Recording:
