@@ -72,21 +72,8 @@ def test_a_run_measures_the_engine_and_names_what_it_lacks(tmp_path: Path, capfd
 
     results = str(tmp_path / "results.sqlite")
     chosen = ("--case", "projectile_parabola", "--case", "pendulum_simple")
-    assert (
-        gnomon(
-            "run",
-            *chosen,
-            "--integrator",
-            "toy_engine:INTEGRATOR",
-            "--suite",
-            "quick",
-            "--limit",
-            "20",
-            "--out",
-            results,
-        )
-        == 0
-    )
+    asked = ("--integrator", "toy_engine:INTEGRATOR", "--suite", "quick", "--limit", "20", "--out", results)
+    assert gnomon("run", *chosen, *asked) == 0
     capfd.readouterr()
     frame = load(results)
     fall = frame[(frame["case"] == "projectile_parabola") & (frame["launch"] == 1)]
