@@ -22,7 +22,7 @@ def collision_time(k: Fraction, state: Sequence[Fraction], digits: int = 15) -> 
     start, outward = 1 / (x * x + y * y), x * vx + y * vy >= 0
     m = (x * vy - y * vx) ** 2 / k
     d = m * m - 2 * (vx * vx + vy * vy) / k + start * start
-    # A start at s <= m is outside the larger root of (s - m)^2 - d, where there is one; without two roots nothing turns it back.
+    # With turning points, a start at s <= m is beyond both; without two of them an outward motion never returns.
     if (d >= 0 and start <= m) or (d <= 0 and outward):
         return None
 
