@@ -90,7 +90,9 @@ def on_sphere(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def no_force(t: Any, place: Values, parameters: Values) -> Values:
-    nothing = 0 * place[-1]  # of the attitude, for a rigid body: a splitting takes no torque that depends on the rotation
+    nothing = (
+        0 * place[-1]
+    )  # of the attitude, for a rigid body: a splitting takes no torque that depends on the rotation
     return nothing, nothing, nothing
 
 
