@@ -194,7 +194,7 @@ IMPLICIT = (
         "newton",
         "if norm <= 1e-3 * enough or (iteration > 1 and rate < 1.0 and rate / (1.0 - rate) * norm <= enough):",
         "if iteration > 1:",
-        (f"{STAGES}::test_radau_solves_linear_steps",),
+        (f"{STAGES}::test_adaptive_radau_solves_its_stages_to_a_part_of_its_tolerance",),
     ),
     Mutation(
         "radau: stages are accepted at thirty times the residual",
@@ -218,7 +218,7 @@ IMPLICIT = (
         "integrate",
         "out[m, sample, i] = y[i] + (compensation[i] + between(part, table, z, i))",
         "out[m, sample, i] = y[i] + (compensation[i] + z[2, i])",
-        (f"{ON_METHODS}/gauss/test_radau.py::test_a_sample_is_as_good_as_a_step",),
+        (f"{ON_METHODS}/gauss/test_radau.py::test_stiffness_takes_no_more_steps",),
     ),
     Mutation(
         "radau: every sample is a value of its step's polynomial",
