@@ -69,14 +69,6 @@ def sources(*modules: str, within: tuple[str, ...] = (OURS,)) -> dict[str, str]:
     return found
 
 
-def own(*modules: str) -> str | None:
-    """The same of the modules alone, without what they import."""
-    found = [_source(module) for module in modules]
-    if any(source is None or not source.digest for source in found):
-        return None
-    return hashlib.sha256("\n".join(source.digest for source in found if source).encode()).hexdigest()[:32]
-
-
 def forget() -> None:
     """Read all sources again at the next call, for a process in which they are edited."""
     closure.cache_clear()
@@ -147,8 +139,8 @@ def _differs(module: ModuleType, tree: ast.Module) -> bool:
     values = [value for value in vars(module).values() if getattr(value, "__module__", None) == module.__name__]
     values += [part for value in values if isinstance(value, type) for part in vars(value).values()]
     functions = [inspect.unwrap(value) for value in values if isinstance(value, FunctionType)]
-    own = [one.__code__ for one in functions if one.__module__ == module.__name__]
-    if not codes.issuperset(code for code in own if not code.co_filename.startswith("<")):  # "<string>": generated
+    loaded = [one.__code__ for one in functions if one.__module__ == module.__name__]
+    if not codes.issuperset(code for code in loaded if not code.co_filename.startswith("<")):  # "<string>": generated
         return True
     for statement in tree.body:
         if isinstance(statement, ast.Assign) and isinstance(statement.value, ast.Constant):

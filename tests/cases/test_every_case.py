@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from fractions import Fraction
 from typing import Any
 
@@ -55,7 +56,8 @@ def enough(case: Case) -> int:
 
 
 def examples(name: str) -> Any:
-    few = case_class(name).certified_digits <= SHORT or name in EXPENSIVE
+    in_make_test = "HYPOTHESIS_PROFILE" not in os.environ
+    few = case_class(name).certified_digits <= SHORT or (name in EXPENSIVE and in_make_test)
     return settings(max_examples=3) if few else settings()
 
 

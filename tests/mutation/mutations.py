@@ -710,7 +710,7 @@ RECORDS = (
         "gauss: the iteration starts from the slopes of the last step",
         f"{METHODS}/gauss/gauss_steps.py",
         "start_stages",
-        "weighted_sum(0.0, table, stages + j, store, stages + 1, i, back)",
+        "weighted_sum(table, stages + j, store, stages + 1, i, back)",
         "store[stages + j + 1, i]",
         (f"{ON_METHODS}/gauss/test_gauss.py::test_the_iteration_starts_from_a_polynomial_of_the_last_steps",),
     ),

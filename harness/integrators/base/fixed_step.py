@@ -14,7 +14,8 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Sol
 from gnomon.harness.integrators.base import stepping
 from gnomon.harness.kernels.equations import Kernel, acceleration, check_values, right_hand_side
 from gnomon.reference.numerics.precision import nearest_double, working
-from gnomon.reference.storage import diskcache, import_closure
+from gnomon.reference.storage import diskcache
+from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -168,7 +169,7 @@ def rounded(table: Table, double: Callable[[Any], float] = nearest_double) -> Fl
 
 def kept(name: str, modules: Sequence[str], build: Callable[[], Floats]) -> Floats:
     """A table that is kept on disk, under its name and the source of the modules that compute it."""
-    made_of = import_closure.own(__name__, *modules)
+    made_of = closure(__name__, *modules, within=())
     if made_of is None:
         return build()
     return diskcache.cached(f"table {name} {made_of}", lambda: diskcache.Entry({"rows": build()})).arrays["rows"]

@@ -213,11 +213,11 @@ def test_what_was_loaded_before_an_edit_has_no_key(tmp_path, old, new):
     text = "STEP = 1\nclass Ball:\n    def radius(self):\n        return self.size\ndef step():\n    return STEP\n"
     write(tmp_path / "closed/edited_while_running", text)
     importlib.import_module("closed.edited_while_running")
-    assert import_closure.own("closed.edited_while_running") is not None
+    assert closure("closed.edited_while_running", within=()) is not None
     write(tmp_path / "closed/edited_while_running", text + "# more\n")
     import_closure.forget()
     assert closure("closed.edited_while_running") is not None, "the code is the same"
     write(tmp_path / "closed/edited_while_running", text.replace(old, new))
     import_closure.forget()
-    assert import_closure.own("closed.edited_while_running") is None
+    assert closure("closed.edited_while_running", within=()) is None
     assert closure("closed.edited_while_running") is None
