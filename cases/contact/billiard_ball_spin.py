@@ -130,15 +130,15 @@ class BilliardBallAttitude(Case):
         return min(scale, 1 / rate) if rate else scale
 
     def natural_span(self) -> Number:
-        """That of billiard_ball. Raises ValueError if the ball turns further in it than the exact motion can follow."""
+        """That of billiard_ball. Raises ArithmeticError if the ball turns further in it than the exact motion can follow."""
         span = float(self._plain.natural_span())
         mu, g, radius = (self.parameters[name] for name in ("mu", "g", "R"))
         slid = min(span, float(self._plain._exact.rolling_time())) if self._plain._ends else 0.0
         turn = math.hypot(*map(float, self.initial_state[4:7])) * slid + 5 * float(mu * g / radius) * slid * slid
         if turn > MOST_TURN:
-            raise ValueError(
-                f"{self.name}: with mu = {show(mu)}, g = {show(g)} and R = {show(radius)} it slides for {slid:.3g} s and "
-                f"turns by up to {turn:.3g} rad, more than {MOST_TURN}; give a shorter span, or other numbers"
+            raise ArithmeticError(
+                f"it slides for {slid:.3g} s and turns by up to {turn:.3g} rad, more than {MOST_TURN}; give a shorter "
+                "span, or other numbers"
             )
         return span
 

@@ -16,7 +16,7 @@ FEW = 20
 LARGEST, SMALLEST = max(Fraction(10) ** 300, Fraction(1e300)), min(Fraction(1, 10**300), Fraction(1e-300))
 """Limits of the size of a number that is not 0, given as text or as a double: closer to the limits of binary64 a
 square root or a quotient may overflow or underflow."""
-TINY = Fraction(1, 10**9)
+TINY = Fraction(1, 10**3)
 """A number below this fraction of its typical range is unusual: the error about a missing exact motion names it."""
 KINDS = (
     "length",

@@ -87,12 +87,20 @@ def quarter_mode(t: Any, state: Values, parameters: Values) -> str:
     return "front_on_circle"
 
 
+STILL = Fraction(1, 10**30)
+
+
 def _begins_on_circle(n: Mapping[str, Fraction]) -> bool:
     return n["s"] < BELOW * n["R"] / 2
 
 
 def _longer_than_circle(n: Mapping[str, Fraction]) -> bool:
     return n["L"] > ABOVE * n["R"] / 2
+
+
+def _slides(n: Mapping[str, Fraction]) -> bool:
+    """Else it lies still, or for longer than 1e15 sqrt(L/g)."""
+    return n["s"] >= STILL * n["R"] or n["v"] ** 2 >= STILL**2 * n["g"] * n["R"]
 
 
 class ChainQuarterCircle(Case):
@@ -122,7 +130,7 @@ class ChainQuarterCircle(Case):
         (
             Rule("the chain is longer than the quarter circle: L > pi R/2", _longer_than_circle),
             Rule("the front starts on the quarter circle: s < pi R/2", _begins_on_circle),
-            Rule("the front is beyond the edge or moves (s or v is not 0)", lambda n: n["s"] > 0 or n["v"] > 0),
+            Rule("the front is beyond the edge or moves: s >= 1e-30 R or v >= 1e-30 sqrt(g R)", _slides),
         ),
     )
     variants = (

@@ -10,11 +10,12 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Invariant, Variant
 from gnomon.cases.core.forms import Form, Separable, Values
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive, show
 from gnomon.cases.core.point_scene import free_point
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.orbits.central_force import isotropic_spin
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.numerics.precision import Number, exact, publish, working
+from gnomon.reference.orbits.central_force_fifth_power import collision_time
 
 
 def fifth_power_acceleration(t: Any, q: Values, parameters: Values) -> Values:
@@ -49,6 +50,9 @@ def fifth_power_motion(t: Any, state: Values, parameters: Values) -> Values:
     return vx, vy, pull * x, pull * y
 
 
+BEFORE = 1 - Fraction(1, 2**19)
+"""The part of a fall that a span may have: sample times may end 2**-20 of the span after it."""
+
 SCENE = free_point(fifth_power_motion, (0, 1), token="position_force")
 
 
@@ -62,7 +66,8 @@ class CentralForceFifthPower(IntegratedCase):
     section = "7.8"
     conventions = (
         "The centre is the origin. With k = 2 r^4 v^2 and v perpendicular to r the energy is zero and the orbit a circle of "
-        "diameter r through the centre, which it reaches after pi r/(4 v): the motion ends there."
+        "diameter r through the centre, which it reaches after pi r/(4 v). A span ends at most at 1 - 2^-19 of the "
+        "time of a fall into the centre."
     )
     state = POINT_IN_A_PLANE
     parameter_list = (Parameter("k", "m^6/s^2", 2, "attraction times the fifth power of the distance, per unit mass"),)
@@ -95,6 +100,16 @@ class CentralForceFifthPower(IntegratedCase):
     )
     invariants: ClassVar = {"energy": Invariant(fifth_power_energy), "angular_momentum": Invariant(isotropic_spin)}
 
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        collision = collision_time(self.parameters["k"], self.initial_state)
+        if collision is not None and self.span > exact(collision) * BEFORE:
+            with self._within_reach():
+                raise ArithmeticError(
+                    f"span = {show(self.span)} s: it falls into the centre at {float(collision):.10g} s; give at most "
+                    f"{float(exact(collision) * BEFORE):.10g} s"
+                )
+
     @property
     def forms(self) -> tuple[Form, ...]:
         return (Separable(fifth_power_acceleration, fifth_power_potential),)
@@ -117,15 +132,16 @@ class CentralForceFifthPower(IntegratedCase):
         return 0.3 * self.time_scale if own else self.default_span
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`circle_speed` at the initial distance; diameter and end time of the circle through the centre."""
+        """`circle_speed` at the initial distance; `collision_time` of a fall; `diameter` of the circle through the centre."""
         x, y, vx, vy = self.initial_state
         k, square, speed = self.parameters["k"], x * x + y * y, vx * vx + vy * vy
         with working(digits + 10) as mp:
             found = {"circle_speed": mp.sqrt(mp.mpf(k)) / mp.mpf(square)}
             if x * vx + y * vy == 0 and k == 2 * square**2 * speed:
                 found["diameter"] = mp.sqrt(mp.mpf(square))
-                found["collision_time"] = mp.pi / 4 * mp.sqrt(mp.mpf(square / speed))
-            return dict(zip(found, publish(found.values(), digits), strict=True))
+            found = dict(zip(found, publish(found.values(), digits), strict=True))
+        collision = collision_time(k, self.initial_state, digits)
+        return found if collision is None else found | {"collision_time": collision}
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
         x, y, vx, vy = state

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from math import cos, sin
 from typing import Any, ClassVar
@@ -12,7 +12,7 @@ import numpy as np
 from gnomon.cases.core.case import Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
 from gnomon.cases.pendulums.foucault_pendulum_linear import FoucaultLinear, FoucaultPrecession
 from gnomon.reference.numerics.precision import Number, publish, working
@@ -71,6 +71,17 @@ POLE = math.nextafter(math.pi / 2, 2)
 """The double just above pi/2, so that pi/2 to more digits is admitted."""
 
 
+OFF_THE_SPHERE = Fraction(1, 10**6)
+"""Of e.e and of the radian of a swing: roundings of a start on the sphere are less."""
+
+
+def _along_the_sphere(n: Mapping[str, Fraction]) -> bool:
+    square, speed, radial = (
+        sum((n[a + i] * n[b + i] for i in "xyz"), Fraction(0)) for a, b in (("e", "e"), ("v", "v"), ("e", "v"))
+    )
+    return radial**2 <= OFF_THE_SPHERE**2 * square * (speed + square * n["g"] / n["L"])
+
+
 class FoucaultNonlinear(IntegratedCase):
     name = "foucault_pendulum_nonlinear"
     title = "Foucault pendulum at any amplitude, with the Coriolis force at a latitude (certified Taylor)"
@@ -101,7 +112,11 @@ class FoucaultNonlinear(IntegratedCase):
             "ey": Range(typical=(-1.0, 1.0)),
             "ez": Range(typical=(-1.0, -0.5)),
         }
-        | {name: Range(typical=(0.0, 0.0)) for name in ("vx", "vy", "vz")}
+        | {name: Range(typical=(0.0, 0.0)) for name in ("vx", "vy", "vz")},
+        (
+            Rule("e is not zero", lambda n: any(n[f"e{axis}"] != 0 for axis in "xyz")),
+            Rule("the bob moves along its sphere: |e.e'| <= 1e-6 |e| sqrt(e'.e' + (g/L) e.e)", _along_the_sphere),
+        ),
     )
     variants = (
         Variant(

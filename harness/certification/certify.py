@@ -98,7 +98,7 @@ def certify(case: Case) -> Certificate:
         ways["taylor"] = _taylor(case)
     else:
         ways |= long_ways(case, times)
-    enclosed = _ball(case, times[1::2])
+    enclosed = ball_digits(case, times[1::2])
     if enclosed is not None:
         ways["ball"] = enclosed
     if any(invariant.law == "constant" for invariant in case.invariants.values()):
@@ -164,7 +164,7 @@ def _extrapolation(case: Case) -> float:
     return against(case, dict(zip(times, found, strict=True)))
 
 
-def _ball(case: Case, times: Sequence[Fraction]) -> float | None:
+def ball_digits(case: Case, times: Sequence[Fraction]) -> float | None:
     """Digits that an enclosure proves, from distance to its midpoint plus its radius; None if there is no enclosure."""
     pairs = []
     for t in times:

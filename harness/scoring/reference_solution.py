@@ -131,12 +131,12 @@ def reference_solutions(
 
 
 def _key(spec: CaseSpec) -> str | None:
-    """The key of a reference solution on disk; None for a case whose source is not in a file."""
-    code = closure(spec.path.partition(":")[0])
-    if code is None:
+    """The key of a reference solution on disk; None where a source is not in a file, or was edited since it was loaded."""
+    code, scoring = closure(spec.path.partition(":")[0]), closure(*_OWN, within=())
+    if code is None or scoring is None:
         return None
     numbers = json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])
-    return f"reference solution 1\n{code}{closure(*_OWN, within=())}\n{numbers}"
+    return f"reference solution 1\n{code}{scoring}\n{numbers}"
 
 
 def _read(entry: diskcache.Entry) -> ReferenceSolution:

@@ -116,12 +116,14 @@ class RelativisticCharge(BallMotion):
         bx, by, bz = (rate * b for b in self.magnetic)
         o = Fraction(0)
         field = ((o, ex, ey, ez), (ex, o, bz, -by), (ey, -bz, o, bx), (ez, by, -bx, o))
-        # The last column is U(0), so that one exponential gives e^(F tau) and its integral applied to U(0).
+        # The last column is U(0), so that one exponential gives e^(F tau) and its integral applied to U(0). It is divided
+        # by a power of two: the exponential takes as many squarings as its largest entry has bits.
         start = [self._time_part(), *map(ball, self.proper)]
-        rows = [[*(ball(x) for x in row), u] for row, u in zip(field, start, strict=True)]
+        unit = _power_of_two(start[0] * tau)
+        rows = [[*(ball(x) for x in row), u / unit] for row, u in zip(field, start, strict=True)]
         matrix = flint.arb_mat(5, 5, [x for row in rows for x in row] + [flint.arb(0)] * 5)
         grown = (matrix * tau).exp()
-        way = [grown[i, 4] for i in range(4)]
+        way = [grown[i, 4] * unit for i in range(4)]
         return [*way, *(sum((grown[i, j] * start[j] for j in range(4)), flint.arb(0)) for i in range(4))]
 
     def _near(self, t: Fraction) -> Any:
@@ -152,3 +154,9 @@ class RelativisticCharge(BallMotion):
                 return new
             before, tau = step, new
         return tau
+
+
+def _power_of_two(x: Any) -> Any:
+    """The power of two next to a ball's midpoint, 1 where that is 0."""
+    mantissa, exponent = abs(x.mid()).man_exp()
+    return flint.arb(2) ** (int(exponent) + int(mantissa).bit_length()) if mantissa else flint.arb(1)

@@ -7,6 +7,7 @@ circle, energy gives s'^2, and a quadrature the time; between and after these st
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -89,6 +90,12 @@ class ChainQuarter(BallMotion):
         fall = ball(self.g) * since
         return [ball(self.length) + self.quarter() + (stages.leave_speed + fall / 2) * since, stages.leave_speed + fall]
 
+    def slow(self) -> float:
+        """How far the front comes at about its first speed: until gravity has given it as much."""
+        way = self.v**2 * self.length * self.radius / self.g
+        third: float = float(way) ** (1 / 3)
+        return min(third, float(way / self.s**2) if self.s else math.inf)
+
     def _stages(self) -> Stages:
         return _stages(self, flint.ctx.prec)
 
@@ -99,9 +106,9 @@ class ChainQuarter(BallMotion):
     def _from_rest(self, delta: Any) -> Any:
         """(v^2 - v0^2)/delta: (2 g R/L) (1 - cos((s0 + delta/2)/R) sin(delta/2R)/(delta/2R))."""
         half = delta / (2 * ball(self.radius))
-        return ball(2 * self.g * self.radius / self.length) * (
-            1 - (ball(self.s / self.radius) + half).cos() * half.sinc()
-        )
+        angle = ball(self.s / self.radius) + half
+        versine = 2 * (angle / 2).sin() ** 2
+        return ball(2 * self.g * self.radius / self.length) * (versine + angle.cos() * _sinc_below_one(half))
 
     def _tail_square(self, enter_speed: Any) -> Callable[[Any], Any]:
         """v^2 as a function of the distance of the tail from the start of the circle."""
@@ -132,9 +139,9 @@ def _stages(motion: ChainQuarter, bits: int) -> Stages:
     quarter, radius = motion.quarter(), ball(motion.radius)
     rest = quarter - ball(motion.s)
     if motion.v == 0:
-        front = Track(pace_from_rest(motion._from_rest), rest.sqrt(), longest)
+        front = Track(pace_from_rest(motion._from_rest), rest.sqrt(), longest, float(motion.s) ** 0.5)
     else:
-        front = Track(_pace(motion._square), rest, longest)
+        front = Track(_pace(motion._square), rest, longest, motion.slow())
     hang_speed = motion._square(flint.acb(rest)).real.sqrt()
     # s - h + R = C e^(w t) - D e^(-w t): the time at which s = L
     rate, below = ball(motion.g / motion.length).sqrt(), ball(motion.length) - quarter + radius
@@ -145,6 +152,14 @@ def _stages(motion: ChainQuarter, bits: int) -> Stages:
     tail = Track(_pace(square), quarter, longest)
     leave_speed = square(flint.acb(quarter)).real.sqrt()
     return Stages(front, front.duration, hang_speed, enters, enter_speed, tail, enters + tail.duration, leave_speed)
+
+
+def _sinc_below_one(x: Any) -> Any:
+    """1 - sin(x)/x, without cancellation where x is small: x^2/6 times 1F2(1; 2, 5/2; -x^2/4)."""
+    if abs(x) < 0.25:
+        square = x * x
+        return square / 6 * (-square / 4).hypgeom([1], [2, flint.arb(5) / 2])
+    return 1 - x.sinc()
 
 
 def _pace(square: Callable[[Any], Any]) -> Pace:

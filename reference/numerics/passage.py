@@ -24,14 +24,15 @@ NARROWEST = 2.0**-60
 class Track:
     """The times at places along a passage from 0 to `end`, at most about `longest` seconds apart.
 
-    It is valid at the precision at which it is made.
+    If the passage begins so slowly that these would be too many, `slow` is a place up to which the pace hardly changes:
+    between it and the end each place is a quarter further than the one before. Valid at the precision at which it is made.
     """
 
-    def __init__(self, pace: Pace, end: Any, longest: float) -> None:
+    def __init__(self, pace: Pace, end: Any, longest: float, slow: float = 0.0) -> None:
         self.pace = pace
         self.places = [flint.arb(0)]
         self.times = [flint.arb(0)]
-        for place in self._cells(end, longest):
+        for place in self._cells(end, longest, slow):
             self.times.append(self.times[-1] + self._duration(self.places[-1], place))
             self.places.append(place)
         self._middles = [float(time.mid()) for time in self.times]
@@ -63,8 +64,8 @@ class Track:
     def _duration(self, low: Any, high: Any) -> Any:
         return flint.acb.integral(self.pace, flint.acb(low), flint.acb(high)).real
 
-    def _cells(self, end: Any, longest: float) -> list[Any]:
-        """The ends of cells, halved until each takes at most `longest` by Simpson's rule."""
+    def _cells(self, end: Any, longest: float, slow: float) -> list[Any]:
+        """The ends of cells, halved until each takes at most `longest` by Simpson's rule, or is short for its place."""
         last = end.mid()
         waiting = [(k * last / FEWEST_CELLS, (k + 1) * last / FEWEST_CELLS) for k in reversed(range(FEWEST_CELLS))]
         found = []
@@ -73,7 +74,8 @@ class Track:
                 low, high = waiting.pop()
                 middle, width = ((low + high) / 2).mid(), high - low
                 takes = width * (self._at(low) + 4 * self._at(middle) + self._at(high)) / 6
-                if float(takes.mid()) > longest and width > NARROWEST * abs(last):
+                short = width < max(float(low), slow) / 4
+                if float(takes.mid()) > longest and not short and width > NARROWEST * abs(last):
                     waiting += [(middle, high), (low, middle)]
                 else:
                     found.append(high.mid())

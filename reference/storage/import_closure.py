@@ -6,21 +6,25 @@ import ast
 import dataclasses
 import hashlib
 import importlib.util
+import inspect
 import sys
+import time
 from collections.abc import Iterator
 from functools import cache
 from importlib.machinery import ModuleSpec
 from pathlib import Path
-from types import FunctionType
+from types import CodeType, FunctionType, ModuleType
 from typing import Any, NamedTuple
 
 OURS = "gnomon"
+STARTED = time.time()
 
 
 class _Source(NamedTuple):
     """A module's file, a hash of it, the names that it imports (functions and classes included), whether it acts.
 
-    A module acts if its import does more than import, define functions and set `__all__`.
+    A module acts if its import does more than import, define functions and set `__all__`. The hash is empty for a file
+    that was edited after this process had loaded the module.
     """
 
     file: Path
@@ -31,9 +35,13 @@ class _Source(NamedTuple):
 
 @cache
 def closure(*modules: str, within: tuple[str, ...] = (OURS,)) -> str | None:
-    """One hash of `sources`; None if one of `modules` has no file, because results of it must not be kept."""
+    """One hash of `sources`; None if results of them must not be kept.
+
+    That is if one of `modules` has no file, or if this process has loaded a file of `sources` before its last edit: a result
+    of the old code, kept under a hash of the new one, would be wrong for ever.
+    """
     found = sources(*modules, within=within)
-    if not found.keys() >= {*modules}:
+    if not found.keys() >= {*modules} or not all(found.values()):
         return None
     return hashlib.sha256("\n".join(f"{name} {found[name]}" for name in sorted(found)).encode()).hexdigest()[:32]
 
@@ -116,8 +124,30 @@ def _source(module: str) -> _Source | None:
     if file.suffix != ".py":  # compiled
         return _Source(file, digest, frozenset(), True)
     tree = ast.parse(content)
+    if file.stat().st_mtime > STARTED and module in sys.modules and _differs(sys.modules[module], tree):
+        digest = ""
     package = "" if specification is None else specification.parent or ""
     return _Source(file, digest, frozenset(_imports(tree, package)), not all(map(_only_declares, tree.body)))
+
+
+def _differs(module: ModuleType, tree: ast.Module) -> bool:
+    """Whether a loaded module has a function that is not in the text, or another value of a constant."""
+    codes, waiting = set[CodeType](), [compile(tree, "text", "exec", dont_inherit=True)]
+    while waiting:
+        codes.add(code := waiting.pop())
+        waiting += [constant for constant in code.co_consts if isinstance(constant, CodeType)]
+    values = [value for value in vars(module).values() if getattr(value, "__module__", None) == module.__name__]
+    values += [part for value in values if isinstance(value, type) for part in vars(value).values()]
+    functions = [inspect.unwrap(value) for value in values if isinstance(value, FunctionType)]
+    loaded = [one.__code__ for one in functions if one.__module__ == module.__name__]
+    if not codes.issuperset(code for code in loaded if not code.co_filename.startswith("<")):  # "<string>": generated
+        return True
+    for statement in tree.body:
+        if isinstance(statement, ast.Assign) and isinstance(statement.value, ast.Constant):
+            for target in statement.targets:
+                if isinstance(target, ast.Name) and vars(module).get(target.id) != statement.value.value:
+                    return True
+    return False
 
 
 def _specification(module: str) -> ModuleSpec | None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import os
 from fractions import Fraction
 from typing import Any
 
 import mpmath
 import pytest
-from breadth import cheap_and_tenth
+from breadth import EXPENSIVE, cheap_and_tenth
 from gnomon.cases import Case, case_class, get, names
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.cases.core.numbers import Range
@@ -55,7 +56,9 @@ def enough(case: Case) -> int:
 
 
 def examples(name: str) -> Any:
-    return settings(max_examples=3) if case_class(name).certified_digits <= SHORT else settings()
+    in_make_test = "HYPOTHESIS_PROFILE" not in os.environ
+    few = case_class(name).certified_digits <= SHORT or (name in EXPENSIVE and in_make_test)
+    return settings(max_examples=3) if few else settings()
 
 
 def agreed(first: Any, second: Any, case: Case) -> float:

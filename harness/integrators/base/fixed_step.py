@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
 import math
-import sys
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
@@ -17,6 +15,7 @@ from gnomon.harness.integrators.base import stepping
 from gnomon.harness.kernels.equations import Kernel, acceleration, check_values, right_hand_side
 from gnomon.reference.numerics.precision import nearest_double, working
 from gnomon.reference.storage import diskcache
+from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -170,9 +169,10 @@ def rounded(table: Table, double: Callable[[Any], float] = nearest_double) -> Fl
 
 def kept(name: str, modules: Sequence[str], build: Callable[[], Floats]) -> Floats:
     """A table that is kept on disk, under its name and the source of the modules that compute it."""
-    made_of = "".join(inspect.getsource(sys.modules[module]) for module in (__name__, *modules))
-    key = f"table {name}\n{made_of}"
-    return diskcache.cached(key, lambda: diskcache.Entry({"rows": build()})).arrays["rows"]
+    made_of = closure(__name__, *modules, within=())
+    if made_of is None:
+        return build()
+    return diskcache.cached(f"table {name} {made_of}", lambda: diskcache.Entry({"rows": build()})).arrays["rows"]
 
 
 def reason(stop: NDArray[np.int64]) -> str | None:

@@ -29,7 +29,7 @@ def gauss_step(
         change = 0.0
         for j in range(stages):
             for i in range(y.size):
-                x[i] = y[i] + h * weighted_sum(0.0, table, j, store, 1, i, stages)
+                x[i] = y[i] + h * weighted_sum(table, j, store, 1, i, stages)
             call(f, t + table[j, 0] * h, x, p, slope)
             weight = table[weights, j + 1]
             for i in range(y.size):
@@ -78,7 +78,7 @@ def gauss_nystrom_step(
         change = 0.0
         for j in range(stages):
             for i in range(half):
-                total = weighted_sum(0.0, table, j, store, 1, i, stages)
+                total = weighted_sum(table, j, store, 1, i, stages)
                 x[i] = y[i] + h * (table[j, 0] * y[half + i] + h * total)
             call(f, t + table[j, 0] * h, x, p, slope)
             weight = table[weights, j + 1]
@@ -135,7 +135,7 @@ def start_stages(
                 store[k, i] = store[k - stages, i]
         for j in range(stages):
             for i in range(width):
-                store[j + 1, i] = weighted_sum(0.0, table, stages + j, store, stages + 1, i, back)
+                store[j + 1, i] = weighted_sum(table, stages + j, store, stages + 1, i, back)
 
 
 def as_far(beyond: Any, rate: Any) -> Any:
@@ -145,8 +145,9 @@ def as_far(beyond: Any, rate: Any) -> Any:
     return share if beyond > 0.0 else -share
 
 
-def weighted_sum(total: Any, table: Any, row: int, k: Any, first: int, i: int, stages: int) -> Any:
-    """`total` plus the sum over the stages of weights in a row of the table times column i of the rows of k from `first`."""
+def weighted_sum(table: Any, row: int, k: Any, first: int, i: int, stages: int) -> Any:
+    """The sum over the stages of weights in a row of the table times column i of the rows of k from `first`."""
+    total = 0.0
     for m in range(stages):
         total += table[row, m + 1] * k[first + m, i]
     return total

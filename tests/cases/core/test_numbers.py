@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from decimal import Decimal
 from fractions import Fraction
@@ -15,7 +15,10 @@ import numpy as np
 import pytest
 from gnomon.cases import Case, case_class, check_class, check_names, get, names
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
+from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import OutOfReachError, Range, show
+from gnomon.harness.running.plan import FOUNDATION
+from gnomon.reference.numerics import certified
 from gnomon.reference.numerics.motion import Motion
 from gnomon.reference.numerics.precision import exact, working
 
@@ -102,7 +105,19 @@ OUT_OF_REACH = (
     ("foucault_pendulum_nonlinear", "Om", "1e6", "give at most 0.00035 s"),
     ("spring_pendulum", "m", "1e-12", "give at most 0.000158114 s"),
     ("swinging_atwood", "mu", "1e12", "give at most 0.00021285 s"),
+    (
+        "central_force_fifth_power",
+        "span",
+        "0.785398",
+        "falls into the centre at 0.7853981634 s; give at most 0.7853966654",
+    ),
+    ("double_pendulum", "w2", "1e6", "Taylor steps, the most that are taken, reach t = "),
+    ("rigid_body_stokes_medium_torque", "R33", "1e6", "Taylor steps, the most that are taken, reach t = "),
+    ("foucault_pendulum_nonlinear", "vx", "-1", "the bob moves along its sphere"),
+    ("chain_quarter_circle", "s", "1e-300", "s >= 1e-30 R"),
     ("billiard_ball_attitude", "R", "1e6", "more than 8192"),
+    ("billiard_ball_attitude", "wz", "1e300", "more than 8192"),
+    ("bouncing_ball_table", "A", "1e-6", "impacts without end"),
     ("pendulum_quadratic_damping", "v", "1e300", "over the top more than 150 times"),
     ("pendulum_quadratic_damping", "theta", "1e30", "[-1e+09, 1e+09]"),
     ("pendulum_quadratic_damping", "theta", "1e-30", "w2 theta^2 + v^2 >= 1e-30 w2"),
@@ -152,6 +167,37 @@ def test_just_inside_the_limit_the_exact_motion_is_computed(name: str, parameter
             function(t, tuple(mp.mpf(x) for x in case.exact(t, 30)), numbers)[0] for t in (0, case.span * 2 / 3)
         )
         assert abs(end / start - 1) < mp.mpf(10) ** -28
+
+
+@pytest.mark.parametrize("light", ["1e60", "1e300"])
+def test_a_charge_far_below_the_speed_of_light_moves_as_if_there_were_none(light: str) -> None:
+    """At c = 1e300 m/s the exponential once took a thousand squarings a step, and minutes."""
+    slow, slower = (get("relativistic_charge", c=c, span="1e-9") for c in (light, "1e40"))
+    with mpmath.workdps(30):
+        for a, b in zip(slow.exact("1e-9", 25), slower.exact("1e-9", 25), strict=True):
+            assert abs(a - b) <= abs(b) * mpmath.mpf(10) ** -24
+
+
+@pytest.mark.parametrize("begin", ["1e-6", "1e-12"])
+def test_a_chain_that_hardly_hangs_over_takes_the_time_of_its_quadrature(begin: str) -> None:
+    """It creeps at first; places half a natural time apart would be millions."""
+    case = given("chain_quarter_circle", "s", begin)
+    with mpmath.workdps(40):
+        g, length, radius = (mpmath.mpf(x.numerator) / x.denominator for x in case.parameter_values())
+        first, quarter = mpmath.mpf(begin), mpmath.pi * radius / 2
+
+        def pace(sigma: Any) -> Any:
+            """dt/d sigma, s = first + sigma^2, from v^2 = (2 g R/L) (way - R (sin(s/R) - sin(first/R)))."""
+            way = sigma * sigma
+            turned = 2 * mpmath.sin(way / (2 * radius)) * mpmath.cos((first + way / 2) / radius)
+            return 2 * sigma / mpmath.sqrt(2 * g * radius / length * (way - radius * turned))
+
+        edges = [mpmath.mpf(0)]
+        while edges[-1] < mpmath.sqrt(quarter - first):
+            edges.append(min(max(2 * edges[-1], mpmath.sqrt(first) / 2), mpmath.sqrt(quarter - first)))
+        with mpmath.workdps(60):
+            wanted = mpmath.quad(pace, edges)
+        assert abs(case.motion().event_times(20)[0] / wanted - 1) < mpmath.mpf(10) ** -18
 
 
 @pytest.mark.parametrize("mass", ["1e-300", "1e-30"])
@@ -265,3 +311,93 @@ def test_any_number_is_computed_or_refused_by_name(name: str) -> None:
     """A seeded eighth of all numbers; an error other than ValueError fails the test."""
     mine = [one for one in EVERY if one[0] == name]
     assert not wrong(random.Random(name).sample(mine, len(mine) // 8))
+
+
+INTEGRATED = [name for name in names() if issubclass(case_class(name), IntegratedCase)]
+
+
+class BeginsError(Exception):
+    """The integration that was not refused begins."""
+
+
+def begins(*_: Any) -> None:
+    raise BeginsError
+
+
+def drawn(name: str, chance: random.Random) -> Callable[[], Case]:
+    """A case of usual numbers, of which one to three (or the span) are anything from 1e-12 to 1e12, or 0."""
+    kind = case_class(name)
+    parameters, labels = [p.name for p in kind.parameter_list], [c.name for c in kind.state]
+    numbers = kind.domain.draw([*parameters, *labels], chance.random)
+    span = None
+    for place in chance.sample([*parameters, *labels, "span"], chance.randint(1, 3)):
+        value = 10 ** chance.uniform(-12, 12)
+        if place == "span":
+            span = value
+        else:
+            numbers[place] = value * chance.choice((1, 1, 1, -1, -1, 0))
+    return lambda: get(
+        name, initial_state=[numbers[x] for x in labels], span=span, **{p: numbers[p] for p in parameters}
+    )
+
+
+def refused_or_begun(name: str, draws: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(certified, "Path", begins)
+    chance = random.Random(name)
+    for _ in range(draws):
+        make = drawn(name, chance)
+        try:
+            case = make().rounded()
+            case.exact(case.times[-1])
+        except BeginsError:
+            continue
+        except ValueError as refusal:
+            told = str(refusal)
+            assert told.startswith(f"{name}: ")
+            assert " = " in told
+            assert "\n" not in told
+
+
+@pytest.mark.parametrize("name", INTEGRATED)
+def test_an_integration_begins_or_is_refused_by_name_before_it_does(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    refused_or_begun(name, 2, monkeypatch)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", INTEGRATED)
+def test_each_of_many_integrations_begins_or_is_refused(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    refused_or_begun(name, 500, monkeypatch)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", INTEGRATED)
+def test_what_is_begun_takes_as_many_steps_as_was_counted(name: str) -> None:
+    """The steps of a Taylor method are shares of the radius of convergence: those of order 7 and 30 are much alike."""
+    for variant in (None, *(v.name for v in case_class(name).variants)):
+        case = get(name, variant).rounded()
+        motion = case._exact  # type: ignore[attr-defined]
+        scout = certified.Scout(motion.rates, motion.start, False)
+        scout.reach(case.span)
+        coarse = certified.Path(motion.rates, motion.start, certified.COARSE, False)
+        coarse.value(case.span)
+        assert certified.OVERRUN * scout.steps > len(coarse.series) > scout.steps / 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FOUNDATION)
+def test_any_two_numbers_are_computed_or_refused_by_name(name: str) -> None:
+    """200 seeded pairs of extreme numbers of each case of the standard suite."""
+    chance, kind = random.Random(name), case_class(name)
+    labels = [coordinate.name for coordinate in kind.state]
+    for _ in range(200):
+        numbers = {place: chance.choice(WIDE) for place in chance.sample(list(places(name)), 2)}
+        start = [numbers.get(n, x) for n, x in zip(labels, kind.default_state, strict=True)]
+        parameters: dict[str, Any] = {n: x for n, x in numbers.items() if n not in (*labels, "span")}
+        try:
+            with limited(MOST_SECONDS):
+                case = get(name, initial_state=start, span=numbers.get("span"), **parameters).rounded()
+                assert all(mpmath.isfinite(x) for i in (0, 63) for x in case.exact(case.times[i])), numbers
+        except ValueError as refusal:
+            told = str(refusal)
+            assert told.startswith(f"{name}: "), numbers
+            assert any(f"{place} = " in told for place in numbers), (numbers, told)

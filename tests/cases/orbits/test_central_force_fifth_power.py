@@ -1,10 +1,15 @@
 """The attraction k/r^5: the circle through the centre in closed form, the instability of the circle about it."""
 
 import math
+import random
 
 import mpmath
 import numpy as np
-from gnomon.cases import get
+import pytest
+from gnomon.cases import case_class, get
+from gnomon.reference.numerics.certified import Scout
+from gnomon.reference.numerics.precision import exact
+from gnomon.reference.orbits.central_force_fifth_power import collision_time
 from mpmath import mpf
 
 NAME = "central_force_fifth_power"
@@ -36,3 +41,37 @@ def test_a_circle_about_the_centre_stays_and_errors_grow():
     off = np.hypot(path[:, 0], path[:, 1]) - 1
     expected = 2.0**-30 * np.sinh(math.sqrt(2) * circle.times) / math.sqrt(2)
     assert np.allclose(off, expected, rtol=1e-4, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("k", "start", "span", "time"),
+    [
+        (1, (1, 0, "-0.125", "0.75"), 1, "0.9444251337"),
+        (2, (1, 0, 0, 0), 1, "0.5990701174"),  # from rest: the integral of r^2/sqrt(1 - r^4) is lemniscatic
+        (2, (1, 0, 0, 1), "0.785398", "0.7853981634"),  # later than 1 - 2^-19 of the fall
+    ],
+)
+def test_a_span_that_reaches_the_centre_is_refused_with_the_time_of_the_fall(k, start, span, time):
+    with pytest.raises(ValueError, match=f"^{NAME}: .*k = {k}.*span = {span} s.* falls into the centre at {time}"):
+        get(NAME, initial_state=start, k=k, span=span)
+
+
+def test_what_falls_is_at_the_centre_then_and_what_does_not_goes_on():
+    """Next to the centre T - t = sqrt(2/k) (r^3/3 + h^2 r^5/(5 k)), by energy; a fall that was not foreseen would end the integration."""
+    chance, fell = random.Random(7), 0
+    for _ in range(10):
+        x, y, vx, vy = case_class(NAME).domain.draw(("x", "y", "vx", "vy"), chance.random).values()
+        k = chance.uniform(0.5, 2) * (x * x + y * y) ** 2 * (vx * vx + vy * vy)  # about that of a circle
+        case = get(NAME, initial_state=(x, y, vx, vy), k=k)
+        end = collision_time(case.parameters["k"], case.initial_state, 30)
+        if end is None:
+            Scout(case.motion().rates, case.initial_state, False).reach(exact(20 * case.time_scale))
+            continue
+        fell += 1
+        assert end > 1.05 * float(case.span)
+        left = end / 10**4
+        x, y, _, _ = case.with_span(exact(end - left)).exact(exact(end - left))
+        square, spin = x * x + y * y, case.initial_state[0] * vy - case.initial_state[1] * vx
+        expected = mpmath.sqrt(2 / k) * square**1.5 / 3 * (1 + 0.6 * float(spin) ** 2 * square / k)
+        assert abs(left / expected - 1) < 2e-3
+    assert 3 <= fell <= 7

@@ -196,3 +196,28 @@ def test_kept_states_are_those_of_their_times(package, monkeypatch):
     motion = certified.CertifiedMotion("steady", (Fraction(1),), Fraction(1), field)
     for times in ([0.5, 1.0], [0.25, 1.0], [0.5, 1.0]):
         assert motion.sample(certified.np.array(times))[:, 0].tolist() == times
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("return STEP", "return 2 * STEP"),
+        ("STEP = 1", "STEP = 3"),
+        ("return self.size", "return -self.size"),
+    ],
+    ids=["function", "constant", "method"],
+)
+def test_what_was_loaded_before_an_edit_has_no_key(tmp_path, old, new):
+    """A process that runs while its sources are edited computes with the old code: under a key of the new text its results
+    would be served to those who run the new code."""
+    text = "STEP = 1\nclass Ball:\n    def radius(self):\n        return self.size\ndef step():\n    return STEP\n"
+    write(tmp_path / "closed/edited_while_running", text)
+    importlib.import_module("closed.edited_while_running")
+    assert closure("closed.edited_while_running", within=()) is not None
+    write(tmp_path / "closed/edited_while_running", text + "# more\n")
+    import_closure.forget()
+    assert closure("closed.edited_while_running") is not None, "the code is the same"
+    write(tmp_path / "closed/edited_while_running", text.replace(old, new))
+    import_closure.forget()
+    assert closure("closed.edited_while_running", within=()) is None
+    assert closure("closed.edited_while_running") is None
