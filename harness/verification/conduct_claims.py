@@ -19,7 +19,8 @@ IMPOSSIBLE = (0.0, -1e-3, math.nan)
 
 
 def _other(trials: Trials) -> Floats:
-    return trials.start * (1 - FAR) + FAR * trials.reference.exact[0]
+    other: Floats = trials.start * (1 - FAR) + FAR * trials.reference.exact[0]
+    return other
 
 
 def _settings(trials: Trials) -> str:

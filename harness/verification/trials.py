@@ -183,10 +183,10 @@ class Trials:
             before = problem.buffer[-1]
             solution = self._called(solve, problem, self.start)
             getattr(solve, "close", lambda: None)()
-        except Refused as error:
-            return replace(nothing, refused=str(error) or "declined without a reason")
-        except Exception as error:  # the user's code may raise anything: it is a finding, with the setting
-            return replace(nothing, raised=f"{type(error).__name__}: {error}")
+        except Refused as refusal:
+            return replace(nothing, refused=str(refusal) or "declined without a reason")
+        except Exception as raised:  # the user's code may raise anything: it is a finding, with the setting
+            return replace(nothing, raised=f"{type(raised).__name__}: {raised}")
         calls = int(problem.buffer[-1] - before)
         work = solution.steps or calls or None
         states = solution.states[0]
