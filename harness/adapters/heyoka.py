@@ -35,7 +35,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.arithmetic import FUNCTIONS, rebind
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
 
 ENSEMBLE, BATCH = 16, 8
 """From ENSEMBLE trajectories on they are integrated in batches of BATCH: the lanes of its vectors, 8 with AVX-512."""
@@ -51,7 +51,7 @@ class Taylor(Integrator):
     counts_rhs = False
     fast: ClassVar[bool] = False
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         import heyoka  # without the library the status is `not_installed`
 
         options = {"tol": setting, "fast_math": True} if self.fast else {"tol": setting}
@@ -106,8 +106,7 @@ class Taylor(Integrator):
             stopped = [reason for _, reasons in shares for reason in reasons]
             return Solution(states, sum(steps for steps, _ in shares), stopped[0] if stopped else None)
 
-        solve.options = options  # type: ignore[attr-defined]
-        return solve
+        return Solver(solve, options)
 
     def versions(self) -> Mapping[str, Any]:
         return {"heyoka": version("heyoka")}

@@ -14,7 +14,7 @@ import numpy as np
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.harness.adapters.pybullet_world import World
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Steps
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps
 
 
 class PyBullet(Integrator):
@@ -103,8 +103,8 @@ class PyBulletAsShipped(PyBullet):
 INTEGRATORS = (PyBullet, PyBulletStaggered, PyBulletMaximal, PyBulletAsShipped)
 
 
-class Run:
-    """`solve` over one world: from each initial state to the states at the sample times."""
+class Run(Solver):
+    """One world: from each initial state to the states at the sample times."""
 
     def __init__(self, policy: PyBullet, problem: Problem, dt: float) -> None:
         import pybullet  # without the library the status is `not_installed`
@@ -121,20 +121,20 @@ class Run:
             World(pybullet, self.form, dt, policy.configured, maximal) for _ in range(2 if self.staggered else 1)
         ]
         self.world = self.worlds[0]
-        self.options: Mapping[str, Any] = self.world.options
-        self.reset()
+        super().__init__(self._solve, self.world.options, self._rebuild, self._disconnect)
+        self._rebuild()
 
-    def reset(self) -> None:
+    def _rebuild(self) -> None:
         """Rebuild the worlds: contacts keep state from earlier steps that no function clears."""
         for world in self.worlds:
             world.build(self.at_zero)
         self.fresh = True
 
-    def close(self) -> None:
+    def _disconnect(self) -> None:
         for world in self.worlds:
             world.close()
 
-    def __call__(self, initial_states: Floats) -> Solution:
+    def _solve(self, initial_states: Floats) -> Solution:
         states = np.full((len(initial_states), len(self.counts), initial_states.shape[1]), np.nan)
         stopped = None
         for rows, start in zip(states, initial_states, strict=True):
@@ -146,7 +146,7 @@ class Run:
 
     def _follow(self, scene: Scene, rows: Floats) -> None:
         if not self.fresh:
-            self.reset()
+            self._rebuild()
         self.fresh = False
         if self.staggered:
             trial = self.worlds[1]

@@ -33,7 +33,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import NBody
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Steps, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps, Tolerance
 
 FIRST_STEP = 0.01
 """First step of adaptive methods, in time scales; later ones come from their step-size control."""
@@ -56,7 +56,7 @@ class Native(Integrator):
         times = problem.times.tolist()
         return FIRST_STEP * problem.time_scale, [lambda t=t: simulation.integrate(t) for t in times]  # type: ignore[misc]
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         import rebound  # without the library the status is `not_installed`
 
         form, parameters = problem.form, tuple(problem.parameters.tolist())
@@ -99,10 +99,8 @@ class Native(Integrator):
             states = np.stack(np.broadcast_arrays(*form.state(found)), axis=-1)
             return Solution(states, simulation.steps_done - before, stopped)
 
-        solve.options = {"dt": first_step, **options} | (  # type: ignore[attr-defined]
-            {"N_active": active} if active < len(masses) else {}
-        )
-        return solve
+        few = {"N_active": active} if active < len(masses) else {}
+        return Solver(solve, {"dt": first_step, **options, **few})
 
     def versions(self) -> Mapping[str, Any]:
         return {"rebound": version("rebound")}

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.rebound_nbody import FIRST_STEP, interrupt_kept
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solve, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Tolerance
 from gnomon.harness.kernels.equations import OPTIONS, address, right_hand_side
 
 SOURCE = """\
@@ -59,7 +59,7 @@ class OdeMode(Integrator):
     sampling = "stops at samples"
     sweep = Tolerance(1e-3, 1e-13)
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         import rebound  # without the library the status is `not_installed`
 
         dimension, times, buffer = problem.dimension, problem.times.tolist(), problem.buffer
@@ -87,7 +87,7 @@ class OdeMode(Integrator):
                 return f"{error} at t = {simulation.t:g}"
             return None
 
-        def solve(initial_states: Floats) -> Solution:
+        def solve(initial_states: Floats, alive: object = (function, buffer)) -> Solution:  # C holds their addresses
             states = np.full((len(initial_states), len(times), dimension), np.nan)
             before, stopped = simulation.steps_done, None
             with interrupt_kept():
@@ -95,9 +95,7 @@ class OdeMode(Integrator):
                     stopped = solve_one(start, samples) or stopped
             return Solution(states, simulation.steps_done - before, stopped)
 
-        solve.options = {"dt": first_step, **options}  # type: ignore[attr-defined]
-        solve.keep = (function, buffer)  # type: ignore[attr-defined]  # C holds their addresses
-        return solve
+        return Solver(solve, {"dt": first_step, **options})
 
     def versions(self) -> Mapping[str, Any]:
         return {"rebound": version("rebound")}

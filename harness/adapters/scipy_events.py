@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition
 from gnomon.harness.adapters.scipy_ivp import ABSOLUTE, SMALLEST, jacobian_of, recorded
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Tolerance
 from gnomon.harness.kernels.equations import function_kernel
 
 PROBE = 1e-9
@@ -33,7 +33,7 @@ class SolveIvpEvents(Integrator):
     method: ClassVar[str]
     takes_jacobian: ClassVar[bool] = False
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         if setting < SMALLEST:
             raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
         form = problem.form
@@ -51,8 +51,7 @@ class SolveIvpEvents(Integrator):
             return Solution(states, stopped=next((why for why, _ in runs if why), None), events=tuple(runs[0][1]))
 
         given = {f"jac in {name}": recorded(side.options)["jac"] for name, side in sides.items() if side.options}
-        solve.options = recorded(options) | given  # type: ignore[attr-defined]
-        return solve
+        return Solver(solve, recorded(options) | given)
 
     def versions(self) -> Mapping[str, Any]:
         return {"scipy": version("scipy")}

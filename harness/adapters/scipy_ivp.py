@@ -34,7 +34,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Tolerance
 from gnomon.harness.kernels.equations import ARRAY_SIGNATURE, OPTIONS, compiled, right_hand_side
 from gnomon.harness.kernels.graph import jacobian_text, module_text
 
@@ -65,7 +65,7 @@ class SolveIvp(Integrator):
     method: ClassVar[str]
     takes_jacobian: ClassVar[bool] = False
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import solve_ivp  # slow to load: only the trials of this library wait
 
         if setting < SMALLEST:
@@ -99,8 +99,7 @@ class SolveIvp(Integrator):
                 stopped = stopped or why
             return Solution(states, stopped=stopped)
 
-        solve.options = recorded(options)  # type: ignore[attr-defined]
-        return solve
+        return Solver(solve, recorded(options))
 
     def versions(self) -> Mapping[str, Any]:
         return {"scipy": version("scipy")}

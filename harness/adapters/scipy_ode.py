@@ -23,7 +23,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.scipy_ivp import right_hand_side_of
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solve, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Tolerance
 
 ABSOLUTE = 1e-6
 """atol over rtol."""
@@ -44,7 +44,7 @@ class Ode(Integrator):
     accumulates: ClassVar[bool]
     """Whether that number counts all calls since the start, or only the last one."""
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import ode  # slow to load: only the trials of this library wait
 
         options: dict[str, Any] = {"rtol": setting, "atol": ABSOLUTE * setting, "nsteps": STEPS, **self.method}
@@ -75,8 +75,7 @@ class Ode(Integrator):
                     steps, stopped = steps + taken, stopped or why
             return Solution(states, steps, stopped)
 
-        solve.options = options  # type: ignore[attr-defined]
-        return solve
+        return Solver(solve, options)
 
     def versions(self) -> Mapping[str, Any]:
         return {"scipy": version("scipy")}

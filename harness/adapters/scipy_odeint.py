@@ -25,7 +25,7 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.scipy_ivp import ABSOLUTE, SMALLEST, jacobian_of, recorded, right_hand_side_of
 from gnomon.harness.adapters.scipy_ode import STEPS
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Tolerance
 from gnomon.harness.kernels.equations import right_hand_side
 
 SUCCESS = "Integration successful."
@@ -39,7 +39,7 @@ class Odeint(Integrator):
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-13)
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import odeint  # slow to load: only the trials of this library wait
 
         if setting < SMALLEST:
@@ -74,8 +74,7 @@ class Odeint(Integrator):
                     steps, stopped = steps + taken, stopped or why
             return Solution(states, steps, stopped)
 
-        solve.options = recorded(options)  # type: ignore[attr-defined]
-        return solve
+        return Solver(solve, recorded(options))
 
     def versions(self) -> Mapping[str, Any]:
         return {"scipy": version("scipy")}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -123,7 +123,22 @@ class Solution:
     events: tuple[tuple[float, str], ...] | None = None
 
 
-Solve = Callable[[Floats], Solution]
+@dataclass
+class Solver:
+    """What `prepare` returns: called with initial states (n, dim), which are copies, it returns a Solution.
+
+    `solve` is the function that does it, and what is timed. `options`: the engine's options that differ from its defaults.
+    `reset`: called before each call, timed and shown separately; None where nothing is to be reset. `close`: called once,
+    at the end.
+    """
+
+    solve: Callable[[Floats], Solution]
+    options: Mapping[str, Any] = field(default_factory=dict)
+    reset: Callable[[], None] | None = None
+    close: Callable[[], None] = lambda: None
+
+    def __call__(self, initial_states: Floats) -> Solution:
+        return self.solve(initial_states)
 
 
 class Integrator(ABC):
@@ -131,10 +146,9 @@ class Integrator(ABC):
 
     1. `prepare(problem, setting)` is not timed: build, compile, switch off what is not needed. It sees no initial
        state.
-    2. It returns `solve`, which is timed. `solve` takes copies of initial states, float64 (n, dim), and returns a
-       Solution.
-    3. `solve` may have attributes: `reset()` (timed, shown separately), `close()`, and `options`, a mapping of the engine's
-       options that differ from its defaults.
+    2. It returns a plain function `solve`, which is timed: it takes copies of initial states, float64 (n, dim), and
+       returns a Solution.
+    3. Or it returns a `Solver`, where an engine has options, is to be reset before each call, or holds what must be freed.
     4. Raise `Refused` for a problem or setting that it declines. Any other exception is status `crashed`.
     5. `counts_rhs` is False where the library has its own equations: right-hand sides are then not counted.
     6. Times are multiples of `problem.interval` where `problem.uniform`; with a clock or decimal times they are not.
@@ -158,7 +172,7 @@ class Integrator(ABC):
     named."""
 
     @abstractmethod
-    def prepare(self, problem: Problem, setting: float) -> Solve: ...
+    def prepare(self, problem: Problem, setting: float) -> Solver | Callable[[Floats], Solution]: ...
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
         """Why this integrator cannot run a form that it accepts by type (a missing token), None where it can."""
@@ -176,3 +190,17 @@ class Integrator(ABC):
     def versions(self) -> Mapping[str, Any]:
         """Versions of the libraries that its results depend on."""
         return {}
+
+
+def solver_of(integrator: Integrator, problem: Problem, setting: float) -> Solver:
+    """What an integrator prepares, as a Solver: a plain function with its attributes `options`, `reset` and `close`, if any.
+
+    Raises TypeError where it is neither.
+    """
+    found = integrator.prepare(problem, setting)
+    if isinstance(found, Solver):
+        return found
+    if not callable(found):
+        raise TypeError(f"prepare returned {found!r}; let it return a function of initial states, or a Solver")
+    named = {name: getattr(found, name) for name in ("options", "reset", "close") if hasattr(found, name)}
+    return Solver(found, **named)

@@ -15,10 +15,9 @@ import os
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from time import perf_counter_ns
-from typing import Any
 
 import numpy as np
-from gnomon.harness.contract.integrator import Integrator, Problem, Solve, Steps
+from gnomon.harness.contract.integrator import Integrator, Problem, Solver, Steps, solver_of
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -37,35 +36,30 @@ def null_seconds(
     settings = [setting]
     if isinstance(integrator.sweep, Steps):
         settings = [shrunk.interval, shrunk.interval / 2]
-    solves: list[Solve] = []
+    solvers: list[Solver] = []
     try:
         for each in settings:
-            solves.append(integrator.prepare(replace(shrunk, times=shrunk.times.copy()), each))
-            _seconds(solves[-1], next(starts))
+            solvers.append(solver_of(integrator, replace(shrunk, times=shrunk.times.copy()), each))
+            _seconds(solvers[-1], next(starts))
         rows: list[list[float]] = []
         while len(rows) < FEWEST or (len(rows) < MOST and float(np.sum(rows)) < BLOCK_SECONDS):
-            rows.append([_seconds(solve, next(starts)) for solve in solves])
+            rows.append([_seconds(solver, next(starts)) for solver in solvers])
     except MemoryError:
         raise
     except Exception:  # a failure on this artificial problem is not a result of the integrator
         return None
     finally:
-        for solve in solves:
+        for solver in solvers:
             with contextlib.suppress(Exception):
-                getattr(solve, "close", _nothing)()
+                solver.close()
     once, *twice = np.median(np.array(rows), axis=0).tolist()
     return max(2 * once - twice[0], 0.0) if twice else float(once)
 
 
-def _nothing() -> None:
-    pass
-
-
-def _seconds(solve: Any, start: Floats) -> float:
-    state = start[np.newaxis].copy()
-    reset = getattr(solve, "reset", None)
-    if reset is not None:
-        reset()
+def _seconds(solver: Solver, start: Floats) -> float:
+    state, solve = start[np.newaxis].copy(), solver.solve
+    if solver.reset is not None:
+        solver.reset()
     process = os.getpid()
     began = perf_counter_ns()
     solve(state)

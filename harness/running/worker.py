@@ -27,7 +27,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Problem, Refused, Solve, Unsupported
+from gnomon.harness.contract.integrator import Problem, Refused, Solver, Unsupported, solver_of
 from gnomon.harness.contract.problem import accepted_form, groups_of, names_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import TEXT, Unusable
@@ -248,29 +248,27 @@ class _Series:
         rhs_calls, counted_seconds, others = self._count(request) if request.count else (None, 0.0, None)
         problem = self.problem(counted=False)
         began = perf_counter_ns()
-        solve = self.integrator.prepare(problem, request.setting)
+        solver = solver_of(self.integrator, problem, request.setting)
         prepare_seconds = (perf_counter_ns() - began) * 1e-9
         self._prepared()
         try:
             seconds = counted_seconds
             if others is None or (counted_seconds < request.slow_seconds and request.repeats > 1):
-                warm = self._compiled(lambda: _Call(solve, next(self.perturbed), self.task))
+                warm = self._compiled(lambda: _Call(solver, next(self.perturbed), self.task))
                 seconds, others = warm.seconds, warm.states
             self.say("ran")
-            calls, scored, others = self._timed(solve, request, seconds, others)
+            calls, scored, others = self._timed(solver, request, seconds, others)
             _verify_clocks()
             validation.possible(scored.solution.steps, scored.seconds, "steps")
             validation.possible(rhs_calls, max(counted_seconds, scored.seconds), "right-hand sides")
             if others is not None and np.array_equal(scored.states, others) and np.all(np.isfinite(others)):
-                self._suspect(solve, scored.states)
+                self._suspect(solver, scored.states)
             if _did_nothing(scored, self.task.start, rhs_calls):
                 raise Refused(scored.solution.stopped or "returned the initial state without a step taken")
-            turned = self._turned(solve) if request.turned else None
-            options = _options(solve)
+            turned = self._turned(solver) if request.turned else None
+            options = _options(solver)
         finally:
-            close = getattr(solve, "close", None)
-            if close is not None:
-                close()
+            solver.close()
         if request.null and not self.null_measured:
             self.say("null")
             self.null_measured = True
@@ -291,12 +289,12 @@ class _Series:
             turned,
         )
 
-    def _turned(self, solve: Solve) -> Floats:
+    def _turned(self, solver: Solver) -> Floats:
         """The solutions (n, 64, dim_y) from the turned starts, each by a call like the timed one."""
         found = []
         for start in self.task.turned:
             self.say("turning")
-            found.append(_Call(solve, start, self.task).states)
+            found.append(_Call(solver, start, self.task).states)
         return np.array(found)
 
     def _prepared(self) -> None:
@@ -331,25 +329,23 @@ class _Series:
         if not self.integrator.counts_rhs:
             return None, 0.0, None
         problem = self.problem(counted=True)
-        solve = self.integrator.prepare(problem, request.setting)
+        solver = solver_of(self.integrator, problem, request.setting)
         self._prepared()
         while len(self.counting_starts) <= request.place:
             self.counting_starts.append(next(self.counting))
 
         def counting() -> tuple[_Call, int]:
             before = problem.buffer[-1]
-            call = _Call(solve, self.counting_starts[request.place], self.task)
+            call = _Call(solver, self.counting_starts[request.place], self.task)
             return call, validation.count(problem.buffer[-1] - before, "right-hand sides")
 
         call, counted = self._compiled(counting)
-        close = getattr(solve, "close", None)
-        if close is not None:
-            close()
+        solver.close()
         self.say("counted")
         return counted, call.seconds, call.states
 
     def _timed(
-        self, solve: Solve, request: Request, estimate: float, others: Floats | None
+        self, solver: Solver, request: Request, estimate: float, others: Floats | None
     ) -> tuple[list[_Call], _Call, Floats | None]:
         """All timed calls, the one that is scored, and the states of a call from a perturbed initial state.
 
@@ -362,14 +358,14 @@ class _Series:
         gc.disable()
         try:
             if not slow:
-                calls.append(_Call(solve, next(self.perturbed), self.task))
+                calls.append(_Call(solver, next(self.perturbed), self.task))
                 others = calls[0].states
-            scored = self._compiled(lambda: _Call(solve, self.task.start, self.task))
+            scored = self._compiled(lambda: _Call(solver, self.task.start, self.task))
             calls.append(scored)
             spent = sum(call.seconds for call in calls)
             fewest = 1 if slow and scored.seconds > estimate / 2 else FEWEST_CALLS
             while len(calls) < fewest or (not slow and spent < request.block_seconds and len(calls) < request.repeats):
-                again = _Call(solve, next(self.perturbed), self.task, keep=slow)
+                again = _Call(solver, next(self.perturbed), self.task, keep=slow)
                 if slow:  # the states of the counting run come from another preparation
                     others = again.states
                 calls.append(again)
@@ -378,10 +374,10 @@ class _Series:
             gc.enable()
         return calls, scored, others
 
-    def _suspect(self, solve: Solve, states: Floats) -> None:
+    def _suspect(self, solver: Solver, states: Floats) -> None:
         """Refuse a solution that does not depend on the start. Rounding can make those from starts an ulp apart equal;
         this compares with a start much farther away."""
-        far = _Call(solve, probe_state(self.case, self.formulation, self.task.sizes), self.task)
+        far = _Call(solver, probe_state(self.case, self.formulation, self.task.sizes), self.task)
         if np.array_equal(far.states, states) and np.any(states != 0):
             raise Refused("returned the same states from different initial states: nothing was integrated")
 
@@ -389,13 +385,12 @@ class _Series:
 class _Call:
     """One call of `solve`, timed; its states are copied before anything can overwrite them."""
 
-    def __init__(self, solve: Solve, start: Floats, task: Task, keep: bool = True) -> None:
+    def __init__(self, solver: Solver, start: Floats, task: Task, keep: bool = True) -> None:
         state = start[np.newaxis].copy()
-        reset = getattr(solve, "reset", None)
-        self.reset_seconds: float | None = None
-        if reset is not None:
+        solve, self.reset_seconds = solver.solve, None
+        if solver.reset is not None:
             began = perf_counter_ns()
-            reset()
+            solver.reset()
             self.reset_seconds = (perf_counter_ns() - began) * 1e-9
         process = os.getpid()
         began = perf_counter_ns()
@@ -424,12 +419,11 @@ def _did_nothing(call: _Call, start: Floats, rhs_calls: int | None) -> bool:
     return not rhs_calls and not call.solution.steps and bool(np.all(call.states == start))
 
 
-def _options(solve: Solve) -> dict[str, str]:
-    """The engine's options that differ from its defaults, as `solve` declares them."""
-    given = getattr(solve, "options", {})
-    if not isinstance(given, Mapping):
-        raise Unusable(f"has options = {validation.short(given)}: they are a mapping of names to values")
-    return {str(name): str(value) for name, value in given.items()}
+def _options(solver: Solver) -> dict[str, str]:
+    """The engine's options that differ from its defaults, as the solver declares them."""
+    if not isinstance(solver.options, Mapping):
+        raise Unusable(f"has options = {validation.short(solver.options)}: they are a mapping of names to values")
+    return {str(name): str(value) for name, value in solver.options.items()}
 
 
 def _print(error: BaseException) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Solve
+from gnomon.harness.contract.integrator import Integrator, Problem, Solver
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
 from gnomon.harness.integrators.base.stepping import call
@@ -131,7 +131,7 @@ def _(method: GaussFast) -> FixedStep:
 class RadauSteps(Radau5):
     """Radau IIA at fixed steps. The step divides the sample interval, since its dense output has order 3. Order 5."""
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         return radau.prepared(problem, 1e-14, setting)
 
 

@@ -14,12 +14,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter_ns
-from typing import Any
 
 import numpy as np
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.formulation import Formulation
-from gnomon.harness.contract.integrator import Integrator, Problem, Solve
+from gnomon.harness.contract.integrator import Integrator, Problem, Solver, solver_of
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.results.analysis import time_at
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
@@ -34,20 +33,20 @@ SHRUNK = 2.0**-40
 
 @dataclass(frozen=True)
 class Side:
-    """One integrator of a pair: the errors of its settings, loosest first, the solve of each, its null call, and the
+    """One integrator of a pair: the errors of its settings, loosest first, the solver of each, its null call, and the
     seconds of each preparation."""
 
     errors: list[float]
-    solves: list[Solve]
-    null: Solve
+    solvers: list[Solver]
+    null: Solver
     prepares: list[float] = field(default_factory=list)
 
-    def prepare(self, integrator: Integrator, problem: Problem, tolerance: float) -> Solve:
-        """The solve of an integrator at a tolerance; the time of its preparation is recorded."""
+    def prepare(self, integrator: Integrator, problem: Problem, tolerance: float) -> Solver:
+        """The solver of an integrator at a tolerance; the time of its preparation is recorded."""
         begin = perf_counter_ns()
-        solve = integrator.prepare(problem, tolerance)
+        solver = solver_of(integrator, problem, tolerance)
         self.prepares.append((perf_counter_ns() - begin) * 1e-9)
-        return solve
+        return solver
 
     def near(self, targets: Sequence[float]) -> list[int]:
         """Indices of the settings between which the times at these errors are interpolated."""
@@ -75,20 +74,20 @@ def swept(
     start = scorer.reference.start[None]
     side = Side([], [], null_call(integrator, problem, tolerances[0]))
     for tolerance in tolerances:
-        solve = side.prepare(integrator, problem, tolerance)
-        solution = solve(start.copy())
+        solver = side.prepare(integrator, problem, tolerance)
+        solution = solver(start.copy())
         if solution.stopped is None:
             distances = scorer.metric.distance(
                 scorer.decoded(solution.states[0]), scorer.reference.exact, scorer.reference.times
             )
             side.errors.append(float(np.max(distances)))
-            side.solves.append(solve)
+            side.solvers.append(solver)
     return side, start
 
 
-def null_call(integrator: Integrator, problem: Problem, tolerance: float) -> Solve:
-    """The solve of the same problem over almost no span."""
-    return integrator.prepare(replace(problem, times=problem.times * SHRUNK), tolerance)
+def null_call(integrator: Integrator, problem: Problem, tolerance: float) -> Solver:
+    """The solver of the same problem over almost no span."""
+    return solver_of(integrator, replace(problem, times=problem.times * SHRUNK), tolerance)
 
 
 def at_equal_error(
@@ -96,8 +95,8 @@ def at_equal_error(
 ) -> tuple[list[tuple[float | None, float | None]], tuple[float, float]]:
     """Seconds of both at each target, None if a side does not reach it; and the seconds of their null calls."""
     chosen = [side.near(targets) for side in pair]
-    solves = [[*(side.solves[k] for k in near), side.null] for side, near in zip(pair, chosen, strict=True)]
-    times = interleaved(solves, start, repeats)
+    solvers = [[*(side.solvers[k] for k in near), side.null] for side, near in zip(pair, chosen, strict=True)]
+    times = interleaved(solvers, start, repeats)
     first, second = (
         [side.time(dict(zip(near, own[:-1], strict=True)), target) for target in targets]
         for side, near, own in zip(pair, chosen, times, strict=True)
@@ -105,8 +104,8 @@ def at_equal_error(
     return list(zip(first, second, strict=True)), (times[0][-1], times[1][-1])
 
 
-def interleaved(sides: Sequence[Sequence[Solve]], start: Floats, repeats: int) -> list[list[float]]:
-    """Median seconds of each solve; calls of the sides alternate, and the first call of each is not counted."""
+def interleaved(sides: Sequence[Sequence[Solver]], start: Floats, repeats: int) -> list[list[float]]:
+    """Median seconds of each solver; calls of the sides alternate, and the first call of each is not counted."""
     times: list[list[list[int]]] = [[[] for _ in side] for side in sides]
     gc.collect()
     gc.disable()
@@ -115,9 +114,9 @@ def interleaved(sides: Sequence[Sequence[Solve]], start: Floats, repeats: int) -
             for k in range(max(map(len, sides))):
                 for side, kept in zip(sides, times, strict=True):
                     if k < len(side):
-                        own: Any = start.copy()
+                        own, solve = start.copy(), side[k].solve
                         begin = perf_counter_ns()
-                        side[k](own)
+                        solve(own)
                         elapsed = perf_counter_ns() - begin
                         if repeat:
                             kept[k].append(elapsed)

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solve
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.registry import declaration
 from gnomon.harness.verification import protocol
@@ -64,7 +64,7 @@ class CommandIntegrator(Integrator):
                 content.update(Path(self.folder, word).read_bytes())
         return {"program": self._version, "files": content.hexdigest()[:32]}
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         """Start the program if it does not run, and write the text of the problem."""
         parts = protocol.problem_parts(problem, self.sweep.kind, setting)
         shape = (len(problem.times), problem.dimension)
@@ -88,7 +88,7 @@ class CommandIntegrator(Integrator):
                 steps += found.steps or 0
             return Solution(states, steps if counted else None, stopped)
 
-        return solve
+        return Solver(solve)
 
     def _program(self) -> Conversation:
         """The running program; a new one describes itself first, so that it is ready when time is measured."""

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Refused
+from gnomon.harness.contract.integrator import Refused, solver_of
 from gnomon.harness.scoring.events import score_events
 from gnomon.harness.verification.claims import Claim, Finding, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import TIGHT, allowed_error
@@ -48,7 +48,7 @@ def _history(trials: Trials) -> Finding:
 def _aliased(trials: Trials) -> Finding:
     """States that were returned must not change with the next call."""
     problem = trials.problem()
-    solve = trials.integrator.prepare(problem, trials.usual())
+    solve = solver_of(trials.integrator, problem, trials.usual())
     returned = solve(trials.start[None].copy()).states
     kept = np.array(returned)
     solve(_other(trials)[None].copy())
@@ -59,7 +59,7 @@ def _ensemble(trials: Trials) -> Finding:
     """The solution of a start is that of the start alone, whichever others are solved in the same call."""
     problem, setting = trials.problem(), trials.usual()
     starts = np.array([_other(trials), trials.start])
-    solve = trials.integrator.prepare(problem, setting)
+    solve = solver_of(trials.integrator, problem, setting)
     together = validation.checked(solve(starts.copy()), (2, len(problem.times), problem.dimension)).states[1]
     alone = trials.whole(setting)
     if alone.states is None or alone.declined or math.isnan(alone.error):
@@ -94,7 +94,7 @@ def _bad_setting(trials: Trials) -> Finding:
     for setting in IMPOSSIBLE:
         kind = "step size" if trials.steps else "tolerance"
         try:
-            solve = trials.integrator.prepare(trials.problem(), setting)
+            solve = solver_of(trials.integrator, trials.problem(), setting)
             solution = solve(trials.start[None].copy())
         except Refused:
             continue

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Steps, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps, Tolerance
 from gnomon.harness.registry import declaration
 from numpy.typing import NDArray
 
@@ -73,7 +73,7 @@ class _Door(Integrator):
 
     function: ClassVar[Callable[..., Any]]
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         self.validate(problem, setting)
         f = right_hand_side(problem)
 
@@ -84,7 +84,7 @@ class _Door(Integrator):
             ]
             return Solution(states, None if None in steps else sum(count or 0 for count in steps))
 
-        return solve
+        return Solver(solve)
 
     def validate(self, problem: Problem, setting: float) -> None:
         """Raise Refused for a setting that is no step size or tolerance."""

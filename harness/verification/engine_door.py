@@ -16,7 +16,7 @@ import numpy as np
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Readings, Scene, SceneForm
 from gnomon.harness.adapters.pybullet import step_counts
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Steps
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps
 from gnomon.harness.contract.validation import Unusable, short
 from gnomon.harness.registry import declaration
 from gnomon.reference.storage.import_closure import closure
@@ -61,7 +61,7 @@ class EngineIntegrator(Integrator):
         missing = sorted(form.needs - self.tokens) if isinstance(form, SceneForm) else ["scenes"]
         return f"lacks {', '.join(missing)}" if missing else None
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         form, parameters = problem.form, tuple(map(float, problem.parameters))
         if not isinstance(form, SceneForm):
             raise Refused("an engine takes scenes only")
@@ -84,7 +84,7 @@ class EngineIntegrator(Integrator):
                 follow(tuple(map(float, start)), rows)
             return Solution(states, steps=len(states) * counts[-1])
 
-        return solve
+        return Solver(solve)
 
 
 def from_engine(

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases import Case
 from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Steps
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps, solver_of
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.reference_solution import ReferenceSolution
@@ -161,28 +161,29 @@ class Trials:
 
     def solutions(self, problem: Problem, setting: float, starts: Sequence[Floats]) -> list[Floats]:
         """The states (64, dim) from each start, by one `solve` in turn. Raises what the integrator raises."""
-        solve = self.integrator.prepare(problem, setting)
+        solver = solver_of(self.integrator, problem, setting)
         try:
-            return [self._called(solve, problem, start).states[0] for start in starts]
+            return [self._called(solver, problem, start).states[0] for start in starts]
         finally:
-            getattr(solve, "close", lambda: None)()
+            solver.close()
 
     def distance(self, states: Floats, exact: Floats) -> Floats:
         with np.errstate(all="ignore"):  # very large finite states overflow in the metric
             return self.scorer.metric.distance(states, exact)
 
-    def _called(self, solve: Any, problem: Problem, start: Floats) -> Any:
-        getattr(solve, "reset", lambda: None)()
-        return validation.checked(solve(start[None].copy()), (1, len(problem.times), problem.dimension))
+    def _called(self, solver: Solver, problem: Problem, start: Floats) -> Solution:
+        if solver.reset is not None:
+            solver.reset()
+        return validation.checked(solver(start[None].copy()), (1, len(problem.times), problem.dimension))
 
     def _answer(self, setting: float, halvings: int) -> Answer:
         problem = self.problem(halvings, counted=self.integrator.counts_rhs)
         nothing = Answer(setting, None, math.nan, math.nan, math.nan)
         try:
-            solve = self.integrator.prepare(problem, setting)
+            solver = solver_of(self.integrator, problem, setting)
             before = problem.buffer[-1]
-            solution = self._called(solve, problem, self.start)
-            getattr(solve, "close", lambda: None)()
+            solution = self._called(solver, problem, self.start)
+            solver.close()
         except Refused as refusal:
             return replace(nothing, refused=str(refusal) or "declined without a reason")
         except Exception as raised:  # the user's code may raise anything: it is a finding, with the setting

@@ -23,7 +23,7 @@ from typing import Any
 
 import mpmath
 import numpy as np
-from gnomon.harness.contract.integrator import Problem, Refused, Solution, Solve
+from gnomon.harness.contract.integrator import Problem, Refused, Solution
 from gnomon.harness.running import messages
 from planted import Sound, hang, runge_kutta
 
@@ -60,7 +60,7 @@ class Attack(Sound):
         self.statuses = set(statuses.split())
         self.act, self.early = act, early
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         if self.early:
             self.act(Solution(np.zeros(1)), problem)
         sound = runge_kutta(problem, setting)

@@ -22,7 +22,7 @@ def test_pendulum(benchmark: Any, integrator: type[Integrator]) -> None:
     case = get("pendulum_simple").rounded()
     problem = problem_of(case, integrator.accepts)
     start = initial_state(case)[None]
-    solution = benchmark(integrator().prepare(problem, 1e-6), start)
+    solution = benchmark(integrator().prepare(problem, 1e-6).solve, start)
     assert np.all(np.isfinite(solution.states))
     if integrator.counts_rhs:
         counted = counting(problem)
@@ -37,6 +37,6 @@ def test_kepler(benchmark: Any, integrator: type[Integrator]) -> None:
     problem = problem_of(case, integrator.accepts)
     setting = problem.interval / 64 if issubclass(integrator, FixedSteps) else 1e-9
     assert issubclass(integrator, FixedSteps) != isinstance(integrator.sweep, Tolerance)
-    solution = benchmark(integrator().prepare(problem, setting), initial_state(case)[None])
+    solution = benchmark(integrator().prepare(problem, setting).solve, initial_state(case)[None])
     assert np.all(np.isfinite(solution.states))
     benchmark.extra_info["steps"] = solution.steps

@@ -24,7 +24,7 @@ def solve_repeatedly(benchmark: Any, method: type[Integrator], name: str) -> Non
     case = get(name).rounded()
     problem = problem_of(case, method.accepts)
     setting = 1e-9 if method.sweep.kind == "tolerance" else problem.interval / 32
-    solve = method().prepare(problem, setting)
+    solve = method().prepare(problem, setting).solve
     start = initial_state(case)[None]
     solution = benchmark(solve, start)
     assert solution.stopped is None

@@ -89,7 +89,7 @@ def compare(
     benchmark.extra_info["rows"] = rows(
         f"against {pair[1].id}", ", ".join(filter(None, parts)), pair, errors, times, nulls, prepares
     )
-    benchmark.pedantic(first.solves[-1], (start,), rounds=repeats)
+    benchmark.pedantic(first.solvers[-1].solve, (start,), rounds=repeats)
     assert any(one and other for one, other in times), "no comparison was possible"
 
 
@@ -152,15 +152,15 @@ def test_an_ensemble_against_heyoka_in_batches(benchmark: Any) -> None:
         problem = problem_of(case, integrator.accepts)
         found = Side([], [], null_call(integrator, problem, tolerances[0]))
         for tolerance in tolerances:
-            solve = found.prepare(integrator, problem, tolerance)
-            solution = solve(starts)
+            solver = found.prepare(integrator, problem, tolerance)
+            solution = solver(starts)
             assert solution.stopped is None
             distances = [
                 own.metric.distance(states, true)
                 for own, states, true in zip(alone, solution.states[scored], exact, strict=True)
             ]
             found.errors.append(float(np.max(distances)))
-            found.solves.append(solve)
+            found.solvers.append(solver)
         return found
 
     pair = GaussFast(), heyoka.FastTaylor()
@@ -170,7 +170,7 @@ def test_an_ensemble_against_heyoka_in_batches(benchmark: Any) -> None:
     prepares = median(sides[0].prepares), median(sides[1].prepares)
     group, problem = f"against {pair[1].id} in batches", "1e4 pendulums, a trajectory"
     benchmark.extra_info["rows"] = rows(group, problem, pair, errors, times, nulls, prepares, count)
-    benchmark.pedantic(sides[0].solves[0], (starts,), rounds=1)
+    benchmark.pedantic(sides[0].solvers[0].solve, (starts,), rounds=1)
     assert any(one and other for one, other in times), "no comparison was possible"
 
 
@@ -190,7 +190,7 @@ def test_nanoseconds_a_right_hand_side(benchmark: Any, method: type[Integrator])
             "first_name": method.name, "second_name": None, "value": seconds / counted.buffer[-1],
         }
     ]  # fmt: skip
-    benchmark.pedantic(method().prepare(problem, setting), (start,), rounds=1)
+    benchmark.pedantic(method().prepare(problem, setting).solve, (start,), rounds=1)
 
 
 FIRST_CALLS: dict[str, tuple[type[Integrator], str]] = {

@@ -11,7 +11,7 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Steps
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Steps
 from gnomon.harness.kernels.generated_modules import announced
 from gnomon.harness.running import worker
 
@@ -61,7 +61,7 @@ class Sound(Integrator):
     accepts = (FirstOrder,)
     sweep = Steps(coarsest=0.5, halvings=7)
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         return runge_kutta(problem, setting)
 
 
@@ -71,7 +71,7 @@ class HalfAMillisecond(Sound):
     name = "half a millisecond"
     passed: ClassVar = 0
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         worker.perf_counter_ns = lambda: HalfAMillisecond.passed  # type: ignore[attr-defined]
         worker._verify_clocks = lambda: None  # it would notice the replaced clock
         sound = runge_kutta(problem, setting)
@@ -94,7 +94,7 @@ class Hangs(Sound):
 
     name = "hangs"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         sound = runge_kutta(problem, setting)
 
         def solve(initial_states: Any) -> Solution:
@@ -111,7 +111,7 @@ class Compiles(Sound):
     name = "compiles"
     compiled: ClassVar = False
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         sound = runge_kutta(problem, setting)
 
         def solve(initial_states: Any) -> Solution:
@@ -129,7 +129,7 @@ class CompilesAndHangs(Hangs):
 
     name = "compiles and hangs"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         hanging = super().prepare(problem, setting)
 
         def solve(initial_states: Any) -> Solution:
@@ -143,49 +143,49 @@ class CompilesAndHangs(Hangs):
 class HangsInPrepare(Sound):
     name = "hangs in prepare"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         hang()
 
 
 class Aborts(Sound):
     name = "aborts"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         return lambda initial_states: os.abort()
 
 
 class Exits(Sound):
     name = "exits"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         return lambda initial_states: os._exit(0)
 
 
 class NotANumber(Sound):
     name = "nan"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         return lambda initial_states: Solution(np.full((1, 64, problem.dimension), np.nan), steps=1)
 
 
 class TooFew(Sound):
     name = "too few states"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         return lambda initial_states: Solution(np.zeros((1, 63, problem.dimension)), steps=1)
 
 
 class NoSolution(Sound):
     name = "no solution"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         return lambda initial_states: None  # type: ignore[arg-type,return-value]
 
 
 class Raises(Sound):
     name = "raises"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         def solve(initial_states: Any) -> Solution:
             print("what it printed last")
             raise ArithmeticError("planted")
@@ -198,7 +198,7 @@ class RaisesAtLargeSteps(Sound):
 
     name = "raises at large steps"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         if setting == problem.interval:
             raise OverflowError("planted")
         return super().prepare(problem, setting)
@@ -207,7 +207,7 @@ class RaisesAtLargeSteps(Sound):
 class HangsAlways(Sound):
     name = "hangs always"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         def solve(initial_states: Any) -> Solution:
             hang()
 
@@ -217,7 +217,7 @@ class HangsAlways(Sound):
 class Declines(Sound):
     name = "declines"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         raise Refused("the step is too beautiful")
 
 
@@ -226,21 +226,21 @@ class DoesNothing(Sound):
 
     name = "does nothing"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         return lambda initial_states: Solution(np.repeat(initial_states[:, np.newaxis], 64, axis=1), steps=0)
 
 
 class TakesMemory(Sound):
     name = "takes 512 GB"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         return lambda initial_states: Solution(np.ones(2**36).reshape(1, 64, -1))
 
 
 class MissingLibrary(Sound):
     name = "missing library"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         import a_library_that_is_not_installed  # type: ignore[import-not-found]
 
         return a_library_that_is_not_installed.solve  # type: ignore[no-any-return]
@@ -252,7 +252,7 @@ class IntegratesInPrepare(Sound):
     name = "integrates in prepare"
     seen: ClassVar[list[Any]] = []
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         sound = runge_kutta(problem, setting)
         known = runge_kutta(problem, problem.interval / 32)(self.seen[-1]) if self.seen else None
 
@@ -269,7 +269,7 @@ class Memoises(Sound):
     name = "memoises"
     known: ClassVar[dict[bytes, Solution]] = {}
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         sound = runge_kutta(problem, setting)
 
         def solve(initial_states: Any) -> Solution:
@@ -286,7 +286,7 @@ class ChangesInput(Sound):
 
     name = "changes its input"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         sound = runge_kutta(problem, setting)
 
         def solve(initial_states: Any) -> Solution:
@@ -304,7 +304,7 @@ class SharesOutput(Sound):
 
     name = "shares its output"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         sound = runge_kutta(problem, setting)
         states = np.empty((1, 64, problem.dimension))
 

@@ -7,12 +7,12 @@ import pickle
 import signal
 import subprocess
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gnomon.harness.contract.integrator import Problem, Solution, Solve
+from gnomon.harness.contract.integrator import Problem, Solution
 from planted import Sound, hang, runge_kutta
 
 FOLDER = Path(
@@ -26,7 +26,7 @@ SLEEP_SECONDS = f"100{FOLDER.name.rpartition('-')[2]}"
 class Answers(Sound):
     """Integrates correctly and returns `answer` of the solution."""
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         sound = runge_kutta(problem, setting)
         return lambda initial_states: self.answer(sound(initial_states))
 
@@ -97,14 +97,14 @@ class HalfACharacter(Sound):
 
     name = "half a character"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         raise ArithmeticError("\ud800 planted")
 
 
 class OddOptions(Sound):
     name = "odd options"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         sound = runge_kutta(problem, setting)
 
         def solve(initial_states: Any) -> Solution:
@@ -188,7 +188,7 @@ class EndedFromOutside(Answers):
 class DiskFull(Sound):
     name = "disk full"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         raise OSError(28, "No space left on device", "/somewhere/cache")
 
 

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
 from gnomon.cases.core.scene import SceneForm
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Steps
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps
 from gnomon.harness.integrators.base import stepping
 from gnomon.harness.kernels.equations import Kernel, acceleration, check_values, right_hand_side
 from gnomon.reference.numerics.precision import nearest_double, working
@@ -86,7 +86,7 @@ class FixedStep(Integrator):
     def step_for(self, form: Form) -> stepping.Step:
         return type(self).step
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         substeps = substeps_of(problem, setting)
         h = problem.interval / substeps if problem.uniform else setting
         run = self.loop(problem, h, substeps if problem.uniform else 0)
@@ -97,7 +97,7 @@ class FixedStep(Integrator):
             taken = run(initial, out, stop)
             return Solution(out, taken, reason(stop))
 
-        return solve
+        return Solver(solve)
 
     def loop(self, problem: Problem, h: float, substeps: int) -> Loop:
         """The loop with steps of h: `substeps` of them in a sampling interval, 0 where samples lie between steps."""

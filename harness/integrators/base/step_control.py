@@ -24,7 +24,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import SecondOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, rounded
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, roughen, soften
 from gnomon.harness.integrators.base.stepping import blank, call, compiled_whole
@@ -90,7 +90,7 @@ class Adaptive(Integrator):
     def constants(cls) -> tuple[tuple[str, int], ...]:
         """The names that the family's functions read as constants, with their values for this method."""
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         check_tolerance(setting)
         second = isinstance(problem.form, SecondOrder)
         kernel = acceleration(problem) if second else right_hand_side(problem)
@@ -106,7 +106,7 @@ class Adaptive(Integrator):
             steps = run(address, buffer, table, initial, times, setting, groups, scale, out, stop)
             return Solution(out, int(steps), reason(stop, self.most_steps))
 
-        return solve
+        return Solver(solve)
 
 
 @cache

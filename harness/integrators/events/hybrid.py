@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import Hybrid
-from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solve, Steps, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solver, Steps, Tolerance
 from gnomon.harness.integrators.base.fixed_step import Table, substeps_of
 from gnomon.harness.integrators.base.step_control import check_tolerance, tabulated
 from gnomon.harness.integrators.base.stepping import blank
@@ -64,7 +64,7 @@ class EventRungeKutta(Integrator):
         """Coefficients for `event_location.one_step`, in the numbers of `step_control.Decimals`."""
         raise NotImplementedError
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         form, times, buffer = problem.form, problem.times, problem.buffer
         assert isinstance(form, Hybrid)
         fixed = isinstance(self.sweep, Steps)
@@ -109,7 +109,7 @@ class EventRungeKutta(Integrator):
             stopped = next((why for _, why, _ in runs if why), None)
             return Solution(states, sum(steps for steps, _, _ in runs), stopped, tuple(runs[0][2]))
 
-        return solve
+        return Solver(solve)
 
 
 class Modes:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SecondOrder, first_order
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, kept, rounded
 from gnomon.harness.integrators.base.stepping import blank
 from gnomon.harness.integrators.gauss import gauss, gauss_fast_kernel, gauss_fast_text, radau
@@ -71,7 +71,7 @@ class GaussFast(Integrator):
     sampling = "dense output"
     sweep = Tolerance(LOOSEST, LEAST_TOLERANCE)
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         if not (math.isfinite(setting) and LEAST_TOLERANCE <= setting < 1):
             raise Refused(f"tolerance {setting} is not between {LEAST_TOLERANCE:g} and 1")
         setting, form = min(setting, LOOSEST), problem.form
@@ -130,7 +130,7 @@ class GaussFast(Integrator):
                 steps += one_by_one(initial[here], out[here], stop, first)
             return Solution(out, int(steps), reason(stop))
 
-        return solve
+        return Solver(solve)
 
 
 def stiffly(problem: Problem, tolerance: float, initial: Floats) -> Solution | None:

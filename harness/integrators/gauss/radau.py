@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
 from gnomon.harness.integrators.base.fixed_step import Table
 from gnomon.harness.integrators.base.step_control import tabulated
 from gnomon.harness.integrators.base.stepping import blank, compiled_whole
@@ -58,13 +58,13 @@ class Radau5(Integrator):
     sweep = Tolerance(1e-2, 1e-13)
     absolute: ClassVar[bool] = False
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         if not (math.isfinite(setting) and LEAST_TOLERANCE <= setting < 1):
             raise Refused(f"tolerance {setting} is not between {LEAST_TOLERANCE:g} and 1")
         return prepared(problem, 0.1 * setting ** (2 / 3), 0.0, self.absolute)
 
 
-def prepared(problem: Problem, tolerance: float, fixed: float, absolute: bool = True) -> Solve:
+def prepared(problem: Problem, tolerance: float, fixed: float, absolute: bool = True) -> Solver:
     """`solve` with error control at `tolerance`, or with steps of `fixed` where that is > 0. `absolute`: errors are
     relative to 1 + |y|. Raises Refused where the equations cannot be differentiated."""
     assert isinstance(problem.form, FirstOrder)
@@ -86,7 +86,7 @@ def prepared(problem: Problem, tolerance: float, fixed: float, absolute: bool = 
         stopped = f"{REASONS[int(stop[0])]}, before sample {stop[1] + 1}" if stop[0] else None
         return Solution(out, int(steps), stopped)
 
-    return solve
+    return Solver(solve)
 
 
 @cache

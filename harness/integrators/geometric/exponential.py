@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import Form, SemiLinear
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solve
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Floats, Table, kept
 from gnomon.harness.integrators.base.stepping import call, product, sum_of
 from gnomon.harness.integrators.gauss.gauss import halves
@@ -102,7 +102,7 @@ class ExponentialRungeKutta(FixedStep):
     def rows(self, form: Form) -> int:
         return len(self.nodes) + 1
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         if not problem.uniform:
             raise Refused("its coefficients are those of one step size; these samples need others in between")
         return super().prepare(problem, setting)

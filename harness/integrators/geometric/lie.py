@@ -11,7 +11,7 @@ from math import cos, sin, sqrt
 from typing import Any
 
 from gnomon.cases.core.forms import Form, RigidBody
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solve
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, given
 from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.geometric.splitting import KahanLi6, StormerVerlet
@@ -197,7 +197,7 @@ class AxisSplitting(RigidBodyMethod):
     conserves = ("symplectic", "reversible", "momentum", "attitude")
     step = axis_splitting_step
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         assert isinstance(problem.form, RigidBody)
         nan = float("nan")
         state = (nan, nan, nan, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)

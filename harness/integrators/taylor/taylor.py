@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.base.stepping import blank, call, compiled_whole
 from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
@@ -45,7 +45,7 @@ class Taylor(Integrator):
     sweep = Tolerance(1e-3, 1e-16)
     counts_rhs = False
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         if not (math.isfinite(setting) and LEAST_TOLERANCE <= setting < 1):
             raise Refused(f"tolerance {setting} is not between {LEAST_TOLERANCE:g} and 1")
         assert isinstance(problem.form, FirstOrder)
@@ -60,7 +60,7 @@ class Taylor(Integrator):
             stopped = f"{REASONS[int(stop[0])]}, before sample {stop[1] + 1}" if stop[0] else None
             return Solution(out, int(steps), stopped)
 
-        return solve
+        return Solver(solve)
 
 
 def order_for(tolerance: float) -> int:

@@ -77,7 +77,7 @@ def test_the_options_recorded_are_the_options_used(policy: type[Taylor], monkeyp
         monkeypatch.setattr(heyoka, name, lambda *a, _make=original, **k: made.append(_make(*a, **k)) or made[-1])
     solve = policy().prepare(toy(forced), 1e-7)
     solve(np.tile([0.0, 3.0], (16, 1)))
-    recorded: Any = solve.options  # type: ignore[attr-defined]
+    recorded: Any = solve.options
     assert recorded["tol"] == 1e-7
     assert [one.tol for one in made] == [1e-7] * 2
     assert [one.llvm_state.fast_math for one in made] == [recorded.get("fast_math", False)] * 2

@@ -285,7 +285,7 @@ def test_options_name_what_differs_from_the_defaults(integrator: type[Integrator
     solve = integrator().prepare(problem_for(integrator), setting)
     default = rebound.Simulation()
     default.integrator = getattr(integrator, "engine", "bs")
-    for name, value in solve.options.items():  # type: ignore[attr-defined]
+    for name, value in solve.options.items():
         holder = default if hasattr(default, name) else default.integrator
         assert getattr(holder, name) != value
 
@@ -298,7 +298,7 @@ def test_options_name_what_differs_from_the_defaults(integrator: type[Integrator
 )  # fmt: skip
 def test_the_options_of_each_method(integrator: type[Integrator], setting: float, names: list[str]) -> None:
     solve = integrator().prepare(problem_for(integrator), setting or setting_for(integrator))
-    options = dict(solve.options)  # type: ignore[attr-defined]
+    options = dict(solve.options)
     options.pop("N_active", None)
     first = setting_for(integrator) if issubclass(integrator, FixedSteps) else 0.01 * PROBLEM.time_scale
     assert options.pop("dt") == first
@@ -319,7 +319,7 @@ def test_the_options_recorded_are_the_options_used(
     solve = integrator().prepare(problem, setting)
     solve(START)
     (simulation,) = made
-    recorded = dict(solve.options)  # type: ignore[attr-defined]
+    recorded = dict(solve.options)
     first = recorded.pop("dt")
     if issubclass(integrator, FixedSteps):
         assert simulation.dt == first == setting

@@ -122,14 +122,14 @@ def test_implicit_methods_get_the_compiled_jacobian(integrator: type[Integrator]
         solve = integrator().prepare(problem, 1e-6)
         states = solve(np.array([[0.0, 0.0]])).states[0]
         assert states[:, 0] == pytest.approx(np.sin(problem.times), abs=2e-3)
-        options = solve.options  # type: ignore[attr-defined]
+        options = solve.options
         assert options["Dfun" if integrator is scipy_odeint.Odeint else "jac"] == said
     assert with_jacobian.buffer[-1] < without.buffer[-1]
 
 
 def test_methods_without_equations_to_solve_get_no_jacobian() -> None:
     for integrator in (scipy_ivp.RK45, scipy_ivp.DOP853, scipy_ode.Dop853, scipy_ode.Adams):
-        assert "jac" not in integrator().prepare(toy(stiff), 1e-6).options  # type: ignore[attr-defined]
+        assert "jac" not in integrator().prepare(toy(stiff), 1e-6).options
 
 
 @pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit", "euler_top"])
@@ -149,7 +149,7 @@ def test_the_jacobian_is_that_of_the_equations(name: str) -> None:
 def test_implicit_methods_get_the_jacobian_of_each_mode(integrator: type[Integrator]) -> None:
     case = get("bouncing_ball").rounded()
     solve = integrator().prepare(problem_of(case, integrator.accepts), 1e-6)
-    found = {key: value for key, value in solve.options.items() if key.startswith("jac")}  # type: ignore[attr-defined]
+    found = {key: value for key, value in solve.options.items() if key.startswith("jac")}
     assert found
     assert set(found.values()) == {"compiled"}
 
@@ -296,7 +296,7 @@ def options_used(integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch) 
         monkeypatch.setattr(_odepack_py, "_odepack", SimpleNamespace(odeint=noted))
     solve = integrator().prepare(PROBLEM, 1e-5)
     solve(START)
-    return dict(solve.options), used[-1]  # type: ignore[attr-defined]
+    return dict(solve.options), used[-1]
 
 
 @pytest.mark.parametrize("integrator", scipy_events.INTEGRATORS, ids=lambda kind: kind.name)
@@ -317,7 +317,7 @@ def test_the_options_recorded_with_events_are_those_of_each_segment(
     case = get("bouncing_ball", span=2).rounded()
     solve = integrator().prepare(problem_of(case, integrator.accepts), 1e-5)
     solution = solve(initial_state(case)[None])
-    recorded = dict(solve.options)  # type: ignore[attr-defined]
+    recorded = dict(solve.options)
     jacobians = {value == "compiled" for name, value in recorded.items() if name.startswith("jac in ")} or {False}
     assert recorded["rtol"] == 1e-5
     assert set(made) == {(1e-5, recorded["atol"], jacobian) for jacobian in jacobians}

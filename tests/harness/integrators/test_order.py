@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solve, Steps
+from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Steps
 from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.integrators.gauss.gauss import Gauss4
 from gnomon.harness.integrators.geometric.splitting import KahanLi6, KahanLi8, Yoshida8
@@ -89,7 +90,7 @@ class Planted(Integrator):
     def __init__(self, case: Case, small: float, compensated: bool) -> None:
         self.exact, self.small, self.compensated = case.sample(case.times), small, compensated
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         share = 1 + self.small * (setting / problem.interval) ** 4
         return lambda initial: Solution(self.exact[None] * share)
 

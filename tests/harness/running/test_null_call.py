@@ -10,7 +10,7 @@ import numpy as np
 import planted
 import pytest
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solve, Steps, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Steps, Tolerance
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.running import null_call
 from gnomon.harness.running.null_call import SHRUNK, null_seconds
@@ -31,7 +31,7 @@ class Costs(Integrator):
         self.clock = clock
         self.asked: list[tuple[float, float]] = []
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         self.asked.append((float(problem.times[-1]), setting))
 
         def solve(initial_states: Any) -> Solution:
@@ -56,7 +56,7 @@ class Adapts(Costs):
 class Fails(Costs):
     name = "fails"
 
-    def prepare(self, problem: Problem, setting: float) -> Solve:
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         raise ArithmeticError("planted")
 
 

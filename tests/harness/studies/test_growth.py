@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +11,7 @@ import mpmath
 import numpy as np
 import pytest
 from gnomon.cases import get
-from gnomon.harness.contract.integrator import Problem, Solve
+from gnomon.harness.contract.integrator import Problem, Solution
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
 from gnomon.harness.registry import lookup
 from gnomon.harness.studies.growth import (
@@ -146,7 +147,7 @@ def test_starts_are_the_initial_state_scaled_in_steps_of_one_64th(monkeypatch: p
     started = []
 
     class Watched(RK4):
-        def prepare(self, problem: Problem, setting: float) -> Solve:
+        def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
             solve = super().prepare(problem, setting)
 
             def watched(initial: Any) -> Any:
@@ -184,7 +185,7 @@ def test_without_a_known_period_it_is_2_pi_time_scales() -> None:
 
 def test_an_integration_that_ends_early_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     class Stops(RK4):
-        def prepare(self, problem: Problem, setting: float) -> Solve:
+        def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
             solve = super().prepare(problem, setting)
             return lambda initial: replace(solve(initial), stopped="enough")
 

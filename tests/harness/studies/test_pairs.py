@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from gnomon.cases.core.registry import get
 from gnomon.harness.adapters import rebound_ode, scipy_odeint
-from gnomon.harness.contract.integrator import Solution
+from gnomon.harness.contract.integrator import Solution, Solver
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
 from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
@@ -22,7 +22,7 @@ ERRORS = [1e-2, 1e-4, 1e-6, 1e-8]
 
 
 def test_a_side_times_only_the_settings_near_its_targets() -> None:
-    side = Side(ERRORS, [], Solution)
+    side = Side(ERRORS, [], Solver(Solution))
     assert side.near([1e-5]) == [1, 2]
     assert side.near([1e-4, 1e-7]) == [0, 1, 2, 3]
     assert side.near([1e-1]) == [0]
@@ -42,7 +42,7 @@ def test_two_sides_at_equal_error(monkeypatch: pytest.MonkeyPatch) -> None:
             clock[0] += milliseconds * 1_000_000
             return Solution(start)
 
-        return solve
+        return Solver(solve)
 
     fast = Side(ERRORS, [lasting(k) for k in (1, 2, 4, 8)], lasting(0))
     slow = Side(ERRORS[:3], [lasting(k) for k in (10, 20, 40)], lasting(5))
@@ -68,7 +68,7 @@ def test_calls_of_the_sides_alternate() -> None:
     called: list[str] = []
 
     def noted(name: str) -> Any:
-        return lambda start: called.append(name)
+        return Solver(lambda start: called.append(name))  # type: ignore[arg-type,func-returns-value,return-value]
 
     interleaved([[noted("a"), noted("b")], [noted("c")]], np.zeros(1), repeats=1)
     assert called == ["a", "c", "b"] * 2
