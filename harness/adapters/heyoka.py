@@ -57,7 +57,7 @@ class Taylor(Integrator):
         options = {"tol": setting, "fast_math": True} if self.fast else {"tol": setting}
         equations = system(problem, self.fast)
         integrator = heyoka.taylor_adaptive(equations, [0.0] * problem.dimension, **options)
-        grid = np.concatenate([[0.0], problem.times])
+        grid = np.concatenate([[problem.t0], problem.times])
         finished = heyoka.taylor_outcome.time_limit
 
         def solve(initial_states: Any) -> Solution:
@@ -66,7 +66,7 @@ class Taylor(Integrator):
             states = np.full((len(initial_states), len(problem.times), problem.dimension), np.nan)
             steps, stopped = 0, None
             for start, samples in zip(initial_states, states, strict=True):
-                integrator.time = 0.0
+                integrator.time = problem.t0
                 integrator.state[:] = start
                 outcome, _, _, taken, _, found = integrator.propagate_grid(grid)
                 samples[: len(found) - 1] = found[1:]
@@ -91,7 +91,7 @@ class Taylor(Integrator):
                 batch, steps, stopped = integrators[which], 0, []
                 for first in firsts[which :: len(integrators)]:
                     here = initial_states[first : first + BATCH]
-                    batch.set_time(0.0)
+                    batch.set_time(problem.t0)
                     # The last batch is filled up with its last trajectory.
                     batch.state[:] = here[np.minimum(np.arange(BATCH), len(here) - 1)].T
                     _, found = batch.propagate_grid(many)

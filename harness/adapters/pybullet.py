@@ -109,6 +109,7 @@ class Run(Solver):
     def __init__(self, policy: PyBullet, problem: Problem, dt: float) -> None:
         import pybullet  # without the library the status is `not_installed`
 
+        problem = problem.since_start()
         if not isinstance(problem.form, SceneForm):
             raise Refused("PyBullet takes scenes only")
         self.form, self.staggered = problem.form, policy.staggered

@@ -78,7 +78,7 @@ class Native(Integrator):
             for name, value in options.items():
                 setattr(simulation.integrator, name, value)
             bodies[:] = form.bodies(tuple(start.tolist()))
-            simulation.t, simulation.dt = 0.0, first_step
+            simulation.t, simulation.dt = problem.t0, first_step
             try:
                 for advance, sample in zip(advances, path, strict=True):
                     advance()
@@ -116,7 +116,7 @@ class FixedSteps(Native):
             simulation.steps(count)
             simulation.synchronize()
 
-        counts = step_counts(problem.times, setting)
+        counts = step_counts(problem.elapsed, setting)
         return setting, [lambda n=n: advance(n) for n in counts]  # type: ignore[misc]
 
 

@@ -77,7 +77,7 @@ class OdeMode(Integrator):
         def solve_one(start: Floats, samples: Floats) -> str | None:
             method = simulation.integrator
             method.first_or_last_step, method.previous_rejected, method.target_iter = 1, 0, 0
-            simulation.t, simulation.dt = 0.0, first_step
+            simulation.t, simulation.dt = problem.t0, first_step
             np.ctypeslib.as_array(ode.y, (dimension,))[:] = start
             try:
                 for time, sample in zip(times, samples, strict=True):

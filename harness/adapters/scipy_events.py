@@ -117,8 +117,8 @@ def trajectory(
 
     times, parameters = problem.times, tuple(problem.parameters.tolist())
     limits = {name: (mode, settled) for name, mode, settled in form.limits}
-    t, y, sample, fired = 0.0, start, 0, None
-    mode = form.start(0.0, tuple(start.tolist()), parameters)
+    t, y, sample, fired = problem.t0, start, 0, None
+    mode = form.start(t, tuple(start.tolist()), parameters)
     last: dict[str, float] = {}
     events: list[tuple[float, str]] = []
     while sample < len(times) and t < times[-1]:

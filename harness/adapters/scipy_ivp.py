@@ -81,11 +81,11 @@ class SolveIvp(Integrator):
                 at_any, function = function, lambda t, y: at_any(t, np.ascontiguousarray(y))
 
         def solve_one(start: Floats) -> tuple[Floats, str | None]:
-            if not np.isfinite(finite(0.0, start, buffer)).all():
+            if not np.isfinite(finite(problem.t0, start, buffer)).all():
                 return np.empty((0, problem.dimension)), "the right-hand side is not finite at the start"
             with warnings.catch_warnings(record=True) as said:
                 warnings.simplefilter("always")
-                found = solve_ivp(function, (0.0, times[-1]), start, t_eval=times, **options)
+                found = solve_ivp(function, (problem.t0, times[-1]), start, t_eval=times, **options)
             if found.success:
                 return found.y.T, None
             return np.reshape(found.y, (problem.dimension, -1)).T, reason(found.message, said)

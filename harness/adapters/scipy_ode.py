@@ -54,7 +54,7 @@ class Ode(Integrator):
 
         def solve_one(start: Floats, samples: Floats) -> tuple[int, str | None]:
             steps = 0
-            solver.set_initial_value(start, 0.0)
+            solver.set_initial_value(start, problem.t0)
             for k, time in enumerate(times):
                 state = solver.integrate(time)
                 taken = int(solver._integrator.iwork[self.accepted - 1])

@@ -51,10 +51,10 @@ class Odeint(Integrator):
         finite = right_hand_side(replace(problem, counted=False)).array
         jacobian = jacobian_of(problem.form, problem.dimension, problem.buffer)
         options = {"rtol": setting, "atol": ABSOLUTE * setting, "mxstep": STEPS, "Dfun": jacobian}
-        grid = np.concatenate([[0.0], problem.times])
+        grid = np.concatenate([[problem.t0], problem.times])
 
         def solve_one(start: Floats, samples: Floats) -> tuple[int, str | None]:
-            if not np.isfinite(finite(0.0, start, problem.buffer)).all():
+            if not np.isfinite(finite(problem.t0, start, problem.buffer)).all():
                 return 0, "the right-hand side is not finite at the start"
             found, facts = odeint(function, start, grid, tfirst=True, full_output=True, **options)
             if facts["message"] == SUCCESS:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
+from gnomon.cases.core.clock import from_start
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import SceneForm
 from numpy.typing import NDArray
@@ -61,8 +62,8 @@ class Problem:
     """What `prepare` is given: the equations, the parameters, the sample times. Never the initial state.
 
     `form` is of a type that the integrator accepts. `dimension`: the number of components of the state. `parameters`:
-    float64, those of the case. `times`: float64 (64,), the values of the independent variable at the samples, multiples
-    of an exact interval unless the formulation has a clock. The start is at 0. `time_scale`: in the units of `times`.
+    float64, those of the case. `times`: float64 (64,), the values of the independent variable at the samples, from the
+    start on multiples of an exact interval unless the formulation has a clock. `time_scale`: in the units of `times`.
     """
 
     form: Form | SceneForm
@@ -78,20 +79,39 @@ class Problem:
     errors are divided, as in the case's metric. Empty: each component is a group."""
     names: Names | None = None
     """None for a problem that was made without a case."""
+    t0: float = 0.0
+    """The time of the initial state. Times are absolute: `times`, the t of the equations, and those of events."""
+
+    @property
+    def elapsed(self) -> Floats:
+        """The times since the start, float64 (64,)."""
+        return self.times - self.t0
 
     @property
     def uniform(self) -> bool:
-        """True where the times are exact multiples of `interval` (always, unless the formulation has a clock)."""
-        return bool(np.array_equal(self.times, np.arange(1, len(self.times) + 1) * self.times[0]))
+        """True where the times since the start are exact multiples of `interval` (always, unless the formulation has a
+        clock)."""
+        elapsed = self.elapsed
+        return bool(np.array_equal(elapsed, np.arange(1, len(elapsed) + 1) * elapsed[0]))
 
     @property
     def interval(self) -> float:
         """The sampling interval; with a clock the mean one, rounded down to 20 bits."""
+        elapsed = self.elapsed
         if self.uniform:
-            return float(self.times[0])
-        mean = float(self.times[-1]) / len(self.times)
+            return float(elapsed[0])
+        mean = float(elapsed[-1]) / len(elapsed)
         unit = math.ldexp(1.0, math.frexp(mean)[1] - 20)
         return math.floor(mean / unit) * unit
+
+    def since_start(self) -> Problem:
+        """The same motion by a clock that shows 0 at the start, for methods that start at 0: f(t0 + t, y) in place of
+        f(t, y). Right-hand sides are counted in the same `buffer`; itself where t0 is 0."""
+        if self.t0 == 0:
+            return self
+        found = replace(self, form=from_start(self.form, self.t0), times=self.elapsed, t0=0.0)
+        vars(found)["buffer"] = self.buffer
+        return found
 
     @cached_property
     def grouping(self) -> NDArray[np.int64]:
@@ -151,7 +171,8 @@ class Integrator(ABC):
     3. Or it returns a `Solver`, where an engine has options, is to be reset before each call, or holds what must be freed.
     4. Raise `Refused` for a problem or setting that it declines. Any other exception is status `crashed`.
     5. `counts_rhs` is False where the library has its own equations: right-hand sides are then not counted.
-    6. Times are multiples of `problem.interval` where `problem.uniform`; with a clock or decimal times they are not.
+    6. Times since the start, `problem.t0`, are multiples of `problem.interval` where `problem.uniform`; with a clock or
+       decimal times they are not. Runs start at 0; `problem.since_start()` is the same motion from 0.
     """
 
     name: ClassVar[str]

@@ -11,6 +11,7 @@ import dis
 import inspect
 import linecache
 import math
+import re
 import textwrap
 import types
 from collections.abc import Callable
@@ -149,6 +150,8 @@ def _generated(
 ) -> Kernel:
     """A kernel that writes into `out` the second half of y (`lead` values, for q' = v), then the values of `call`."""
     check_values(dict(functions), call, states, parameters, outputs - lead)
+    names = {alias: function.__name__ for alias, function in functions}
+    call = re.sub(r"\w+(?=\()", lambda found: names.get(found[0], found[0]), call)
     lines = [*unpacked(states, parameters), f"r = {call}"]
     lines += [f"out[{i}] = y[{lead + i}]" for i in range(lead)]
     lines += [f"out[{lead + i}] = r[{i}]" for i in range(outputs - lead)]
@@ -191,13 +194,11 @@ def _items(name: str, count: int) -> str:
 
 
 def gather(functions: dict[str, Callable[..., Any]]) -> str:
-    """Source text that defines `functions` under the given names, and all that they call, decorated for numba."""
+    """Source text that defines `functions`, under their own names, and all that they call, decorated for numba."""
     seen: dict[str, Callable[..., Any]] = {}
     parts = list(IMPORTS)
-    for alias, function in functions.items():
+    for function in functions.values():
         gather_into(function, seen, parts)
-        if function.__name__ != alias:
-            parts.append(f"{alias} = {function.__name__}")
     return "\n".join(parts)
 
 

@@ -93,7 +93,7 @@ class _Door(Integrator):
             raise Refused(f"{kind} {setting} is not a positive number")
         if kind == "tolerance" and not LEAST_TOLERANCE <= setting < 1:
             raise Refused(f"tolerance {setting:g} is not from {LEAST_TOLERANCE:.1e} to below 1")
-        span = float(problem.times[-1])
+        span = float(problem.elapsed[-1])
         if kind == "step size" and (span / setting > MOST_STEPS or setting > 2 * problem.interval):
             raise Refused(
                 f"step size {setting:g} is longer than the sampling interval, {problem.interval:g},"
@@ -107,7 +107,7 @@ class _Door(Integrator):
 
 class _Stepped(_Door):
     def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
-        time, steps, step = 0.0, 0, type(self).function
+        time, steps, step = problem.t0, 0, type(self).function
         for k, end in enumerate(problem.times.tolist()):
             count = max(1, math.ceil((end - time) / setting * (1 - 1e-12)))
             h = (end - time) / count
@@ -122,7 +122,7 @@ class _Stepped(_Door):
 
 class _Solved(_Door):
     def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
-        found = np.asarray(type(self).function(f, 0.0, y, problem.times.copy(), setting))
+        found = np.asarray(type(self).function(f, problem.t0, y, problem.times.copy(), setting))
         if found.shape != out.shape:
             raise ValueError(f"the solver returned states of shape {found.shape}, not {out.shape}: one row a time")
         out[:] = found

@@ -62,6 +62,7 @@ class EngineIntegrator(Integrator):
         return f"lacks {', '.join(missing)}" if missing else None
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
+        problem = problem.since_start()
         form, parameters = problem.form, tuple(map(float, problem.parameters))
         if not isinstance(form, SceneForm):
             raise Refused("an engine takes scenes only")

@@ -94,6 +94,8 @@ def problem_parts(problem: Problem, kind: str, setting: float) -> tuple[str, str
         "coordinates": names.coordinates,
         "parameters": parameters,
         "parameters_hex": {name: value.hex() for name, value in parameters.items()},
+        "t0": problem.t0,
+        "t0_hex": problem.t0.hex(),
         "times": times,
         "times_hex": [t.hex() for t in times],
         "time_scale": float(problem.time_scale),

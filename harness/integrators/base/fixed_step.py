@@ -87,6 +87,7 @@ class FixedStep(Integrator):
         return type(self).step
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
+        problem = problem.since_start()
         substeps = substeps_of(problem, setting)
         h = problem.interval / substeps if problem.uniform else setting
         run = self.loop(problem, h, substeps if problem.uniform else 0)
@@ -132,7 +133,7 @@ class FixedStep(Integrator):
 
 def substeps_of(problem: Problem, h: float) -> int:
     """The number of steps of h in a sampling interval. Raises Refused where h is no positive fraction of it."""
-    span = float(problem.times[-1])
+    span = float(problem.elapsed[-1])
     if not (math.isfinite(h) and h > 0):
         raise Refused(f"step size {h} is not a positive number")
     if span / h > MOST_STEPS or span + h == span:

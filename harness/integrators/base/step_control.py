@@ -92,6 +92,7 @@ class Adaptive(Integrator):
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         check_tolerance(setting)
+        problem = problem.since_start()
         second = isinstance(problem.form, SecondOrder)
         kernel = acceleration(problem) if second else right_hand_side(problem)
         limits = ("MOST_STEPS", self.most_steps), ("ABSOLUTE", int(self.absolute))

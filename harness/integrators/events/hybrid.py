@@ -65,6 +65,7 @@ class EventRungeKutta(Integrator):
         raise NotImplementedError
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
+        t0, problem = problem.t0, problem.since_start()
         form, times, buffer = problem.form, problem.times, problem.buffer
         assert isinstance(form, Hybrid)
         fixed = isinstance(self.sweep, Steps)
@@ -101,7 +102,7 @@ class EventRungeKutta(Integrator):
                     break
             events = zip(found[: where[COUNT]].tolist(), kinds[: where[COUNT]].tolist(), strict=True)
             stopped = None if code == DONE else f"{REASONS[code]} before sample {where[SAMPLE] + 1}"
-            return int(where[STEPS]), stopped, [(time, names[kind]) for time, kind in events]
+            return int(where[STEPS]), stopped, [(t0 + time, names[kind]) for time, kind in events]
 
         def solve(initial: Floats) -> Solution:
             states = blank(problem, initial)

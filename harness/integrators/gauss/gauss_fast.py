@@ -74,6 +74,7 @@ class GaussFast(Integrator):
     def prepare(self, problem: Problem, setting: float) -> Solver:
         if not (math.isfinite(setting) and LEAST_TOLERANCE <= setting < 1):
             raise Refused(f"tolerance {setting} is not between {LEAST_TOLERANCE:g} and 1")
+        problem = problem.since_start()
         setting, form = min(setting, LOOSEST), problem.form
         assert isinstance(form, FirstOrder | SecondOrder)
         form = form.source if isinstance(form, FirstOrder) and form.source is not None else form

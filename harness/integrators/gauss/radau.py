@@ -67,6 +67,7 @@ class Radau5(Integrator):
 def prepared(problem: Problem, tolerance: float, fixed: float, absolute: bool = True) -> Solver:
     """`solve` with error control at `tolerance`, or with steps of `fixed` where that is > 0. `absolute`: errors are
     relative to 1 + |y|. Raises Refused where the equations cannot be differentiated."""
+    problem = problem.since_start()
     assert isinstance(problem.form, FirstOrder)
     try:
         text = jacobian_text(problem.form, problem.dimension, len(problem.parameters))

@@ -201,7 +201,7 @@ class AxisSplitting(RigidBodyMethod):
         assert isinstance(problem.form, RigidBody)
         nan = float("nan")
         state = (nan, nan, nan, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-        torque = problem.form.torque(0.0, state, tuple(problem.parameters.tolist()))
+        torque = problem.form.torque(problem.t0, state, tuple(problem.parameters.tolist()))
         if any(value != value for value in torque):
             raise Refused("the torque depends on angular velocity; this splitting needs one of attitude and time alone")
         return super().prepare(problem, setting)

@@ -48,6 +48,7 @@ class Taylor(Integrator):
     def prepare(self, problem: Problem, setting: float) -> Solver:
         if not (math.isfinite(setting) and LEAST_TOLERANCE <= setting < 1):
             raise Refused(f"tolerance {setting} is not between {LEAST_TOLERANCE:g} and 1")
+        problem = problem.since_start()
         assert isinstance(problem.form, FirstOrder)
         address, length = compiled_coefficients(problem.form, problem.dimension, len(problem.parameters))
         run = compiled_whole(integrate, SIGNATURE)

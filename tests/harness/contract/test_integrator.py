@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,12 @@ import planted
 import pytest
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Problem, Solution, Solver, solver_of
-from gnomon.harness.contract.problem import problem_of
+from gnomon.harness.contract.problem import counting, initial_state, problem_of
+from gnomon.harness.integrators.runge_kutta.explicit import RK4
 
-PROBLEM = problem_of(planted.Short().rounded(), (FirstOrder,))
+CASE = planted.Short().rounded()
+PROBLEM = problem_of(CASE, (FirstOrder,))
+LATE = replace(PROBLEM, times=PROBLEM.times + 3.25, t0=3.25)
 
 
 class Returns(planted.Sound):
@@ -63,3 +67,21 @@ def test_anything_else_is_named(found: Any) -> None:
         TypeError, match=r"prepare returned .*; let it return a function of initial states, or a Solver"
     ):
         solver_of(Returns(found), PROBLEM, 0.1)
+
+
+def test_the_interval_is_that_of_the_times_since_the_start() -> None:
+    assert LATE.uniform
+    assert LATE.interval == PROBLEM.interval
+    assert np.array_equal(LATE.elapsed, PROBLEM.times)
+    assert not replace(LATE, t0=3.0).uniform
+
+
+def test_from_a_late_start_right_hand_sides_are_counted_in_the_same_place() -> None:
+    late = counting(LATE)
+    RK4().prepare(late, late.interval / 2)(initial_state(CASE)[None])
+    assert late.buffer[-1] == 4 * 2 * 64
+
+
+def test_a_motion_that_starts_at_0_is_itself() -> None:
+    """So nothing is compiled anew, and no bit changes."""
+    assert PROBLEM.since_start() is PROBLEM

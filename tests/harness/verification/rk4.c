@@ -54,7 +54,7 @@ static int numbers(const char *text, double *out, int most) {
 }
 
 static void solve(const char *line) {
-    double y[MOST], times[SAMPLES], t = 0, h = strtod(after(line, "value"), NULL);
+    double y[MOST], times[SAMPLES], t = strtod(after(line, "t0"), NULL), h = strtod(after(line, "value"), NULL);
     int number = atoi(after(line, "number"));
     void (*f)(const double *, double *);
     if (strstr(line, "\"case\": \"pendulum_simple\"")) {

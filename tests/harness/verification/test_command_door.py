@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -102,6 +103,15 @@ def test_a_program_in_c_computes_what_its_method_computes(rk4: Path, name: str) 
     assert np.max(np.abs(solution.states[0, :16] - own)) < 1e-12 * np.max(np.abs(own))
     assert solution.steps == 64 * 8
     assert problem.buffer[-1] == 4 * 64 * 8
+
+
+def test_a_program_gets_the_time_of_the_start(rk4: Path) -> None:
+    """The pendulum does not depend on time, and sums of times with 3.25 s are exact: not a bit changes."""
+    integrator = from_command([str(rk4)])
+    problem, start = pendulum(integrator)
+    late = replace(problem, times=problem.times + 3.25, t0=3.25)
+    states = [integrator.prepare(given, problem.interval / 8)(start).states for given in (problem, late)]
+    assert np.array_equal(*states)
 
 
 def test_a_run_of_a_program_measures_its_order_its_counts_and_its_time(

@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import gnomon
-from gnomon.cases.core.scene import Readings, Scene
+from gnomon.cases.core.scene import Readings, Scene, SceneForm
+from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.registry import lookup
 from gnomon.harness.verification.engine_door import EngineIntegrator, from_engine
+from timed_forms import FORMS
 
 from gnomon import cases
 
@@ -65,6 +67,16 @@ def test_forces_of_each_kind_converge_with_order_1(name: str) -> None:
         found = toy().prepare(problem, problem.interval / steps)(start).states[0]
         errors.append(np.max(np.abs(found - exact)))
     assert 0.4 * errors[0] < errors[1] < 0.6 * errors[0]
+
+
+def test_an_engine_that_starts_at_0_gets_the_laws_of_a_late_start() -> None:
+    form, start = FORMS[SceneForm]
+    times = np.arange(1, 9) * 0.125
+    states = [
+        toy().prepare(Problem(form, 2, np.array([t0]), times + t0, 1.0, t0=t0), 2.0**-5)(np.array([start])).states
+        for t0 in (0.0, 3.25)
+    ]
+    assert np.array_equal(*states)
 
 
 def test_a_run_measures_the_engine_and_names_what_it_lacks(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

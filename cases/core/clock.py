@@ -1,0 +1,64 @@
+"""A form by another clock: one that shows 0 at the start of the motion."""
+
+from __future__ import annotations
+
+import dataclasses
+import linecache
+import types
+from collections.abc import Callable
+from functools import cache
+from typing import Any, TypeVar
+
+from gnomon.cases.core.scene import Scene, SceneForm
+
+T = TypeVar("T")
+
+
+def from_start(form: T, t0: float) -> T:
+    """The same form, or any part of one, with t0 + t in place of the time t in all its functions.
+
+    Raises ValueError for a callable that is no plain function.
+    """
+    found: Any = form
+    if isinstance(form, SceneForm):
+        found = dataclasses.replace(form, build=lambda state, parameters: _scene(form.build(state, parameters), t0))
+    elif isinstance(form, types.FunctionType):
+        # Functions of the parameters, of a state or of bodies alone, without a time, have one argument.
+        known = form.__code__.co_argcount - len(form.__defaults__ or ())
+        found = form if known == 1 else _later(form, t0)
+    elif dataclasses.is_dataclass(form) and not isinstance(form, type):
+        values = {field.name: from_start(getattr(form, field.name), t0) for field in dataclasses.fields(form)}
+        found = dataclasses.replace(form, **values)
+    elif isinstance(form, tuple):
+        found = tuple(from_start(part, t0) for part in form)
+    elif callable(form):
+        raise ValueError(f"{form!r} is no plain function, so that its time cannot be shifted; start at t0 = 0")
+    return found
+
+
+@cache
+def _later(function: Callable[..., Any], t0: float) -> Callable[..., Any]:
+    """The function of (t, state, parameters) at t0 + t, with source text of its own: equations are compiled from it."""
+    name = function.__name__ if function.__name__.isidentifier() else "function"
+    text = f"def {name}_from_start(t, state, parameters):\n    return {name}({float(t0)!r} + t, state, parameters)\n"
+    file = f"<{function.__module__}.{function.__qualname__} from t = {t0!r}>"
+    linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
+    names: dict[str, Any] = {name: function, "__name__": function.__module__}
+    exec(compile(text, file, "exec"), names)
+    later: Callable[..., Any] = names[f"{name}_from_start"]
+    return later
+
+
+def _scene(scene: Scene, t0: float) -> Scene:
+    def later(function: Callable[..., Any] | None) -> Any:
+        return None if function is None else lambda t, *state: function(t0 + t, *state)
+
+    def changed(parts: tuple[Any, ...], *laws: str) -> Any:
+        return tuple(dataclasses.replace(part, **{law: later(getattr(part, law)) for law in laws}) for part in parts)
+
+    return dataclasses.replace(
+        scene,
+        forces=changed(scene.forces, "law", "fields"),
+        sliders=changed(scene.sliders, "drive"),
+        ropes=changed(scene.ropes, "length"),
+    )
