@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.rebound_nbody import FIRST_STEP, interrupt_kept
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
 from gnomon.harness.kernels.equations import OPTIONS, address, right_hand_side
 
 SOURCE = """\
@@ -74,28 +74,25 @@ class OdeMode(Integrator):
         ode.ref = buffer.ctypes.data
         first_step = FIRST_STEP * problem.time_scale
 
-        def solve_one(start: Floats, samples: Floats) -> str | None:
-            method = simulation.integrator
+        def solve_one(
+            start: Floats,
+            samples: Floats,
+            alive: object = (function, buffer),  # C holds their addresses
+        ) -> tuple[int, str | None]:
+            method, before = simulation.integrator, simulation.steps_done
             method.first_or_last_step, method.previous_rejected, method.target_iter = 1, 0, 0
             simulation.t, simulation.dt = problem.t0, first_step
             np.ctypeslib.as_array(ode.y, (dimension,))[:] = start
             try:
-                for time, sample in zip(times, samples, strict=True):
-                    simulation.integrate(time)
-                    sample[:] = ode.y[:dimension]
+                with interrupt_kept():
+                    for time, sample in zip(times, samples, strict=True):
+                        simulation.integrate(time)
+                        sample[:] = ode.y[:dimension]
             except (RuntimeError, rebound.GenericError) as error:
-                return f"{error} at t = {simulation.t:g}"
-            return None
+                return simulation.steps_done - before, f"{error} at t = {simulation.t:g}"
+            return simulation.steps_done - before, None
 
-        def solve(initial_states: Floats, alive: object = (function, buffer)) -> Solution:  # C holds their addresses
-            states = np.full((len(initial_states), len(times), dimension), np.nan)
-            before, stopped = simulation.steps_done, None
-            with interrupt_kept():
-                for start, samples in zip(initial_states, states, strict=True):
-                    stopped = solve_one(start, samples) or stopped
-            return Solution(states, simulation.steps_done - before, stopped)
-
-        return Solver(solve, {"dt": first_step, **options})
+        return Solver(each_start(problem, solve_one), {"dt": first_step, **options})
 
     def versions(self) -> Mapping[str, Any]:
         return {"rebound": version("rebound")}

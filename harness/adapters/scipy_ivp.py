@@ -34,7 +34,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance, each_start
 from gnomon.harness.kernels.equations import ARRAY_SIGNATURE, OPTIONS, compiled, right_hand_side
 from gnomon.harness.kernels.graph import jacobian_text, module_text
 
@@ -80,26 +80,17 @@ class SolveIvp(Integrator):
             if options["jac"] is None:
                 at_any, function = function, lambda t, y: at_any(t, np.ascontiguousarray(y))
 
-        def solve_one(start: Floats) -> tuple[Floats, str | None]:
+        def solve_one(start: Floats, samples: Floats) -> tuple[None, str | None]:
             if not np.isfinite(finite(problem.t0, start, buffer)).all():
-                return np.empty((0, problem.dimension)), "the right-hand side is not finite at the start"
+                return None, "the right-hand side is not finite at the start"
             with warnings.catch_warnings(record=True) as said:
                 warnings.simplefilter("always")
                 found = solve_ivp(function, (problem.t0, times[-1]), start, t_eval=times, **options)
-            if found.success:
-                return found.y.T, None
-            return np.reshape(found.y, (problem.dimension, -1)).T, reason(found.message, said)
+            reached = np.reshape(found.y, (problem.dimension, -1)).T  # found.y may be an empty list
+            samples[: len(reached)] = reached
+            return None, None if found.success else reason(found.message, said)
 
-        def solve(initial_states: Floats) -> Solution:
-            states = np.full((len(initial_states), len(times), problem.dimension), np.nan)
-            stopped = None
-            for start, samples in zip(initial_states, states, strict=True):
-                found, why = solve_one(start)
-                samples[: len(found)] = found
-                stopped = stopped or why
-            return Solution(states, stopped=stopped)
-
-        return Solver(solve, recorded(options))
+        return Solver(each_start(problem, solve_one), recorded(options))
 
     def versions(self) -> Mapping[str, Any]:
         return {"scipy": version("scipy")}

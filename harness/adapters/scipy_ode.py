@@ -20,10 +20,9 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any, ClassVar
 
-import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.scipy_ivp import right_hand_side_of
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
 
 ABSOLUTE = 1e-6
 """atol over rtol."""
@@ -55,27 +54,19 @@ class Ode(Integrator):
         def solve_one(start: Floats, samples: Floats) -> tuple[int, str | None]:
             steps = 0
             solver.set_initial_value(start, problem.t0)
-            for k, time in enumerate(times):
-                state = solver.integrate(time)
-                taken = int(solver._integrator.iwork[self.accepted - 1])
-                steps = taken if self.accumulates else steps + taken
-                if not solver.successful():
-                    code = getattr(solver._integrator, "istate", 1)
-                    return steps, f"{solver._integrator.messages.get(code, f'code {code}')} at t = {solver.t:g}"
-                samples[k] = state
-            return steps, None
-
-        def solve(initial_states: Floats) -> Solution:
-            states = np.full((len(initial_states), len(times), problem.dimension), np.nan)
-            steps, stopped = 0, None
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # the return code has the same information
-                for start, samples in zip(initial_states, states, strict=True):
-                    taken, why = solve_one(start, samples)
-                    steps, stopped = steps + taken, stopped or why
-            return Solution(states, steps, stopped)
+                for k, time in enumerate(times):
+                    state = solver.integrate(time)
+                    taken = int(solver._integrator.iwork[self.accepted - 1])
+                    steps = taken if self.accumulates else steps + taken
+                    if not solver.successful():
+                        code = getattr(solver._integrator, "istate", 1)
+                        return steps, f"{solver._integrator.messages.get(code, f'code {code}')} at t = {solver.t:g}"
+                    samples[k] = state
+            return steps, None
 
-        return Solver(solve, options)
+        return Solver(each_start(problem, solve_one), options)
 
     def versions(self) -> Mapping[str, Any]:
         return {"scipy": version("scipy")}

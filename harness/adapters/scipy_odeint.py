@@ -25,7 +25,7 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.scipy_ivp import ABSOLUTE, SMALLEST, jacobian_of, recorded, right_hand_side_of
 from gnomon.harness.adapters.scipy_ode import STEPS
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance, each_start
 from gnomon.harness.kernels.equations import right_hand_side
 
 SUCCESS = "Integration successful."
@@ -56,7 +56,9 @@ class Odeint(Integrator):
         def solve_one(start: Floats, samples: Floats) -> tuple[int, str | None]:
             if not np.isfinite(finite(problem.t0, start, problem.buffer)).all():
                 return 0, "the right-hand side is not finite at the start"
-            found, facts = odeint(function, start, grid, tfirst=True, full_output=True, **options)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # the message has the same information
+                found, facts = odeint(function, start, grid, tfirst=True, full_output=True, **options)
             if facts["message"] == SUCCESS:
                 samples[:] = found[1:]
                 return int(facts["nst"][-1]), None
@@ -64,17 +66,7 @@ class Odeint(Integrator):
             samples[:reached] = found[1 : reached + 1]
             return int(facts["nst"][reached]), f"{facts['message']} at t = {facts['tcur'][reached]:g}"
 
-        def solve(initial_states: Floats) -> Solution:
-            states = np.full((len(initial_states), len(problem.times), problem.dimension), np.nan)
-            steps, stopped = 0, None
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # the message has the same information
-                for start, samples in zip(initial_states, states, strict=True):
-                    taken, why = solve_one(start, samples)
-                    steps, stopped = steps + taken, stopped or why
-            return Solution(states, steps, stopped)
-
-        return Solver(solve, recorded(options))
+        return Solver(each_start(problem, solve_one), recorded(options))
 
     def versions(self) -> Mapping[str, Any]:
         return {"scipy": version("scipy")}

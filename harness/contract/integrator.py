@@ -225,3 +225,22 @@ def solver_of(integrator: Integrator, problem: Problem, setting: float) -> Solve
         raise TypeError(f"prepare returned {found!r}; let it return a function of initial states, or a Solver")
     named = {name: getattr(found, name) for name in ("options", "reset", "close") if hasattr(found, name)}
     return Solver(found, **named)
+
+
+def each_start(
+    problem: Problem, solve_one: Callable[[Floats, Floats], tuple[int | None, str | None]]
+) -> Callable[[Floats], Solution]:
+    """A function for `prepare` that solves from one start after the other.
+
+    `solve_one(start, out)` writes the states that it reaches into `out` (len(times), dim), which is nan, and returns the
+    number of steps and why it ended early, each None where there is none.
+    """
+
+    def solve(initial_states: Floats) -> Solution:
+        states = np.full((len(initial_states), len(problem.times), problem.dimension), np.nan)
+        ends = [solve_one(start, out) for start, out in zip(initial_states, states, strict=True)]
+        steps = [taken for taken, _ in ends if taken is not None]
+        stopped = next((why for _, why in ends if why), None)
+        return Solution(states, sum(steps) if len(steps) == len(ends) else None, stopped)
+
+    return solve

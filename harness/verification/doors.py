@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver, Steps, Tolerance, each_start
 from gnomon.harness.registry import declaration
 from numpy.typing import NDArray
 
@@ -77,14 +77,7 @@ class _Door(Integrator):
         self.validate(problem, setting)
         f = right_hand_side(problem)
 
-        def solve(initial_states: Floats) -> Solution:
-            states = np.full((len(initial_states), len(problem.times), problem.dimension), np.nan)
-            steps = [
-                self.trajectory(f, problem, setting, y, out) for y, out in zip(initial_states, states, strict=True)
-            ]
-            return Solution(states, None if None in steps else sum(count or 0 for count in steps))
-
-        return Solver(solve)
+        return Solver(each_start(problem, lambda y, out: (self.trajectory(f, problem, setting, y, out), None)))
 
     def validate(self, problem: Problem, setting: float) -> None:
         """Raise Refused for a setting that is no step size or tolerance."""

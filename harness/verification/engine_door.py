@@ -12,11 +12,10 @@ from collections.abc import Callable, Iterable, Mapping
 from numbers import Real
 from typing import Any, Protocol
 
-import numpy as np
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Readings, Scene, SceneForm
 from gnomon.harness.adapters.pybullet import step_counts
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Steps, each_start
 from gnomon.harness.contract.validation import Unusable, short
 from gnomon.harness.registry import declaration
 from gnomon.reference.storage.import_closure import closure
@@ -69,8 +68,8 @@ class EngineIntegrator(Integrator):
         counts = step_counts(problem.times, setting)
         engine = self.engine()
 
-        def follow(start: tuple[float, ...], rows: Floats) -> None:
-            scene = form.build(start, parameters)
+        def follow(start: Floats, rows: Floats) -> tuple[int, None]:
+            scene = form.build(tuple(map(float, start)), parameters)
             engine.load(scene)
             done = 0
             for row, count in zip(rows, counts, strict=True):
@@ -78,14 +77,9 @@ class EngineIntegrator(Integrator):
                     engine.step(setting)
                 done = count
                 row[:] = form.observe(checked(engine.read(), scene), parameters)
+            return done, None
 
-        def solve(initial_states: Floats) -> Solution:
-            states = np.full((len(initial_states), len(counts), problem.dimension), np.nan)
-            for start, rows in zip(initial_states, states, strict=True):
-                follow(tuple(map(float, start)), rows)
-            return Solution(states, steps=len(states) * counts[-1])
-
-        return Solver(solve)
+        return Solver(each_start(problem, follow))
 
 
 def from_engine(
