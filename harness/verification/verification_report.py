@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import json
 import re
-import shlex
 from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -72,8 +71,8 @@ def counts(report: Report, known: Known) -> dict[str, int]:
 
 
 def command(report: Report, row: Row, how: str) -> str:
-    """The command that verifies this claim on this case alone; `how` is the integrator as the user named it."""
-    return f"gnomon verify {shlex.quote(how)} --case {row.case} --claim {row.claim} --depth {report.depth}"
+    """The command that verifies this claim on this case alone; `how` is what names the integrator on the command line."""
+    return f"gnomon verify {how} --case {row.case} --claim {row.claim} --depth {report.depth}"
 
 
 def failure(row: Row) -> list[str]:
@@ -213,4 +212,4 @@ def _xml(text: str) -> str:
 WRITERS: Mapping[str, Callable[[Report, Known, str], str]] = {
     "json": as_json, "junit": as_junit, "markdown": as_markdown, "badge": as_badge
 }  # fmt: skip
-"""The text of each kind of file, from the report, the known failures and the integrator as the user named it."""
+"""The text of each kind of file, from the report, the known failures and and what names the integrator on the command line."""

@@ -69,7 +69,7 @@ def test_exit_codes_say_what_was_found() -> None:
 
 
 def test_the_text_ends_with_counts_and_shows_failures_alone() -> None:
-    text = lines(REPORT, {}, "my module:rk4")
+    text = lines(REPORT, {}, "'my module:rk4'")
     assert text[-1] == ("mine:RK4: 2 claims checked on 1 cases, 1 passed, 1 failed (0 known), 1 not applicable")
     whole = "\n".join(text)
     for part in ("h = 1 to 2", "expected: h^4", "got:      h^1", "It is wrong.", "it does not declare symplectic"):
