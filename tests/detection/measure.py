@@ -18,6 +18,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from gnomon.harness.contract.integrator import Integrator, Refused
@@ -31,11 +32,13 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
 import mutants  # noqa: E402 - beside this file
+from defects import DEFECTS  # noqa: E402
 
 DEPTH = "normal"
 BEYOND = 10.0
 """A state is changed if it differs by more than so many times the error that rounding may cause."""
-NEEDED = 0.9
+NEEDED = (("found", "changed", 0.9), ("defects_found", "defects", 0.95))
+"""What must be found: (count, of which, share)."""
 
 
 @dataclass(frozen=True)
@@ -94,22 +97,27 @@ def changes(faulty: Integrator, right: Integrator) -> bool:
 
 
 def rows(only: Sequence[str], known: dict[tuple[str, str], Measured], sources: str) -> Iterator[Measured]:
-    """A row for each right method and each mutant that has none yet."""
+    """A row for each right method, each real defect and each mutant that has none yet."""
     right = mutants.right()
-    wanted = [("right", name, None) for name in right] + [("mutant", each.id, each) for each in mutants.mutants()]
-    for kind, name, mutant in wanted:
-        if (kind, name) in known or (only and not any(word in name for word in only)):
+    wanted: list[tuple[str, str, Any]] = [("right", name, None) for name in right]
+    wanted += [("defect", defect.link, defect) for defect in DEFECTS]
+    wanted += [("mutant", mutant.id, mutant) for mutant in mutants.mutants()]
+    for kind, name, faulty in wanted:
+        if (kind, name) in known or (only and not any(word in f"{kind} {name}" for word in only)):
             continue
         began = time.monotonic()
-        integrator = right[name] if mutant is None else mutant.integrator()
+        integrator = right[name] if faulty is None else faulty.integrator()
         claim, case = first_failure(integrator) or (None, None)
-        changed = mutant is not None and (claim is not None or changes(integrator, right[mutant.method.name]))
+        changed = claim is not None or kind == "defect"
+        if kind == "mutant" and claim is None:
+            changed = changes(integrator, right[faulty.method.name])
         yield Measured(kind, name, changed, claim, case, round(time.monotonic() - began, 2), sources)
 
 
-def summary(found: Sequence[Measured]) -> dict[str, object]:
+def summary(found: Sequence[Measured]) -> dict[str, Any]:
     """Counts, and the names of all that was not found or falsely found."""
     changed = [row for row in found if row.kind == "mutant" and row.changed]
+    defects = [row for row in found if row.kind == "defect"]
     return {
         "depth": DEPTH,
         "mutants": sum(row.kind == "mutant" for row in found),
@@ -117,6 +125,9 @@ def summary(found: Sequence[Measured]) -> dict[str, object]:
         "found": sum(row.claim is not None for row in changed),
         "by_claim": dict(Counter(row.claim for row in changed if row.claim is not None).most_common()),
         "not_found": [row.name for row in changed if row.claim is None],
+        "defects": len(defects),
+        "defects_found": sum(row.claim is not None for row in defects),
+        "defects_not_found": [row.name for row in defects if row.claim is None],
         "no_change": [row.name for row in found if row.kind == "mutant" and not row.changed],
         "false_alarms": [
             f"{row.name}: {row.claim} on {row.case}" for row in found if row.kind == "right" and row.claim

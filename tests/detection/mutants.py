@@ -132,28 +132,24 @@ def mutants() -> list[Mutant]:
     for method in METHODS:
         for name, fault, before, after in BY_HAND:
             if name == method.name:
-                found.append(Mutant(method, fault, _replaced(method, before, after)))
+                found.append(Mutant(method, fault, replaced(method, before, after)))
         found += [Mutant(method, fault, text) for fault, text in _automatic(method)]
     return found
 
 
-def _span(method: Method) -> tuple[int, int]:
-    """The part of the text that belongs to a method: its function, in characters."""
-    begin = TEXT.index(f"def {method.name}(")
-    end = TEXT.find("\n\n\ndef ", begin)
-    return begin, len(TEXT) if end < 0 else end
-
-
-def _replaced(method: Method, before: str, after: str) -> str:
-    begin, end = _span(method)
-    body = TEXT[begin:end]
+def replaced(method: Method, before: str, after: str, text: str = TEXT) -> str:
+    """The text with a change in the function of a method or, where it is not there, in the constants of the module."""
+    begin = text.index(f"def {method.name}(")
+    end = text.find("\n\n\ndef ", begin)
+    end = len(text) if end < 0 else end
+    body = text[begin:end]
     if before in body:
         if body.count(before) != 1:
-            raise ValueError(f"{method.name}: {before!r} stands {body.count(before)} times in its function")
-        return TEXT[:begin] + body.replace(before, after) + TEXT[end:]
-    if TEXT.count(before) != 1:
+            raise ValueError(f"{method.name}: {before!r} is {body.count(before)} times in its function")
+        return text[:begin] + body.replace(before, after) + text[end:]
+    if text.count(before) != 1:
         raise ValueError(f"{method.name}: {before!r} is not in the text exactly once")
-    return TEXT.replace(before, after)
+    return text.replace(before, after)
 
 
 def _automatic(method: Method) -> Iterator[tuple[str, str]]:
