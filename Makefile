@@ -12,7 +12,7 @@ EXTRAS ?= dev
 LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report certificates publish test test-all mutation lint types unit bench docs clean
+.PHONY: report certificates publish test test-all mutation verification lint types unit bench docs clean
 
 # A first page after minutes, from the suite `quick`; the whole run then continues in the same file.
 report: $(INSTALLED)
@@ -49,6 +49,10 @@ test-all: lint types
 # Verifies that each of some ninety changes of the code makes a test fail, and says what survived: 15 minutes of one core.
 mutation: $(INSTALLED)
 	$(BIN)/python tests/mutation/mutate.py
+
+# What `gnomon verify` finds of planted faults, and whether it fails what is right. Hours; the same command resumes.
+verification: $(INSTALLED)
+	$(BIN)/python tests/detection/measure.py --to $(LOCAL)/verification.json
 
 # Claims of speed in five launches, then measured orders and growth laws, then every other benchmark once; the next `make report` shows them.
 LAUNCHES := 1 2 3 4 5

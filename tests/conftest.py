@@ -8,6 +8,8 @@ from pathlib import Path
 
 from hypothesis import HealthCheck, settings
 
+collect_ignore = ["example_project"]
+"""A user's project with tests of its own, which test_example_project.py runs."""
 sys.path.insert(0, str(Path(__file__).parent / "helpers"))
 
 # The default profile draws the same few examples every time, HYPOTHESIS_PROFILE=wide (`make test-all`) twice as many,

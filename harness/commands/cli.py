@@ -10,6 +10,7 @@ from typing import Any
 
 import typer
 from gnomon.harness.commands import interruption
+from gnomon.harness.commands.baseline import baseline
 from gnomon.harness.commands.certify import certify
 from gnomon.harness.commands.compare import compare
 from gnomon.harness.commands.doctor import doctor
@@ -33,6 +34,7 @@ app = typer.Typer(
 app.command("list")(list_)
 for command in (show, exact, run, report, compare, verify, certify, export, doctor):
     app.command()(command)
+app.add_typer(baseline, name="baseline")
 
 USAGE: Any = typer.BadParameter.__mro__[1]
 """The exception for wrong usage; releases of Typer keep it in different modules."""

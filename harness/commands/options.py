@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shlex
 import sys
 import tempfile
 from pathlib import Path
@@ -14,6 +15,7 @@ from rich.console import Console
 
 if TYPE_CHECKING:
     from gnomon.cases import Case, Check
+    from gnomon.harness.contract.integrator import Integrator
 
 UNREAD = 141
 """The exit code if the program that reads the output ends first (`gnomon list | head`): that of a shell for SIGPIPE."""
@@ -133,3 +135,16 @@ def chosen_check(name: str, parameters: list[str] | None) -> Check:
 
     check, _, variant = name.partition("/")
     return cases.get_check(check, variant or None, **given_parameters(parameters))
+
+
+def integrator_or_program(integrator: str | None, command: str | None) -> tuple[Integrator, str]:
+    """The integrator that a command line names, by an argument or by --command, and the words that name it."""
+    from gnomon.harness.registry import lookup
+    from gnomon.harness.verification.command_door import from_command
+
+    if (integrator is None) == (command is None):
+        raise ValueError("name one integrator: package.module:object, an id, a name, or a program with --command")
+    if command is not None:
+        return from_command(command), f"--command {shlex.quote(command)}"
+    assert integrator is not None
+    return lookup.find_one(integrator), shlex.quote(integrator)

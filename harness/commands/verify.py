@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from gnomon.harness.commands import options
 from gnomon.harness.commands.options import out, problems
 from rich.markup import escape
 
+if TYPE_CHECKING:
+    from gnomon.harness.contract.integrator import Integrator
+    from gnomon.harness.verification.baseline import Baseline
+    from gnomon.harness.verification.verify import Report, Row
+
+
+def _file(name: str, what: str) -> typer.models.OptionInfo:
+    """The option --NAME FILE of a file to write."""
+    return typer.Option(f"--{name}", help=f"Write {what}.", parser=options.as_path)  # type: ignore[no-any-return]
+
 
 def verify(
-    integrator: Annotated[str, typer.Argument(help="package.module:object, an id or a name.")],
+    integrator: Annotated[str | None, typer.Argument(help="package.module:object, an id or a name.")] = None,
+    command: Annotated[
+        str | None, typer.Option(help="A program that reads problems and writes states, as './mysolver --fast'.")
+    ] = None,
     case: Annotated[
         list[str] | None, typer.Option(help="A case, or case/variant for a hard variant; repeatable.")
     ] = None,
@@ -23,58 +37,87 @@ def verify(
     max_seconds: Annotated[
         float | None, typer.Option(help="Claims that are not verified within this time do not apply.")
     ] = None,
-    json_path: Annotated[
-        Path | None, typer.Option("--json", help="Write the result as JSON.", parser=options.as_path)
-    ] = None,
-    junit: Annotated[Path | None, typer.Option(help="Write the result as JUnit XML.", parser=options.as_path)] = None,
+    json_path: Annotated[Path | None, _file("json", "the result as JSON")] = None,
+    junit: Annotated[Path | None, _file("junit", "the result as JUnit XML")] = None,
+    markdown: Annotated[Path | None, _file("markdown", "a summary for a pull request in Markdown")] = None,
+    badge: Annotated[Path | None, _file("badge", "a badge as JSON for shields.io's endpoint")] = None,
     known_failures: Annotated[
         Path | None,
         typer.Option(
-            help="A text file of failures that are known, a line each: CLAIM CASE REASON.", exists=True, dir_okay=False
+            help="A text file of known failures, a line each: CLAIM CASE REASON.", exists=True, dir_okay=False
         ),
+    ] = None,
+    baseline: Annotated[
+        Path | None, typer.Option(help="Compare with a file of `gnomon baseline write`.", exists=True, dir_okay=False)
     ] = None,
     workers: Annotated[int, typer.Option(help="Cases at a time, each in a process.")] = 2,
 ) -> None:
     """Verify an integrator: order, error, conservation, repeatability, bad input, hard variants, events.
 
-    Exit code 1 if a claim failed whose failure is not known, or if the first trial raises; 2 if no claim was checked.
+    Exit code 1 if a claim failed whose failure is not known, if the first trial raises, or if it is worse than the
+    baseline; 2 if no claim was checked.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.registry import lookup
     from gnomon.harness.verification import verification_report as report_
-    from gnomon.harness.verification.claims import Outcome
-    from gnomon.harness.verification.verify import FirstTrialError, Row
-    from gnomon.harness.verification.verify import verify as verify_
+    from gnomon.harness.verification.baseline import read
 
     options.validate_workers(workers)
     if max_seconds is not None and not max_seconds > 0:
         raise ValueError(f"--max-seconds {max_seconds:g}: give a positive number of seconds")
     known = report_.read_known(known_failures) if known_failures is not None else {}
-    for path, option in ((json_path, "--json"), (junit, "--junit")):
+    base = read(baseline) if baseline is not None else None
+    files = {"json": json_path, "junit": junit, "markdown": markdown, "badge": badge}
+    for kind, path in files.items():
         if path is not None:
-            options.ensure_writable(path, option)
-    found = lookup.find(integrator)
-    if len(found) > 1:
-        raise ValueError(f"{integrator} names {', '.join(one.id for one in found)}; give one id")
+            options.ensure_writable(path, f"--{kind}")
+    chosen, how = options.integrator_or_program(integrator, command)
+    report = _verified(chosen, case, depth, claim, max_seconds, workers)
+    for line in report_.lines(report, known, how):
+        out.print(escape(line), highlight=False)
+    for line in report_.annotations(report, known, how) if os.environ.get("GITHUB_ACTIONS") == "true" else []:
+        print(line)
+    for kind, path in files.items():
+        if path is not None:
+            path.write_text(report_.WRITERS[kind](report, known, how), encoding="utf-8")
+    worse = base is not None and _worse(base, chosen, workers)
+    code = report_.exit_code(report, known)
+    if code == report_.NOTHING:
+        problems.print("no claim was checked: no case takes this integrator, or no claim applies")
+    if code or worse:
+        raise typer.Exit(code or report_.FAILED)
+
+
+def _verified(
+    chosen: Integrator, case: list[str] | None, depth: str, claim: list[str] | None, seconds: float | None, workers: int
+) -> Report:
+    """The report; each row is printed when it is there. Exits with 1 and the traceback if the first trial raises."""
+    from gnomon.harness.verification.claims import Outcome
+    from gnomon.harness.verification.verify import FirstTrialError
+    from gnomon.harness.verification.verify import verify as verify_
 
     def show(row: Row) -> None:
         if row.finding.outcome != Outcome.NOT_APPLICABLE:
             out.print(escape(f"{row.finding.outcome:6} {row.claim} on {row.case}"), highlight=False)
 
     try:
-        report = verify_(found[0], case, depth, claim, max_seconds, workers, show)
+        return verify_(chosen, case, depth, claim, seconds, workers, show)
     except FirstTrialError as error:
         problems.print(escape(str(error).rstrip()), highlight=False)
         problems.print("nothing was verified: the first trial raised")
-        raise typer.Exit(report_.FAILED) from None
-    for line in report_.lines(report, known, integrator):
+        raise typer.Exit(1) from None
+
+
+def _worse(base: Baseline, integrator: Integrator, workers: int) -> bool:
+    """Run an integrator on the cases of a baseline, print what is worse, and return whether anything is."""
+    from gnomon.harness.verification.baseline import compared, measure
+
+    names = list(dict.fromkeys(entry.case_id for entry in base.entries))
+    verdict = compared(base, measure(integrator, names, base.depth, runs=1, workers=workers))
+    for line in verdict.notes:
         out.print(escape(line), highlight=False)
-    if json_path is not None:
-        json_path.write_text(report_.as_json(report, known, integrator), encoding="utf-8")
-    if junit is not None:
-        junit.write_text(report_.as_junit(report, known, integrator), encoding="utf-8")
-    code = report_.exit_code(report, known)
-    if code == report_.NOTHING:
-        problems.print("no claim was checked: no case takes this integrator, or no claim applies")
-    if code:
-        raise typer.Exit(code)
+    for line in verdict.regressions:
+        out.print(f"[red]worse[/] {escape(line)}", highlight=False)
+    out.print(
+        f"baseline: {verdict.settings} settings compared, {len(verdict.regressions)} regressions", highlight=False
+    )
+    return bool(verdict.regressions)

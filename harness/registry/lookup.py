@@ -104,6 +104,14 @@ def find(name: str) -> tuple[Integrator, ...]:
     raise ValueError(f"no integrator is called {name!r}; {nearest(name, names)}")
 
 
+def find_one(name: str) -> Integrator:
+    """The only integrator that `name` selects; raises ValueError if there are several."""
+    found = find(name)
+    if len(found) > 1:
+        raise ValueError(f"{name} names {', '.join(one.id for one in found)}; give one id")
+    return found[0]
+
+
 def find_all(names: Sequence[str] | None) -> tuple[Integrator, ...]:
     """The integrators that several names select, each once; all integrators for None."""
     if not names:

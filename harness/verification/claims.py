@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from gnomon.harness.contract.integrator import Unsupported
 from gnomon.harness.verification.trials import Trials
 
 
@@ -66,6 +67,8 @@ class Claim:
             return not_applicable(why)
         try:
             found = self.verify(trials)
+        except Unsupported as error:
+            return not_applicable(f"unsupported: {error}")
         except Exception as error:  # the user's code may raise anything, and the next claim is verified all the same
             return failed("", "an answer", f"{type(error).__name__}: {error}", self.reason)
         return found if found.why or found.outcome != Outcome.FAILED else _with_reason(found, self.reason)

@@ -15,7 +15,7 @@ from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps, solver_of
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.running import plan
-from gnomon.harness.scoring.reference_solution import ReferenceSolution
+from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
 from gnomon.harness.scoring.score import Scorer
 from numpy.typing import NDArray
 
@@ -82,6 +82,10 @@ class Trials:
         self.start: Floats = reference.start
         self._whole: dict[float, Answer] = {}
         self._short: dict[tuple[int, float], Answer] = {}
+
+    @classmethod
+    def of(cls, integrator: Integrator, spec: CaseSpec, depth: Depth) -> Trials:
+        return cls(integrator, spec.build()[0], reference_solution(spec), depth)
 
     @property
     def steps(self) -> bool:
@@ -166,6 +170,14 @@ class Trials:
             return [self._called(solver, problem, start).states[0] for start in starts]
         finally:
             solver.close()
+
+    def solution(self, problem: Problem, setting: float, start: Floats) -> Any:
+        """What `solve` returns from one start. Raises what the integrator raises."""
+        solve = self.integrator.prepare(problem, setting)
+        try:
+            return self._called(solve, problem, start)
+        finally:
+            getattr(solve, "close", lambda: None)()
 
     def distance(self, states: Floats, exact: Floats) -> Floats:
         with np.errstate(all="ignore"):  # very large finite states overflow in the metric

@@ -1,11 +1,12 @@
-"""The report of a verification: counts and failures as text, JSON, JUnit XML; the file of known failures."""
+"""The report of a verification as text, JSON, JUnit XML, Markdown, annotations and a badge; the file of known failures."""
 
 from __future__ import annotations
 
+import html
 import json
-import shlex
+import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -70,25 +71,29 @@ def counts(report: Report, known: Known) -> dict[str, int]:
 
 
 def command(report: Report, row: Row, how: str) -> str:
-    """The command that verifies this claim on this case alone; `how` is the integrator as the user named it."""
-    return f"gnomon verify {shlex.quote(how)} --case {row.case} --claim {row.claim} --depth {report.depth}"
+    """The command that verifies this claim on this case alone; `how` is what names the integrator on the command line."""
+    return f"gnomon verify {how} --case {row.case} --claim {row.claim} --depth {report.depth}"
+
+
+def failure(row: Row) -> list[str]:
+    """A failure as text: where, what the claim states, what was expected and got, and why it counts."""
+    finding = row.finding
+    at = f", {finding.setting}" if finding.setting else ""
+    return [
+        f"FAILED {row.claim} on {row.case}{at}",
+        f"  claim:    {CLAIMS[row.claim].states}",
+        f"  expected: {finding.expected}",
+        f"  got:      {finding.got}",
+        f"  why:      {finding.why}",
+        f"  bound:    {CLAIMS[row.claim].bound}",
+    ]
 
 
 def lines(report: Report, known: Known, how: str) -> list[str]:
     """The report as text: each failure with all that explains it, why claims did not apply, known failures, the counts."""
     found: list[str] = []
     for row in new_failures(report, known):
-        finding = row.finding
-        at = f", {finding.setting}" if finding.setting else ""
-        found += [
-            f"FAILED {row.claim} on {row.case}{at}",
-            f"  claim:    {CLAIMS[row.claim].states}",
-            f"  expected: {finding.expected}",
-            f"  got:      {finding.got}",
-            f"  why:      {finding.why}",
-            f"  bound:    {CLAIMS[row.claim].bound}",
-            f"  alone:    {command(report, row, how)}",
-        ]
+        found += [*failure(row), f"  alone:    {command(report, row, how)}"]
     reasons = Counter((row.claim, row.finding.why) for row in report.of(Outcome.NOT_APPLICABLE))
     found += [f"not applicable: {claim} ({count}): {why}" for (claim, why), count in reasons.items()]
     for row in report.rows:
@@ -97,13 +102,17 @@ def lines(report: Report, known: Known, how: str) -> list[str]:
             found.append(f"known failure: {row.claim} on {row.case}: {reason}")
         if reason is not None and row.finding.outcome == Outcome.PASSED:
             found.append(f"passes now: {row.claim} on {row.case}; take it from the file of known failures ({reason})")
+    return [visible(line) for line in [*found, total(report, known)]]
+
+
+def total(report: Report, known: Known) -> str:
+    """The counts as a sentence."""
     number = counts(report, known)
     on = len({row.case for row in report.rows})
-    total = (
+    return (
         f"{report.integrator}: {number['checked']} claims checked on {on} cases, {number['passed']} passed,"
         f" {number['failed']} failed ({number['known']} known), {number['not_applicable']} not applicable"
     )
-    return [visible(line) for line in [*found, total]]
 
 
 def as_json(report: Report, known: Known, how: str) -> str:
@@ -152,6 +161,55 @@ def as_junit(report: Report, known: Known, how: str) -> str:
     return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
 
 
+def as_markdown(report: Report, known: Known, how: str) -> str:
+    """The report for a pull request: the counts, then a table of the failures that are not known."""
+    found = ["### gnomon verify", "", _cell(total(report, known)), ""]
+    failures = new_failures(report, known)
+    if failures:
+        found += ["| claim | case | setting | expected | got | alone |", "|---|---|---|---|---|---|"]
+    for row in failures:
+        finding = row.finding
+        cells = [row.claim, row.case, finding.setting, finding.expected, finding.got, command(report, row, how)]
+        found.append(f"| {' | '.join(map(_cell, cells))} |")
+    return "\n".join(found) + "\n"
+
+
+def _cell(text: str) -> str:
+    """Text that Markdown shows as it is, on one line."""
+    plain = " ".join(visible(line) for line in text.splitlines())
+    return html.escape(re.sub(r"([\\`*_\[\]|~#])", r"\\\1", plain), quote=False)
+
+
+def annotations(report: Report, known: Known, how: str) -> list[str]:
+    """A line for each failure that is not known, in the notation of GitHub Actions' workflow commands."""
+    found = []
+    for row in new_failures(report, known):
+        text = "\n".join([*failure(row), command(report, row, how)])
+        title = _workflow(f"gnomon: {row.claim} on {row.case}").replace(":", "%3A").replace(",", "%2C")
+        found.append(f"::error title={title}::{_workflow(text)}")
+    return found
+
+
+def _workflow(text: str) -> str:
+    """Text in a workflow command, where % and ends of lines are encoded."""
+    lines = [visible(line).replace("%", "%25") for line in text.splitlines()]
+    return "%0A".join(lines)
+
+
+def as_badge(report: Report, known: Known, how: str) -> str:
+    """The JSON of a badge in the schema of shields.io's endpoint: passed of checked; grey if nothing was checked."""
+    number = counts(report, known)
+    colour = {PASSED: "brightgreen", FAILED: "red", NOTHING: "lightgrey"}[exit_code(report, known)]
+    message = f"{number['passed']} of {number['checked']} claims" if number["checked"] else "nothing checked"
+    return json.dumps({"schemaVersion": 1, "label": "gnomon", "message": message, "color": colour}) + "\n"
+
+
 def _xml(text: str) -> str:
     """Text without characters that XML 1.0 does not allow."""
     return "\n".join(visible(line) for line in text.split("\n"))
+
+
+WRITERS: Mapping[str, Callable[[Report, Known, str], str]] = {
+    "json": as_json, "junit": as_junit, "markdown": as_markdown, "badge": as_badge
+}  # fmt: skip
+"""The text of each kind of file, from the report, the known failures and and what names the integrator on the command line."""

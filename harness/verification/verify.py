@@ -20,7 +20,7 @@ from gnomon.cases.core.numbers import nearest
 from gnomon.harness.contract.integrator import Integrator, Refused
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.registry import declaration, lookup
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
+from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import guarded, queued_seconds
 from gnomon.harness.verification import conduct_claims, convergence_claims, structure_claims
 from gnomon.harness.verification.claims import Claim, Finding, Outcome, failed, not_applicable
@@ -77,11 +77,17 @@ class Report:
 
 
 @dataclass
-class _Job:
-    """The claims that are still to be verified on one case, and the process that does it."""
+class Job:
+    """The claims that are still to be verified on one case, and the process that does it.
+
+    With `measure`, the process calls it instead for each name in `pending`, which is then no claim.
+    """
 
     case: Case
     pending: list[str]
+    measure: Callable[[Trials], Finding] | None = None
+    runs: int = 1
+    """Each name in `pending` may take so many times as long as a claim."""
     process: Any = None
     connection: Connection | None = None
     deadline: float = math.inf
@@ -102,13 +108,8 @@ def verify(
 
     Raises ValueError for wrong names or a wrong declaration, FirstTrialError if its first trial raises.
     """
-    declaration.validate(integrator)
-    absent = lookup.missing(integrator)
-    if absent is not None:
-        raise ValueError(f"{integrator.id} cannot run here: {absent}")
-    chosen_depth, ids = _depth(depth), _claim_ids(claims)
-    jobs = _jobs(integrator, names, chosen_depth, ids)
-    report = Report(integrator.id, depth)
+    jobs = [Job(case, ids) for case, ids in planned(integrator, names, depth, claims)]
+    report, chosen_depth = Report(integrator.id, depth), DEPTHS[depth]
     if not jobs:
         return report
     _first_trial(integrator, jobs[0].case, chosen_depth)
@@ -118,16 +119,26 @@ def verify(
         progress(row)
 
     ends = math.inf if max_seconds is None else monotonic() + max_seconds
-    _Runner(integrator, chosen_depth, workers, add, ends).run(jobs)
+    Runner(integrator, chosen_depth, workers, add, ends).run(jobs)
     places = {name: place for place, name in enumerate(CLAIMS)}
     report.rows.sort(key=lambda row: ([job.case.id for job in jobs].index(row.case), places[row.claim]))
     return report
 
 
-def _depth(name: str) -> Depth:
-    if name not in DEPTHS:
-        raise ValueError(f"no depth is called {name!r}; {nearest(name, DEPTHS)}")
-    return DEPTHS[name]
+def planned(
+    integrator: Integrator, names: Sequence[str] | None, depth: str, claims: Sequence[str] | None = None
+) -> list[tuple[Case, list[str]]]:
+    """The cases on which an integrator is verified, each with the ids of its claims; arguments and errors as `verify`."""
+    declaration.validate(integrator)
+    absent = lookup.missing(integrator)
+    if absent is not None:
+        raise ValueError(f"{integrator.id} cannot run here: {absent}")
+    if depth not in DEPTHS:
+        raise ValueError(f"no depth is called {depth!r}; {nearest(depth, DEPTHS)}")
+    ids = _claim_ids(claims)
+    chosen = [case.rounded() for case in _cases(integrator, names, DEPTHS[depth])]
+    found = [(case, [i for i in ids if CLAIMS[i].hard == (case.variant is not None)]) for case in chosen]
+    return [(case, ids) for case, ids in found if ids]
 
 
 def _claim_ids(given: Sequence[str] | None) -> list[str]:
@@ -137,20 +148,18 @@ def _claim_ids(given: Sequence[str] | None) -> list[str]:
     return [name for name in CLAIMS if not given or name in given]
 
 
-def _jobs(integrator: Integrator, names: Sequence[str] | None, depth: Depth, ids: list[str]) -> list[_Job]:
-    if names:
-        chosen = [cases.get(*_case_and_variant(name)) for name in names]
-        for case in chosen:
-            if not _takes(integrator, case):
-                accepted_names = " or ".join(kind.__name__ for kind in integrator.accepts)
-                raise ValueError(
-                    f"{integrator.id} takes {accepted_names}, which {case.id} does not offer; name another case"
-                )
-    else:
+def _cases(integrator: Integrator, names: Sequence[str] | None, depth: Depth) -> list[Case]:
+    if not names:
         accepted = [case for case in map(cases.get, CASES) if _takes(integrator, case)][: depth.cases]
-        chosen = accepted + _hard(accepted, depth.variants)
-    found = [_Job(case.rounded(), [i for i in ids if CLAIMS[i].hard == (case.variant is not None)]) for case in chosen]
-    return [job for job in found if job.pending]
+        return accepted + _hard(accepted, depth.variants)
+    chosen = [cases.get(*_case_and_variant(name)) for name in names]
+    for case in chosen:
+        if not _takes(integrator, case):
+            accepted_names = " or ".join(kind.__name__ for kind in integrator.accepts)
+            raise ValueError(
+                f"{integrator.id} takes {accepted_names}, which {case.id} does not offer; name another case"
+            )
+    return chosen
 
 
 def _case_and_variant(name: str) -> tuple[str, str | None]:
@@ -173,21 +182,21 @@ def _hard(chosen: Sequence[Case], most: int) -> list[Case]:
 def _first_trial(integrator: Integrator, case: Case, depth: Depth) -> None:
     """Raise FirstTrialError if the integrator raises on a case, at the coarsest and at a usual setting."""
     found: list[Row] = []
-    _Runner(integrator, depth, 1, found.append, math.inf).run([_Job(case, [FIRST])])
+    Runner(integrator, depth, 1, found.append, math.inf).run([Job(case, [FIRST], _first)])
     if found[0].finding.outcome == Outcome.FAILED:
         raise FirstTrialError(found[0].finding.got)
 
 
-class _Runner:
+class Runner:
     """Runs jobs in up to `workers` processes. A claim that takes too long, or ends the process, has failed."""
 
     def __init__(
         self, integrator: Integrator, depth: Depth, workers: int, add: Callable[[Row], None], ends: float
     ) -> None:
         self.integrator, self.depth, self.workers, self.add, self.ends = integrator, depth, workers, add, ends
-        self._running: list[_Job] = []
+        self._running: list[Job] = []
 
-    def run(self, jobs: Sequence[_Job]) -> None:
+    def run(self, jobs: Sequence[Job]) -> None:
         waiting = list(jobs)
         try:
             while waiting or self._running:
@@ -198,10 +207,12 @@ class _Runner:
             for job in list(self._running):
                 self._end(job)
 
-    def _start(self, job: _Job) -> None:
+    def _start(self, job: Job) -> None:
         context = multiprocessing.get_context("fork")  # the user's object need not be found again by name
         ours, theirs = context.Pipe()
-        work = partial(_serve, theirs, self.integrator, CaseSpec.of(job.case), list(job.pending), self.depth)
+        work = partial(
+            _serve, theirs, self.integrator, CaseSpec.of(job.case), list(job.pending), self.depth, job.measure
+        )
         job.process, job.connection, job.ready = context.Process(target=guarded, args=(work,)), ours, False
         sys.stdout.flush()
         job.process.start()
@@ -225,15 +236,15 @@ class _Runner:
             elif waited > 1e-3:
                 job.deadline, job.queued = job.deadline + waited, job.queued + waited
             else:
-                seconds = CLAIM_SECONDS[self.depth.name]
+                seconds = job.runs * CLAIM_SECONDS[self.depth.name]
                 self._lost(job, f"none within {seconds:g} s")
 
-    def _read(self, job: _Job) -> None:
+    def _read(self, job: Job) -> None:
         assert job.connection is not None
         try:
             while job.connection.poll():
                 message = json.loads(job.connection.recv_bytes(2**20))  # data only: the user's code runs in the process
-                job.deadline = monotonic() + CLAIM_SECONDS[self.depth.name]
+                job.deadline = monotonic() + job.runs * CLAIM_SECONDS[self.depth.name]
                 job.queued = queued_seconds(job.process.pid)
                 job.ready = True
                 if message:
@@ -247,7 +258,7 @@ class _Runner:
             else:
                 self._end(job)
 
-    def _lost(self, job: _Job, got: str) -> None:
+    def _lost(self, job: Job, got: str) -> None:
         """The process hangs or has ended: the claim that it was at has failed, the others are verified in a new one."""
         self._end(job)
         claim = job.pending.pop(0)
@@ -260,7 +271,7 @@ class _Runner:
         if job.pending:
             self._start(job)
 
-    def _end(self, job: _Job) -> None:
+    def _end(self, job: Job) -> None:
         self._running.remove(job)
         if job.process.is_alive():
             job.process.terminate()
@@ -269,16 +280,22 @@ class _Runner:
             job.connection.close()
 
 
-def _serve(connection: Connection, integrator: Integrator, spec: CaseSpec, ids: list[str], depth: Depth) -> None:
+def _serve(
+    connection: Connection,
+    integrator: Integrator,
+    spec: CaseSpec,
+    ids: list[str],
+    depth: Depth,
+    measure: Callable[[Trials], Finding] | None,
+) -> None:
     """Verify claims in a child process, and send each finding; what the integrator prints is discarded."""
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
     os.dup2(null, 2)
-    case, _ = spec.build()
-    trials = Trials(integrator, case, reference_solution(spec), depth)
+    trials = Trials.of(integrator, spec, depth)
     connection.send_bytes(b"{}")
     for name in ids:
-        finding = _first(trials) if name == FIRST else CLAIMS[name].check(trials)
+        finding = CLAIMS[name].check(trials) if measure is None else measure(trials)
         connection.send_bytes(json.dumps(asdict(finding)).encode())
 
 

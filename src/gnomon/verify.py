@@ -7,7 +7,20 @@ and then `gnomon verify package.module:mine`.
 """
 
 from gnomon.harness.contract.integrator import Refused, Steps, Tolerance
+from gnomon.harness.verification.checks import assert_follows, parametrize
 from gnomon.harness.verification.doors import from_solve, from_step
 from gnomon.harness.verification.verify import CLAIMS, FirstTrialError, Report, verify
 
-__all__ = ["CLAIMS", "FirstTrialError", "Refused", "Report", "Steps", "Tolerance", "from_solve", "from_step", "verify"]
+__all__ = [
+    "CLAIMS",
+    "FirstTrialError",
+    "Refused",
+    "Report",
+    "Steps",
+    "Tolerance",
+    "assert_follows",
+    "from_solve",
+    "from_step",
+    "parametrize",
+    "verify",
+]

@@ -35,6 +35,7 @@ from gnomon.harness.verification.command_door import from_command
 from gnomon import cases
 
 HERE = Path(__file__).parent
+EXAMPLE = HERE.parents[1] / "example_project"
 COMPILER = shutil.which("cc")
 SCHEMA: dict[str, Any] = json.loads(
     files("gnomon.harness.verification").joinpath("protocol.schema.json").read_text(encoding="utf-8")
@@ -71,7 +72,9 @@ def rk4(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if COMPILER is None:
         pytest.skip("needs a C compiler called cc")
     program = tmp_path_factory.mktemp("rk4") / "rk4"
-    subprocess.run([COMPILER, "-O2", "-ffp-contract=off", "-o", program, HERE / "rk4.c", "-lm"], check=True)
+    subprocess.run(
+        [COMPILER, "-O2", "-ffp-contract=off", "-o", program, EXAMPLE / "swing" / "rk4.c", "-lm"], check=True
+    )
     return program
 
 

@@ -11,7 +11,16 @@ import pytest
 from command_line import gnomon
 from gnomon.harness.verification import verify as verify_module
 from gnomon.harness.verification.claims import Outcome, failed, not_applicable, passed
-from gnomon.harness.verification.verification_report import as_json, as_junit, exit_code, lines, read_known
+from gnomon.harness.verification.verification_report import (
+    annotations,
+    as_badge,
+    as_json,
+    as_junit,
+    as_markdown,
+    exit_code,
+    lines,
+    read_known,
+)
 from gnomon.harness.verification.verify import Report, Row, verify
 
 ALONE = ("--case", "pendulum_simple", "--depth", "low", "--claim")
@@ -24,6 +33,33 @@ REPORT = Report("mine:RK4", "low", ROWS)
 KNOWN = {("order", "pendulum_simple"): "a coefficient"}
 
 
+def test_markdown_shows_the_counts_and_each_new_failure_as_plain_text() -> None:
+    """What an integrator's message holds is text, not markup: it cannot add a column, a link or a tag."""
+    text = as_markdown(REPORT, {}, "m:r")
+    assert "2 claims checked on 1 cases, 1 passed, 1 failed (0 known), 1 not applicable" in text
+    (row,) = [line for line in text.splitlines() if line.startswith("| order")]
+    assert "h^1 &lt;&amp;" in row
+    odd = Report("m", "low", [Row("order", "a", failed("x|y", "[a](b)", "<b>`c`\nd"))])
+    (row,) = [line for line in as_markdown(odd, {}, "m:r").splitlines() if line.startswith("| order")]
+    assert row.count("|") - row.count(r"\|") == 7
+    assert "<b>" not in row
+    assert r"\[a\](b)" in row
+    assert "| order" not in as_markdown(REPORT, KNOWN, "m:r")
+
+
+def test_annotations_are_one_line_for_each_new_failure() -> None:
+    (line,) = annotations(Report("m", "low", [Row("order", "a", failed("50%", "1", "::error::2\n::stop"))]), {}, "m:r")
+    assert line.startswith("::error title=gnomon%3A order on a::FAILED order on a, 50%25%0A")
+    assert "\n" not in line
+    assert annotations(REPORT, KNOWN, "m:r") == []
+
+
+def test_the_badge_is_never_green_with_nothing_checked() -> None:
+    colours = [json.loads(as_badge(report, {}, "m:r"))["color"] for report in (REPORT, Report("m", "low", ROWS[1:]))]
+    assert colours == ["red", "brightgreen"]
+    assert json.loads(as_badge(Report("m", "low", ROWS[2:]), {}, "m:r"))["color"] == "lightgrey"
+
+
 def test_exit_codes_say_what_was_found() -> None:
     """Never 0 with nothing checked, and 1 only for failures that are not known."""
     assert exit_code(REPORT, {}) == 1
@@ -33,7 +69,7 @@ def test_exit_codes_say_what_was_found() -> None:
 
 
 def test_the_text_ends_with_counts_and_shows_failures_alone() -> None:
-    text = lines(REPORT, {}, "my module:rk4")
+    text = lines(REPORT, {}, "'my module:rk4'")
     assert text[-1] == ("mine:RK4: 2 claims checked on 1 cases, 1 passed, 1 failed (0 known), 1 not applicable")
     whole = "\n".join(text)
     for part in ("h = 1 to 2", "expected: h^4", "got:      h^1", "It is wrong.", "it does not declare symplectic"):

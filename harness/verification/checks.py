@@ -1,0 +1,146 @@
+"""Claims as tests of a user's own pytest: `parametrize` a test with them, or `assert_follows` one exact motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gnomon.cases import Case
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.scoring.reference_solution import CaseSpec
+from gnomon.harness.verification.claims import Finding, Outcome
+from gnomon.harness.verification.convergence_claims import allowed_error
+from gnomon.harness.verification.trials import DEPTHS, Answer, Depth, Trials
+from gnomon.harness.verification.verification_report import failure, read_known
+from gnomon.harness.verification.verify import CLAIMS, Row, planned
+
+from gnomon import cases
+
+
+@dataclass(frozen=True)
+class Check:
+    """One claim about an integrator on one case. A call raises AssertionError if it fails, and skips the test if it does
+    not apply."""
+
+    integrator: Integrator
+    case: Case
+    claim: str
+    depth: Depth
+
+    @property
+    def id(self) -> str:
+        return f"{self.claim}[{self.case.id}]"
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """(claim, case), as in a file of known failures."""
+        return self.claim, self.case.id
+
+    def finding(self) -> Finding:
+        return CLAIMS[self.claim].check(_trials(self.integrator, CaseSpec.of(self.case), self.depth))
+
+    def __call__(self) -> None:
+        found = self.finding()
+        if found.outcome == Outcome.NOT_APPLICABLE:
+            pytest.skip(found.why)
+        if found.outcome == Outcome.FAILED:
+            raise AssertionError("\n".join(failure(Row(self.claim, self.case.id, found))))
+
+
+@lru_cache(maxsize=16)
+def _trials(integrator: Integrator, spec: CaseSpec, depth: Depth) -> Trials:
+    """The solutions of one case, which its claims share."""
+    return Trials.of(integrator, spec, depth)
+
+
+def checks(integrator: Integrator, depth: str = "low", names: Sequence[str] | None = None) -> list[Check]:
+    """The checks of an integrator, case by case; arguments and errors as `gnomon.verify.verify`.
+
+    Raises ValueError too if there is none.
+    """
+    found = [
+        Check(integrator, case, claim, DEPTHS[depth])
+        for case, claims in planned(integrator, names, depth)
+        for claim in claims
+    ]
+    if not found:
+        raise ValueError(f"no case offers what {integrator.id} accepts, so there is nothing to verify")
+    return found
+
+
+def parametrize(
+    integrator: Integrator,
+    depth: str = "low",
+    cases: Sequence[str] | None = None,
+    known_failures: Path | str | None = None,
+) -> pytest.MarkDecorator:
+    """A decorator of a test with the argument `check`, which the test calls: one test for each claim on each case.
+
+        @gnomon.verify.parametrize(MyIntegrator())
+        def test_my_integrator(check):
+            check()
+
+    Failures that are known are expected failures; one that passes is reported as such.
+    """
+    known: Mapping[tuple[str, str], str] = {} if known_failures is None else read_known(Path(known_failures))
+    return pytest.mark.parametrize(
+        "check",
+        [
+            pytest.param(
+                check,
+                id=check.id,
+                marks=[pytest.mark.xfail(reason=known[check.key], strict=False)] if check.key in known else [],
+            )
+            for check in checks(integrator, depth, cases)
+        ],
+    )
+
+
+def assert_follows(integrator: Integrator, case: str | Case, setting: float, within: float | None = None) -> None:
+    """Assert that an integrator follows the exact motion of a case at a setting, within an error in the case's metric.
+
+    `within` may be left out for a tolerance: the bound is then what the local errors of all steps may add up to. The
+    message of the AssertionError shows the exact and the computed state at the worst sample.
+    Raises ValueError for an impossible `within`, or one left out for a step size.
+    """
+    if isinstance(case, str):
+        base, _, variant = case.partition("/")
+        case = cases.get(base, variant or None)
+    if within is not None and not 0 < within < math.inf:
+        raise ValueError(f"within={within}: give a positive error")
+    trials = _trials(integrator, CaseSpec.of(case.rounded()), DEPTHS["high"])
+    if within is None and trials.steps:
+        raise ValueError(f"{integrator.id} takes step sizes, which bound no error; give within=, the largest error")
+    answer = trials.whole(setting)
+    allowed = allowed_error(trials, setting, answer) if within is None else within
+    if not answer.declined and answer.error <= allowed:
+        return
+    raise AssertionError("\n".join(_departure(trials, answer, allowed)))
+
+
+def _departure(trials: Trials, answer: Answer, allowed: float) -> list[str]:
+    """How the computed motion departs from the exact one: the worst sample, component by component."""
+    kind = "step size" if trials.steps else "tolerance"
+    named = f"{trials.integrator.id} on {trials.case.id} at {kind} {answer.setting:g}"
+    if answer.states is None or math.isnan(answer.error):
+        return [f"{named} has no solution: {answer.why}"]
+    exact, times = trials.reference.exact, trials.reference.times
+    errors = trials.scorer.metric.distance(answer.states, exact, times)
+    worst = int(np.argmax(errors))
+    found = [
+        f"{named}: error {answer.error:.3g}, allowed {allowed:.3g}, floor {trials.reference.floor[worst]:.2g}"
+        + (f"; stopped: {answer.stopped}" if answer.stopped else ""),
+        f"largest at sample {worst + 1} of {len(times)}, t = {times[worst]:.17g}:",
+    ]
+    for coordinate, right, got in zip(trials.case.state, exact[worst], answer.states[worst], strict=True):
+        ulps = (got - right) / np.spacing(abs(right))
+        found.append(
+            f"  {coordinate.name}: exact {right:.17g}, computed {got:.17g}, difference {got - right:.3g} {coordinate.unit},"
+            f" {ulps:.3g} ulp"
+        )
+    return found

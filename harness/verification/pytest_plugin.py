@@ -1,0 +1,78 @@
+"""The pytest plugin: `pytest --gnomon package.module:Class` has one test for each claim about an integrator on each case.
+
+This file imports only pytest until the option is given: every pytest of an environment with gnomon loads it.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import pytest
+
+if TYPE_CHECKING:
+    from gnomon.harness.verification.checks import Check
+
+Planned: TypeAlias = "tuple[str, Check, str | None]"
+"""(the integrator as it was named, one check of it, why its failure is known)"""
+PLANNED = pytest.StashKey[list[Planned]]()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("gnomon", "integrators against exact motions")
+    group.addoption(
+        "--gnomon", action="append", default=[], metavar="MODULE:OBJECT", help="Verify this integrator; repeatable."
+    )
+    group.addoption(
+        "--gnomon-depth", default="low", metavar="DEPTH", help="low, normal or high, as gnomon verify --depth."
+    )
+    group.addoption("--gnomon-known-failures", metavar="FILE", help="Known failures, a line each: CLAIM CASE REASON.")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "gnomon: a claim about an integrator, verified by gnomon")
+    config.stash[PLANNED] = [planned for named in config.getoption("--gnomon") for planned in _planned(config, named)]
+
+
+@pytest.hookimpl(tryfirst=True)  # before -k and -m select
+def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config, items: list[pytest.Item]) -> None:
+    for named, check, reason in config.stash[PLANNED]:
+        item = _Claim.from_parent(session, name=check.id, nodeid=f"gnomon::{named}::{check.id}", check=check)
+        item.add_marker("gnomon")
+        if reason is not None:
+            item.add_marker(pytest.mark.xfail(reason=reason, strict=False))
+        items.append(item)
+
+
+def _planned(config: pytest.Config, named: str) -> list[Planned]:
+    # Imported here and not above: most runs of pytest do without numpy and numba.
+    from gnomon.harness.registry import lookup
+    from gnomon.harness.verification.checks import checks
+    from gnomon.harness.verification.verification_report import read_known
+
+    path = config.getoption("--gnomon-known-failures")
+    sys.path.append(str(config.invocation_params.dir))  # the command `pytest` does not look in the working directory
+    try:
+        integrator = lookup.find_one(named)
+        known = {} if path is None else read_known(config.invocation_params.dir / path)
+        found = checks(integrator, config.getoption("--gnomon-depth"))
+        return [(named, check, known.get(check.key)) for check in found]
+    except (OSError, ValueError) as error:
+        raise pytest.UsageError(f"--gnomon {named}: {error}") from None
+
+
+class _Claim(pytest.Item):
+    """One claim on one case."""
+
+    def __init__(self, *, check: Check, **given: Any) -> None:
+        super().__init__(**given)
+        self.check = check
+
+    def runtest(self) -> None:
+        self.check()
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        return str(excinfo.value) if isinstance(excinfo.value, AssertionError) else super().repr_failure(excinfo, style)
+
+    def reportinfo(self) -> tuple[Any, int | None, str]:
+        return self.path, None, self.nodeid

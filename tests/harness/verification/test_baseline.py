@@ -1,0 +1,100 @@
+"""Baselines: what an integrator did is the same again, a fault is a regression, and a file is data."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import planted_methods
+import pytest
+from command_line import gnomon
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.verification.baseline import Baseline, as_text, compared, measure, read
+
+PENDULUM = ["pendulum_simple"]
+
+
+def base_of(integrator: Integrator) -> Baseline:
+    return measure(integrator, PENDULUM, "low", runs=4)
+
+
+@pytest.fixture(scope="module")
+def bases() -> dict[str, Baseline]:
+    return {"RK4": base_of(planted_methods.good_rk4), "pair": base_of(planted_methods.good_pair)}
+
+
+@pytest.mark.parametrize("name", ["RK4", "pair"])
+def test_the_file_holds_all_that_was_measured(bases: dict[str, Baseline], name: str, tmp_path: Path) -> None:
+    path = tmp_path / "baseline.txt"
+    path.write_text(as_text(bases[name]))
+    assert repr(read(path)) == repr(bases[name])  # nan is not equal to itself
+
+
+@pytest.mark.parametrize(("name", "make"), [("RK4", planted_methods.rk4), ("pair", planted_methods.pair)])
+@pytest.mark.parametrize("fault", ["", "coefficient_5", "float32"])
+def test_a_fault_is_a_regression_and_noise_is_none(
+    bases: dict[str, Baseline], name: str, make: object, fault: str
+) -> None:
+    """Ulps at the start change the steps of the pair: a run from such starts is no worse than the baseline."""
+    integrator = make(fault)  # type: ignore[operator]
+    run = replace(measure(integrator, PENDULUM, "low", runs=1), integrator=bases[name].integrator)
+    verdict = compared(bases[name], run)
+    assert verdict.settings >= 4
+    assert bool(verdict.regressions) == bool(fault), verdict.regressions
+
+
+def test_more_work_for_the_same_error_is_a_regression(bases: dict[str, Baseline]) -> None:
+    base = bases["pair"]
+    more = replace(base, entries=tuple(replace(e, rhs_high=1.1 * e.rhs_high + 64) for e in base.entries))
+    assert any("right-hand sides" in line for line in compared(base, more).regressions)
+    assert compared(base, base).regressions == []
+
+
+def test_a_bound_that_another_version_changed_is_named(bases: dict[str, Baseline]) -> None:
+    base = bases["RK4"]
+    older = replace(base, version="0.0.1", entries=tuple(replace(e, floor=2 * e.floor) for e in base.entries))
+    (note,) = compared(older, base).notes
+    assert note.startswith("pendulum_simple: floor ")
+    assert "of gnomon 0.0.1" in note
+
+
+def test_a_baseline_of_another_integrator_is_refused(bases: dict[str, Baseline]) -> None:
+    with pytest.raises(ValueError, match="the baseline is of mine:RK4, not of mine:pair"):
+        compared(bases["RK4"], bases["pair"])
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda text: "x" + text, "its first line is not"),
+        (lambda text: text.replace("# depth low", "# depth deep"), "lines 2 to 5"),
+        (lambda text: text.replace("variant", "variance", 1), "columns are not those"),
+        (lambda text: text.rstrip() + " 7\n", "columns, not"),
+        (lambda text: text.replace(" step ", " step x", 1), "columns, not|could not convert"),
+        (lambda text: text.replace(" ok ", " fine ", 1), "fine"),
+        (lambda text: "", "its first line is not"),
+    ],
+)
+def test_a_file_that_is_none_is_refused_in_one_line(
+    bases: dict[str, Baseline], change: object, says: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "baseline.txt"
+    path.write_text(change(as_text(bases["RK4"])))  # type: ignore[operator]
+    with pytest.raises(ValueError, match=says) as caught:
+        read(path)
+    assert "\n" not in str(caught.value)
+    assert str(path) in str(caught.value)
+
+
+def test_the_commands_write_and_compare(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "baseline.txt"
+    named = ("planted_methods:good_verlet", "--case", "pendulum_simple")
+    assert gnomon("baseline", "write", *named, "--to", str(path)) == 0
+    alone = ("--depth", "low", "--claim", "repeatable", "--baseline", str(path))
+    assert gnomon("verify", *named, *alone) == 0
+    assert "settings compared, 0 regressions" in capsys.readouterr().out
+    entries = [replace(e, error_low=e.error_low / 9, error_high=e.error_high / 9) for e in read(path).entries]
+    path.write_text(as_text(replace(read(path), entries=tuple(entries))))
+    assert gnomon("verify", *named, *alone) == 1
+    assert np.any(["errors are 9 times" in line for line in capsys.readouterr().out.splitlines()])
