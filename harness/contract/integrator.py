@@ -181,6 +181,8 @@ class Integrator(ABC):
     accepts: ClassVar[tuple[type, ...]]
     sampling: ClassVar[str] = "grid"
     """How samples are made: dense output | stops at samples | grid."""
+    dense_order: ClassVar[int | None] = None
+    """The order q of the dense output, whose error in a step is proportional to h^(q + 1); None: not declared."""
     sweep: ClassVar[Tolerance | Steps]
     policy: ClassVar[str] = ""
     counts_rhs: ClassVar[bool] = True

@@ -60,6 +60,7 @@ _RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
     "policy": (lambda value: value == "" or _text(value), "it is a text in one line, or empty"),
     "sampling": (_text, "it is a text in one line"),
     "order": (_order, f"it is a whole number from 1 to {MOST_ORDER}, or None"),
+    "dense_order": (_order, f"it is a whole number from 1 to {MOST_ORDER}, or None"),
     "accepts": (_kinds, "it is a tuple of the forms that it takes, as (FirstOrder,)"),
     "sweep": (lambda value: isinstance(value, Tolerance | Steps), "it is a Tolerance(...) or a Steps(...)"),
     "counts_rhs": (lambda value: isinstance(value, bool), "it is True or False"),

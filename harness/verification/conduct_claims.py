@@ -23,11 +23,6 @@ def _other(trials: Trials) -> Floats:
     return other
 
 
-def _settings(trials: Trials) -> str:
-    setting = trials.usual()
-    return f"h = {setting:.6g}" if trials.steps else f"tolerance {setting:g}"
-
-
 def _repeatable(trials: Trials) -> Finding:
     first, second = (trials.solutions(trials.problem(), trials.usual(), [trials.start])[0] for _ in range(2))
     return _same(trials, first, second, "two preparations from one start")
@@ -63,12 +58,14 @@ def _ensemble(trials: Trials) -> Finding:
     together = validation.checked(solve(starts.copy()), (2, len(problem.times), problem.dimension)).states[1]
     alone = trials.whole(setting)
     if alone.states is None or alone.declined or math.isnan(alone.error):
-        return not_applicable(f"no solution at {_settings(trials)}: {alone.why}")
+        return not_applicable(f"no solution at {trials.named(trials.usual())}: {alone.why}")
     apart = float(np.max(trials.distance(together, alone.states)))
     allowed = alone.roundoff if trials.steps else 2 * allowed_error(trials, setting, alone)
     if apart <= allowed:
         return passed()
-    return failed(_settings(trials), f"the second of two starts within {allowed:.2g} of the same alone", f"{apart:.2g}")
+    return failed(
+        trials.named(trials.usual()), f"the second of two starts within {allowed:.2g} of the same alone", f"{apart:.2g}"
+    )
 
 
 def _same(trials: Trials, first: Floats, second: Floats, what: str) -> Finding:
@@ -76,7 +73,9 @@ def _same(trials: Trials, first: Floats, second: Floats, what: str) -> Finding:
         return passed()
     different = int(np.argmax(np.any(first != second, axis=1)))
     apart = float(np.max(trials.distance(second, first)))
-    return failed(_settings(trials), f"the same bits: {what}", f"{apart:.2g} apart, first at sample {different + 1}")
+    return failed(
+        trials.named(trials.usual()), f"the same bits: {what}", f"{apart:.2g} apart, first at sample {different + 1}"
+    )
 
 
 def _bad_start(trials: Trials) -> Finding:

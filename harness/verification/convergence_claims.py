@@ -24,7 +24,7 @@ def _ran(trials: Trials) -> Finding:
     answers = [trials.whole(trials.settings[k]) for k in sorted({len(trials.settings) // 2, len(trials.settings) - 1})]
     for answer in answers:
         if answer.raised is not None or (answer.states is not None and math.isnan(answer.error) and not answer.stopped):
-            return failed(_named(trials, answer.setting), "finite states, or a reason why there are none", answer.why)
+            return failed(trials.named(answer.setting), "finite states, or a reason why there are none", answer.why)
     return passed()
 
 
@@ -206,10 +206,6 @@ def _work(trials: Trials) -> Finding:
 
 def _hard(trials: Trials) -> Finding:
     return _over_tolerance(trials, [(a.setting, a) for a in trials.answers() if a.setting <= TIGHT], 0)
-
-
-def _named(trials: Trials, setting: float) -> str:
-    return f"h = {setting:.6g}" if trials.steps else f"tolerance {setting:g}"
 
 
 CLAIMS = (

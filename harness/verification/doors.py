@@ -52,6 +52,7 @@ def from_solve(
     order: int | None = None,
     sweep: Tolerance | Steps | None = None,
     sampling: str = "stops at samples",
+    dense_order: int | None = None,
     conserves: tuple[str, ...] = (),
     accelerations: bool = False,
     library: str = "mine",
@@ -59,13 +60,13 @@ def from_solve(
     """The integrator that calls `solve(f, t0, y0, times, tolerance)`, which returns the states at `times`, (n, dim).
 
     With a `sweep` of Steps the last argument is the step size. `sampling`: "dense output" if the states at `times` come
-    from an interpolant. A solver that gives up raises `gnomon.verify.Refused`, or returns nan for what it did not reach.
+    from an interpolant, of order `dense_order`. A solver that gives up raises `gnomon.verify.Refused`, or returns nan for what it did not reach.
     Raises ValueError for a wrong declaration.
     """
     accepts = (SecondOrder,) if accelerations else (FirstOrder,)
     declared = {"name": name, "library": library, "order": order, "accepts": accepts, "conserves": conserves}
-    more = {"sweep": sweep or Tolerance(1e-3, 1e-12), "sampling": sampling, "function": staticmethod(solve)}
-    return _made(_Solved, declared | more)
+    more = {"sweep": sweep or Tolerance(1e-3, 1e-12), "sampling": sampling, "dense_order": dense_order}
+    return _made(_Solved, declared | more | {"function": staticmethod(solve)})
 
 
 class _Door(Integrator):

@@ -147,6 +147,10 @@ class Trials:
         """A setting from the middle of the sweep."""
         return self.settings[len(self.settings) // 2]
 
+    def named(self, setting: float) -> str:
+        """A setting as text."""
+        return f"h = {setting:.6g}" if self.steps else f"tolerance {setting:g}"
+
     def roundoff(self, work: int, halvings: int = 0) -> float:
         """The largest error that `work` roundings of the state may cause: each has the effect of an ulp at the start.
 
@@ -173,11 +177,11 @@ class Trials:
 
     def solution(self, problem: Problem, setting: float, start: Floats) -> Any:
         """What `solve` returns from one start. Raises what the integrator raises."""
-        solve = self.integrator.prepare(problem, setting)
+        solver = solver_of(self.integrator, problem, setting)
         try:
-            return self._called(solve, problem, start)
+            return self._called(solver, problem, start)
         finally:
-            getattr(solve, "close", lambda: None)()
+            solver.close()
 
     def distance(self, states: Floats, exact: Floats) -> Floats:
         with np.errstate(all="ignore"):  # very large finite states overflow in the metric

@@ -22,14 +22,16 @@ from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.registry import declaration, lookup
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import guarded, queued_seconds
-from gnomon.harness.verification import conduct_claims, convergence_claims, structure_claims
+from gnomon.harness.verification import conduct_claims, convergence_claims, relation_claims, structure_claims
 from gnomon.harness.verification.claims import Claim, Finding, Outcome, failed, not_applicable
 from gnomon.harness.verification.trials import DEPTHS, Depth, Trials
 
 from gnomon import cases
 
 CLAIMS: dict[str, Claim] = {
-    claim.id: claim for claim in (*convergence_claims.CLAIMS, *structure_claims.CLAIMS, *conduct_claims.CLAIMS)
+    claim.id: claim
+    for module in (convergence_claims, structure_claims, relation_claims, conduct_claims)
+    for claim in module.CLAIMS
 }
 """All claims by id, from the most telling."""
 CASES = (
