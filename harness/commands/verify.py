@@ -74,7 +74,7 @@ def verify(
     report = _verified(chosen, case, depth, claim, max_seconds, workers)
     for line in report_.lines(report, known, how):
         out.print(escape(line), highlight=False)
-    for line in report_.annotations(report, known, how) if os.environ.get("GITHUB_ACTIONS") == "true" else []:
+    for line in report_.workflow_commands(report, known, how) if os.environ.get("GITHUB_ACTIONS") == "true" else []:
         print(line)
     for kind, path in files.items():
         if path is not None:

@@ -180,7 +180,7 @@ def _cell(text: str) -> str:
     return html.escape(re.sub(r"([\\`*_\[\]|~#])", r"\\\1", plain), quote=False)
 
 
-def annotations(report: Report, known: Known, how: str) -> list[str]:
+def workflow_commands(report: Report, known: Known, how: str) -> list[str]:
     """A line for each failure that is not known, in the notation of GitHub Actions' workflow commands."""
     found = []
     for row in new_failures(report, known):

@@ -12,7 +12,6 @@ from command_line import gnomon
 from gnomon.harness.verification import verify as verify_module
 from gnomon.harness.verification.claims import Outcome, failed, not_applicable, passed
 from gnomon.harness.verification.verification_report import (
-    annotations,
     as_badge,
     as_json,
     as_junit,
@@ -20,6 +19,7 @@ from gnomon.harness.verification.verification_report import (
     exit_code,
     lines,
     read_known,
+    workflow_commands,
 )
 from gnomon.harness.verification.verify import Report, Row, verify
 
@@ -48,10 +48,12 @@ def test_markdown_shows_the_counts_and_each_new_failure_as_plain_text() -> None:
 
 
 def test_annotations_are_one_line_for_each_new_failure() -> None:
-    (line,) = annotations(Report("m", "low", [Row("order", "a", failed("50%", "1", "::error::2\n::stop"))]), {}, "m:r")
+    (line,) = workflow_commands(
+        Report("m", "low", [Row("order", "a", failed("50%", "1", "::error::2\n::stop"))]), {}, "m:r"
+    )
     assert line.startswith("::error title=gnomon%3A order on a::FAILED order on a, 50%25%0A")
     assert "\n" not in line
-    assert annotations(REPORT, KNOWN, "m:r") == []
+    assert workflow_commands(REPORT, KNOWN, "m:r") == []
 
 
 def test_the_badge_is_never_green_with_nothing_checked() -> None:
