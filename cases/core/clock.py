@@ -7,33 +7,31 @@ import linecache
 import types
 from collections.abc import Callable
 from functools import cache
-from typing import Any, TypeVar
+from typing import Any
 
 from gnomon.cases.core.scene import Scene, SceneForm
 
-T = TypeVar("T")
 
-
-def from_start(form: T, t0: float) -> T:
+def from_start(form: Any, t0: float) -> Any:
     """The same form, or any part of one, with t0 + t in place of the time t in all its functions.
 
     Raises ValueError for a callable that is no plain function.
     """
-    found: Any = form
     if isinstance(form, SceneForm):
-        found = dataclasses.replace(form, build=lambda state, parameters: _scene(form.build(state, parameters), t0))
-    elif isinstance(form, types.FunctionType):
+        build = form.build
+        return dataclasses.replace(form, build=lambda state, parameters: _scene(build(state, parameters), t0))
+    if isinstance(form, types.FunctionType):
         # Functions of the parameters, of a state or of bodies alone, without a time, have one argument.
         known = form.__code__.co_argcount - len(form.__defaults__ or ())
-        found = form if known == 1 else _later(form, t0)
-    elif dataclasses.is_dataclass(form) and not isinstance(form, type):
+        return form if known == 1 else _later(form, t0)
+    if dataclasses.is_dataclass(form) and not isinstance(form, type):
         values = {field.name: from_start(getattr(form, field.name), t0) for field in dataclasses.fields(form)}
-        found = dataclasses.replace(form, **values)
-    elif isinstance(form, tuple):
-        found = tuple(from_start(part, t0) for part in form)
-    elif callable(form):
+        return dataclasses.replace(form, **values)
+    if isinstance(form, tuple):
+        return tuple(from_start(part, t0) for part in form)
+    if callable(form):
         raise ValueError(f"{form!r} is no plain function, so that its time cannot be shifted; start at t0 = 0")
-    return found
+    return form
 
 
 @cache

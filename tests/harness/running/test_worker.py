@@ -6,7 +6,7 @@ import gc
 import itertools
 import time
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import pytest
@@ -18,6 +18,11 @@ from gnomon.harness.running.worker import FEWEST_CALLS, Request, _Series
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
 
 START = np.zeros(2)
+
+
+def never_called(initial_states: Any) -> NoReturn:
+    """Prepared where the call itself is replaced."""
+    raise AssertionError
 
 
 def timed(
@@ -85,7 +90,7 @@ def test_a_quick_trial_is_warmed_up_with_plain_equations(
 
     series = object.__new__(_Series)
     series.task, series.perturbed = SimpleNamespace(start=START), iter([START])  # type: ignore[assignment]
-    series.integrator = SimpleNamespace(prepare=lambda problem, setting: None)  # type: ignore[assignment]
+    series.integrator = SimpleNamespace(prepare=lambda problem, setting: never_called)  # type: ignore[assignment]
     series.say = lambda stage, **content: None  # type: ignore[assignment]
     monkeypatch.setattr(series, "problem", lambda counted: None)
     monkeypatch.setattr(series, "_count", lambda setting: (7, counted, START))
@@ -99,8 +104,9 @@ def test_a_quick_trial_is_warmed_up_with_plain_equations(
 def test_right_hand_sides_of_the_preparation_are_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = SimpleNamespace(buffer=np.zeros(3))
 
-    def prepare(given: Any, setting: float) -> None:
+    def prepare(given: Any, setting: float) -> Any:
         given.buffer[-1] += 5
+        return never_called
 
     def call(solve: Any, start: Any, task: Any) -> Any:
         problem.buffer[-1] += 7
@@ -128,7 +134,7 @@ def test_counting_runs_start_from_the_state_of_their_setting(monkeypatch: pytest
         series.task = SimpleNamespace(start=START)  # type: ignore[assignment]
         series.perturbed = iter([])
         series.counting, series.counting_starts = (np.full(2, float(k)) for k in itertools.count(1)), []
-        series.integrator = SimpleNamespace(prepare=lambda *_: None, counts_rhs=True)  # type: ignore[assignment]
+        series.integrator = SimpleNamespace(prepare=lambda *_: never_called, counts_rhs=True)  # type: ignore[assignment]
         series.say = lambda stage, **content: None  # type: ignore[assignment]
         monkeypatch.setattr(series, "problem", lambda counted: SimpleNamespace(buffer=np.zeros(3)))
         monkeypatch.setattr(worker, "_Call", call)
