@@ -70,18 +70,8 @@ STEPPING = (
         (f"{ON_METHODS}/base/test_step_control.py::test_the_trial_step_is_short_beside_the_motion",),
     ),
     Mutation(
-        "embedded: the first step does not look at how the motion turns",
-        f"{METHODS}/runge_kutta/embedded.py",
-        "first_step",
-        "turning_time(y, k[0], slope, h, groups, most)",
-        "most",
-        (
-            f"{ON_METHODS}/base/test_step_control.py::test_the_first_step_is_a_part_of_the_time_in_which_the_motion_turns",
-        ),
-    ),
-    Mutation(
-        "nystrom: the first step does not look at how the motion turns",
-        f"{METHODS}/runge_kutta/nystrom.py",
+        "adaptive: the first step does not look at how the motion turns",
+        f"{METHODS}/base/step_control.py",
         "first_step",
         "turning_time(y, rates, later, h, groups, most)",
         "most",

@@ -153,12 +153,6 @@ def given(mp: Any, function: Callable[[Any], Any], parameters: Sequence[Any], co
     return [mp.mpf(x) for x in function(tuple(parameters))]
 
 
-def fraction(mp: Any, text: str) -> Any:
-    """'1/3' or '0.25' as a number of the context."""
-    numerator, _, denominator = text.partition("/")
-    return mp.mpf(numerator) / mp.mpf(denominator or 1)
-
-
 def rounded(table: Table, double: Callable[[Any], float] = nearest_double) -> Floats:
     """Rows of numbers as doubles, by `double`, the nearest ones for mpmath numbers; shorter rows are padded with zeros."""
     found = np.zeros((len(table), max(map(len, table))))

@@ -11,8 +11,10 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps
 from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.integrators.base import tableau
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Floats, Loop, Table, kept, rounded
 from gnomon.harness.integrators.base.stepping import Step
+from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.gauss.gauss_steps import gauss_nystrom_step, gauss_step, newton_numbers, newton_step
 from gnomon.harness.kernels import graph
 from gnomon.harness.kernels.generated_modules import cache_folder, module_name
@@ -118,18 +120,16 @@ class Gauss(FixedStep):
 
     def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
         name = f"Gauss {self.stages} {isinstance(form, SecondOrder)}"
-        return kept(name, (__name__,), lambda: super(Gauss, self).binary64(form, parameters, h))
+        return kept(name, (__name__, tableau.__name__), lambda: super(Gauss, self).binary64(form, parameters, h))
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:
-        c, a, b = cls.tableau(mp)
-        return [*([node, *row] for node, row in zip(c, a, strict=True)), [mp.mpf(0), *b]]
+        return cls.tableau(mp).rows(mp)
 
     @classmethod
-    def tableau(cls, mp: Any) -> tuple[list[Any], list[list[Any]], list[Any]]:
-        """Nodes, matrix and weights: collocation at the zeros of the Legendre polynomial shifted to [0, 1]."""
-        c = nodes(mp, cls.stages)
-        return c, [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
+    def tableau(cls, mp: Any) -> ButcherTableau:
+        """Collocation at the zeros of the Legendre polynomial shifted to [0, 1]."""
+        return collocation(mp, nodes(mp, cls.stages), 2 * cls.stages)
 
 
 def compiled_once(what: str, make: Callable[[], Any]) -> None:
@@ -154,6 +154,7 @@ def newton_source() -> str:
         "gauss/gauss_steps",
         "base/linear",
         "base/stepping",
+        "base/tableau",
         "../kernels/graph",
     )
     folder = Path(__file__).parents[1]
@@ -175,15 +176,14 @@ def newton_table(stages: int, second_order: bool) -> Floats:
         with working(DIGITS) as mp:
             return rounded(newton_rows(mp, stages, second_order, mp.mpf(2) ** -52))
 
-    return kept(f"Gauss by Newton {stages} {second_order}", (__name__,), build)
+    return kept(f"Gauss by Newton {stages} {second_order}", (__name__, tableau.__name__), build)
 
 
 def newton_rows(mp: Any, stages: int, second_order: bool, roundoff: Any) -> Table:
     """The table of `newton_step`. For y' = f the change is b^T A^-1 z; for q'' = f the change of q is the same, that of v
     is b^T A^-2 (z - c h v) / h, where b^T A^-1 1 is 2 for odd numbers of stages and 0 for even ones."""
     rows, b = stage_rows(mp, stages, second_order, mp.prec)
-    c = nodes(mp, stages)
-    inverse = mp.matrix([integrals(mp, c, node) for node in c]) ** -1
+    inverse = mp.matrix([row[1:] for row in stage_rows(mp, stages, False, mp.prec)[0]]) ** -1
     change = mp.matrix([b]) * inverse
     last = [[roundoff, *change], [mp.mpf(-2 * (stages % 2)), *(change * inverse)]]
     return [*rows, *with_rounding_residuals(mp, rows, last, second_order, roundoff)]
@@ -217,12 +217,20 @@ def rounding_residuals(mp: Any, row: Sequence[Any], roundoff: Any) -> list[Any]:
 @cache
 def stage_rows(mp: Any, stages: int, second_order: bool, precision: int) -> tuple[Table, list[Any]]:
     """Rows (c_j, a_j1 ...) and the weights b. For second-order equations the matrix is squared."""
-    c = nodes(mp, stages)
-    a, b = [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
-    s = range(stages)
+    *rows, (_, *b) = collocation(mp, nodes(mp, stages), 2 * stages).rows(mp)
     if second_order:
-        a = [[mp.fsum(a[j][m] * a[m][k] for m in s) for k in s] for j in s]
-    return [[c[j], *a[j]] for j in s], b
+        a = [row[1:] for row in rows]
+        rows = [
+            [c, *(mp.fsum(x * y for x, y in zip(row, column, strict=True)) for column in zip(*a, strict=True))]
+            for c, *row in rows
+        ]
+    return rows, b
+
+
+def collocation(mp: Any, c: Sequence[Any], order: int) -> ButcherTableau:
+    """The implicit method that integrates the polynomial through the slopes at the nodes `c`, to each node and to 1."""
+    *a, b = ({j: x for j, x in enumerate(integrals(mp, c, upper))} for upper in (*c, mp.mpf(1)))
+    return ButcherTableau((order,), tuple(a), b, tuple(c))
 
 
 def nodes(mp: Any, stages: int) -> list[Any]:
@@ -239,7 +247,7 @@ def nodes(mp: Any, stages: int) -> list[Any]:
     return found
 
 
-def basis(mp: Any, c: list[Any]) -> list[list[Any]]:
+def basis(mp: Any, c: Sequence[Any]) -> list[list[Any]]:
     """Coefficients, lowest first, of the polynomials that are 1 at one node and 0 at the others."""
     found = []
     for j, node in enumerate(c):
@@ -251,7 +259,7 @@ def basis(mp: Any, c: list[Any]) -> list[list[Any]]:
     return found
 
 
-def integrals(mp: Any, c: list[Any], upper: Any) -> list[Any]:
+def integrals(mp: Any, c: Sequence[Any], upper: Any) -> list[Any]:
     """Integrals of the basis polynomials from 0 to `upper`."""
     return [mp.fsum(q * upper ** (k + 1) / (k + 1) for k, q in enumerate(p)) for p in basis(mp, c)]
 

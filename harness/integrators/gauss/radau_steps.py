@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from gnomon.harness.integrators.base.linear import factor, substitute
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, soften
+from gnomon.harness.integrators.base.step_control import NOT_FINITE, NOT_SOLVED, STEP_TOO_SMALL, TOO_MANY_STEPS
 from gnomon.harness.integrators.base.stepping import call
 from numpy.typing import NDArray
 
@@ -20,7 +21,6 @@ ABSOLUTE = 0
 """Set when compiled: 1 where errors are divided by 1 + |y| in SI units, not by `sizes`."""
 
 MOST_STEPS = 1_000_000
-NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, NOT_SOLVED = 1, 2, 3, 4
 MOST_ITERATIONS = 10
 ROUNDOFF = 2e-15
 """Relative to the scale of errors: changes of stages that do not shrink below it are round-off."""

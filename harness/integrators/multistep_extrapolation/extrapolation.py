@@ -16,9 +16,9 @@ from gnomon.harness.integrators.base.step_control import (
     STEP_TOO_SMALL,
     TOO_MANY_STEPS,
     Adaptive,
+    first_step,
 )
 from gnomon.harness.integrators.base.stepping import call
-from gnomon.harness.integrators.runge_kutta.embedded import first_step
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
