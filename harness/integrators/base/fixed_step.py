@@ -105,9 +105,8 @@ class FixedStep(Integrator):
         assert not isinstance(form, SceneForm)
         step, address = self.step_for(form), self.kernel(problem).address
         table = self.binary64(form, problem.parameters.tolist(), h)
-        return self.advancing(
-            problem, h, substeps, step, address, table, self.widths(form, problem.dimension), self.rows(form)
-        )
+        shape = self.widths(form, problem.dimension), self.rows(form)
+        return self.advancing(problem, h, substeps, step, address, table, shape)
 
     def advancing(
         self,
@@ -117,11 +116,11 @@ class FixedStep(Integrator):
         step: stepping.Step,
         address: int,
         table: Floats,
-        widths: tuple[int, int],
-        rows: int,
+        shape: tuple[tuple[int, int], int],
     ) -> Loop:
-        """The compiled loop around a step, with the equations at an address; for the rest see `stepping.advance`."""
-        run, compensated = stepping.compiled(step), self.compensated
+        """The compiled loop around a step, with the equations at an address; `shape`: `widths` and the number of rows that
+        the step stores."""
+        run, compensated, (widths, rows) = stepping.compiled(step), self.compensated, shape
         buffer, times = problem.buffer, problem.times
 
         def advance(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:

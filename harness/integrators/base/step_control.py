@@ -1,4 +1,7 @@
-"""The step-size controller of all adaptive one-step methods, its limits, and the loop that they share.
+"""The step-size controller of adaptive one-step methods, its limits, and the loop that embedded pairs share.
+
+Extrapolation, Taylor's method and Radau IIA 5 have the limits, the reasons to stop and what surrounds the loop from here;
+their loops are their own, for reasons that stand there.
 
 A family (`embedded`, `nystrom`) defines the parts of a step as plain functions. Each method is the loop compiled around
 them once, with the method's number of stages and the like as constants:
@@ -159,6 +162,14 @@ SIGNATURE = (
 )
 
 
+def of_the_family(*_: Any) -> Any:
+    """Replaced by a function of the family when a method is compiled."""
+    raise NotImplementedError
+
+
+attempt = open_step = between = of_the_family
+
+
 def integrate(
     f: Any,
     p: Floats,
@@ -193,18 +204,12 @@ def integrate(
         rough[:] = 0.0
         reason = 0
         while sample < times.size:
-            if not (h > 0.0 and h < np.inf):
-                reason = NOT_FINITE
-                break
-            if t + h / 4 <= t:
-                reason = STEP_TOO_SMALL
+            attempts += 1
+            reason = obstacle(t, h, attempts)
+            if reason != 0:
                 break
             # The step is h rounded so that t + step is exact; the last one ends at the last sample.
             step = times[-1] - t if t + h >= times[-1] else (t + h) - t
-            attempts += 1
-            if attempts > MOST_STEPS:
-                reason = TOO_MANY_STEPS
-                break
             if t == 0.0:
                 for i in range(dimension):
                     change[i] = step * (k[0, i - dimension + width] if i >= dimension - width else y[width + i])
@@ -266,6 +271,15 @@ def integrate(
             stop[0] = reason
             stop[1] = sample
     return taken
+
+
+def obstacle(t: float, h: float, attempts: int) -> int:
+    """Why there can be no step from t of about h; 0 where there can."""
+    if not (h > 0.0 and h < np.inf):
+        return NOT_FINITE
+    if t + h / 4 <= t:
+        return STEP_TOO_SMALL
+    return TOO_MANY_STEPS if attempts > MOST_STEPS else 0
 
 
 def first_step(
@@ -330,22 +344,3 @@ def lengthened(error: float, before: float, step: float, last: float) -> float:
 
 
 Adaptive.loop = integrate
-
-
-def attempt(
-    f: Any, t: float, h: float, y: Any, compensation: Any, p: Any, table: Any, inverse: Any, x: Any, slope: Any, k: Any,
-    change: Any, end: Any,
-) -> float:  # fmt: skip
-    """Replaced by the function of the family, as are the two below; here only the name is defined."""
-    raise NotImplementedError
-
-
-def open_step(f: Any, t: float, h: float, y: Any, p: Any, table: Any, x: Any, slope: Any, k: Any) -> None:
-    raise NotImplementedError
-
-
-def between(
-    f: Any, t: float, h: float, ahead: float, y: Any, compensation: Any, end: Any, p: Any, table: Any, x: Any, slope: Any,
-    k: Any, spare: Any, out: Any,
-) -> None:  # fmt: skip
-    raise NotImplementedError

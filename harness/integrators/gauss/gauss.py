@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps
 from gnomon.harness.contract.sources import cached_by_content
-from gnomon.harness.integrators.base import tableau
+from gnomon.harness.integrators.base import fixed_step, linear, stepping, tableau
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Floats, Loop, Table, kept, rounded
-from gnomon.harness.integrators.base.stepping import Step
 from gnomon.harness.integrators.base.tableau import ButcherTableau
-from gnomon.harness.integrators.gauss.gauss_steps import gauss_nystrom_step, gauss_step, newton_numbers, newton_step
+from gnomon.harness.integrators.gauss import gauss_steps
+from gnomon.harness.integrators.gauss.gauss_steps import gauss_step, newton_numbers, newton_step
 from gnomon.harness.kernels import graph
 from gnomon.harness.kernels.generated_modules import cache_folder, module_name
 from gnomon.reference.numerics.precision import nearest_double, working
 from gnomon.reference.storage import cachefolder
+from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
 STEPS_BACK = {1: 4, 2: 2, 3: 2}
@@ -45,17 +45,15 @@ class Gauss(FixedStep):
 
     accepts = (FirstOrder, SecondOrder)
     conserves = ("symplectic", "reversible", "momentum")
+    step = gauss_step
     compensated = True
     stages: ClassVar[int]
-
-    def step_for(self, form: Form) -> Step:
-        return gauss_nystrom_step if isinstance(form, SecondOrder) else gauss_step
 
     def rows(self, form: Form) -> int:
         return 1 + (1 + STEPS_BACK.get(self.stages, 1)) * self.stages
 
     def table(self, mp: Any, form: Form, parameters: Any, roundoff: Any) -> Table:
-        """The table of `gauss_step` or `gauss_nystrom_step`: coefficients that conserve quadratic invariants exactly.
+        """The table of `gauss_step`: coefficients that conserve quadratic invariants exactly.
 
         A step is symplectic where m_ij + m_ji = 1 for m_ij = a_ij / b_j, or, for q'' = f, m_ij - m_ji = c_i - c_j for
         m_ij = (a^2)_ij / b_j. Multiples of a power of two keep that, the sum of b and the symmetry of the nodes without
@@ -116,7 +114,8 @@ class Gauss(FixedStep):
             return None
         rows = -(-newton_numbers(self.stages, width) // dimension)
         table = newton_table(self.stages, isinstance(form, SecondOrder))
-        return self.advancing(problem, h, substeps, newton_step, address, table, (width, width * (1 + width)), rows)
+        shape = (width, width * (1 + width)), rows
+        return self.advancing(problem, h, substeps, newton_step, address, table, shape)
 
     def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
         name = f"Gauss {self.stages} {isinstance(form, SecondOrder)}"
@@ -137,28 +136,14 @@ def compiled_once(what: str, make: Callable[[], Any]) -> None:
 
     So the compiled code is on disk before anything is timed, and is not loaded where it is not used.
     """
-    name = f"{module_name(what + newton_source())}.newton"
-    if cachefolder.load(cache_folder(), name) is None:
-        make()
-        cachefolder.store_or_warn(cache_folder(), name, b"")
-
-
-@cache
-def newton_source() -> str:
-    """The key of the compiled code and the tables of Newton's iteration, apart from the equations: machine and sources."""
     from gnomon.harness.kernels import machine_code  # loads numba
 
-    modules = (
-        "base/fixed_step",
-        "gauss/gauss",
-        "gauss/gauss_steps",
-        "base/linear",
-        "base/stepping",
-        "base/tableau",
-        "../kernels/graph",
-    )
-    folder = Path(__file__).parents[1]
-    return "\n".join([machine_code.machine(), *((folder / f"{x}.py").read_text() for x in modules)])
+    modules = (fixed_step, gauss_steps, graph, linear, stepping, tableau)
+    made_of = closure(__name__, *(module.__name__ for module in modules), within=())
+    name = f"{module_name(f'{what} {machine_code.machine()} {made_of}')}.newton"
+    if made_of is None or cachefolder.load(cache_folder(), name) is None:
+        make()
+        cachefolder.store_or_warn(cache_folder(), name, b"")
 
 
 @cached_by_content

@@ -14,7 +14,7 @@ from gnomon.harness.integrators.base.step_control import check_tolerance, solvin
 from gnomon.harness.integrators.base.stepping import compiled_whole
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.gauss import gauss
-from gnomon.harness.integrators.gauss.radau_steps import INLINED, MOST_STEPS, SIGNATURE, integrate
+from gnomon.harness.integrators.gauss.radau_steps import INLINED, SIGNATURE, integrate
 from gnomon.harness.kernels.equations import right_hand_side
 from gnomon.harness.kernels.graph import compiled, jacobian_text
 from gnomon.reference.numerics.precision import working
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+MOST_STEPS = 1_000_000
 LEAST_TOLERANCE = 1e-14
 """Newton's iteration must converge to a fraction of the tolerance, and that lies above round-off."""
 
@@ -63,7 +64,8 @@ def prepared(problem: Problem, tolerance: float, fixed: float, absolute: bool = 
     except ValueError as error:
         raise Refused(str(error)) from None
     derivative, kernel = compiled(text), right_hand_side(problem)
-    run = compiled_whole(integrate, SIGNATURE, (("DIMENSION", problem.dimension), ("ABSOLUTE", int(absolute))), INLINED)
+    constants = ("DIMENSION", problem.dimension), ("ABSOLUTE", int(absolute)), ("MOST_STEPS", MOST_STEPS)
+    run = compiled_whole(integrate, SIGNATURE, constants, INLINED)
     address, buffer, times, scale = kernel.address, problem.buffer, problem.times, problem.time_scale
     coefficients, groups = table(), problem.grouping
 

@@ -10,8 +10,8 @@ from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.integrators.base.fixed_step import Table
 from gnomon.harness.integrators.base.sizes import one_over
 from gnomon.harness.integrators.base.step_control import ENDS, STAGES, Adaptive, arrive, end_slope, first_step
-from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.base.tableau import ButcherTableau
+from gnomon.harness.integrators.runge_kutta.explicit import stage
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -60,20 +60,6 @@ def attempt(
     if ENDS == 1:
         end_slope(f, t + h, end, p, slope, k)
     return error_norm(h, y, end, table, k, inverse)
-
-
-def stage(
-    f: Any, t: float, h: float, y: Floats, p: Floats, table: Floats, j: int, x: Floats, slope: Floats, k: Floats
-) -> None:
-    """The slope of stage j from those before it."""
-    for i in range(y.size):
-        total = 0.0
-        for m in range(j):
-            total += table[j, m + 1] * k[m, i]
-        x[i] = y[i] + h * total
-    call(f, t + table[j, 0] * h, x, p, slope)
-    for i in range(y.size):
-        k[j, i] = slope[i]
 
 
 def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, inverse: Floats) -> float:

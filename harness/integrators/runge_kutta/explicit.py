@@ -17,20 +17,25 @@ def runge_kutta_step(
     """Rows of `table`: c_j, a_j1, a_j2, ... for each stage, then 1, b_1, b_2, ..."""
     stages = table.shape[0] - 1
     for j in range(stages):
-        for i in range(y.size):
-            total = 0.0
-            for m in range(j):
-                total += table[j, m + 1] * store[m, i]
-            x[i] = y[i] + h * total
-        call(f, t + table[j, 0] * h, x, p, slope)
-        for i in range(y.size):
-            store[j, i] = slope[i]
+        stage(f, t, h, y, p, table, j, x, slope, store)
     for i in range(y.size):
         total = 0.0
         for m in range(stages):
             total += table[stages, m + 1] * store[m, i]
         increment[i] = h * total
     return True
+
+
+def stage(f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, j: int, x: Any, slope: Any, k: Any) -> None:
+    """The slope of stage j from those before it, into k[j]."""
+    for i in range(y.size):
+        total = 0.0
+        for m in range(j):
+            total += table[j, m + 1] * k[m, i]
+        x[i] = y[i] + h * total
+    call(f, t + table[j, 0] * h, x, p, slope)
+    for i in range(y.size):
+        k[j, i] = slope[i]
 
 
 class RungeKutta(FixedStep):

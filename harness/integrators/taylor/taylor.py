@@ -92,6 +92,9 @@ def integrate(
 ) -> int:
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps.
 
+    This is not the loop of `step_control`: the size of a step follows from its own coefficients, so there is no attempt, no
+    error after it and no step that is rejected.
+
     `stop` gets the reason and the sample where a trajectory ended early.
     """
     dimension = initial.shape[1]
