@@ -38,6 +38,7 @@ from gnomon.harness.integrators.base.sizes import (
     turning_time,
 )
 from gnomon.harness.integrators.base.stepping import blank, call, compiled_whole
+from gnomon.harness.integrators.base.tableau import ButcherTableau, NystromTableau
 from gnomon.harness.kernels.equations import acceleration, right_hand_side
 from numpy.typing import NDArray
 
@@ -82,8 +83,8 @@ class Adaptive(Integrator):
     The error of each component is relative to the largest size so far of its group (`Problem.groups`, see `sizes`), so
     results do not depend on units. With `absolute` it is relative to 1 + |y| in SI units, as in most libraries: the same
     tolerance then leaves a motion of a millimetre an error a thousand times as large, relative to its size. The norm of
-    the error is the root mean square over the components. A subclass gives its table of coefficients, the constants that
-    it is compiled with, and the functions of its family.
+    the error is the root mean square over the components. A subclass gives its tableau, the constants that it is compiled
+    with, and the functions of its family.
     """
 
     sampling = "dense output"
@@ -92,11 +93,12 @@ class Adaptive(Integrator):
     most_steps: ClassVar[int] = MOST_STEPS
     loop: ClassVar[Callable[..., int]]
     pieces: ClassVar[tuple[Callable[..., Any], ...]]
+    tableau: ClassVar[ButcherTableau | NystromTableau]
 
     @classmethod
-    @abstractmethod
     def rows(cls, mp: Any) -> Table:
         """The table of coefficients, in the numbers of an mpmath context `mp` or of `Decimals`."""
+        return cls.tableau.rows(mp)
 
     @classmethod
     @abstractmethod
@@ -127,7 +129,7 @@ def _table(method: type[Adaptive]) -> Floats:
 class Decimals:
     """The functions of an mpmath context that tables of decimals and fractions use, on Decimal: a tenth of the time."""
 
-    mpf, zero, fsum, sqrt = Decimal, Decimal(0), sum, Decimal.sqrt
+    mpf, zero, fsum = Decimal, Decimal(0), sum
 
 
 def tabulated(rows: Callable[[Any], Table]) -> Floats:

@@ -204,17 +204,14 @@ def stage_rows(mp: Any, stages: int, second_order: bool, precision: int) -> tupl
     """Rows (c_j, a_j1 ...) and the weights b. For second-order equations the matrix is squared."""
     *rows, (_, *b) = collocation(mp, nodes(mp, stages), 2 * stages).rows(mp)
     if second_order:
-        a = [row[1:] for row in rows]
-        rows = [
-            [c, *(mp.fsum(x * y for x, y in zip(row, column, strict=True)) for column in zip(*a, strict=True))]
-            for c, *row in rows
-        ]
+        s = range(1, stages + 1)
+        rows = [[c, *(mp.fsum(a[m - 1] * rows[m - 1][k] for m in s) for k in s)] for c, *a in rows]
     return rows, b
 
 
 def collocation(mp: Any, c: Sequence[Any], order: int) -> ButcherTableau:
     """The implicit method that integrates the polynomial through the slopes at the nodes `c`, to each node and to 1."""
-    *a, b = ({j: x for j, x in enumerate(integrals(mp, c, upper))} for upper in (*c, mp.mpf(1)))
+    *a, b = (dict(enumerate(integrals(mp, c, upper))) for upper in (*c, mp.mpf(1)))
     return ButcherTableau((order,), tuple(a), b, tuple(c))
 
 

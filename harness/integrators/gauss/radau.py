@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solve, Tolerance
+from gnomon.harness.integrators.base import tableau
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, kept, rounded
 from gnomon.harness.integrators.base.step_control import check_tolerance, solving
 from gnomon.harness.integrators.base.stepping import compiled_whole
@@ -83,7 +84,7 @@ def table() -> Floats:
         with working(DIGITS) as mp:
             return rounded(rows(mp))
 
-    return kept("Radau IIA 5", (__name__, gauss.__name__), build)
+    return kept("Radau IIA 5", (__name__, gauss.__name__, tableau.__name__), build)
 
 
 def rows(mp: Any) -> Table:
@@ -92,8 +93,7 @@ def rows(mp: Any) -> Table:
 
     The inverse of the Runge-Kutta matrix is T diag(gamma, ((alpha, -beta), (beta, alpha))) T^-1.
     """
-    c = Radau5.tableau(mp).c
-    assert c is not None
+    c = [row[0] for row in Radau5.tableau(mp).rows(mp)[:3]]
     three = mp.cbrt(3)
     nine = three * three
     # The zeros of s^3 - 9 s^2 + 36 s - 60, the characteristic polynomial of that inverse; cube roots of 3 and 9.

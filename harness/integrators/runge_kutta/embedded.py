@@ -7,7 +7,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.integrators.base.fixed_step import Table
 from gnomon.harness.integrators.base.sizes import one_over
 from gnomon.harness.integrators.base.step_control import ENDS, STAGES, Adaptive, arrive, end_slope, first_step
 from gnomon.harness.integrators.base.tableau import ButcherTableau
@@ -27,10 +26,6 @@ class Embedded(Adaptive):
 
     accepts = (FirstOrder,)
     tableau: ClassVar[ButcherTableau]
-
-    @classmethod
-    def rows(cls, mp: Any) -> Table:
-        return cls.tableau.rows(mp)
 
     @classmethod
     def constants(cls) -> tuple[tuple[str, int], ...]:

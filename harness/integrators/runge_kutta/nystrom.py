@@ -11,7 +11,6 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Tolerance
-from gnomon.harness.integrators.base.fixed_step import Table
 from gnomon.harness.integrators.base.sizes import one_over
 from gnomon.harness.integrators.base.step_control import ENDS, STAGES, Adaptive, arrive, end_slope, first_step
 from gnomon.harness.integrators.base.stepping import call
@@ -27,10 +26,6 @@ class Nystrom(Adaptive):
 
     accepts = (SecondOrder,)
     tableau: ClassVar[NystromTableau]
-
-    @classmethod
-    def rows(cls, mp: Any) -> Table:
-        return cls.tableau.rows(mp)
 
     @classmethod
     def constants(cls) -> tuple[tuple[str, int], ...]:

@@ -9,16 +9,18 @@ import pytest
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.gauss import gauss
 from gnomon.harness.integrators.gauss.radau import Radau5
-from gnomon.harness.integrators.runge_kutta import explicit, explicit_pairs
-from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
+from gnomon.harness.registry import lookup
 from gnomon.reference.numerics.precision import working
 from order_conditions import formulas, has_order, rk_residuals
 
-METHODS: tuple[Any, ...] = (
-    *explicit.INTEGRATORS, *explicit_pairs.INTEGRATORS, Dop853, *gauss.INTEGRATORS[:4], Radau5
-)  # fmt: skip
-"""Gauss methods of more stages have too many trees; `test_gauss_tableaus` has their simplifying assumptions."""
+OWN = lookup.own().values()
+GIVEN: dict[ButcherTableau, Any] = {
+    m.tableau: m for m in OWN if isinstance(getattr(m, "tableau", None), ButcherTableau)
+}
+METHODS: tuple[Any, ...] = (*GIVEN.values(), *gauss.INTEGRATORS[:4], Radau5)
+"""All explicit methods of the registry, and implicit ones. Gauss methods of more stages have too many trees: for them
+`test_gauss_tableaus` verifies the simplifying assumptions."""
 
 SIXTY = 1e-57
 PRINTED = {"DOP853": 1e-26, "Verner 9(8)": 1e-37}
