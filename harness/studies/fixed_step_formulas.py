@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import singledispatch
 from typing import Any
 
@@ -44,19 +45,8 @@ def fixed(base: Any, **attributes: Any) -> FixedStep:
 
 @at_fixed_steps.register
 def _(method: Embedded) -> FixedStep:
-    pair, stages = type(method), len(method.stages)
-
-    def coefficients(cls: type, mp: Any) -> Table:
-        table = pair.rows(mp)
-        return [*table[:stages], [mp.mpf(0), *table[stages][1:]]]
-
-    return fixed(
-        RungeKutta,
-        name=pair.name,
-        order=pair.order,
-        coefficients=classmethod(coefficients),
-        rows=lambda self, form: stages,
-    )
+    tableau = replace(method.tableau, errors=(), extra=(), dense=None)
+    return fixed(RungeKutta, name=method.name, order=method.order, tableau=tableau)
 
 
 def nystrom_step(
@@ -73,15 +63,15 @@ def nystrom_step(
 
 @at_fixed_steps.register
 def _(method: Nystrom) -> FixedStep:
-    pair = type(method)
+    tableau = method.tableau
     return fixed(
         FixedStep,
-        name=pair.name,
-        order=pair.order,
+        name=method.name,
+        order=method.order,
         accepts=(SecondOrder,),
         step=nystrom_step,
-        coefficients=classmethod(lambda cls, mp: pair.fixed_rows(mp)),
-        rows=lambda self, form: len(pair.stages) + 1,
+        coefficients=classmethod(lambda cls, mp: tableau.fixed_rows(mp)),
+        rows=lambda self, form: len(tableau.a) + 1,
     )
 
 

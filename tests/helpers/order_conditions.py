@@ -12,10 +12,32 @@ from math import prod
 from typing import Any
 
 import numpy as np
+from gnomon.harness.integrators.base.tableau import ButcherTableau, full
 
 Tree = tuple[Any, ...]
 LEAF = ("velocity",)
 """In the trees of q'' = a(q): a branch that is the derivative q' alone, of order 1."""
+
+
+def formulas(mp: Any, tableau: ButcherTableau) -> Iterator[tuple[int, Any, list[Any]]]:
+    """(order, matrix, weights) of a method and of its embedded formulas, over the slope at the end of the step and the extra
+    stages too where it has errors."""
+    table = tableau.rows(mp)
+    width = len(table[0]) - 1
+    a = matrix(mp, [row[1:] for row in table[:width]])
+    errors = [full(mp, row, width) for row in ({}, *tableau.errors)]
+    for order, error in zip(tableau.orders, errors, strict=True):
+        yield order, a, [b - e for b, e in zip(full(mp, tableau.b, width), error, strict=True)]
+
+
+def has_order(residuals: Iterator[tuple[int, Any]], order: int, below: float) -> bool:
+    """Whether all conditions up to `order` hold to `below`, and one of the next order does not."""
+    for n, value in residuals:
+        if n <= order and abs(value) >= below:
+            return False
+        if n > order and abs(value) > 1e-9:
+            return True
+    return False
 
 
 def rk_residuals(a: Any, weights: Sequence[Any], order: int, at: Any = 1) -> Iterator[tuple[int, Any]]:

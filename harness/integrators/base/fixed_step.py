@@ -106,9 +106,8 @@ class FixedStep(Integrator):
         assert not isinstance(form, SceneForm)
         step, address = self.step_for(form), self.kernel(problem).address
         table = self.binary64(form, problem.parameters.tolist(), h)
-        return self.advancing(
-            problem, h, substeps, step, address, table, self.widths(form, problem.dimension), self.rows(form)
-        )
+        shape = self.widths(form, problem.dimension), self.rows(form)
+        return self.advancing(problem, h, substeps, step, address, table, shape)
 
     def advancing(
         self,
@@ -118,11 +117,11 @@ class FixedStep(Integrator):
         step: stepping.Step,
         address: int,
         table: Floats,
-        widths: tuple[int, int],
-        rows: int,
+        shape: tuple[tuple[int, int], int],
     ) -> Loop:
-        """The compiled loop around a step, with the equations at an address; for the rest see `stepping.advance`."""
-        run, compensated = stepping.compiled(step), self.compensated
+        """The compiled loop around a step, with the equations at an address; `shape`: `widths` and the number of rows that
+        the step stores."""
+        run, compensated, (widths, rows) = stepping.compiled(step), self.compensated, shape
         buffer, times = problem.buffer, problem.times
 
         def advance(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
@@ -152,12 +151,6 @@ def given(mp: Any, function: Callable[[Any], Any], parameters: Sequence[Any], co
     """The `count` numbers that a form's function of the parameters returns. Raises ValueError for another number of them."""
     check_values({"function": function}, "function(p)", 0, len(parameters), count)
     return [mp.mpf(x) for x in function(tuple(parameters))]
-
-
-def fraction(mp: Any, text: str) -> Any:
-    """'1/3' or '0.25' as a number of the context."""
-    numerator, _, denominator = text.partition("/")
-    return mp.mpf(numerator) / mp.mpf(denominator or 1)
 
 
 def rounded(table: Table, double: Callable[[Any], float] = nearest_double) -> Floats:

@@ -1,11 +1,12 @@
-"""The step-size controller of all adaptive one-step methods, its limits, and the loop that they share.
+"""The step-size controller of adaptive one-step methods, its limits, and the loop that embedded pairs share.
+
+Extrapolation, Taylor's method and Radau IIA 5 have the limits, the reasons to stop and what surrounds the loop from here;
+their loops are their own, for reasons that stand there.
 
 A family (`embedded`, `nystrom`) defines the parts of a step as plain functions. Each method is the loop compiled around
 them once, with the method's number of stages and the like as constants:
 
-    first_step(f, y, p, k, x, slope, tolerance, most, groups) -> h, nan where the equations are not finite; k[0] is set
     attempt(f, t, h, y, compensation, p, table, inverse, x, slope, k, change, end) -> norm of the estimated error
-    arrive(f, t, end, p, x, slope, k) -> whether the slope at the end of the step, k[STAGES], is finite
     open_step(f, t, h, y, p, table, x, slope, k)                                once in a step that contains samples
     between(f, t, h, ahead, y, compensation, end, p, table, x, slope, k, spare, out)   the state at t + ahead, each sample
 
@@ -25,9 +26,19 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
-from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, rounded
-from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, roughen, soften
+from gnomon.harness.integrators.base.fixed_step import DIGITS, Loop, Table, rounded
+from gnomon.harness.integrators.base.sizes import (
+    enlarge,
+    first_sizes,
+    invert,
+    nudge,
+    roughen,
+    soften,
+    trial_step,
+    turning_time,
+)
 from gnomon.harness.integrators.base.stepping import blank, call, compiled_whole
+from gnomon.harness.integrators.base.tableau import ButcherTableau, NystromTableau
 from gnomon.harness.kernels.equations import acceleration, right_hand_side
 from numpy.typing import NDArray
 
@@ -39,10 +50,12 @@ LEAST_TOLERANCE = 1e-15
 MOST_STEPS = 5_000_000
 """A few seconds: beyond that the tolerance is too small for the span, or the equations are stiff."""
 
-NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 1, 2, 3
+NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, NOT_SOLVED = 1, 2, 3, 4
 REASONS = {
     NOT_FINITE: "the equations gave a value that is not finite",
     STEP_TOO_SMALL: "the step size fell below the spacing of times",
+    TOO_MANY_STEPS: "more than {most} steps (stiff, or too small a tolerance for so long a span)",
+    NOT_SOLVED: "the stages of a step did not converge",
 }
 
 SHRINK_MOST, GROW_MOST = 3.0, 6.0
@@ -58,9 +71,10 @@ Wanner, Solving Ordinary Differential Equations II, IV.8). At equal error that s
 their right-hand sides on Kepler's orbits, RKN 12(10) an eighth, and the pendulum takes as many as before; methods of lower
 order have few rejected steps."""
 
-ERROR_ORDER = WIDTHS = LAST = 0
-"""Set when a method is compiled: the power of the step size that its estimated error follows, the length of the state
-over that of a slope, the number of rows of `k`."""
+ORDER = ERROR_ORDER = WIDTHS = STAGES = LAST = ENDS = 0
+"""Set when a method is compiled: its order; the power of the step size that its estimated error follows; the length of the
+state over that of a slope; the number of its stages; the number of rows of `k`, of which k[STAGES] is the slope at the end
+of the step and begins the next one; 1 where the step itself uses that slope."""
 
 
 class Adaptive(Integrator):
@@ -69,8 +83,8 @@ class Adaptive(Integrator):
     The error of each component is relative to the largest size so far of its group (`Problem.groups`, see `sizes`), so
     results do not depend on units. With `absolute` it is relative to 1 + |y| in SI units, as in most libraries: the same
     tolerance then leaves a motion of a millimetre an error a thousand times as large, relative to its size. The norm of
-    the error is the root mean square over the components. A subclass gives its table of coefficients, the constants that
-    it is compiled with, and the functions of its family.
+    the error is the root mean square over the components. A subclass gives its tableau, the constants that it is compiled
+    with, and the functions of its family.
     """
 
     sampling = "dense output"
@@ -79,11 +93,12 @@ class Adaptive(Integrator):
     most_steps: ClassVar[int] = MOST_STEPS
     loop: ClassVar[Callable[..., int]]
     pieces: ClassVar[tuple[Callable[..., Any], ...]]
+    tableau: ClassVar[ButcherTableau | NystromTableau]
 
     @classmethod
-    @abstractmethod
     def rows(cls, mp: Any) -> Table:
         """The table of coefficients, in the numbers of an mpmath context `mp` or of `Decimals`."""
+        return cls.tableau.rows(mp)
 
     @classmethod
     @abstractmethod
@@ -101,13 +116,10 @@ class Adaptive(Integrator):
         address, buffer, times = kernel.address, problem.buffer, problem.times
         groups, scale = problem.grouping, problem.time_scale
 
-        def solve(initial: Floats) -> Solution:
-            out = blank(problem, initial)
-            stop = np.zeros(2, dtype=np.int64)
-            steps = run(address, buffer, table, initial, times, setting, groups, scale, out, stop)
-            return Solution(out, int(steps), reason(stop, self.most_steps))
+        def loop(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
+            return run(address, buffer, table, initial, times, setting, groups, scale, out, stop)
 
-        return Solver(solve)
+        return solving(problem, loop, self.most_steps)
 
 
 @cache
@@ -118,7 +130,7 @@ def _table(method: type[Adaptive]) -> Floats:
 class Decimals:
     """The functions of an mpmath context that tables of decimals and fractions use, on Decimal: a tenth of the time."""
 
-    mpf, zero, fsum, sqrt = Decimal, Decimal(0), sum, Decimal.sqrt
+    mpf, zero, fsum = Decimal, Decimal(0), sum
 
 
 def tabulated(rows: Callable[[Any], Table]) -> Floats:
@@ -133,19 +145,32 @@ def check_tolerance(setting: float, least: float = LEAST_TOLERANCE) -> None:
         raise Refused(f"tolerance {setting} is not between {least:g} and 1")
 
 
-def reason(stop: NDArray[np.int64], most_steps: int) -> str | None:
-    """Why a trajectory ended early, as a sentence; None where it did not."""
-    if stop[0] == 0:
-        return None
-    too_many = f"more than {most_steps} steps (stiff, or too small a tolerance for so long a span)"
-    what = too_many if stop[0] == TOO_MANY_STEPS else REASONS[int(stop[0])]
-    return f"{what}, before sample {stop[1] + 1}"
+def solving(problem: Problem, loop: Loop, most_steps: int) -> Solver:
+    """The solver of an adaptive method around its loop of steps, whose `stop` gets the reason and the sample where a
+    trajectory ended early."""
+
+    def solve(initial: Floats) -> Solution:
+        out = blank(problem, initial)
+        stop = np.zeros(2, dtype=np.int64)
+        steps = loop(initial, out, stop)
+        why = f"{REASONS[int(stop[0])].format(most=most_steps)}, before sample {stop[1] + 1}" if stop[0] else None
+        return Solution(out, int(steps), why)
+
+    return Solver(solve)
 
 
 SIGNATURE = (
     "int64(intp, float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, int64[::1], float64, "
     "float64[:, :, ::1], int64[::1])"
 )
+
+
+def of_the_family(*_: Any) -> Any:
+    """Replaced by a function of the family when a method is compiled."""
+    raise NotImplementedError
+
+
+attempt = open_step = between = of_the_family
 
 
 def integrate(
@@ -182,18 +207,12 @@ def integrate(
         rough[:] = 0.0
         reason = 0
         while sample < times.size:
-            if not (h > 0.0 and h < np.inf):
-                reason = NOT_FINITE
-                break
-            if t + h / 4 <= t:
-                reason = STEP_TOO_SMALL
+            attempts += 1
+            reason = obstacle(t, h, attempts)
+            if reason != 0:
                 break
             # The step is h rounded so that t + step is exact; the last one ends at the last sample.
             step = times[-1] - t if t + h >= times[-1] else (t + h) - t
-            attempts += 1
-            if attempts > MOST_STEPS:
-                reason = TOO_MANY_STEPS
-                break
             if t == 0.0:
                 for i in range(dimension):
                     change[i] = step * (k[0, i - dimension + width] if i >= dimension - width else y[width + i])
@@ -215,7 +234,7 @@ def integrate(
                 h = min(h, step) * max(1 / SHRINK_MOST, shortened(error))
                 rejected = True
                 continue
-            if not arrive(f, t + step, end, p, x, slope, k):
+            if not arrive(f, t + step, end, p, slope, k):
                 reason = NOT_FINITE
                 break
             if times[sample] <= t + step:
@@ -257,6 +276,57 @@ def integrate(
     return taken
 
 
+def obstacle(t: float, h: float, attempts: int) -> int:
+    """Why there can be no step from t of about h; 0 where there can."""
+    if not (h > 0.0 and h < np.inf):
+        return NOT_FINITE
+    if t + h / 4 <= t:
+        return STEP_TOO_SMALL
+    return TOO_MANY_STEPS if attempts > MOST_STEPS else 0
+
+
+def first_step(
+    f: Any, y: Floats, p: Floats, k: Floats, x: Floats, slope: Floats, tolerance: float, most: float, groups: NDArray[np.int64]
+) -> float:  # fmt: skip
+    """The first step size: an error (step / time)^ORDER of a hundredth of the tolerance, with the time in which the motion
+    leaves its tangent. Sets k[0]; nan where the slope at the start is not finite."""
+    first = y.size - x.size
+    rates, later = np.empty(y.size), np.empty(y.size)
+    call(f, 0.0, y, p, slope)
+    for i in range(x.size):
+        k[0, i] = slope[i]
+        if not abs(slope[i]) < np.inf:
+            return np.nan
+    for i in range(y.size):
+        rates[i] = y[x.size + i] if i < first else slope[i - first]
+    h = trial_step(y, rates, groups, most)
+    for i in range(x.size):
+        x[i] = y[i] + h * rates[i]
+    call(f, h, x, p, slope)
+    for i in range(y.size):
+        later[i] = rates[i] + h * k[0, i] if i < first else slope[i - first]
+    time = turning_time(y, rates, later, h, groups, most)
+    return time * (0.01 * tolerance) ** (1 / ORDER) if time > 0.0 else h
+
+
+def end_slope(f: Any, t: float, end: Floats, p: Floats, slope: Floats, k: Floats) -> None:
+    """The slope at the end of a step; equations of second order read the positions, which come first in `end`."""
+    call(f, t, end, p, slope)
+    for i in range(slope.size):
+        k[STAGES, i] = slope[i]
+
+
+def arrive(f: Any, t: float, end: Floats, p: Floats, slope: Floats, k: Floats) -> bool:
+    """Compute the slope at the end of an accepted step, unless the step did; returns whether it is finite."""
+    if ENDS == 0:
+        end_slope(f, t, end, p, slope, k)
+    finite = True
+    for i in range(slope.size):
+        if not abs(k[STAGES, i]) < np.inf:
+            finite = False
+    return finite
+
+
 def shortened(error: float) -> float:
     """The factor from a rejected step to the next attempt; `error`: that of the step over the tolerance, above 1."""
     if ERROR_ORDER >= PREDICTIVE_ORDER:
@@ -277,33 +347,3 @@ def lengthened(error: float, before: float, step: float, last: float) -> float:
 
 
 Adaptive.loop = integrate
-
-STAGES = 0
-"""Set for each method: its number of stages; the slope at the end of the step is k[STAGES], and begins the next one."""
-
-
-def first_step(f: Any, y: Any, p: Any, k: Any, x: Any, slope: Any, tolerance: float, most: float, groups: Any) -> float:
-    """Replaced by the function of the family, as are the four below; here only the name is defined."""
-    raise NotImplementedError
-
-
-def attempt(
-    f: Any, t: float, h: float, y: Any, compensation: Any, p: Any, table: Any, inverse: Any, x: Any, slope: Any, k: Any,
-    change: Any, end: Any,
-) -> float:  # fmt: skip
-    raise NotImplementedError
-
-
-def arrive(f: Any, t: float, end: Any, p: Any, x: Any, slope: Any, k: Any) -> bool:
-    raise NotImplementedError
-
-
-def open_step(f: Any, t: float, h: float, y: Any, p: Any, table: Any, x: Any, slope: Any, k: Any) -> None:
-    raise NotImplementedError
-
-
-def between(
-    f: Any, t: float, h: float, ahead: float, y: Any, compensation: Any, end: Any, p: Any, table: Any, x: Any, slope: Any,
-    k: Any, spare: Any, out: Any,
-) -> None:  # fmt: skip
-    raise NotImplementedError

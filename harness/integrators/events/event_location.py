@@ -38,7 +38,7 @@ def one_step(
     k: Floats,
     out: Floats,
 ) -> None:
-    """One explicit Runge-Kutta step. Rows of `table`: c_j, a_j1, ... for each stage, then 0, b_1, ..."""
+    """One explicit Runge-Kutta step. Rows of `table`: c_j, a_j1, ... for each stage, then 1, b_1, ..."""
     for j in range(stages):
         for i in range(y.size):
             total = 0.0

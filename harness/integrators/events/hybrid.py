@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import Hybrid
 from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solver, Steps, Tolerance
-from gnomon.harness.integrators.base.fixed_step import Table, substeps_of
+from gnomon.harness.integrators.base.fixed_step import substeps_of
 from gnomon.harness.integrators.base.step_control import check_tolerance, tabulated
 from gnomon.harness.integrators.base.stepping import blank
+from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.events import event_stepping
 from gnomon.harness.integrators.events.event_stepping import (
     ACCUMULATED,
@@ -28,7 +29,7 @@ from gnomon.harness.integrators.events.event_stepping import (
     STEPS,
     TOO_MANY_STEPS,
 )  # fmt: skip
-from gnomon.harness.integrators.runge_kutta import dop853
+from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.integrators.runge_kutta.explicit import RK4, ExplicitEuler
 from numpy.typing import NDArray
 
@@ -58,11 +59,7 @@ class EventRungeKutta(Integrator):
     accepts = (Hybrid,)
     sampling = "stops at samples"
     policy = "events"
-    stages: ClassVar[int]
-
-    def table(self, mp: Any) -> Table:
-        """Coefficients for `event_location.one_step`, in the numbers of `step_control.Decimals`."""
-        raise NotImplementedError
+    tableau: ClassVar[ButcherTableau]
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         t0, problem = problem.t0, problem.since_start()
@@ -75,7 +72,7 @@ class EventRungeKutta(Integrator):
             check_tolerance(setting)
         run = event_stepping.compiled()
         parts = event_stepping.compiled_parts(form, problem.dimension, len(problem.parameters))
-        table = tabulated(self.table)
+        table, stages = tabulated(self.tableau.rows), len(self.tableau.a)
         h, tolerance = (setting, 0.0) if fixed else (0.1 * problem.time_scale, setting)
         modes, transitions, names = Modes(form), form.transitions, event_names(form)
         parameters, groups = tuple(problem.parameters.tolist()), problem.grouping
@@ -89,7 +86,7 @@ class EventRungeKutta(Integrator):
             found, kinds = np.empty(64), np.empty(64, dtype=np.int64)
             while True:
                 code = run(
-                    parts, len(form.modes), y, clock, where, since, found, kinds, out, buffer, times, h, tolerance, table, self.stages,
+                    parts, len(form.modes), y, clock, where, since, found, kinds, out, buffer, times, h, tolerance, table, stages,
                     modes.source, modes.target, modes.limit, form.settle, groups, sizes,
                 )  # fmt: skip
                 if code == ASK:
@@ -144,10 +141,7 @@ class EulerEvents(EventRungeKutta):
 
     name, order = "Explicit Euler", 1
     sweep = Steps()
-    stages = 1
-
-    def table(self, mp: Any) -> Table:
-        return ExplicitEuler.coefficients(mp)
+    tableau = ExplicitEuler.tableau
 
 
 class RK4Events(EventRungeKutta):
@@ -155,10 +149,7 @@ class RK4Events(EventRungeKutta):
 
     name, order = "RK4", 4
     sweep = Steps()
-    stages = 4
-
-    def table(self, mp: Any) -> Table:
-        return RK4.coefficients(mp)
+    tableau = RK4.tableau
 
 
 class Dop853Events(EventRungeKutta):
@@ -166,10 +157,7 @@ class Dop853Events(EventRungeKutta):
 
     name, order = "DOP853", 8
     sweep = Tolerance(1e-3, 1e-14)
-    stages = dop853.WEIGHTS
-
-    def table(self, mp: Any) -> Table:
-        return dop853.rows(mp)
+    tableau = Dop853.tableau
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (EulerEvents, RK4Events, Dop853Events)

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps
 from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.integrators.base import fixed_step, linear, stepping, tableau
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Floats, Loop, Table, kept, rounded
-from gnomon.harness.integrators.base.stepping import Step
-from gnomon.harness.integrators.gauss.gauss_steps import gauss_nystrom_step, gauss_step, newton_numbers, newton_step
+from gnomon.harness.integrators.base.tableau import ButcherTableau
+from gnomon.harness.integrators.gauss import gauss_steps
+from gnomon.harness.integrators.gauss.gauss_steps import gauss_step, newton_numbers, newton_step
 from gnomon.harness.kernels import graph
 from gnomon.harness.kernels.generated_modules import cache_folder, module_name
 from gnomon.reference.numerics.precision import nearest_double, working
 from gnomon.reference.storage import cachefolder
+from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
 STEPS_BACK = {1: 4, 2: 2, 3: 2}
@@ -43,17 +45,15 @@ class Gauss(FixedStep):
 
     accepts = (FirstOrder, SecondOrder)
     conserves = ("symplectic", "reversible", "momentum")
+    step = gauss_step
     compensated = True
     stages: ClassVar[int]
-
-    def step_for(self, form: Form) -> Step:
-        return gauss_nystrom_step if isinstance(form, SecondOrder) else gauss_step
 
     def rows(self, form: Form) -> int:
         return 1 + (1 + STEPS_BACK.get(self.stages, 1)) * self.stages
 
     def table(self, mp: Any, form: Form, parameters: Any, roundoff: Any) -> Table:
-        """The table of `gauss_step` or `gauss_nystrom_step`: coefficients that conserve quadratic invariants exactly.
+        """The table of `gauss_step`: coefficients that conserve quadratic invariants exactly.
 
         A step is symplectic where m_ij + m_ji = 1 for m_ij = a_ij / b_j, or, for q'' = f, m_ij - m_ji = c_i - c_j for
         m_ij = (a^2)_ij / b_j. Multiples of a power of two keep that, the sum of b and the symmetry of the nodes without
@@ -114,22 +114,21 @@ class Gauss(FixedStep):
             return None
         rows = -(-newton_numbers(self.stages, width) // dimension)
         table = newton_table(self.stages, isinstance(form, SecondOrder))
-        return self.advancing(problem, h, substeps, newton_step, address, table, (width, width * (1 + width)), rows)
+        shape = (width, width * (1 + width)), rows
+        return self.advancing(problem, h, substeps, newton_step, address, table, shape)
 
     def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
         name = f"Gauss {self.stages} {isinstance(form, SecondOrder)}"
-        return kept(name, (__name__,), lambda: super(Gauss, self).binary64(form, parameters, h))
+        return kept(name, (__name__, tableau.__name__), lambda: super(Gauss, self).binary64(form, parameters, h))
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:
-        c, a, b = cls.tableau(mp)
-        return [*([node, *row] for node, row in zip(c, a, strict=True)), [mp.mpf(0), *b]]
+        return cls.tableau(mp).rows(mp)
 
     @classmethod
-    def tableau(cls, mp: Any) -> tuple[list[Any], list[list[Any]], list[Any]]:
-        """Nodes, matrix and weights: collocation at the zeros of the Legendre polynomial shifted to [0, 1]."""
-        c = nodes(mp, cls.stages)
-        return c, [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
+    def tableau(cls, mp: Any) -> ButcherTableau:
+        """Collocation at the zeros of the Legendre polynomial shifted to [0, 1]."""
+        return collocation(mp, nodes(mp, cls.stages), 2 * cls.stages)
 
 
 def compiled_once(what: str, make: Callable[[], Any]) -> None:
@@ -137,27 +136,14 @@ def compiled_once(what: str, make: Callable[[], Any]) -> None:
 
     So the compiled code is on disk before anything is timed, and is not loaded where it is not used.
     """
-    name = f"{module_name(what + newton_source())}.newton"
-    if cachefolder.load(cache_folder(), name) is None:
-        make()
-        cachefolder.store_or_warn(cache_folder(), name, b"")
-
-
-@cache
-def newton_source() -> str:
-    """The key of the compiled code and the tables of Newton's iteration, apart from the equations: machine and sources."""
     from gnomon.harness.kernels import machine_code  # loads numba
 
-    modules = (
-        "base/fixed_step",
-        "gauss/gauss",
-        "gauss/gauss_steps",
-        "base/linear",
-        "base/stepping",
-        "../kernels/graph",
-    )
-    folder = Path(__file__).parents[1]
-    return "\n".join([machine_code.machine(), *((folder / f"{x}.py").read_text() for x in modules)])
+    modules = (fixed_step, gauss_steps, graph, linear, stepping, tableau)
+    made_of = closure(__name__, *(module.__name__ for module in modules), within=())
+    name = f"{module_name(f'{what} {machine_code.machine()} {made_of}')}.newton"
+    if made_of is None or cachefolder.load(cache_folder(), name) is None:
+        make()
+        cachefolder.store_or_warn(cache_folder(), name, b"")
 
 
 @cached_by_content
@@ -175,15 +161,14 @@ def newton_table(stages: int, second_order: bool) -> Floats:
         with working(DIGITS) as mp:
             return rounded(newton_rows(mp, stages, second_order, mp.mpf(2) ** -52))
 
-    return kept(f"Gauss by Newton {stages} {second_order}", (__name__,), build)
+    return kept(f"Gauss by Newton {stages} {second_order}", (__name__, tableau.__name__), build)
 
 
 def newton_rows(mp: Any, stages: int, second_order: bool, roundoff: Any) -> Table:
     """The table of `newton_step`. For y' = f the change is b^T A^-1 z; for q'' = f the change of q is the same, that of v
     is b^T A^-2 (z - c h v) / h, where b^T A^-1 1 is 2 for odd numbers of stages and 0 for even ones."""
     rows, b = stage_rows(mp, stages, second_order, mp.prec)
-    c = nodes(mp, stages)
-    inverse = mp.matrix([integrals(mp, c, node) for node in c]) ** -1
+    inverse = mp.matrix([row[1:] for row in stage_rows(mp, stages, False, mp.prec)[0]]) ** -1
     change = mp.matrix([b]) * inverse
     last = [[roundoff, *change], [mp.mpf(-2 * (stages % 2)), *(change * inverse)]]
     return [*rows, *with_rounding_residuals(mp, rows, last, second_order, roundoff)]
@@ -217,12 +202,17 @@ def rounding_residuals(mp: Any, row: Sequence[Any], roundoff: Any) -> list[Any]:
 @cache
 def stage_rows(mp: Any, stages: int, second_order: bool, precision: int) -> tuple[Table, list[Any]]:
     """Rows (c_j, a_j1 ...) and the weights b. For second-order equations the matrix is squared."""
-    c = nodes(mp, stages)
-    a, b = [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
-    s = range(stages)
+    *rows, (_, *b) = collocation(mp, nodes(mp, stages), 2 * stages).rows(mp)
     if second_order:
-        a = [[mp.fsum(a[j][m] * a[m][k] for m in s) for k in s] for j in s]
-    return [[c[j], *a[j]] for j in s], b
+        s = range(1, stages + 1)
+        rows = [[c, *(mp.fsum(a[m - 1] * rows[m - 1][k] for m in s) for k in s)] for c, *a in rows]
+    return rows, b
+
+
+def collocation(mp: Any, c: Sequence[Any], order: int) -> ButcherTableau:
+    """The implicit method that integrates the polynomial through the slopes at the nodes `c`, to each node and to 1."""
+    *a, b = (dict(enumerate(integrals(mp, c, upper))) for upper in (*c, mp.mpf(1)))
+    return ButcherTableau((order,), tuple(a), b, tuple(c))
 
 
 def nodes(mp: Any, stages: int) -> list[Any]:
@@ -239,7 +229,7 @@ def nodes(mp: Any, stages: int) -> list[Any]:
     return found
 
 
-def basis(mp: Any, c: list[Any]) -> list[list[Any]]:
+def basis(mp: Any, c: Sequence[Any]) -> list[list[Any]]:
     """Coefficients, lowest first, of the polynomials that are 1 at one node and 0 at the others."""
     found = []
     for j, node in enumerate(c):
@@ -251,7 +241,7 @@ def basis(mp: Any, c: list[Any]) -> list[list[Any]]:
     return found
 
 
-def integrals(mp: Any, c: list[Any], upper: Any) -> list[Any]:
+def integrals(mp: Any, c: Sequence[Any], upper: Any) -> list[Any]:
     """Integrals of the basis polynomials from 0 to `upper`."""
     return [mp.fsum(q * upper ** (k + 1) / (k + 1) for k, q in enumerate(p)) for p in basis(mp, c)]
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from gnomon.harness.integrators.base.linear import factor, substitute
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, soften
+from gnomon.harness.integrators.base.step_control import NOT_FINITE, NOT_SOLVED, obstacle
 from gnomon.harness.integrators.base.stepping import call
 from numpy.typing import NDArray
 
@@ -19,8 +20,6 @@ DIMENSION = 0
 ABSOLUTE = 0
 """Set when compiled: 1 where errors are divided by 1 + |y| in SI units, not by `sizes`."""
 
-MOST_STEPS = 1_000_000
-NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, NOT_SOLVED = 1, 2, 3, 4
 MOST_ITERATIONS = 10
 ROUNDOFF = 2e-15
 """Relative to the scale of errors: changes of stages that do not shrink below it are round-off."""
@@ -58,6 +57,10 @@ def integrate(
     `stop` gets the reason and the sample where a trajectory ended early. `fixed` > 0: all steps have that size, and only
     the iteration uses `tolerance`.
 
+    This is not the loop of `step_control`. A sample may need a step of its own, whose iteration can fail, and then the step
+    is repeated. Matrices, their factors and the stages of the last step are kept from one attempt to the next; they and the
+    parts of an attempt (`INLINED`) must be in one function, or a step takes twice as long.
+
     Samples within a step are values of its polynomial where that is as accurate as the step (`smooth`), else each is a
     separate step from the same start: for stiff equations the polynomial of a long step is inaccurate between its stages.
     """
@@ -83,23 +86,17 @@ def integrate(
         call(f, t, y, p, start)
         while sample < times.size:
             attempts += 1
-            if attempts > MOST_STEPS:
-                reason = TOO_MANY_STEPS
+            if fixed > 0.0:
+                h = fixed
+            reason = obstacle(t, h, attempts)
+            if reason != 0:
                 break
             if aside:
                 length = times[sample] - t
             else:
-                if fixed > 0.0:
-                    h = fixed
-                if not h > 0.0:
-                    reason = NOT_FINITE
-                    break
                 # The step is h rounded so that t + step is exact; the last one ends at the last sample.
                 step = times[-1] - t if t + h >= times[-1] else (t + h) - t
                 length = step
-                if t + h / 4 <= t:
-                    reason = STEP_TOO_SMALL
-                    break
                 call(derivative, t, y, p, partial)
             iterations = 0
             solvable = factored(partial, length, table, real, pivots, both, pivots_both)

@@ -15,13 +15,14 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Sol
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, given
 from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.geometric.splitting import KahanLi6, StormerVerlet
+from gnomon.harness.integrators.runge_kutta.explicit import RK4
 from gnomon.harness.kernels.equations import Kernel, function_kernel
 
 
 def munthe_kaas_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: c_j, a_j1, ... for each stage; 0, b_1, ...; the moments of inertia.
+    """Rows of `table`: c_j, a_j1, ... for each stage; 1, b_1, ...; the moments of inertia.
 
     Stage vectors u (rotation since the start of the step, Q = exp(hat u)) and g (angular momentum added by torque, along
     the axes at the start) are in the first six columns of `store`: u' = u-dexp^-1(w), g' = Q torque.
@@ -180,9 +181,7 @@ class MuntheKaas4(RigidBodyMethod):
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:
-        half, zero, one = mp.mpf(1) / 2, mp.mpf(0), mp.mpf(1)
-        stages = [[zero, zero], [half, half], [half, zero, half], [one, zero, zero, one]]
-        return [*stages, [zero, one / 6, one / 3, one / 3, one / 6]]
+        return RK4.coefficients(mp)
 
     def rows(self, form: Form) -> int:
         return 5

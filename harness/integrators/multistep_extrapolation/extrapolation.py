@@ -10,15 +10,8 @@ from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.integrators.base.fixed_step import Table
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, one_over, roughen, soften
-from gnomon.harness.integrators.base.step_control import (
-    MOST_STEPS,
-    NOT_FINITE,
-    STEP_TOO_SMALL,
-    TOO_MANY_STEPS,
-    Adaptive,
-)
+from gnomon.harness.integrators.base.step_control import NOT_FINITE, Adaptive, first_step, obstacle
 from gnomon.harness.integrators.base.stepping import call
-from gnomon.harness.integrators.runge_kutta.embedded import first_step
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -68,7 +61,9 @@ def integrate(
     out: Floats,
     stop: NDArray[np.int64],
 ) -> int:
-    """As `step_control.integrate`; a step that would pass a sample ends there, at the first column within the tolerance."""
+    """As `step_control.integrate`, but the order is chosen with the step: an attempt ends at the column where it pays, and
+    the next step follows from the errors and the work of all columns. A step that would pass a sample ends there, at the
+    first column within the tolerance."""
     dimension = initial.shape[1]
     y, compensation, x, slope = np.empty(dimension), np.empty(dimension), np.empty(dimension), np.empty(dimension)
     before, now = np.empty(dimension), np.empty(dimension)
@@ -95,15 +90,10 @@ def integrate(
                     if not abs(slope[i]) < np.inf:
                         reason = NOT_FINITE
                 known = True
-            if reason != 0 or not (h > 0.0 and h < np.inf):
-                reason = NOT_FINITE
-                break
-            if t + h / 4 <= t:
-                reason = STEP_TOO_SMALL
-                break
             attempts += 1
-            if attempts > MOST_STEPS:
-                reason = TOO_MANY_STEPS
+            if reason == 0:
+                reason = obstacle(t, h, attempts)
+            if reason != 0:
                 break
             cut = t + 1.01 * h >= times[sample]
             step = times[sample] - t if cut else (t + h) - t

@@ -9,12 +9,13 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.forms import Form, SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Steps
+from gnomon.harness.integrators.base import tableau
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Floats, Table, kept
 from gnomon.harness.integrators.base.stepping import call
-from gnomon.harness.integrators.runge_kutta import embedded, nystrom, nystrom_table
-from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom12, nystrom_increment
+from gnomon.harness.integrators.runge_kutta import nystrom_table
+from gnomon.harness.integrators.runge_kutta.nystrom import nystrom_increment
 
-STARTER = DormandPrinceNystrom12
+STARTER = nystrom_table.RKN_12_10
 HISTORY = 4
 """Rows of `store` before the differences of the accelerations and the stages of the starting method: the number of steps
 made; the last change of the position and the compensation of its sum; Störmer's sum for the next step; the newest
@@ -108,11 +109,11 @@ class Stormer(FixedStep):
         return [*rows, *STARTER.fixed_rows(mp)]
 
     def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
-        modules = (__name__, *(module.__name__ for module in (embedded, nystrom, nystrom_table)))
+        modules = (__name__, tableau.__name__, nystrom_table.__name__)
         return kept(f"Störmer {self.order}", modules, lambda: super(Stormer, self).binary64(form, parameters, h))
 
     def rows(self, form: Form) -> int:
-        return HISTORY + self.order + len(STARTER.stages)
+        return HISTORY + self.order + len(STARTER.a)
 
 
 @cache

@@ -5,7 +5,7 @@ Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd edition,
 
 from __future__ import annotations
 
-Row = dict[int, str]
+from gnomon.harness.integrators.base.tableau import ButcherTableau, Row
 
 STAGES: tuple[Row, ...] = (
     {},
@@ -121,12 +121,17 @@ ERROR_5: Row = {
 }
 """Weights of order 8 minus those of an embedded formula of order 5."""
 
-WEIGHTS_3: Row = {
-    0: "0.2440944881889763779527559055",
-    8: "0.7338466882816118573413617415",
-    11: "0.02205882352941176470588235294",
+ERROR_3: Row = {
+    0: "-0.18980075407240761571470232886",
+    5: "4.450312892752408881441139506",
+    6: "1.891517899314500383042815990",
+    7: "-5.801203960010584781467211423",
+    8: "-0.4226823213237919629324456791",
+    9: "-0.1521609496625160785561788068",
+    10: "0.2013654008040303483747765375",
+    11: "0.02265179219836082581180620396",
 }
-"""Weights of an embedded formula of order 3."""
+"""The same for an embedded formula of order 3."""
 
 DENSE: tuple[Row, ...] = (
     {
@@ -187,3 +192,5 @@ DENSE: tuple[Row, ...] = (
     },
 )
 """The last four coefficients of the dense output of order 7, over all sixteen stages."""
+
+DOP853 = ButcherTableau((8, 5, 3), STAGES, WEIGHTS, errors=(ERROR_5, ERROR_3), extra=EXTRA_STAGES, dense=DENSE)

@@ -7,87 +7,36 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.integrators.base.fixed_step import Table, fraction
-from gnomon.harness.integrators.base.sizes import one_over, trial_step, turning_time
-from gnomon.harness.integrators.base.step_control import STAGES, Adaptive
-from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.base.sizes import one_over
+from gnomon.harness.integrators.base.step_control import ENDS, STAGES, Adaptive, arrive, end_slope, first_step
+from gnomon.harness.integrators.base.tableau import ButcherTableau
+from gnomon.harness.integrators.runge_kutta.explicit import stage
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Row = dict[int, str]
 
-ORDER = ENDS = LAST = ERRORS = DENSE = DENSE_ROWS = 0
-"""Set when a method is compiled: its order; 1 where the error uses the slope at the end (first same as last); the number
-of rows of slopes; the first rows of the errors and of dense output; the number of rows of dense output, -1 without it."""
+LAST = ERRORS = DENSE = DENSE_ROWS = 0
+"""Set when a method is compiled: the number of rows of slopes; the first rows of the errors and of dense output; the number
+of rows of dense output, -1 without it."""
 
 
 class Embedded(Adaptive):
-    """An explicit Runge-Kutta pair given by its tableau, each row as {column: decimal or fraction}.
-
-    `stages`: the rows a_j1 ... of the s stages; `weights`: b_j of the formula that is continued; `errors`: weights of the
-    stages and, in column s, of the slope at the end of the step in the estimated error. A second row of errors damps the
-    first as in DOP853. `extra`: stages of the dense output, after the slope at the end. `dense`: coefficients d_0, d_1, ...
-    of the interpolant
-
-        u(x) = y + x (D + x' (h k_0 - D + x (2 D - h (k_0 + k_s) + x' (h d_0 + x (h d_1 + x' ...))))),   x' = 1 - x
-
-    with D the step's change: the form of every interpolant whose values and slopes at both ends are those of the step.
-    None where a method has no interpolant: a sample is then a separate step of the same order within the step.
-    """
+    """An explicit embedded Runge-Kutta pair, given by its tableau. A second embedded formula damps the error of the first,
+    as in DOP853. Where the method has no interpolant a sample is a separate step of the same order within the step."""
 
     accepts = (FirstOrder,)
-    stages: ClassVar[tuple[Row, ...]]
-    weights: ClassVar[Row]
-    errors: ClassVar[tuple[Row, ...]]
-    extra: ClassVar[tuple[Row, ...]] = ()
-    dense: ClassVar[tuple[Row, ...] | None] = None
-
-    @classmethod
-    def rows(cls, mp: Any) -> Table:
-        """c_j, a_j1, ... for the stages, the end of the step and the extra stages; 0 and the weights for the others."""
-        last = len(cls.stages) + 1 + len(cls.extra)
-        nodes = [full(mp, row, last) for row in (*cls.stages, cls.weights, *cls.extra)]
-        first, *second = [full(mp, row, last) for row in cls.errors]
-        others = [first, *(second or [[mp.mpf(0)] * last]), *(full(mp, row, last) for row in cls.dense or ())]
-        return [*([mp.fsum(row), *row] for row in nodes), *([mp.mpf(0), *row] for row in others)]
+    tableau: ClassVar[ButcherTableau]
 
     @classmethod
     def constants(cls) -> tuple[tuple[str, int], ...]:
-        stages = len(cls.stages)
-        last = stages + 1 + len(cls.extra)
+        tableau, stages = cls.tableau, len(cls.tableau.a)
+        last = stages + 1 + len(tableau.extra)
         values = {
             "WIDTHS": 1, "ORDER": cls.order, "ERROR_ORDER": cls.order, "STAGES": stages, "LAST": last,
-            "ENDS": int(any(stages in row for row in cls.errors)), "ERRORS": last, "DENSE": last + 2,
-            "DENSE_ROWS": -1 if cls.dense is None else len(cls.dense),
+            "ENDS": int(any(stages in row for row in tableau.errors)), "ERRORS": last, "DENSE": last + 2,
+            "DENSE_ROWS": -1 if tableau.dense is None else len(tableau.dense),
         }  # fmt: skip
-        return tuple(values.items())  # type: ignore[arg-type]
-
-
-def full(mp: Any, row: Row, length: int) -> list[Any]:
-    """A sparse row as numbers of the context."""
-    return [fraction(mp, row[j]) if j in row else mp.zero for j in range(length)]
-
-
-def first_step(
-    f: Any, y: Floats, p: Floats, k: Floats, x: Floats, slope: Floats, tolerance: float, most: float, groups: Integers
-) -> float:
-    """A first step size from the sizes of y, y' and y''; nan where y' is not finite."""
-    call(f, 0.0, y, p, slope)
-    for i in range(y.size):
-        k[0, i] = slope[i]
-        if not abs(slope[i]) < np.inf:
-            return np.nan
-    h = trial_step(y, slope, groups, most)
-    for i in range(y.size):
-        x[i] = y[i] + h * k[0, i]
-    call(f, h, x, p, slope)
-    return step_for(h, turning_time(y, k[0], slope, h, groups, most), tolerance)
-
-
-def step_for(h: float, time: float, tolerance: float) -> float:
-    """The first step size, for an error (step / time)^ORDER of a hundredth of the tolerance; h where `time` is 0."""
-    return time * (0.01 * tolerance) ** (1 / ORDER) if time > 0.0 else h
+        return tuple(values.items())
 
 
 def attempt(
@@ -108,26 +57,6 @@ def attempt(
     return error_norm(h, y, end, table, k, inverse)
 
 
-def stage(
-    f: Any, t: float, h: float, y: Floats, p: Floats, table: Floats, j: int, x: Floats, slope: Floats, k: Floats
-) -> None:
-    """The slope of stage j from those before it."""
-    for i in range(y.size):
-        total = 0.0
-        for m in range(j):
-            total += table[j, m + 1] * k[m, i]
-        x[i] = y[i] + h * total
-    call(f, t + table[j, 0] * h, x, p, slope)
-    for i in range(y.size):
-        k[j, i] = slope[i]
-
-
-def end_slope(f: Any, t: float, end: Floats, p: Floats, slope: Floats, k: Floats) -> None:
-    call(f, t, end, p, slope)
-    for i in range(end.size):
-        k[STAGES, i] = slope[i]
-
-
 def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, inverse: Floats) -> float:
     """The norm of the estimated error of a step, damped by the second estimate where there is one (II.10.17)."""
     first, second = 0.0, 0.0
@@ -142,17 +71,6 @@ def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, inver
     if first == 0.0 and second == 0.0:
         return 0.0
     return h * first / sqrt((first + 0.01 * second) * y.size)
-
-
-def arrive(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k: Floats) -> bool:
-    """Compute the slope at the end of an accepted step, unless the error estimate did; returns whether it is finite."""
-    if ENDS == 0:
-        end_slope(f, t, end, p, slope, k)
-    finite = True
-    for i in range(end.size):
-        if not abs(k[STAGES, i]) < np.inf:
-            finite = False
-    return finite
 
 
 def open_step(

@@ -6,24 +6,18 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.forms import FirstOrder, Form
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, fraction
+from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
 from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.base.tableau import ButcherTableau
 
 
 def runge_kutta_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: c_j, a_j1, a_j2, ... for each stage, then 0, b_1, b_2, ..."""
+    """Rows of `table`: c_j, a_j1, a_j2, ... for each stage, then 1, b_1, b_2, ..."""
     stages = table.shape[0] - 1
     for j in range(stages):
-        for i in range(y.size):
-            total = 0.0
-            for m in range(j):
-                total += table[j, m + 1] * store[m, i]
-            x[i] = y[i] + h * total
-        call(f, t + table[j, 0] * h, x, p, slope)
-        for i in range(y.size):
-            store[j, i] = slope[i]
+        stage(f, t, h, y, p, table, j, x, slope, store)
     for i in range(y.size):
         total = 0.0
         for m in range(stages):
@@ -32,29 +26,38 @@ def runge_kutta_step(
     return True
 
 
+def stage(f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, j: int, x: Any, slope: Any, k: Any) -> None:
+    """The slope of stage j from those before it, into k[j]."""
+    for i in range(y.size):
+        total = 0.0
+        for m in range(j):
+            total += table[j, m + 1] * k[m, i]
+        x[i] = y[i] + h * total
+    call(f, t + table[j, 0] * h, x, p, slope)
+    for i in range(y.size):
+        k[j, i] = slope[i]
+
+
 class RungeKutta(FixedStep):
-    """An explicit Runge-Kutta method: `stages` has the rows a_j1 ... a_j,j-1 and `weights` the b_j, as fractions."""
+    """An explicit Runge-Kutta method, given by its tableau."""
 
     accepts = (FirstOrder,)
     step = runge_kutta_step
-    stages: ClassVar[tuple[tuple[str, ...], ...]]
-    weights: ClassVar[tuple[str, ...]]
+    tableau: ClassVar[ButcherTableau]
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:
-        rows = [[fraction(mp, text) for text in row] for row in cls.stages]
-        return [*([mp.fsum(row), *row] for row in rows), [mp.mpf(0), *(fraction(mp, text) for text in cls.weights)]]
+        return cls.tableau.rows(mp)
 
     def rows(self, form: Form) -> int:
-        return len(self.weights)
+        return len(self.tableau.a)
 
 
 class ExplicitEuler(RungeKutta):
     """Euler's method (1768). Order 1."""
 
     name, order = "Explicit Euler", 1
-    stages = ((),)
-    weights = ("1",)
+    tableau = ButcherTableau(orders=(1,), a=({},), b={0: "1"})
 
 
 class ExplicitMidpoint(RungeKutta):
@@ -62,8 +65,7 @@ class ExplicitMidpoint(RungeKutta):
 
     name, order = "Explicit midpoint", 2
     primary = False
-    stages = ((), ("1/2",))
-    weights = ("0", "1")
+    tableau = ButcherTableau(orders=(2,), a=({}, {0: "1/2"}), b={1: "1"})
 
 
 class Heun2(RungeKutta):
@@ -71,8 +73,7 @@ class Heun2(RungeKutta):
 
     name, order = "Heun", 2
     primary = False
-    stages = ((), ("1",))
-    weights = ("1/2", "1/2")
+    tableau = ButcherTableau(orders=(2,), a=({}, {0: "1"}), b={0: "1/2", 1: "1/2"})
 
 
 class Kutta3(RungeKutta):
@@ -80,16 +81,16 @@ class Kutta3(RungeKutta):
 
     name, order = "RK3", 3
     primary = False
-    stages = ((), ("1/2",), ("-1", "2"))
-    weights = ("1/6", "2/3", "1/6")
+    tableau = ButcherTableau(orders=(3,), a=({}, {0: "1/2"}, {0: "-1", 1: "2"}), b={0: "1/6", 1: "2/3", 2: "1/6"})
 
 
 class RK4(RungeKutta):
     """The classical Runge-Kutta method (Kutta, Zeitschrift fuer Mathematik und Physik 46, 1901). Order 4."""
 
     name, order = "RK4", 4
-    stages = ((), ("1/2",), ("0", "1/2"), ("0", "0", "1"))
-    weights = ("1/6", "1/3", "1/3", "1/6")
+    tableau = ButcherTableau(
+        orders=(4,), a=({}, {0: "1/2"}, {1: "1/2"}, {2: "1"}), b={0: "1/6", 1: "1/3", 2: "1/3", 3: "1/6"}
+    )
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (ExplicitEuler, ExplicitMidpoint, Heun2, Kutta3, RK4)

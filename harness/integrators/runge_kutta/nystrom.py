@@ -11,86 +11,30 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Tolerance
-from gnomon.harness.integrators.base.fixed_step import Table, fraction
-from gnomon.harness.integrators.base.sizes import one_over, trial_step, turning_time
-from gnomon.harness.integrators.base.step_control import STAGES, Adaptive
+from gnomon.harness.integrators.base.sizes import one_over
+from gnomon.harness.integrators.base.step_control import ENDS, STAGES, Adaptive, arrive, end_slope, first_step
 from gnomon.harness.integrators.base.stepping import call
-from gnomon.harness.integrators.runge_kutta import nystrom_table
-from gnomon.harness.integrators.runge_kutta.embedded import Row, full, step_for
+from gnomon.harness.integrators.base.tableau import NystromTableau
+from gnomon.harness.integrators.runge_kutta.nystrom_table import RKN_12_10
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-
-ENDS = 0
-"""Set when a method is compiled: 1 where the step uses the acceleration at its end."""
 
 
 class Nystrom(Adaptive):
-    """An explicit Nyström pair given by its tableau, each row as {column: fraction}.
-
-    `nodes`: c_j of the s stages; `stages`: a_j1, ...; `positions` and `velocities`: weights b and b' of the formula that
-    is continued, `others`: those of the embedded one, of order `lower`. Column s is for the acceleration at the end of the
-    step. A sample is a separate step of the same order within the step.
-    """
+    """An explicit Nyström pair, given by its tableau. A sample is a separate step of the same order within the step."""
 
     accepts = (SecondOrder,)
-    lower: ClassVar[int]
-    nodes: ClassVar[tuple[str, ...]]
-    stages: ClassVar[tuple[Row, ...]]
-    positions: ClassVar[Row]
-    velocities: ClassVar[Row]
-    others: ClassVar[tuple[Row, Row]]
-
-    @classmethod
-    def rows(cls, mp: Any) -> Table:
-        """Rows c_j, a_j1, ... of the stages; 0 and b, b', and the differences of b and b' to the embedded ones."""
-        width = len(cls.stages) + 1
-        weights = [full(mp, row, width) for row in (cls.positions, cls.velocities)]
-        others = [full(mp, row, width) for row in cls.others]
-        errors = [[x - y for x, y in zip(*rows, strict=True)] for rows in zip(weights, others, strict=True)]
-        stages = [[fraction(mp, c), *full(mp, row, width)] for c, row in zip(cls.nodes, cls.stages, strict=True)]
-        return [*stages, *([mp.mpf(0), *row] for row in (*weights, *errors))]
-
-    @classmethod
-    def fixed_rows(cls, mp: Any) -> Table:
-        """Rows c_j, a_j1, ... of all stages, that at the end of the step too where it has a weight; 0 and b, 0 and b'."""
-        table = list(cls.rows(mp))
-        stages = len(cls.stages)
-        last = [[mp.mpf(1), *table[stages][1:]]] if stages in cls.velocities else []
-        return [*table[:stages], *last, *table[stages : stages + 2]]
+    tableau: ClassVar[NystromTableau]
 
     @classmethod
     def constants(cls) -> tuple[tuple[str, int], ...]:
-        stages = len(cls.stages)
+        tableau, stages = cls.tableau, len(cls.tableau.a)
         values = {
-            "WIDTHS": 2, "ORDER": cls.order, "ERROR_ORDER": cls.lower + 1, "STAGES": stages, "LAST": stages + 2,
-            "ENDS": int(stages in cls.velocities),
+            "WIDTHS": 2, "ORDER": cls.order, "ERROR_ORDER": tableau.orders[1] + 1, "STAGES": stages, "LAST": stages + 2,
+            "ENDS": int(tableau.uses_end),
         }  # fmt: skip
-        return tuple(values.items())  # type: ignore[arg-type]
-
-
-def first_step(
-    f: Any, y: Floats, p: Floats, k: Floats, x: Floats, slope: Floats, tolerance: float, most: float, groups: Integers
-) -> float:
-    """A first step from the sizes of (q, q') and its two derivatives; nan where the acceleration is not finite."""
-    half = x.size
-    rates, later = np.empty(y.size), np.empty(y.size)
-    for i in range(half):
-        x[i] = y[i]
-    call(f, 0.0, x, p, slope)
-    for i in range(half):
-        k[0, i] = slope[i]
-        rates[i], rates[half + i] = y[half + i], slope[i]
-        if not abs(slope[i]) < np.inf:
-            return np.nan
-    h = trial_step(y, rates, groups, most)
-    for i in range(half):
-        x[i] = y[i] + h * y[half + i]
-    call(f, h, x, p, slope)
-    for i in range(half):
-        later[i], later[half + i] = y[half + i] + h * k[0, i], slope[i]
-    return step_for(h, turning_time(y, rates, later, h, groups, most), tolerance)
+        return tuple(values.items())
 
 
 def attempt(
@@ -134,32 +78,13 @@ def step_into(
         change[i] = h * y[half + i] + h * h * total + compensation[i] + h * compensation[half + i]
         end[i] = y[i] + change[i]
     if ENDS == 1:
-        end_slope(f, t + h, end, p, x, slope, k)
+        end_slope(f, t + h, end, p, slope, k)
     for i in range(half):
         total = 0.0
         for m in range(STAGES + ENDS):
             total += table[STAGES + 1, m + 1] * k[m, i]
         change[half + i] = h * total + compensation[half + i]
         end[half + i] = y[half + i] + change[half + i]
-
-
-def end_slope(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k: Floats) -> None:
-    for i in range(x.size):
-        x[i] = end[i]
-    call(f, t, x, p, slope)
-    for i in range(x.size):
-        k[STAGES, i] = slope[i]
-
-
-def arrive(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k: Floats) -> bool:
-    """Compute the acceleration at the end of an accepted step, unless the step did; returns whether it is finite."""
-    if ENDS == 0:
-        end_slope(f, t, end, p, x, slope, k)
-    finite = True
-    for i in range(x.size):
-        if not abs(k[STAGES, i]) < np.inf:
-            finite = False
-    return finite
 
 
 def open_step(
@@ -216,34 +141,35 @@ def nystrom_increment(
 class DormandPrinceNystrom6(Nystrom):
     """Dormand, El-Mikkawy and Prince's pair RKN 6(4)6FM (IMA J. Numerical Analysis 7, 1987, p. 235). Order 6."""
 
-    name, order, lower = "RKN 6(4)", 6, 4
+    name, order = "RKN 6(4)", 6
     primary = False
     sweep = Tolerance(1e-3, 1e-13)
-    nodes = ("0", "1/10", "3/10", "7/10", "17/25")
-    stages = (
-        {},
-        {0: "1/200"},
-        {0: "-1/2200", 1: "1/22"},
-        {0: "637/6600", 1: "-7/110", 2: "7/33"},
-        {0: "225437/1968750", 1: "-30073/281250", 2: "65569/281250", 3: "-9367/984375"},
-    )
-    positions: ClassVar[Row] = {0: "151/2142", 1: "5/116", 2: "385/1368", 3: "55/168", 4: "-6250/28101"}
-    velocities: ClassVar[Row] = {0: "151/2142", 1: "25/522", 2: "275/684", 3: "275/252", 4: "-78125/112404", 5: "1/12"}
-    others = (
-        {0: "1349/157500", 1: "7873/50000", 2: "192199/900000", 3: "521683/2100000", 4: "-16/125"},
-        {0: "1349/157500", 1: "7873/45000", 2: "27457/90000", 3: "521683/630000", 4: "-2/5", 5: "1/12"},
+    tableau = NystromTableau(
+        orders=(6, 4),
+        c=("0", "1/10", "3/10", "7/10", "17/25"),
+        a=(
+            {},
+            {0: "1/200"},
+            {0: "-1/2200", 1: "1/22"},
+            {0: "637/6600", 1: "-7/110", 2: "7/33"},
+            {0: "225437/1968750", 1: "-30073/281250", 2: "65569/281250", 3: "-9367/984375"},
+        ),
+        b={0: "151/2142", 1: "5/116", 2: "385/1368", 3: "55/168", 4: "-6250/28101"},
+        d={0: "151/2142", 1: "25/522", 2: "275/684", 3: "275/252", 4: "-78125/112404", 5: "1/12"},
+        embedded=(
+            {0: "1349/157500", 1: "7873/50000", 2: "192199/900000", 3: "521683/2100000", 4: "-16/125"},
+            {0: "1349/157500", 1: "7873/45000", 2: "27457/90000", 3: "521683/630000", 4: "-2/5", 5: "1/12"},
+        ),
     )
 
 
 class DormandPrinceNystrom12(Nystrom):
     """Dormand, El-Mikkawy and Prince's pair RKN 12(10)17M (IMA J. Numerical Analysis 7, 1987, p. 423). Order 12."""
 
-    name, order, lower = "RKN 12(10)", 12, 10
+    name, order = "RKN 12(10)", 12
     primary = False
     sweep = Tolerance(1e-3, 1e-14)
-    nodes, stages = nystrom_table.NODES, nystrom_table.STAGES
-    positions, velocities = nystrom_table.POSITIONS, nystrom_table.VELOCITIES
-    others = (nystrom_table.POSITIONS_10, nystrom_table.VELOCITIES_10)
+    tableau = RKN_12_10
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (DormandPrinceNystrom6, DormandPrinceNystrom12)

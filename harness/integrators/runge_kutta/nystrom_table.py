@@ -6,7 +6,7 @@ stages are fractions that approximate irrational numbers to 54 digits.
 
 from __future__ import annotations
 
-Row = dict[int, str]
+from gnomon.harness.integrators.base.tableau import NystromTableau, Row
 
 NODES: tuple[str, ...] = (
     "0", "1/50", "1/25", "1/10", "2/15", "4/25", "1/20", "1/5", "1/4", "1/3", "1/2", "5/9", "3/4", "6/7", "8437/8926",
@@ -189,3 +189,5 @@ VELOCITIES_10: Row = {
     14: "198066487470143918516004831967805004004/2855490440070733221356946700793437123125",
     15: "1/50",
 }
+
+RKN_12_10 = NystromTableau((12, 10), NODES, STAGES, POSITIONS, VELOCITIES, (POSITIONS_10, VELOCITIES_10))

@@ -6,7 +6,7 @@ that go with it.
 
 from __future__ import annotations
 
-Row = dict[int, str]
+from gnomon.harness.integrators.base.tableau import ButcherTableau, Row
 
 STAGES: tuple[Row, ...] = (
     {},
@@ -132,3 +132,5 @@ ERROR: Row = {
     14: "-0.03057013983082797397721005067920369646664",
     15: "0.04834231373823958314376726739772871714902",
 }
+
+VERNER_98 = ButcherTableau((9, 8), STAGES, WEIGHTS, errors=(ERROR,))

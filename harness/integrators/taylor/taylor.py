@@ -8,9 +8,17 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver, Tolerance
 from gnomon.harness.contract.sources import cached_by_content
-from gnomon.harness.integrators.base.stepping import blank, call, compiled_whole
+from gnomon.harness.integrators.base.step_control import (
+    MOST_STEPS,
+    NOT_FINITE,
+    STEP_TOO_SMALL,
+    TOO_MANY_STEPS,
+    check_tolerance,
+    solving,
+)
+from gnomon.harness.integrators.base.stepping import call, compiled_whole
 from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
 from gnomon.harness.kernels.graph import compiled
 from numpy.typing import NDArray
@@ -19,16 +27,6 @@ Floats = NDArray[np.float64]
 
 LEAST_TOLERANCE = 1e-16
 """Unit round-off."""
-
-MOST_STEPS = 5_000_000
-"""Several seconds: beyond it the equations are stiff."""
-
-NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS = 1, 2, 3
-REASONS = {
-    NOT_FINITE: "the coefficients of a step were not finite",
-    STEP_TOO_SMALL: "the step size fell below the spacing of times",
-    TOO_MANY_STEPS: f"more than {MOST_STEPS} steps (stiff, or too small a tolerance for so long a span)",
-}
 
 
 class Taylor(Integrator):
@@ -46,22 +44,17 @@ class Taylor(Integrator):
     counts_rhs = False
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
-        if not (math.isfinite(setting) and LEAST_TOLERANCE <= setting < 1):
-            raise Refused(f"tolerance {setting} is not between {LEAST_TOLERANCE:g} and 1")
+        check_tolerance(setting, LEAST_TOLERANCE)
         problem = problem.since_start()
         assert isinstance(problem.form, FirstOrder)
         address, length = compiled_coefficients(problem.form, problem.dimension, len(problem.parameters))
         run = compiled_whole(integrate, SIGNATURE)
         order, parameters, times, scale = order_for(setting), problem.parameters, problem.times, problem.time_scale
 
-        def solve(initial: Floats) -> Solution:
-            out = blank(problem, initial)
-            stop = np.zeros(2, dtype=np.int64)
-            steps = run(address, parameters, initial, times, order, length, scale, out, stop)
-            stopped = f"{REASONS[int(stop[0])]}, before sample {stop[1] + 1}" if stop[0] else None
-            return Solution(out, int(steps), stopped)
+        def loop(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
+            return run(address, parameters, initial, times, order, length, scale, out, stop)
 
-        return Solver(solve)
+        return solving(problem, loop, MOST_STEPS)
 
 
 def order_for(tolerance: float) -> int:
@@ -99,6 +92,9 @@ def integrate(
     stop: NDArray[np.int64],
 ) -> int:
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps.
+
+    This is not the loop of `step_control`: the size of a step follows from its own coefficients, so there is no attempt, no
+    error after it and no step that is rejected.
 
     `stop` gets the reason and the sample where a trajectory ended early.
     """

@@ -19,7 +19,7 @@ from gnomon.harness.integrators.gauss.radau import Radau5
 from gnomon.harness.integrators.geometric.splitting import StormerVerlet
 from gnomon.harness.integrators.multistep_extrapolation.extrapolation import GraggBulirschStoer
 from gnomon.harness.integrators.multistep_extrapolation.stormer import Stormer8
-from gnomon.harness.integrators.runge_kutta.dop853 import MOST_STEPS, Dop853
+from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
 from gnomon.harness.integrators.runge_kutta.explicit_pairs import DormandPrince5, Verner9
 from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom6, DormandPrinceNystrom12
@@ -104,7 +104,7 @@ def test_adaptive_steps_are_limited_in_number() -> None:
     """On stiff equations stability bounds the step: 3e7 would be needed."""
     solution = Dop853().prepare(scalar(stiff), 1e-6)(np.array([[1.0]]))
     assert solution.stopped is not None
-    assert solution.stopped.startswith(f"more than {MOST_STEPS} steps")
+    assert solution.stopped.startswith(f"more than {Dop853.most_steps} steps")
 
 
 def test_one_trajectory_that_fails_leaves_the_others() -> None:

@@ -14,11 +14,9 @@ from gnomon.harness.integrators.gauss import gauss
 from gnomon.harness.integrators.gauss.gauss import Gauss
 from gnomon.harness.integrators.geometric import splitting
 from gnomon.harness.integrators.geometric.splitting import Composition, Splitting
-from gnomon.harness.integrators.runge_kutta import dop853_table, explicit
-from gnomon.harness.integrators.runge_kutta.dop853 import DENSE, ERROR_3, ERROR_5, LAST, rows
-from gnomon.harness.integrators.runge_kutta.explicit import RungeKutta
+from gnomon.harness.integrators.runge_kutta.dop853_table import DOP853
 from gnomon.reference.numerics.precision import working
-from order_conditions import matrix, nystrom_residuals, nystrom_trees, rk_residuals, trees
+from order_conditions import matrix, nystrom_residuals, nystrom_trees, trees
 
 SIXTY = 1e-57
 """Coefficients are given to 60 digits; sums of up to seventeen of size 1 and their products lose two or three."""
@@ -91,7 +89,8 @@ def test_gauss_tableaus(method: type[Gauss]) -> None:
     """B(2s), C(s), symmetry and the condition of symplectic Runge-Kutta methods (Sanz-Serna, BIT 28, 1988)."""
     s = range(method.stages)
     with working(62) as mp:
-        c, a, b = method.tableau(mp)
+        *stages, (_, *b) = method.tableau(mp).rows(mp)
+        c, a = [row[0] for row in stages], [row[1:] for row in stages]
         for q in range(1, 2 * method.stages + 1):
             assert abs(mp.fsum(b[i] * c[i] ** (q - 1) for i in s) - mp.mpf(1) / q) < SIXTY
         for q in range(1, method.stages + 1):
@@ -126,37 +125,15 @@ def test_the_number_of_trees_is_the_known_one() -> None:
     assert [len(nystrom_trees(n)) for n in range(1, 11)] == [1, 1, 2, 3, 6, 10, 20, 36, 72, 137]
 
 
-@pytest.mark.parametrize("method", explicit.INTEGRATORS, ids=lambda method: method.name)
-def test_explicit_methods_meet_the_conditions_of_their_order_and_no_more(method: type[RungeKutta]) -> None:
-    with working(62) as mp:
-        table = method.coefficients(mp)
-        a = matrix(mp, [row[1:] for row in table[:-1]])
-        found = [(n, abs(value)) for n, value in rk_residuals(a, table[-1][1:], method.order + 1, mp.mpf(1))]
-        assert max(value for n, value in found if n <= method.order) < SIXTY
-        assert max(value for n, value in found if n > method.order) > 1e-3
-
-
-def test_dop853_meets_the_conditions_of_order_8_and_its_errors_those_of_5_and_3() -> None:
-    with working(62) as mp:
-        table = rows(mp)
-        a = matrix(mp, [row[1:13] for row in table[:12]])
-        weights = table[12][1:13]
-        formulas = [weights]
-        for row in (ERROR_5, ERROR_3):
-            formulas.append([b - e for b, e in zip(weights, table[row][1:13], strict=True)])
-        for formula, order in zip(formulas, (8, 5, 3), strict=True):
-            assert all(abs(value) < THIRTY for _, value in rk_residuals(a, formula, order, mp.mpf(1)))
-
-
 def test_dop853_dense_output_is_of_order_7() -> None:
     """With y' = t^q on [0, 1] all stages are c^q: the interpolant must give x^(q+1)/(q+1) for q up to 6."""
     with working(40) as mp:
-        table = rows(mp)
-        c = [row[0] for row in table[:LAST]]
+        table = DOP853.rows(mp)
+        c = [row[0] for row in table[:16]]
         for q in range(7):
             k = [node**q for node in c]
             end = mp.fsum(b * slope for b, slope in zip(table[12][1:], k, strict=True))
-            d = [mp.fsum(w * slope for w, slope in zip(table[DENSE + r][1:], k, strict=True)) for r in range(4)]
+            d = [mp.fsum(w * slope for w, slope in zip(table[18 + r][1:], k, strict=True)) for r in range(4)]
             for x in (mp.mpf(1) / 3, mp.mpf(4) / 5):
                 y = 1 - x
                 inner = d[0] + x * (d[1] + y * (d[2] + x * d[3]))
@@ -169,11 +146,7 @@ def test_dop853_rows_sum_to_the_nodes() -> None:
     with working(40) as mp:
         for row, text in nodes.items():
             numerator, _, denominator = text.partition("/")
-            assert abs(rows(mp)[row][0] - mp.mpf(numerator) / int(denominator or 1)) < THIRTY
-
-
-def test_dop853_interpolation_weights_belong_to_existing_stages() -> None:
-    assert all(set(row) <= set(range(16)) for row in dop853_table.DENSE)
+            assert abs(DOP853.rows(mp)[row][0] - mp.mpf(numerator) / int(denominator or 1)) < THIRTY
 
 
 def test_the_binary_table_is_the_rounding() -> None:

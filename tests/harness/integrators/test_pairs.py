@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,51 +12,25 @@ from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.base import step_control
 from gnomon.harness.integrators.base.fixed_step import DIGITS, rounded
 from gnomon.harness.integrators.base.step_control import Adaptive, tabulated
+from gnomon.harness.integrators.base.tableau import full
 from gnomon.harness.integrators.runge_kutta import dop853, explicit_pairs, nystrom
-from gnomon.harness.integrators.runge_kutta.embedded import Embedded, full
+from gnomon.harness.integrators.runge_kutta.embedded import Embedded
 from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom12, Nystrom
+from gnomon.harness.integrators.runge_kutta.nystrom_table import RKN_12_10
 from gnomon.harness.studies.fixed_step_formulas import at_fixed_steps
 from gnomon.harness.studies.order_measurement import measure_order_exactly
 from gnomon.reference.numerics.precision import working
-from order_conditions import matrix, nystrom_residuals, rk_residuals
+from order_conditions import formulas, has_order, matrix, nystrom_residuals, rk_residuals
 
 RUNGE_KUTTA: tuple[type[Embedded], ...] = explicit_pairs.INTEGRATORS  # type: ignore[assignment]
 NYSTROM: tuple[type[Nystrom], ...] = nystrom.INTEGRATORS  # type: ignore[assignment]
 PAIRS: tuple[type[Adaptive], ...] = (*RUNGE_KUTTA, dop853.Dop853, *NYSTROM)
 
-PRINTED = 1e-37
-"""Exact coefficients leave 1e-58; Verner's 9(8), printed to 40 digits of size up to 36, leaves 1e-39."""
+PRINTED = 1e-58
+"""The coefficients are exact, or given to 60 digits."""
 
 NYSTROM_PRINTED = 1e-51
 """The last rows of RKN 12(10) hold to 54 digits; their sums have terms up to 40."""
-
-LOWER = {"Bogacki-Shampine 3(2)": 2, "Dormand-Prince 5(4)": 4, "Tsitouras 5(4)": 4, "Verner 6(5)": 5, "Verner 9(8)": 8}
-
-
-def has_order(residuals: Iterator[tuple[int, Any]], order: int, below: float) -> bool:
-    """Whether all conditions up to `order` hold to `below`, and one of the next order does not."""
-    for n, value in residuals:
-        if n <= order and abs(value) >= below:
-            return False
-        if n > order and abs(value) > 1e-9:
-            return True
-    return False
-
-
-def triangle(mp: Any, pair: type[Embedded]) -> Any:
-    """The matrix of all stages, the slope at the end of the step and the extra stages."""
-    last = len(pair.stages) + 1 + len(pair.extra)
-    return matrix(mp, [row[1:] for row in pair.rows(mp)[:last]])
-
-
-@pytest.mark.parametrize("pair", RUNGE_KUTTA, ids=lambda pair: pair.name)
-def test_both_formulas_meet_their_conditions_and_no_more(pair: type[Embedded]) -> None:
-    with working(62) as mp:
-        a = triangle(mp, pair)
-        weights = full(mp, pair.weights, len(a))
-        others = [b - e for b, e in zip(weights, full(mp, pair.errors[0], len(a)), strict=True)]
-        for row, order in ((weights, pair.order), (others, LOWER[pair.name])):
-            assert has_order(rk_residuals(a, row, order + 1, mp.mpf(1)), order, PRINTED)
 
 
 @pytest.mark.parametrize(
@@ -68,8 +40,8 @@ def test_both_formulas_meet_their_conditions_and_no_more(pair: type[Embedded]) -
 def test_dense_output_meets_the_conditions_of_its_order(pair: type[Embedded], order: int) -> None:
     """At fractions x of the step the weights of `embedded.interpolate`, applied to the slopes, have order `order`."""
     with working(62) as mp:
-        a, s = triangle(mp, pair), len(pair.stages)
-        b, dense = full(mp, pair.weights, len(a)), [full(mp, row, len(a)) for row in pair.dense or ()]
+        (_, a, b), _ = formulas(mp, pair.tableau)
+        s, dense = len(pair.tableau.a), [full(mp, row, len(a)) for row in pair.tableau.dense or ()]
         for x in (mp.mpf(1) / 7, mp.mpf(2) / 3):
             inner = dense[0] if dense else [mp.mpf(0)] * len(a)
             weights = []
@@ -83,14 +55,12 @@ def test_dense_output_meets_the_conditions_of_its_order(pair: type[Embedded], or
 @pytest.mark.parametrize("pair", NYSTROM, ids=lambda pair: pair.name)
 def test_both_nystrom_formulas_meet_their_conditions_and_no_more(pair: type[Nystrom]) -> None:
     with working(66) as mp:
-        table = pair.fixed_rows(mp)
+        table = pair.tableau.fixed_rows(mp)
         stages = len(table) - 2
         a, c = matrix(mp, [row[1:] for row in table[:stages]]), [row[0] for row in table[:stages]]
-        others = [full(mp, row, stages) for row in pair.others]
-        for (b, d), order in (
-            ((table[-2][1 : stages + 1], table[-1][1 : stages + 1]), pair.order),
-            (others, pair.lower),
-        ):
+        others = [full(mp, row, stages) for row in pair.tableau.embedded]
+        weights = (table[-2][1 : stages + 1], table[-1][1 : stages + 1])
+        for (b, d), order in zip((weights, others), pair.tableau.orders, strict=True):
             assert has_order(nystrom_residuals(a, c, b, d, order + 1), order, NYSTROM_PRINTED)
         assert all(abs(mp.fsum(row[1:]) - row[0] ** 2 / 2) < NYSTROM_PRINTED for row in table[:stages])
 
@@ -99,7 +69,7 @@ def test_a_planted_coefficient_is_caught() -> None:
     """One wrong digit of the smallest weight of RKN 12(10), 1e-3 of it, lowers the order from 12."""
 
     class Mistyped(DormandPrinceNystrom12):
-        velocities = {**DormandPrinceNystrom12.velocities, 15: "-113178588/12362232960"}  # noqa: RUF012
+        tableau = replace(RKN_12_10, d={**RKN_12_10.d, 15: "-113178588/12362232960"})
 
     measured = measure_order_exactly(at_fixed_steps(Mistyped()), get("kepler_orbit", span="0.5"), (24, 32, 48, 64))
     assert measured is None or measured[0] < 11

@@ -20,6 +20,7 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import FixedStep
+from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.gauss import radau
 from gnomon.harness.integrators.gauss.gauss import (
     INTEGRATORS,
@@ -27,7 +28,7 @@ from gnomon.harness.integrators.gauss.gauss import (
     Gauss2,
     Gauss4,
     ImplicitMidpoint,
-    integrals,
+    collocation,
     newton_rows,
     nodes,
 )
@@ -129,9 +130,9 @@ class Tableau:
     """b A^-1: the weights of the stages' differences in the change of the state."""
 
     @classmethod
-    def of(cls, mp: Any, c: list[Any]) -> Tableau:
-        a = [integrals(mp, c, node) for node in c]
-        change = mp.matrix([integrals(mp, c, mp.mpf(1))]) * mp.matrix(a) ** -1
+    def of(cls, mp: Any, tableau: ButcherTableau) -> Tableau:
+        *a, b = (row[1:] for row in tableau.rows(mp))
+        change = mp.matrix([b]) * mp.matrix(a) ** -1
         return cls(
             *(np.array([[np.longdouble(mp.nstr(x, 25)) for x in row] for row in rows]) for rows in (a, [change]))
         )
@@ -140,7 +141,7 @@ class Tableau:
 @cache
 def gauss_tableau(stages: int) -> Tableau:
     with working(40) as mp:
-        return Tableau.of(mp, nodes(mp, stages))
+        return Tableau.of(mp, collocation(mp, nodes(mp, stages), 2 * stages))
 
 
 Field = Callable[[Any], Any]
@@ -390,7 +391,7 @@ def test_steps_on_a_circle_end_at_the_near_root_or_fail_by_name(method: type[Fix
 
 def radau_tableau() -> Tableau:
     with working(40) as mp:
-        return Tableau.of(mp, radau.nodes(mp))
+        return Tableau.of(mp, Radau5.tableau(mp))
 
 
 def test_radau_solves_linear_steps() -> None:

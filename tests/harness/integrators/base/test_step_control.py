@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, SecondOrder, Values
 from gnomon.harness.contract.integrator import Integrator, Problem
-from gnomon.harness.integrators.base import sizes
+from gnomon.harness.integrators.base import sizes, step_control
 from gnomon.harness.integrators.base.step_control import GROW_MOST
 from gnomon.harness.integrators.events.hybrid import Dop853Events
 from gnomon.harness.integrators.multistep_extrapolation.extrapolation import GraggBulirschStoer
-from gnomon.harness.integrators.runge_kutta import embedded, nystrom
 from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.integrators.runge_kutta.explicit_pairs import BogackiShampine3, DormandPrince5
 from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom6
@@ -195,21 +194,20 @@ def test_the_trial_step_is_short_beside_the_motion(most: float) -> None:
 
 @pytest.mark.parametrize("most", [10.0, 1e6])
 @pytest.mark.parametrize("speed", [1e-3, 1.0, 1e3])
-@pytest.mark.parametrize("module", [embedded, nystrom])
+@pytest.mark.parametrize("second_order", [False, True])
 def test_the_first_step_is_a_part_of_the_time_in_which_the_motion_turns(
-    module: Any, speed: float, most: float, monkeypatch: pytest.MonkeyPatch
+    second_order: bool, speed: float, most: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """That of an oscillator from rest is a radian, however long the span: an error of order 8 is then a hundredth of the
     tolerance."""
-    monkeypatch.setattr(embedded, "ORDER", 8)
-    second_order = module is nystrom
+    monkeypatch.setattr(step_control, "ORDER", 8)
 
     def called(f: Any, t: float, y: Any, p: Any, slope: Any) -> None:
         slope[:] = restoring(t, y, (speed,)) if second_order else oscillating(t, y, (speed,))
 
-    monkeypatch.setattr(module, "call", called)
+    monkeypatch.setattr(step_control, "call", called)
     width, y, tolerance = 1 if second_order else 2, np.array([1.0, 0.0]), 1e-8
     k, x, slope = np.empty((1, width)), np.empty(width), np.empty(width)
     groups = np.array([0, 1])
-    found = module.first_step(None, y, np.zeros(0), k, x, slope, tolerance, most / speed, groups)
+    found = step_control.first_step(None, y, np.zeros(0), k, x, slope, tolerance, most / speed, groups)
     assert found == pytest.approx((0.01 * tolerance) ** (1 / 8) / speed, rel=0.01)

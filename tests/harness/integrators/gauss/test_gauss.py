@@ -217,7 +217,8 @@ def test_rounded_coefficients_are_exactly_symplectic(method: type[Gauss], second
     s, form = range(method.stages), SecondOrder(pull_back) if second_order else FirstOrder(oscillate)
     with working(60) as mp:
         table = [[Fraction(nearest_double(x)) for x in row] for row in method().table(mp, form, (), mp.mpf(2) ** -52)]
-        nodes, _, weights = method.tableau(mp)
+        *stages, (_, *weights) = method.tableau(mp).rows(mp)
+        nodes = [row[0] for row in stages]
     c, b = [row[0] for row in table[: len(s)]], table[2 * len(s)][1:]
     m = [row[1:] for row in table[: len(s)]]
     assert sum(b) == 1

@@ -55,7 +55,7 @@ def test_a_step_costs_one_right_hand_side(method: type[Stormer]) -> None:
     problem = counting(problem_of(case, method.accepts))
     solution = method().prepare(problem, problem.interval / 8)(initial_state(case)[None])
     assert solution.steps == 8 * 64
-    assert problem.buffer[-1] == 8 * 64 + 1 + (method.order - 1) * (len(STARTER.stages) - 1)
+    assert problem.buffer[-1] == 8 * 64 + 1 + (method.order - 1) * (len(STARTER.a) - 1)
 
 
 def power_of_time(t: Any, q: Values, parameters: Values) -> Values:

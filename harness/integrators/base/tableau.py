@@ -1,0 +1,106 @@
+"""The coefficients of one-step methods, in the digits of their source: Butcher's tableau, and that of a Nyström method."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from gnomon.harness.integrators.base.fixed_step import Table
+
+Row = Mapping[int, Any]
+"""Coefficients by column, '1/3', '0.25' or a number of a context; those left out are 0."""
+
+
+@dataclass(frozen=True, eq=False)
+class ButcherTableau:
+    """A Runge-Kutta method of s stages: explicit, implicit or embedded.
+
+    `orders`: of the method, then of each embedded formula. `a`, `b`, `c`: the matrix by rows, the weights and the nodes; c
+    where it is None is the sums of the rows of a.
+
+    For error control, `errors`: b minus the weights of one or two embedded formulas, where column s is for the slope at the
+    end of the step. For dense output, `extra`: rows of further stages, of columns from s + 1 on; `dense`: coefficients
+    d_0, d_1, ... of the interpolant
+
+        u(x) = y + x (D + x' (h k_0 - D + x (2 D - h (k_0 + k_s) + x' (h d_0 + x (h d_1 + x' ...))))),   x' = 1 - x
+
+    with D the step's change: the form of every interpolant whose values and slopes at both ends are those of the step.
+    None where a method has no interpolant.
+
+    Butcher, J. Australian Mathematical Society 4, 1964; Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I,
+    1993, II.1, II.4 and II.6.
+    """
+
+    orders: tuple[int, ...]
+    a: tuple[Row, ...]
+    b: Row
+    c: tuple[Any, ...] | None = None
+    errors: tuple[Row, ...] = ()
+    extra: tuple[Row, ...] = ()
+    dense: tuple[Row, ...] | None = None
+
+    def rows(self, mp: Any) -> Table:
+        """c_j, a_j1, ... of the stages; 1 and b; the extra stages like the others; 0 and each row of errors, 0 and each row
+        of dense output: numbers of `mp`, an mpmath context or `step_control.Decimals`. A second row of errors is 0 where an
+        embedded method has one."""
+        width = len(self.a) + (1 + len(self.extra) if self.errors else 0)
+        stages, extra = ([full(mp, row, width) for row in rows] for rows in (self.a, self.extra))
+        c = [mp.fsum(row) for row in stages] if self.c is None else [number(mp, node) for node in self.c]
+        errors = (*self.errors, {})[:2] if self.errors else ()
+        return [
+            *([node, *row] for node, row in zip(c, stages, strict=True)),
+            [mp.mpf(1), *full(mp, self.b, width)],
+            *([mp.fsum(row), *row] for row in extra),
+            *([mp.mpf(0), *full(mp, row, width)] for row in (*errors, *(self.dense or ()))),
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class NystromTableau:
+    """An explicit Runge-Kutta-Nyström pair of s stages for q'' = a(t, q).
+
+    It is no Butcher tableau: it has two rows of weights, and its nodes are no sums of rows. `orders`: of the formula that
+    is continued and of the embedded one. `c`, `a`: nodes and matrix; `b`, `d`: weights of the position and of the velocity
+    (b' in the literature), where column s is for the acceleration at the end of the step; `embedded`: those of the other
+    formula.
+    """
+
+    orders: tuple[int, int]
+    c: tuple[str, ...]
+    a: tuple[Row, ...]
+    b: Row
+    d: Row
+    embedded: tuple[Row, Row]
+
+    @property
+    def uses_end(self) -> bool:
+        """Whether the acceleration at the end of the step has a weight."""
+        return len(self.a) in self.d
+
+    def rows(self, mp: Any) -> Table:
+        """c_j, a_j1, ... of the stages; 0 and b, 0 and d, and their differences to the embedded ones."""
+        width = len(self.a) + 1
+        weights, others = ([full(mp, row, width) for row in rows] for rows in ((self.b, self.d), self.embedded))
+        errors = [[x - y for x, y in zip(*rows, strict=True)] for rows in zip(weights, others, strict=True)]
+        stages = [[number(mp, c), *full(mp, row, width)] for c, row in zip(self.c, self.a, strict=True)]
+        return [*stages, *([mp.mpf(0), *row] for row in (*weights, *errors))]
+
+    def fixed_rows(self, mp: Any) -> Table:
+        """Rows c_j, a_j1, ... of all stages, that at the end of the step too where it has a weight; 0 and b, 0 and d."""
+        table, stages = self.rows(mp), len(self.a)
+        last = [[mp.mpf(1), *table[stages][1:]]] if self.uses_end else []
+        return [*table[:stages], *last, *table[stages : stages + 2]]
+
+
+def full(mp: Any, row: Row, length: int) -> list[Any]:
+    """A row as numbers of the context, with the coefficients that are 0."""
+    return [number(mp, row[j]) if j in row else mp.zero for j in range(length)]
+
+
+def number(mp: Any, value: Any) -> Any:
+    """'1/3' or '0.25' as a number of the context; its numbers stay what they are."""
+    if not isinstance(value, str):
+        return value
+    numerator, _, denominator = value.partition("/")
+    return mp.mpf(numerator) / mp.mpf(denominator or 1)
