@@ -14,8 +14,8 @@ from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Floats, Loop, Table, kept, rounded
 from gnomon.harness.integrators.base.stepping import Step
 from gnomon.harness.integrators.gauss.gauss_steps import gauss_nystrom_step, gauss_step, newton_numbers, newton_step
-from gnomon.harness.kernels import graph
 from gnomon.harness.kernels.generated_modules import cache_folder, module_name
+from gnomon.harness.kernels.straight_line import compiled, counting_text
 from gnomon.reference.numerics.precision import nearest_double, working
 from gnomon.reference.storage import cachefolder
 from numpy.typing import NDArray
@@ -154,7 +154,9 @@ def newton_source() -> str:
         "gauss/gauss_steps",
         "base/linear",
         "base/stepping",
-        "../kernels/graph",
+        "../kernels/traced",
+        "../kernels/derivatives",
+        "../kernels/straight_line",
     )
     folder = Path(__file__).parents[1]
     return "\n".join([machine_code.machine(), *((folder / f"{x}.py").read_text() for x in modules)])
@@ -164,7 +166,7 @@ def newton_source() -> str:
 def derivatives(equations: Callable[..., Any], width: int, parameters: int) -> int | None:
     """The address of a C function that computes the equations and their Jacobian; None where they cannot be traced."""
     try:
-        return graph.compiled(graph.counting_text(FirstOrder(equations), width, parameters))
+        return compiled(counting_text(FirstOrder(equations), width, parameters))
     except ValueError:
         return None
 

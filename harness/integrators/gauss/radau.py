@@ -25,7 +25,7 @@ from gnomon.harness.integrators.gauss.radau_steps import (
     integrate,
 )
 from gnomon.harness.kernels.equations import right_hand_side
-from gnomon.harness.kernels.graph import compiled, jacobian_text
+from gnomon.harness.kernels.straight_line import compiled, jacobian_text
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]

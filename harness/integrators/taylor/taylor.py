@@ -12,7 +12,7 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Sol
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.base.stepping import blank, call, compiled_whole
 from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
-from gnomon.harness.kernels.graph import compiled
+from gnomon.harness.kernels.straight_line import compiled
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
