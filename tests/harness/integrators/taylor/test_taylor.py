@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from math import cos, exp
+from math import atan2, cos, exp
 from typing import Any
 
 import numpy as np
@@ -133,6 +133,16 @@ def test_the_same_bits_alone_in_an_ensemble_and_again() -> None:
 def test_equations_that_branch_are_refused() -> None:
     with pytest.raises(Refused, match="must not branch"):
         Taylor().prepare(scalar(branching), 1e-9)
+
+
+def angle(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (atan2(x, 2),)
+
+
+def test_functions_without_a_recurrence_are_refused() -> None:
+    with pytest.raises(Refused, match="atan2 has no recurrence"):
+        Taylor().prepare(scalar(angle), 1e-9)
 
 
 @pytest.mark.parametrize(
