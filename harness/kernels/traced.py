@@ -185,7 +185,7 @@ def traced(form: Form, trace: Trace) -> tuple[Value, ...]:
     Raises ValueError for what has no expression: a branch on a value, abs, floor.
     """
     try:
-        return tuple(_right_hand_side(form, trace.t, trace.state, trace.parameters, trace.functions))
+        return _right_hand_side(form, trace.t, trace.state, trace.parameters, trace.functions)
     except TypeError as error:  # from a function that takes numbers only
         raise ValueError(f"the equations cannot be traced: {error}") from error
 
@@ -194,7 +194,7 @@ def _right_hand_side(form: Form, t: Node, y: Values, p: Values, functions: dict[
     if isinstance(form, SecondOrder):
         half = len(y) // 2
         check_values({"acceleration": form.acceleration}, "acceleration(t, y, p)", half, len(p), half)
-        return rebind(form.acceleration, functions)(t, y[:half], p)
+        return tuple(rebind(form.acceleration, functions)(t, y[:half], p))
     if isinstance(form, RigidBody):
         check_values({"inertia": form.inertia}, "inertia(p)", 0, len(p), 3)
         check_values({"torque": form.torque}, "torque(t, y, p)", len(y), len(p), 3)
@@ -202,7 +202,7 @@ def _right_hand_side(form: Form, t: Node, y: Values, p: Values, functions: dict[
         return euler_equations(y, inertia(p), torque(t, y, p))
     assert isinstance(form, FirstOrder)
     check_values({"equations": form.equations}, "equations(t, y, p)", len(y), len(p), len(y))
-    return rebind(form.equations, functions)(t, y, p)
+    return tuple(rebind(form.equations, functions)(t, y, p))
 
 
 def reached(values: Iterable[Value]) -> list[Node]:
