@@ -8,7 +8,7 @@ States are (q..., q'...). `parameters` is the tuple of values of the case's `par
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 Values = tuple[Any, ...]
@@ -18,14 +18,13 @@ Equations = Callable[[Any, Values, Values], Values]
 
 @dataclass(frozen=True)
 class FirstOrder:
-    """y' = equations(t, y, parameters); `jacobian` (optional) gives df/dy row by row, flattened.
+    """y' = equations(t, y, parameters).
 
     `source` is the more structured form from which these equations were derived, if there is one; it is compiled instead.
     """
 
     equations: Equations
-    jacobian: Equations | None = None
-    source: SecondOrder | RigidBody | None = None
+    source: SecondOrder | RigidBody | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True, kw_only=True)

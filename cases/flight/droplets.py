@@ -220,10 +220,6 @@ def oil_drop_matrix(parameters: Values) -> Values:
     return 0, 1, 0, -9 * eta / (2 * a * a * rho)
 
 
-def oil_drop_jacobian(t: Any, state: Values, parameters: Values) -> Values:
-    return oil_drop_matrix(parameters)
-
-
 def oil_drop_load(t: Any, state: Values, parameters: Values) -> Values:
     g, a, rho, rho_air, _eta, q, field = parameters
     pi = 4 * atan(1)
@@ -275,7 +271,7 @@ class MillikanOilDrop(Case):
 
     @property
     def forms(self) -> tuple[SemiLinear, ...]:
-        return (SemiLinear(oil_drop_equations, oil_drop_jacobian, linear=oil_drop_matrix, rest=oil_drop_load),)
+        return (SemiLinear(oil_drop_equations, linear=oil_drop_matrix, rest=oil_drop_load),)
 
     @property
     def scene(self) -> SceneForm:

@@ -28,10 +28,6 @@ def stokes_matrix(parameters: Values) -> Values:
     return 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, -nu, 0, 0, 0, 0, -nu
 
 
-def stokes_jacobian(t: Any, state: Values, parameters: Values) -> Values:
-    return stokes_matrix(parameters)
-
-
 def weight_alone(t: Any, state: Values, parameters: Values) -> Values:
     g, _nu = parameters
     return 0, 0, 0, -g
@@ -88,7 +84,7 @@ class ProjectileStokesDrag(Case):
 
     @property
     def forms(self) -> tuple[SemiLinear, ...]:
-        return (SemiLinear(stokes_equations, stokes_jacobian, linear=stokes_matrix, rest=weight_alone),)
+        return (SemiLinear(stokes_equations, linear=stokes_matrix, rest=weight_alone),)
 
     @property
     def scene(self) -> SceneForm:

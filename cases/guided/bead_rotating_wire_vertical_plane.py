@@ -22,11 +22,6 @@ def bead_wire_equations(t: Any, state: Values, parameters: Values) -> Values:
     return v, rate * rate * r - g * sin(rate * t)
 
 
-def bead_wire_jacobian(t: Any, state: Values, parameters: Values) -> Values:
-    rate, _ = parameters
-    return 0, 1, rate * rate, 0
-
-
 def bead_wire_deviation(t: Any, state: Values, parameters: Values) -> Values:
     """s'^2 - O^2 s^2, s the distance from the bounded orbit: the product of the growing and the decaying part."""
     r, v = state
@@ -89,7 +84,7 @@ class BeadOnRotatingWire(Case):
 
     @property
     def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(bead_wire_equations, bead_wire_jacobian),)
+        return (FirstOrder(bead_wire_equations),)
 
     @property
     def scene(self) -> SceneForm:

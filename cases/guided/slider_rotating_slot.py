@@ -29,10 +29,6 @@ def slot_matrix(parameters: Values) -> Values:
     return 0, 1, Om * Om - k / m, -2 * mu * Om
 
 
-def slot_jacobian(t: Any, state: Values, parameters: Values) -> Values:
-    return slot_matrix(parameters)
-
-
 def spring_offset(t: Any, state: Values, parameters: Values) -> Values:
     m, k, r0, _, _ = parameters
     return 0, k / m * r0
@@ -105,7 +101,7 @@ class SliderRotatingSlot(Case):
     @property
     def forms(self) -> tuple[Form, ...]:
         """Separable without friction."""
-        linear = SemiLinear(slot_equations, slot_jacobian, linear=slot_matrix, rest=spring_offset)
+        linear = SemiLinear(slot_equations, linear=slot_matrix, rest=spring_offset)
         return (linear,) if self.parameters["mu"] else (Separable(smooth_slot, smooth_slot_potential), linear)
 
     @property

@@ -30,10 +30,6 @@ def damped_matrix(parameters: Values) -> Values:
     return 0, 1, -k / m, -c / m
 
 
-def damped_jacobian(t: Any, state: Values, parameters: Values) -> Values:
-    return damped_matrix(parameters)
-
-
 def nothing_else(t: Any, state: Values, parameters: Values) -> Values:
     return 0, 0
 
@@ -97,7 +93,7 @@ class DampedOscillator(Case):
 
     @property
     def forms(self) -> tuple[SemiLinear, ...]:
-        return (SemiLinear(damped_equations, damped_jacobian, linear=damped_matrix, rest=nothing_else),)
+        return (SemiLinear(damped_equations, linear=damped_matrix, rest=nothing_else),)
 
     @property
     def scene(self) -> SceneForm:

@@ -35,10 +35,6 @@ def forced_matrix(parameters: Values) -> Values:
     return 0, 1, -k / m, -c / m
 
 
-def forced_jacobian(t: Any, state: Values, parameters: Values) -> Values:
-    return forced_matrix(parameters)
-
-
 def harmonic_force(t: Any, state: Values, parameters: Values) -> Values:
     m, _c, _k, f0, w = parameters
     return 0, f0 / m * cos(w * t)
@@ -117,7 +113,7 @@ class ForcedOscillator(Case):
 
     @property
     def forms(self) -> tuple[SemiLinear, ...]:
-        return (SemiLinear(forced_equations, forced_jacobian, linear=forced_matrix, rest=harmonic_force),)
+        return (SemiLinear(forced_equations, linear=forced_matrix, rest=harmonic_force),)
 
     @property
     def scene(self) -> SceneForm:
@@ -172,10 +168,6 @@ def second_order_linear(t: Any, state: Values, parameters: Values) -> Values:
 def second_order_matrix(parameters: Values) -> Values:
     b, c, _h0, _h1, _r, _p = parameters
     return 0, 1, -c, -2 * b
-
-
-def second_order_jacobian(t: Any, state: Values, parameters: Values) -> Values:
-    return second_order_matrix(parameters)
 
 
 def second_order_load(t: Any, state: Values, parameters: Values) -> Values:
@@ -242,9 +234,7 @@ class SecondOrderLinearOde(Case):
 
     @property
     def forms(self) -> tuple[SemiLinear, ...]:
-        return (
-            SemiLinear(second_order_linear, second_order_jacobian, linear=second_order_matrix, rest=second_order_load),
-        )
+        return (SemiLinear(second_order_linear, linear=second_order_matrix, rest=second_order_load),)
 
     @property
     def scene(self) -> SceneForm:

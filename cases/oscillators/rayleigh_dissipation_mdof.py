@@ -31,10 +31,6 @@ def rayleigh_matrix(parameters: Values) -> Values:
     return (0, 0, 1, 0, 0, 0, 0, 1, *first, *second)
 
 
-def rayleigh_jacobian(t: Any, state: Values, parameters: Values) -> Values:
-    return rayleigh_matrix(parameters)
-
-
 def nothing_else(t: Any, state: Values, parameters: Values) -> Values:
     return 0, 0, 0, 0
 
@@ -124,7 +120,7 @@ class RayleighDissipation(Case):
 
     @property
     def forms(self) -> tuple[SemiLinear, ...]:
-        return (SemiLinear(rayleigh_equations, rayleigh_jacobian, linear=rayleigh_matrix, rest=nothing_else),)
+        return (SemiLinear(rayleigh_equations, linear=rayleigh_matrix, rest=nothing_else),)
 
     @property
     def scene(self) -> SceneForm:

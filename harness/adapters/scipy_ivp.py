@@ -9,7 +9,7 @@ How it is driven, and why:
 - The right-hand side is compiled. SciPy calls it from Python, which takes 3 to 5 us a call: that belongs to the library's
   time, since it takes no C function here (`LowLevelCallable` is for its quadratures).
 - Radau, BDF and LSODA get the compiled Jacobian, as the manual recommends; it is differentiated from the equations as
-  for the in-house Radau IIA. Where these cannot be traced (atan2), SciPy uses finite differences: `jac` = None.
+  for the in-house Radau IIA. Where these cannot be traced (a branch, abs), SciPy uses finite differences: `jac` = None.
 
 Traps:
 
@@ -36,7 +36,7 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance, each_start
 from gnomon.harness.kernels.equations import ARRAY_SIGNATURE, OPTIONS, compiled, right_hand_side
-from gnomon.harness.kernels.graph import jacobian_text, module_text
+from gnomon.harness.kernels.straight_line import jacobian_text, module_text
 
 ABSOLUTE = 1e-3
 """atol over rtol."""
@@ -114,7 +114,7 @@ def right_hand_side_of(problem: Problem) -> Callable[[float, Floats], Floats]:
 def jacobian_of(form: FirstOrder, dimension: int, buffer: Floats) -> Callable[[float, Floats], Floats] | None:
     """The compiled Jacobian (dim, dim) of equations whose parameters are all of `buffer` but its last element.
 
-    None where the equations cannot be traced into a graph.
+    None where the equations cannot be traced.
     """
     try:
         text = jacobian_text(form, dimension, len(buffer) - 1)

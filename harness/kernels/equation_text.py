@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from gnomon.cases.core.forms import Form, SecondOrder
-from gnomon.harness.kernels.traced import Node, Value, reached, traced
+from gnomon.harness.kernels.traced import Node, Trace, Value, reached, traced
 
 _STRENGTH = {"+": 1, "-": 1, "*": 2, "/": 2, "neg": 3}
 """How tightly an operation binds; all else is a name, a number or a call."""
@@ -34,7 +34,7 @@ def equation_text(form: Form, coordinates: Sequence[str], parameters: Sequence[s
     Raises ValueError for equations that branch.
     """
     dimension = len(coordinates)
-    _, values = traced(form, dimension, len(parameters))
+    values = traced(form, Trace(dimension, len(parameters)))
     names = {"t": "t"}
     names |= {f"y[{i}]": name for i, name in enumerate(coordinates)}
     names |= {f"p[{i}]": name for i, name in enumerate(parameters)}
@@ -50,28 +50,27 @@ class _Writer:
 
     def __init__(self, values: Sequence[Value], names: dict[str, str]) -> None:
         self.names, self.where = names, list[str]()
-        self.written: dict[int, str] = {}
+        self.written: dict[Node, str] = {}
         nodes = reached(values)
-        uses = Counter(id(x) for node in nodes for x in operands(node) if isinstance(x, Node))
-        uses.update(id(value) for value in values if isinstance(value, Node))
+        used = [*values, *(x for node in nodes for x in node.arguments)]
+        uses = Counter(x for x in used if isinstance(x, Node))
         free = (name for name in (f"c{k}" for k in range(1, len(nodes) + len(names) + 2)) if name not in names.values())
         for node in nodes:
-            if node.arguments and uses[id(node)] > 1:
+            if node.arguments and uses[node] > 1:
                 text, name = self.text(node)[0], next(free)
                 self.where.append(f"{name} = {text}")
-                self.written[id(node)] = name
+                self.written[node] = name
 
     def text(self, value: Value) -> tuple[str, int]:
         """The text of a value and how tightly its last operation binds."""
         if not isinstance(value, Node):
             negative = math.copysign(1.0, value) < 0
             return repr(value), _STRENGTH["neg"] if negative else ATOM
-        if id(value) in self.written:
-            return self.written[id(value)], ATOM
+        if value in self.written:
+            return self.written[value], ATOM
         if not value.arguments:
             return self.names[value.operation], ATOM
-        operation = "/" if value.operation == "over" else value.operation
-        found = [self.text(x) for x in operands(value)]
+        operation, found = value.operation, [self.text(x) for x in value.arguments]
         if operation not in _STRENGTH:
             name = "pow" if operation == "**" else operation
             return f"{name}({', '.join(text for text, _ in found)})", ATOM
@@ -80,11 +79,6 @@ class _Writer:
             return f"-{enclosed(*found[0], strength + 1)}", strength
         left, right = enclosed(*found[0], strength), enclosed(*found[1], strength + 1)
         return f"{left} {operation} {right if right[0] != '-' else f'({right})'}", strength
-
-
-def operands(node: Node) -> tuple[Value, ...]:
-    """The arguments that the text shows: a quotient by a constant also holds its inverse."""
-    return node.arguments[:2] if node.operation == "over" else node.arguments
 
 
 def enclosed(text: str, strength: int, least: int) -> str:

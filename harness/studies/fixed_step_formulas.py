@@ -28,7 +28,6 @@ from gnomon.harness.integrators.runge_kutta.embedded import Embedded
 from gnomon.harness.integrators.runge_kutta.explicit import RungeKutta
 from gnomon.harness.integrators.runge_kutta.nystrom import Nystrom, nystrom_increment
 from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
-from gnomon.harness.kernels.graph import UNARY
 
 
 @singledispatch
@@ -142,7 +141,7 @@ def taylor_steps(mp: Any, case: Case, order: int, count: int) -> list[Any]:
     form = accepted_form(case, (FirstOrder,))
     assert isinstance(form, FirstOrder)
     text, length = coefficients_text(form, len(case.state), len(case.parameter_list))
-    space: dict[str, Any] = {name: getattr(mp, name) for name in UNARY} | {"ONE": mp.mpf(1)}
+    space: dict[str, Any] = {"math": mp, "ONE": mp.mpf(1)}
     exec(text, space)
     parameters = [mp.mpf(x.numerator) / x.denominator for x in case.parameter_values()]
     state = [mp.mpf(x.numerator) / x.denominator for x in case.initial_state]

@@ -13,7 +13,6 @@ from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.forms import (
     Charged,
     Constrained,
-    FirstOrder,
     Form,
     Friction,
     Impact,
@@ -133,16 +132,6 @@ def rubbing(form: Friction, name: str, p: Any, t: Any, s: Any, rates: list[Any])
         same(evaluated(form.bounds, t, s, p), [kinetic, kinetic * p.mu_s / p.mu_k])
 
 
-def linearised(form: FirstOrder, p: Any, t: Any, s: Any) -> None:
-    """The Jacobian, row by row, by series along each component of the state."""
-    state = list(vars(s).values())
-    columns = []
-    for i in range(len(state)):
-        moved = [flint.arb_series([x, int(i == j)], 3) for j, x in enumerate(state)]
-        columns.append([coefficient(x, 1) for x in evaluated(form.equations, t, moved, p)])
-    same(evaluated(form.jacobian, t, s, p), [column[row] for row in range(len(state)) for column in columns])
-
-
 STATED: dict[type[Any], Callable[..., None]] = {
     Separable: separable,
     SemiLinear: semilinear,
@@ -152,16 +141,6 @@ STATED: dict[type[Any], Callable[..., None]] = {
     Impact: impact,
     Friction: rubbing,
 }
-
-
-JACOBIANS = [(name, f) for name in names() for f in get(name).all_forms() if isinstance(f, FirstOrder) and f.jacobian]
-
-
-@pytest.mark.parametrize(("name", "form"), JACOBIANS, ids=lambda x: x if isinstance(x, str) else "jacobian")
-def test_jacobians_are_derivatives_of_the_equations(name: str, form: FirstOrder) -> None:
-    for seed in range(STATES):
-        p, t, s = drawn(name, "", seed)
-        linearised(form, p, t, s)
 
 
 @pytest.mark.parametrize(("name", "form"), FORMS, ids=lambda x: x if isinstance(x, str) else type(x).__name__)

@@ -15,8 +15,8 @@ from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Floats
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.gauss import gauss_steps
 from gnomon.harness.integrators.gauss.gauss_steps import gauss_step, newton_numbers, newton_step
-from gnomon.harness.kernels import graph
 from gnomon.harness.kernels.generated_modules import cache_folder, module_name
+from gnomon.harness.kernels.straight_line import compiled, counting_text
 from gnomon.reference.numerics.precision import nearest_double, working
 from gnomon.reference.storage import cachefolder
 from gnomon.reference.storage.import_closure import closure
@@ -138,8 +138,9 @@ def compiled_once(what: str, make: Callable[[], Any]) -> None:
     """
     from gnomon.harness.kernels import machine_code  # loads numba
 
-    modules = (fixed_step, gauss_steps, graph, linear, stepping, tableau)
-    made_of = closure(__name__, *(module.__name__ for module in modules), within=())
+    own = (__name__, *(module.__name__ for module in (fixed_step, gauss_steps, linear, stepping, tableau)))
+    kernels = (f"gnomon.harness.kernels.{name}" for name in ("derivatives", "straight_line", "traced"))
+    made_of = closure(*own, *kernels, within=())
     name = f"{module_name(f'{what} {machine_code.machine()} {made_of}')}.newton"
     if made_of is None or cachefolder.load(cache_folder(), name) is None:
         make()
@@ -150,7 +151,7 @@ def compiled_once(what: str, make: Callable[[], Any]) -> None:
 def derivatives(equations: Callable[..., Any], width: int, parameters: int) -> int | None:
     """The address of a C function that computes the equations and their Jacobian; None where they cannot be traced."""
     try:
-        return graph.compiled(graph.counting_text(FirstOrder(equations), width, parameters))
+        return compiled(counting_text(FirstOrder(equations), width, parameters))
     except ValueError:
         return None
 

@@ -11,11 +11,14 @@ from functools import cache
 from pathlib import Path
 
 from gnomon.cases.core.forms import Form, SecondOrder
+from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.gauss import gauss_fast_ensemble, gauss_fast_text
+from gnomon.harness.kernels.derivatives import jacobian
 from gnomon.harness.kernels.equations import INNER, OPTIONS
 from gnomon.harness.kernels.equations import compiled as compiled_function
-from gnomon.harness.kernels.traced import EXPENSIVE, ROUND, Trace, Value, code, number, pairs, poles, reached, traced
+from gnomon.harness.kernels.staged_code import code, expensive, pairs, poles
+from gnomon.harness.kernels.traced import ROUND, Node, Trace, Value, number, reached, traced
 
 SIGNATURE = (
     '"int64(float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1])"'
@@ -64,36 +67,39 @@ class Layout:
 
 @cached_by_content
 def layout(form: Form, parameters: int, dimension: int, freezing: bool = True) -> Layout:
-    """The layout with which the equations of a form are solved in the least time."""
-    trace, values = traced(form, dimension, parameters)
+    """The layout with which the equations of a form are solved in the least time. Raises Refused where they branch."""
+    trace = Trace(dimension, parameters)
+    try:
+        values = traced(form, trace)
+    except ValueError as error:
+        raise Refused(str(error)) from None
     kind, half, state = "FIRST_ORDER", dimension // 2, trace.state
     if isinstance(form, SecondOrder):
         kind, state = "SECOND_ORDER", state[:half]
     elif dimension % 2 == 0 and all(x is y for x, y in zip(values[:half], state[half:], strict=True)):
         kind, values = "WITH_VELOCITY", values[half:]
     elif freezing and 0 < len(still := [i for i, value in enumerate(values) if number(value, 0)]) < dimension:
-        trace, values = traced(form, dimension, parameters, tuple(still))
-        values, state = (tuple(x for i, x in enumerate(of) if i not in still) for of in (values, trace.state))
-        return laid_out(kind, trace, values, state, tuple(still))
-    return laid_out(kind, trace, values, state)
+        trace = Trace(dimension, parameters, tuple(still))
+        both = (traced(form, trace), trace.state)
+        values, state = (tuple(x for i, x in enumerate(of) if i not in still) for of in both)
+        return laid_out(kind, values, state, tuple(still))
+    return laid_out(kind, values, state)
 
 
-def laid_out(
-    kind: str, trace: Trace, values: tuple[Value, ...], state: tuple[Value, ...], frozen: tuple[int, ...] = ()
-) -> Layout:
-    found = derivatives(trace, values, state)
+def laid_out(kind: str, values: tuple[Value, ...], state: tuple[Node, ...], frozen: tuple[int, ...] = ()) -> Layout:
+    found = derivatives(values, state)
     grouped = kind == "FIRST_ORDER" and not found and len(values) >= FEWEST_GROUPED
     return Layout(kind, values, found, frozen, groups(values, state) if grouped else ())
 
 
-def groups(values: Sequence[Value], state: Sequence[Value]) -> tuple[tuple[int, ...], ...]:
+def groups(values: Sequence[Value], state: Sequence[Node]) -> tuple[tuple[int, ...], ...]:
     """Groups of slopes independent of one another, from the last component to the first: v' = a(q), then q' = v with the
     new v.
 
     Where that takes more than MOST_GROUPS, a slope joins the group with the fewest slopes that it is coupled with.
     """
-    place = {id(x): i for i, x in enumerate(state)}
-    needs = [{place[id(x)] for x in reached([value]) if id(x) in place} for value in values]
+    place = {x: i for i, x in enumerate(state)}
+    needs = [{place[x] for x in reached([value]) if x in place} for value in values]
     found: list[list[int]] = []
     for i in reversed(range(len(values))):
         met = [sum(i in needs[j] or j in needs[i] for j in group) for group in found]
@@ -104,13 +110,13 @@ def groups(values: Sequence[Value], state: Sequence[Value]) -> tuple[tuple[int, 
     return tuple(tuple(sorted(group)) for group in found) if len(found) > 1 else ()
 
 
-def derivatives(trace: Trace, values: Sequence[Value], state: Sequence[Value]) -> tuple[tuple[int, int, Value], ...]:
+def derivatives(values: Sequence[Value], state: Sequence[Node]) -> tuple[tuple[int, int, Value], ...]:
     """Those that are not 0; none where computing them takes more time than they save."""
-    expensive = any(x.operation in EXPENSIVE for x in reached(values) if x.level == ROUND)
-    if len(values) > MOST_NEWTON or not expensive:
+    if len(values) > MOST_NEWTON or not any(expensive(x) for x in reached(values) if x.level == ROUND):
         return ()
-    found = [(i, j, trace.derivative(x, y, {})) for i, x in enumerate(values) for j, y in enumerate(state)]
-    return tuple(entry for entry in found if not number(entry[2], 0))
+    places = [(i, j) for i in range(len(values)) for j in range(len(state))]
+    found = zip(places, jacobian(values, state), strict=True)
+    return tuple((i, j, value) for (i, j), value in found if not number(value, 0))
 
 
 @cached_by_content

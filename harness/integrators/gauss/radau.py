@@ -17,7 +17,7 @@ from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.gauss import gauss
 from gnomon.harness.integrators.gauss.radau_steps import INLINED, SIGNATURE, integrate
 from gnomon.harness.kernels.equations import right_hand_side
-from gnomon.harness.kernels.graph import compiled, jacobian_text
+from gnomon.harness.kernels.straight_line import compiled, jacobian_text
 from gnomon.reference.numerics.precision import working
 from numpy.typing import NDArray
 

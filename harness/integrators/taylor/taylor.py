@@ -20,7 +20,7 @@ from gnomon.harness.integrators.base.step_control import (
 )
 from gnomon.harness.integrators.base.stepping import call, compiled_whole
 from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
-from gnomon.harness.kernels.graph import compiled
+from gnomon.harness.kernels.straight_line import compiled
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""Recurrences for the Taylor coefficients of a solution, as source text, from the graph of the equations.
+"""Recurrences for the Taylor coefficients of a solution, as source text, from the traced equations.
 
 Coefficients are normalised: a_k is the k-th derivative over k!. With them products are convolutions, and every function
 with derivative g follows from k f_k = sum of j u_j g_(k-j) over 0 < j <= k (Jorba and Zou, Experimental Mathematics 14,
@@ -8,8 +8,12 @@ are independent; the terms j = 0 and j = k are added node by node.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.kernels.graph import Graph, Number, Trace, arguments, expression, needed, slope, traced
+from gnomon.harness.kernels.derivatives import slope
+from gnomon.harness.kernels.straight_line import definitions, name
+from gnomon.harness.kernels.traced import RUN, Node, ReducedTrace, Value, level, sequence, traced
 
 STRIDE = 24
 """The number of coefficients stored for each node: orders 0 to 23."""
@@ -17,148 +21,122 @@ STRIDE = 24
 FEW = 4
 """Up to this number of sums in the loop, each is split in two."""
 
-OWN = ("add", "sub", "neg", "mul", "div", "sqrt", "pow")
-"""Operations with recurrences of their own; the others are functions with a derivative."""
+ARITHMETIC = ("+", "-", "neg", "*", "/", "**", "sqrt")
+"""Operations with recurrences of their own; the others are functions of one argument with a derivative."""
 
 
 class Recurrences:
-    """The nodes of a trace with their recurrences: which are constants, which are series, and their products."""
+    """The nodes of traced equations with their recurrences: which are constants, which are series, and their products."""
 
     def __init__(self, form: FirstOrder, dimension: int, parameters: int) -> None:
-        self.trace = traced(form, dimension, parameters)
-        self.graph: Graph = self.trace.graph
-        self.derivative = self._derivatives()
-        values = (*self.trace.outputs, *(Number(self.graph, g) for g in self.derivative.values()))
-        self.sequence = needed(Trace(self.graph, values))
-        self.varying: set[int] = set()
-        for i in self.sequence:
-            if self.graph.nodes[i][0] in ("t", "y") or any(a in self.varying for a in arguments(self.graph.nodes[i])):
-                self.varying.add(i)
-        self.rows: dict[str, int] = {f"y{i}": i for i in range(dimension)}
+        trace = ReducedTrace(dimension, parameters)
+        self.outputs = traced(form, trace)
+        self.places = {y: i for i, y in enumerate(trace.state)}
+        self.derivative: dict[Node, Node] = {}
+        self._find_derivatives(self.outputs)
+        self.sequence = sequence((*self.outputs, *self.derivative.values()))
+        self.rows, self.rows_of_slopes = dict(self.places), dict[Node, int]()
 
-    def _derivatives(self) -> dict[int, int]:
-        """The node of f' for each function node; these nodes may add new functions."""
-        found: dict[int, int] = {}
-        waiting = needed(self.trace)
-        while waiting:
-            i = waiting.pop()
-            operation, *where = self.graph.nodes[i]
-            if operation not in (*OWN, "t", "y", "p", "number") and i not in found:
-                g = slope(self.graph, operation, Number(self.graph, where[0]), Number(self.graph, i))
-                found[i] = g.index
-                waiting += needed(Trace(self.graph, (g,)))
-        return found
+    def _find_derivatives(self, values: Iterable[Value]) -> None:
+        """Find f' for each function f of a series in `values`; f' may have new functions."""
+        for node in reversed(sequence(values)):
+            if varying(node) and node.arguments and node.operation not in ARITHMETIC and node not in self.derivative:
+                if len(node.arguments) > 1:
+                    raise ValueError(f"{node.operation} has no recurrence for Taylor coefficients")
+                self.derivative[node] = slope(node)
+                self._find_derivatives([self.derivative[node]])
 
-    def row(self, i: int) -> int:
-        """The index of the first coefficient of node i in the array w of all coefficients."""
-        operation, *where = self.graph.nodes[i]
-        name = f"y{where[0]}" if operation == "y" else f"n{i}"
-        return STRIDE * self.rows.setdefault(name, len(self.rows))
+    def row(self, node: Node) -> int:
+        """The index of the first coefficient of a node in the array w of all coefficients that are read again."""
+        return self._row(self.rows, node)
 
-    def slope_node(self, u: int) -> int | None:
+    def _row(self, rows: dict[Node, int], node: Node) -> int:
+        return STRIDE * rows.setdefault(node, len(self.rows) + len(self.rows_of_slopes))
+
+    def slope_node(self, u: Node) -> Node | None:
         """The node whose coefficients are (j + 1) u_(j+1): for a variable that of its derivative; else None."""
-        operation, *where = self.graph.nodes[u]
-        output = self.trace.outputs[where[0]].index if operation == "y" else None
-        return output if output in self.varying else None
+        output = self.outputs[self.places[u]] if u in self.places else None
+        return output if varying(output) else None
 
-    def slopes(self, u: int) -> int:
+    def slopes(self, u: Node) -> int:
         """The index of the first of the numbers (j + 1) u_(j+1) in w."""
         node = self.slope_node(u)
-        return self.row(node) if node is not None else STRIDE * self.rows.setdefault(f"d{u}", len(self.rows))
+        return self.row(node) if node is not None else self._row(self.rows_of_slopes, u)
 
-    def inside(self, i: int) -> str | None:
-        """The term that node i sums over 0 < j < k; None where there is none."""
-        operation, *where = self.graph.nodes[i]
-        if i not in self.varying or operation in ("t", "y", "add", "sub", "neg"):
+    def inside(self, node: Node) -> str | None:
+        """The term that a series sums over 0 < j < k; None where there is none."""
+        if not varying(node):
             return None
-        if operation in ("mul", "div"):
-            u, v = (i, where[1]) if operation == "div" else where
-            both = u in self.varying and v in self.varying
-            return f"w[{self.row(u)} + j] * w[{self.row(v)} + k - j]" if both else None
-        if operation == "sqrt":
-            return f"w[{self.row(i)} + j] * w[{self.row(i)} + k - j]"
-        if operation == "pow":
-            weight = f"({where[1]!r} * (k - j) - j)"
-            return f"{weight} * w[{self.row(where[0])} + k - j] * w[{self.row(i)} + j]"
-        g = self.derivative[i]
-        return f"w[{self.slopes(where[0])} + j - 1] * w[{self.row(g)} + k - j]" if g in self.varying else None
+        match node.operation, node.arguments:
+            case "*", (u, v) if varying(u) and varying(v):
+                return f"w[{self.row(u)} + j] * w[{self.row(v)} + k - j]"
+            case "/", (_, v) if varying(v):
+                return f"w[{self.row(node)} + j] * w[{self.row(v)} + k - j]"
+            case "sqrt", _:
+                return f"w[{self.row(node)} + j] * w[{self.row(node)} + k - j]"
+            case "**", (u, exponent):
+                weight = f"({exponent!r} * (k - j) - j)"
+                return f"{weight} * w[{self.row(u)} + k - j] * w[{self.row(node)} + j]"
+            case _, (u,) if node in self.derivative:
+                return f"w[{self.slopes(u)} + j - 1] * w[{self.row(self.derivative[node])} + k - j]"
+        return None
 
-    def coefficient(self, i: int) -> str:
-        """The coefficient k > 0 of node i, with s{i} for its inner sum."""
-        operation, *where = self.graph.nodes[i]
-        if operation == "t":
-            return "ONE if k == 1 else 0 * ONE"
-        if operation == "y":
-            return f"w[{STRIDE * where[0]} + k]"
-        u, v = where[0], where[-1]
-        first, second = u in self.varying, v in self.varying
-        summed = f"s{i}" if self.inside(i) is not None else None
-        if operation == "neg":
-            return f"-a{u}"
-        if operation in ("add", "sub"):
-            sign = "+" if operation == "add" else "-"
-            both = f"a{u} {sign} a{v}" if first else f"a{v}" if sign == "+" else f"-a{v}"
-            return both if second else f"a{u}"
-        if operation == "mul":
-            ends = [f"n{u} * a{v}"] * second + [f"a{u} * n{v}"] * first
-            return " + ".join([summed, *ends] if summed else ends)
-        if operation == "div":
-            if not second:
-                return f"a{u} / n{v}"
-            return f"({f'a{u} - ' if first else '-'}(s{i} + n{i} * a{v})) / n{v}"
-        if operation == "sqrt":
-            return f"(a{u} - s{i}) / (2 * n{i})"
-        if operation == "pow":
-            return f"(per * s{i} + {where[1]!r} * a{u} * n{i}) / n{u}"
-        end = f"a{u} * n{self.derivative[i]}"
-        return f"per * {summed} + {end}" if summed else end
+    def coefficient(self, node: Node) -> str:
+        """The coefficient k > 0 of a series, with s{index} for its inner sum."""
+        if not node.arguments:
+            return f"w[{self.row(node)} + k]" if node in self.places else "ONE if k == 1 else 0 * ONE"
+        n, a = [name(x) for x in node.arguments], [f"a{x.index}" if varying(x) else "" for x in node.arguments]
+        own, inner = name(node), f"s{node.index}"
+        match node.operation:
+            case "neg":
+                return f"-{a[0]}"
+            case "+" | "-" if all(a):
+                return f" {node.operation} ".join(a)
+            case "+" | "-":
+                return a[0] or (a[1] if node.operation == "+" else f"-{a[1]}")
+            case "*":
+                ends = [f"{n[0]} * {a[1]}"] * bool(a[1]) + [f"{a[0]} * {n[1]}"] * bool(a[0])
+                return " + ".join([inner, *ends] if all(a) else ends)
+            case "/" if not a[1]:
+                return f"{a[0]} / {n[1]}"
+            case "/":
+                return f"({f'{a[0]} - ' if a[0] else '-'}({inner} + {own} * {a[1]})) / {n[1]}"
+            case "sqrt":
+                return f"({a[0]} - {inner}) / (2 * {own})"
+            case "**":
+                return f"(per * {inner} + {n[1]} * {a[0]} * {own}) / {n[0]}"
+        return f"per * {inner} + {a[0]} * {name(self.derivative[node])}"
+
+
+def varying(value: Value) -> bool:
+    """Whether a value changes along a solution: a series, not a constant."""
+    return level(value) > RUN
 
 
 def coefficients_text(form: FirstOrder, dimension: int, parameters: int) -> tuple[str, int]:
     """Source text of `kernel(t, y, p, w)` and the length of `w`.
 
-    y: the state, then the highest order; w gets coefficient k of y_i at STRIDE i + k. The text uses a global ONE, the
-    number 1 of the arithmetic that runs it. Raises ValueError for equations that cannot be traced.
+    y: the state, then the highest order; w gets coefficient k of y_i at STRIDE i + k. The text uses globals ONE and math,
+    the number 1 and the functions of the arithmetic that runs it. Raises ValueError for equations that cannot be traced.
     """
     r = Recurrences(form, dimension, parameters)
-    sums = {i: term for i in r.sequence if (term := r.inside(i)) is not None}
-    stored, doubled = _stored(r, sums)
-    lines = [f"    n{i} = {expression(r.graph.nodes[i])}" for i in r.sequence]
-    lines += [f"    w[{r.row(i)}] = n{i}" for i in stored]
-    outputs = list(enumerate(r.trace.outputs))
-    lines += [f"    w[{STRIDE * i}] = y[{i}]\n    w[{STRIDE * i + 1}] = n{x.index}" for i, x in outputs]
+    sums = {x.index: term for x in r.sequence if (term := r.inside(x)) is not None}
+    stored = r.rows.keys() - r.places.keys()
+    lines = definitions(r.sequence)
+    lines += [f"    w[{r.row(x)}] = {name(x)}" for x in r.sequence if x in stored]
+    outputs = list(enumerate(r.outputs))
+    lines += [f"    w[{STRIDE * i}] = y[{i}]\n    w[{STRIDE * i + 1}] = {name(x)}" for i, x in outputs]
     lines += [f"    for k in range(1, int(y[{dimension}])):", "        per, ahead = ONE / k, ONE / (k + 1)"]
     lines += _loop(sums)
-    for i in r.sequence:
-        if i in r.varying:
-            lines.append(f"        a{i} = {r.coefficient(i)}")
-            lines += [f"        w[{r.row(i)} + k] = a{i}"] * (i in stored)
-            lines += [f"        w[{r.slopes(i)} + k - 1] = k * a{i}"] * (i in doubled)
+    for x in filter(varying, r.sequence):
+        lines.append(f"        a{x.index} = {r.coefficient(x)}")
+        lines += [f"        w[{r.row(x)} + k] = a{x.index}"] * (x in stored)
+        lines += [f"        w[{r.slopes(x)} + k - 1] = k * a{x.index}"] * (x in r.rows_of_slopes)
     for i, x in outputs:
-        following = f"a{x.index} * ahead" if x.index in r.varying else "0 * ONE"
+        following = f"a{x.index} * ahead" if varying(x) else "0 * ONE"
         lines.append(f"        w[{STRIDE * i} + k + 1] = {following}")
     text = "\n".join(["def kernel(t, y, p, w):", *lines, ""])
-    return text, STRIDE * len(r.rows)
-
-
-def _stored(r: Recurrences, sums: dict[int, str]) -> tuple[list[int], set[int]]:
-    """The nodes whose coefficients are read again, and those whose (j + 1) u_(j+1) are read and not stored elsewhere."""
-    found: set[int] = set()
-    doubled: set[int] = set()
-    for i in sums:
-        operation, *where = r.graph.nodes[i]
-        if operation in ("mul", "div", "pow"):
-            found |= {a for a in arguments(r.graph.nodes[i]) if a in r.varying}
-        if operation in ("div", "sqrt", "pow"):
-            found.add(i)
-        if i in r.derivative:
-            node = r.slope_node(where[0])
-            found.add(r.derivative[i])
-            if node is None:
-                doubled.add(where[0])
-            else:
-                found.add(node)
-    return [i for i in r.sequence if i in found and r.graph.nodes[i][0] != "y"], doubled
+    return text, STRIDE * (len(r.rows) + len(r.rows_of_slopes))
 
 
 def _loop(sums: dict[int, str]) -> list[str]:

@@ -17,7 +17,7 @@ from gnomon.harness.contract import sources
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.integrators.gauss.gauss_fast_kernel import layout
 from gnomon.harness.kernels.equations import gather, kernel
-from gnomon.harness.kernels.traced import code
+from gnomon.harness.kernels.staged_code import code
 from gnomon.harness.registry import lookup
 
 DECAY = """

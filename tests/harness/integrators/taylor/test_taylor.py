@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from math import acos, acosh, asin, asinh, atan, atanh, cos, cosh, exp, hypot, log, sin, sinh, sqrt, tan, tanh
+from math import atan2, cos, exp
 from typing import Any
 
 import numpy as np
 import pytest
 from bad_equations import branching, scalar, squared, stiff, undefined
+from case_equations import every_function
 from gnomon.cases.core import registry
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.forms import FirstOrder, Values
@@ -17,22 +18,11 @@ from gnomon.harness.contract.integrator import Problem, Refused
 from gnomon.harness.contract.problem import accepted_form, initial_state, problem_of
 from gnomon.harness.integrators.taylor.taylor import Taylor, order_for, start_sizes
 from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
-from gnomon.harness.kernels.graph import UNARY
 from gnomon.harness.studies.fixed_step_formulas import taylor_steps
 from gnomon.harness.studies.order_measurement import fit_order_exactly
 from gnomon.reference.numerics.precision import working
 
 ORDER = 12
-
-
-def every_function(t: Any, state: Values, parameters: Values) -> Values:
-    """All functions that equations may use, on series and on constants; arguments are in the domains for states near 1/2."""
-    x, y = state
-    (a,) = parameters
-    first = sin(x) * cos(y) + tan(x / 2) - asin(y / 2) + acos(x / 3) / (2 + atan(x * y))
-    second = sinh(x) - cosh(y) * tanh(x + t) + asinh(x) + acosh(2 + y) - atanh(x / 4)
-    third = sqrt(x + y) ** 3 - exp(-x) * log(1 + y) + hypot(x, y) * a + (x + 1) ** 2.5 - 3 / (y + a) ** 2
-    return first + second, second * third / (sin(a) + 2) - (x + 1) ** -2 + sqrt(a) * t + (x + 1) ** a
 
 
 def constants(t: Any, state: Values, parameters: Values) -> Values:
@@ -44,7 +34,7 @@ def constants(t: Any, state: Values, parameters: Values) -> Values:
 def coefficients(mp: Any, form: FirstOrder, t: Any, state: Any, parameters: Any, order: int) -> list[list[Any]]:
     """The recurrences run in mpmath: rows of coefficients of orders 0 to `order`."""
     text, length = coefficients_text(form, len(state), len(parameters))
-    space: dict[str, Any] = {name: getattr(mp, name) for name in UNARY} | {"ONE": mp.mpf(1)}
+    space: dict[str, Any] = {"math": mp, "ONE": mp.mpf(1)}
     exec(text, space)
     w = [mp.mpf(0)] * length
     space["kernel"](t, [*state, order], parameters, w)
@@ -143,6 +133,16 @@ def test_the_same_bits_alone_in_an_ensemble_and_again() -> None:
 def test_equations_that_branch_are_refused() -> None:
     with pytest.raises(Refused, match="must not branch"):
         Taylor().prepare(scalar(branching), 1e-9)
+
+
+def angle(t: Any, state: Values, parameters: Values) -> Values:
+    (x,) = state
+    return (atan2(x, 2),)
+
+
+def test_functions_without_a_recurrence_are_refused() -> None:
+    with pytest.raises(Refused, match="atan2 has no recurrence"):
+        Taylor().prepare(scalar(angle), 1e-9)
 
 
 @pytest.mark.parametrize(

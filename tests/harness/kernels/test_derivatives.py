@@ -1,0 +1,105 @@
+"""Exact derivatives of traced equations, against a complex step in high precision: f'(x) = Im f(x + ih)/h + O(h^2)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mpmath
+import pytest
+from case_equations import EVERY, every_function
+from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.kernels.derivatives import jacobian
+from gnomon.harness.kernels.straight_line import counting_text, function_text, jacobian_text
+from gnomon.harness.kernels.traced import ReducedTrace, Trace, number, traced
+from gnomon.reference.numerics.precision import working
+
+DIGITS, STEP = 120, 40
+"""A step of 1e-40: it errs by 1e-80 times third derivatives, and rounding in 120 digits by 1e-80 too."""
+
+
+def run(text: str, mp: Any, t: Any, state: Any, parameters: Any, outputs: int) -> list[Any]:
+    """The numbers that a generated `kernel` writes, in the context mp."""
+    space: dict[str, Any] = {"math": mp, "ONE": mp.mpf(1)}
+    exec(text, space)
+    found = [mp.mpf(0)] * outputs
+    space["kernel"](t, state, parameters, found)
+    return found
+
+
+def by_complex_step(mp: Any, form: FirstOrder, t: Any, state: list[Any], parameters: list[Any]) -> list[Any]:
+    """df/dy, row by row."""
+    arithmetic = mpmath_arithmetic(mp) | {"hypot": lambda x, y: mp.sqrt(x * x + y * y)}  # that of mpmath is real
+    equations, h, columns = rebind(form.equations, arithmetic), mp.mpf(10) ** -STEP, []
+    for j in range(len(state)):
+        aside = [x + mp.mpc(0, h) * (i == j) for i, x in enumerate(state)]
+        columns.append([mp.mpc(x).imag / h for x in equations(t, tuple(aside), tuple(parameters))])
+    return [x for row in zip(*columns, strict=True) for x in row]
+
+
+def assert_derivatives(mp: Any, kind: type[Trace], form: FirstOrder, t: Any, state: Any, parameters: Any) -> None:
+    trace = kind(len(state), len(parameters))
+    found = jacobian(traced(form, trace), trace.state)
+    numbers = run(function_text(found), mp, t, state, parameters, len(found))
+    for a, b in zip(numbers, by_complex_step(mp, form, t, state, parameters), strict=True):
+        # Stiff cases have third derivatives of 1e20, and terms may cancel. A `Trace` has the inverse of 3 as a float.
+        assert abs(a - b) <= (mp.mpf(10) ** -50 if kind is ReducedTrace else 1e-15) * (1 + abs(b))
+
+
+@pytest.mark.parametrize("kind", [Trace, ReducedTrace])
+def test_derivatives_of_every_function(kind: type[Trace]) -> None:
+    with working(DIGITS) as mp:
+        state, parameters = [mp.mpf(1) / 2, mp.mpf(2) / 5], [mp.mpf(3) / 4]
+        assert_derivatives(mp, kind, FirstOrder(every_function), mp.mpf(1) / 8, state, parameters)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_derivatives_of_the_equations_of_every_case(name: str) -> None:
+    """At a random place in the domain of the case, with operations as written and reduced."""
+    equations = EVERY[name]
+    t, state, parameters = equations.at_random(1)
+    with working(DIGITS) as mp:
+        at = mp.mpf(t), [mp.mpf(x) for x in state], [mp.mpf(x) for x in parameters]
+        for kind in (Trace, ReducedTrace):
+            assert_derivatives(mp, kind, equations.form, *at)
+
+
+def test_derivatives_of_functions_and_powers_of_two_arguments() -> None:
+    for kind in (Trace, ReducedTrace):
+        trace = kind(2, 0)
+        x, y = trace.state
+        f = trace.functions
+        values = [f["atan2"](x, y), f["hypot"](x, y), x**y, x**3 / y**2, 2**x - y]
+        plain = [mpmath.atan2, mpmath.hypot, lambda a, b: a**b, lambda a, b: a**3 / b**2, lambda a, b: 2**a - b]
+        with working(30) as mp:
+            at = [mp.mpf("1.25"), mp.mpf("0.75")]
+            found = run(function_text(jacobian(values, (x, y))), mp, mp.mpf(0), at, [], 10)
+        with mpmath.workdps(40):
+            exact = [mpmath.diff(function, (1.25, 0.75), n) for function in plain for n in ((1, 0), (0, 1))]
+        assert [float(a) for a in found] == pytest.approx([float(b) for b in exact], rel=1e-15)
+
+
+def test_zero_derivatives_are_numbers() -> None:
+    """So that they are left out of what is compiled."""
+    trace = Trace(2, 1)
+    (x, y), (p,) = trace.state, trace.parameters
+    first, second, third, fourth = jacobian([p * y, trace.functions["sin"](trace.t) + x], (x, y))
+    assert number(first, 0)
+    assert second is p
+    assert number(third, 1)
+    assert number(fourth, 0)
+
+
+@pytest.mark.parametrize("name", ["kepler_orbit", "pendulum_on_cart", "lagrange_top"])
+def test_the_text_with_both_has_the_equations_and_the_jacobian(name: str) -> None:
+    """The compiled function of Newton's iteration: f, then df/dy, and a count in the place after the parameters."""
+    equations = EVERY[name]
+    n, sizes = equations.dimension, (equations.dimension, equations.parameters)
+    t, state, parameters = equations.at_random(2)
+    with working(50) as mp:
+        at = mp.mpf(t), [mp.mpf(x) for x in state], [*map(mp.mpf, parameters), mp.mpf(4)]
+        both = run(counting_text(equations.form, *sizes), mp, *at, n + n * n)
+        rates = rebind(equations.form.equations, mpmath_arithmetic(mp))(at[0], tuple(at[1]), tuple(at[2][:-1]))
+        assert at[2][-1] == 5
+        assert both[n:] == run(jacobian_text(equations.form, *sizes), mp, *at, n * n)
+        assert all(abs(a - b) <= mp.mpf(10) ** -45 * (1 + abs(b)) for a, b in zip(both, rates, strict=False))

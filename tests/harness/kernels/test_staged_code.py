@@ -1,0 +1,127 @@
+"""The code of traced equations for vectors, run on floats instead: the same numbers as the case's own functions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+from case_equations import EVERY
+from gnomon.harness.kernels.derivatives import jacobian
+from gnomon.harness.kernels.staged_code import code, expensive, poles, sign
+from gnomon.harness.kernels.traced import Trace, traced
+
+
+def stand_ins() -> dict[str, Any]:
+    """The functions that generated code calls, on numbers instead of lanes."""
+    return {
+        "math": math, "lanes": float, "njit": lambda **_: lambda f: f, "sin_and_cos": lambda x: (math.sin(x), math.cos(x)),
+        "turned_first": lambda x: (math.sin(x), math.cos(x), (x, math.sin(x), math.cos(x))),
+        "over": lambda a, b, c: a / b,
+    }  # fmt: skip
+
+
+def evaluated(
+    values: Sequence[Any],
+    t: float,
+    state: Sequence[float],
+    parameters: Sequence[float],
+    groups: Sequence[Sequence[int]] = (),
+) -> tuple[float, ...]:
+    """The generated code run on floats; with groups, their values one group after the other."""
+    generated = "".join(code(values, groups)).replace(", INNER", "")
+    space = stand_ins()
+    exec(generated, space)
+    k = space["constants"](parameters)
+    w = space["forcing"](t, k)
+    names = [f"slopes_{n}" for n in range(len(groups))] or ["slopes"]
+    return tuple(x for name in names for x in space[name](state, w, k))
+
+
+def traced_case(name: str) -> tuple[Trace, tuple[Any, ...]]:
+    trace = Trace(EVERY[name].dimension, EVERY[name].parameters)
+    return trace, traced(EVERY[name].form, trace)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_code_and_function_give_the_same_bits(name: str) -> None:
+    """In one part, and in groups."""
+    _, values = traced_case(name)
+    groups = [range(1, len(values), 2), range(0, len(values), 2)]
+    for seed in range(2):
+        t, state, parameters = EVERY[name].at_random(seed)
+        expected = tuple(map(float, EVERY[name].form.equations(t, tuple(state), tuple(parameters))))
+        assert evaluated(values, t, state, parameters) == expected
+        in_groups = tuple(expected[i] for group in groups for i in group)
+        assert evaluated(values, t, state, parameters, groups) == in_groups
+
+
+@pytest.mark.parametrize(
+    ("name", "place"), [("pendulum_simple", 0), ("pendulum_on_cart", 1), ("forced_oscillator", None)]
+)
+def test_later_rounds_compute_sine_and_cosine_from_those_of_the_first(name: str, place: int | None) -> None:
+    """One angle in the state, or none: the angle of a force may depend only on time."""
+    trace, values = traced_case(name)
+    t, state, parameters = EVERY[name].at_random(0)
+    values += jacobian(values, [trace.state[place or 0]])
+    generated = "".join(code(values)).replace(", INNER", "")
+    asked = []
+
+    def turned(angle: float, near: tuple[float, float, float]) -> tuple[float, float, str]:
+        asked.append((angle, *near))
+        return math.sin(angle), math.cos(angle), "for the next"
+
+    space = stand_ins() | {"turned": turned}
+    exec(generated, space)
+    k = space["constants"](parameters)
+    w = space["forcing"](t, k)
+    assert ("slopes_again" in space) == (place is not None)
+    if place is None:
+        return
+    found, near = space["slopes_first"](state, w, k)
+    assert found == space["slopes"](state, w, k)
+    moved = [x + 0.01 for x in state]
+    assert space["slopes_again"](moved, w, k, near) == (space["slopes"](moved, w, k), ("for the next",))
+    assert asked == [(moved[place], state[place], math.sin(state[place]), math.cos(state[place]))]
+
+
+def test_poles_are_divisors_that_may_change_their_sign() -> None:
+    trace = Trace(2, 1)
+    (x, y), (p,), t = trace.state, trace.parameters, trace.t
+    sine, root = trace.functions["sin"](x), trace.functions["sqrt"](x * x + y * y)
+    assert poles([1 / (x * x * x), y / sine]) == (x * x * x, sine)
+    assert poles([x**-3, 1 / (x * trace.functions["cos"](t))]) == (x, x * trace.functions["cos"](t))
+    kept = (x * x + y**2, root * root * root, p * root, -(x * x), 1 + trace.functions["cosh"](y), 2.0, p, (x * x) ** 3)
+    assert poles([y / z for z in kept]) == ()
+    assert poles([x**3 + y * sine, root**-3]) == ()
+    below = poles([1 / x, 1 / (y - p)])
+    generated = "".join(code([1 / x, 1 / (y - p)], (), below)).replace(", INNER", "")
+    space = stand_ins()
+    exec(generated, space)
+    k = space["constants"]([0.25])
+    assert space["poles"]([2.0, 3.0], space["forcing"](0.0, k), k) == (2.0, 2.75)
+
+
+def test_signs_that_are_known() -> None:
+    trace = Trace(2, 1)
+    (x, y), (p,) = trace.state, trace.parameters
+    square = x * x
+    known = {
+        1: (square, 3, square + y * y, square / (y * y)),
+        0: (p, -1, -square, p * square, p + p),
+        None: (x, x + square, square - y),
+    }
+    for expected, values in known.items():
+        assert [sign(value, {}) for value in values] == [expected] * len(values)
+
+
+def test_a_vector_is_divided_by_a_number_with_its_inverse_of_an_earlier_stage() -> None:
+    """So a round has no division. Numbers of the text, and vectors, are divided as they are."""
+    trace = Trace(2, 1)
+    (x, y), (p,) = trace.state, trace.parameters
+    constants, forcing, slopes = code([x / p, y / trace.t, (x + y) / p])
+    assert constants.count("/") == forcing.count("/") == 1
+    assert slopes.count("over(") == 3
+    assert "/" not in slopes
+    assert [expensive(z) for z in (x / p, x / 3, x / y, x * y, x**2)] == [False, True, True, False, True]
