@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from gnomon.harness.commands import options
 from gnomon.harness.commands.options import out, problems
 from rich.markup import escape
+
+if TYPE_CHECKING:
+    from gnomon.harness.contract.integrator import Integrator
+    from gnomon.harness.verification.verify import Report, Row
 
 
 def verify(
@@ -42,9 +46,6 @@ def verify(
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.registry import lookup
     from gnomon.harness.verification import verification_report as report_
-    from gnomon.harness.verification.claims import Outcome
-    from gnomon.harness.verification.verify import FirstTrialError, Row
-    from gnomon.harness.verification.verify import verify as verify_
 
     options.validate_workers(workers)
     if max_seconds is not None and not max_seconds > 0:
@@ -56,17 +57,7 @@ def verify(
     found = lookup.find(integrator)
     if len(found) > 1:
         raise ValueError(f"{integrator} names {', '.join(one.id for one in found)}; give one id")
-
-    def show(row: Row) -> None:
-        if row.finding.outcome != Outcome.NOT_APPLICABLE:
-            out.print(escape(f"{row.finding.outcome:6} {row.claim} on {row.case}"), highlight=False)
-
-    try:
-        report = verify_(found[0], case, depth, claim, max_seconds, workers, show)
-    except FirstTrialError as error:
-        problems.print(escape(str(error).rstrip()), highlight=False)
-        problems.print("nothing was verified: the first trial raised")
-        raise typer.Exit(report_.FAILED) from None
+    report = _report(found[0], case, depth, claim, max_seconds, workers)
     for line in report_.lines(report, known, integrator):
         out.print(escape(line), highlight=False)
     if json_path is not None:
@@ -78,3 +69,28 @@ def verify(
         problems.print("no claim was checked: no case takes this integrator, or no claim applies")
     if code:
         raise typer.Exit(code)
+
+
+def _report(
+    integrator: Integrator,
+    cases: list[str] | None,
+    depth: str,
+    claims: list[str] | None,
+    max_seconds: float | None,
+    workers: int,
+) -> Report:
+    """The report of a verification, with a line for each claim as it ends; exit code 1 if the first trial raises."""
+    from gnomon.harness.verification.claims import Outcome
+    from gnomon.harness.verification.verification_report import FAILED
+    from gnomon.harness.verification.verify import FirstTrialError, verify
+
+    def show(row: Row) -> None:
+        if row.finding.outcome != Outcome.NOT_APPLICABLE:
+            out.print(escape(f"{row.finding.outcome:6} {row.claim} on {row.case}"), highlight=False)
+
+    try:
+        return verify(integrator, cases, depth, claims, max_seconds, workers, show)
+    except FirstTrialError as error:
+        problems.print(escape(str(error).rstrip()), highlight=False)
+        problems.print("nothing was verified: the first trial raised")
+        raise typer.Exit(FAILED) from None

@@ -332,22 +332,27 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = (), below: S
         body = [line for line, makes in zip(lines[ROUND], made_by, strict=True) if makes & needed]
         results = "".join(f"lanes({name(x, ROUND)}), " for x in chosen)
         functions.append((f"{head}(y, w, k)", body, results))
-    if angles:
-        _, body, results = functions[2]
-        first = again = "".join(body)
-        for n, (angle, names) in enumerate(angles):
-            plain = f"{names} = sin_and_cos({angle})"
-            first = first.replace(plain, f"{names}, near{n} = turned_first({angle})")
-            again = again.replace(plain, f"{names}, near{n} = turned({angle}, near[{n}])")
-        nearest = "".join(f"near{n}, " for n in range(len(angles)))
-        functions += [
-            ("slopes_first(y, w, k)", [first], f"({results}), ({nearest})"),
-            ("slopes_again(y, w, k, near)", [again], f"({results}), ({nearest})"),
-        ]
+    functions += from_nearby_angles(*functions[2][1:], angles) if angles else []
     return tuple(
         f"@njit(forceinline=True, INNER)\ndef {head}:\n{''.join(body)}    return ({returned})\n"
         for head, body, returned in functions
     )
+
+
+def from_nearby_angles(
+    body: list[str], results: str, angles: list[tuple[str, str]]
+) -> list[tuple[str, list[str], str]]:
+    """`slopes_first` and `slopes_again` (see `code`): the body of `slopes` with other sines and cosines of `angles`."""
+    first = again = "".join(body)
+    for n, (angle, names) in enumerate(angles):
+        plain = f"{names} = sin_and_cos({angle})"
+        first = first.replace(plain, f"{names}, near{n} = turned_first({angle})")
+        again = again.replace(plain, f"{names}, near{n} = turned({angle}, near[{n}])")
+    nearest = "".join(f"near{n}, " for n in range(len(angles)))
+    return [
+        ("slopes_first(y, w, k)", [first], f"({results}), ({nearest})"),
+        ("slopes_again(y, w, k, near)", [again], f"({results}), ({nearest})"),
+    ]
 
 
 def pairs(nodes: Sequence[Node]) -> dict[int, tuple[Node, Node]]:
