@@ -355,6 +355,7 @@ class NewtonsCradle(_BallLineCase):
         Variant("both_sides", "one from each end: they meet in the middle", {}, (0, 1, 2, 3, "3.75", 1, 0, 0, 0, -1)),
     )
     invariants: ClassVar = {"energy": Invariant(cradle_kinetic, "decays"), "momentum": Invariant(cradle_momentum)}
+    _masses = (Fraction(1),) * 5
     _FREE = staticmethod(five_uniform)
     _SCENE = ball_line(lambda parameters: (1.0,) * 5, lambda parameters: parameters[0])
     _PAIRS = (
@@ -363,7 +364,3 @@ class NewtonsCradle(_BallLineCase):
         (cradle_gap_3, cradle_hit_3, cradle_touch_3),
         (cradle_gap_4, cradle_hit_4, cradle_touch_4),
     )
-
-    @property
-    def _masses(self) -> tuple[Fraction, ...]:
-        return (Fraction(1),) * 5

@@ -11,7 +11,6 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.pendulums.blow_scene import BALLISTIC
 from gnomon.reference.contact.ballistic_pendulum import BallisticPendulum
 from gnomon.reference.numerics.precision import Number, publish, working
@@ -104,6 +103,7 @@ class BallisticPendulumCase(Case):
         Variant("light_bullet", "m/M = 1e-9 at 1e6 m/s: swings by 0.2 mrad", {"m": "2e-9"}, (-(10**5), 0, 10**6, 0)),
     )
     invariants: ClassVar = {"energy": Invariant(bullet_energy, "decays")}
+    scene = BALLISTIC
 
     @cached_property
     def _exact(self) -> BallisticPendulum:
@@ -125,10 +125,6 @@ class BallisticPendulumCase(Case):
                 terminal=frozenset({"swing"}),
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return BALLISTIC
 
     @property
     def time_scale(self) -> float:

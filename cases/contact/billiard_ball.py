@@ -13,7 +13,6 @@ from gnomon.cases.contact.billiard_ball_scene import SCENE
 from gnomon.cases.core.case import Case, Event, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.reference.contact.billiard_ball import BilliardBall
 from gnomon.reference.numerics.precision import Number
@@ -143,6 +142,7 @@ class BilliardBallCase(Case):
         ),
     )
     invariants: ClassVar[Mapping[str, Invariant]] = {"energy": Invariant(ball_energy, "decays")}
+    scene = SCENE
 
     @cached_property
     def _exact(self) -> BilliardBall:
@@ -169,10 +169,6 @@ class BilliardBallCase(Case):
     @property
     def forms(self) -> tuple[Hybrid, ...]:
         return (until_it_rolls(ball_sliding, ball_rolling, start_rolling, 1e-9 * self.time_scale),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

@@ -25,7 +25,6 @@ from gnomon.cases.contact.billiard_ball_scene import ATTITUDE_SCENE, DRILL_SCENE
 from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Rule, positive, show
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.rigid_bodies.euler_top import ORTHOGONAL, EulerTopCase
 from gnomon.reference.contact.billiard_ball_attitude import MOST_TURN, BilliardAttitude
 from gnomon.reference.contact.billiard_ball_drill import DrillingBall
@@ -108,6 +107,7 @@ class BilliardBallAttitude(Case):
         if variant.name in ("draw", "masse", "dead_stop", "rolls")
     )
     invariants: ClassVar[Mapping[str, Invariant]] = {"energy": Invariant(turning_energy, "decays")}
+    scene = ATTITUDE_SCENE
 
     @cached_property
     def _plain(self) -> BilliardBallCase:
@@ -145,10 +145,6 @@ class BilliardBallAttitude(Case):
     @property
     def forms(self) -> tuple[Hybrid, ...]:
         return (until_it_rolls(sliding_and_turning, rolling_and_turning, start_rolling, 1e-9 * self.time_scale),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return ATTITUDE_SCENE
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         motion = self._plain._exact
@@ -206,6 +202,8 @@ class BilliardBallDrill(Case):
         "velocity_x": Invariant(kept_velocity_x),
         "velocity_y": Invariant(kept_velocity_y),
     }
+    forms = (FirstOrder(drilling_ball),)
+    scene = DRILL_SCENE
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
@@ -222,14 +220,6 @@ class BilliardBallDrill(Case):
 
     def motion(self) -> DrillingBall:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(drilling_ball),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return DRILL_SCENE
 
     @property
     def time_scale(self) -> float:

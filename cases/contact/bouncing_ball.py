@@ -13,7 +13,6 @@ from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Impact, Mode, Transition, Values
 from gnomon.cases.core.interface import Between
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.contact.bouncing_ball import BouncingBall as Motion
 from gnomon.reference.numerics.precision import Number
 from mpmath import fneg, mpf
@@ -122,6 +121,8 @@ class BouncingBall(Case):
         Variant("engines_e08", "the parameters of engine tests: e = 0.8, ten impacts", span="3.6"),
     )
     invariants: ClassVar = {"energy": Invariant(energy, "decays")}
+    scene = SCENE
+    reversal = ("v",)
 
     _FLIGHTS: ClassVar = {"elastic": 10_000, "elastic_1e6": 1_000_000}
 
@@ -162,10 +163,6 @@ class BouncingBall(Case):
                 restitution=restitution,
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         """Impacts (`bounce`) up to the last sample or the first gap below `settle`, after which comes `limit`."""
@@ -224,5 +221,4 @@ class BouncingBall(Case):
         return found
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
-        y, v = state
-        return ((y, -v), self.parameters) if self.parameters["e"] == 1 and y > 0 else None
+        return super().reversed(state) if self.parameters["e"] == 1 and state[0] > 0 else None

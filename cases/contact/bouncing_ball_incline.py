@@ -12,7 +12,6 @@ from gnomon.cases.core.forms import Impact, Mode, Transition, Values
 from gnomon.cases.core.impact_scene import INCLINE
 from gnomon.cases.core.interface import Between
 from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.contact.bouncing_ball_incline import BouncingIncline
 from gnomon.reference.numerics.precision import Number
 
@@ -120,6 +119,7 @@ class BouncingBallIncline(Case):
         Variant("dead", "e = 0: slides from the first impact on", {"e": 0}),
     )
     invariants: ClassVar = {"energy": Invariant(incline_energy, "decays"), "along": Invariant(along_momentum)}
+    scene = INCLINE
 
     @cached_property
     def _ball(self) -> BouncingBall:
@@ -167,10 +167,6 @@ class BouncingBallIncline(Case):
                 restitution=incline_restitution,
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return INCLINE
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         """Impacts, and the `limit` after which the ball slides."""

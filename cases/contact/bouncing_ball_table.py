@@ -12,7 +12,6 @@ from gnomon.cases.core.case import Case, Event, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.impact_scene import TABLE
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.contact.bouncing_ball_table import VibratingTable
 from gnomon.reference.numerics.precision import Number
 from mpmath import mpf
@@ -97,6 +96,7 @@ class BouncingBallTable(Case):
         Variant("fast_table", "1e4 rad/s: the table's phase at an impact depends on 1e-5 s", {"e": 1, "A": "5e-8", "w": 10**4}, span="4.1"),
     )  # fmt: skip
     autonomous = False
+    scene = TABLE
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -130,10 +130,6 @@ class BouncingBallTable(Case):
                 settle=1e-9 * self.time_scale,
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return TABLE
 
     @property
     def time_scale(self) -> float:

@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.pendulums.blow_scene import FRAGMENTS
 from gnomon.reference.contact.exploding_projectile import Fragments
 from gnomon.reference.numerics.precision import Number, publish, working
@@ -107,6 +106,7 @@ class ExplodingProjectile(Case):
         "centre_of_mass_start_x": Invariant(fragments_centre_x),
         "centre_of_mass_start_y": Invariant(fragments_centre_y),
     }
+    scene = FRAGMENTS
 
     @cached_property
     def _exact(self) -> Fragments:
@@ -128,10 +128,6 @@ class ExplodingProjectile(Case):
                 terminal=frozenset({"burst"}),
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return FRAGMENTS
 
     @property
     def time_scale(self) -> float:

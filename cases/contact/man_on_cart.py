@@ -11,7 +11,6 @@ from gnomon.cases.core.cart_scene import MAN
 from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import SecondOrder, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.forced_oscillators import ForcedLinear
 
@@ -78,6 +77,8 @@ class ManOnCart(Case):
         "centre_of_mass_start": Invariant(cart_and_man_centre),
     }
     autonomous = False
+    forms = (SecondOrder(cart_recoils),)
+    scene = MAN
 
     @cached_property
     def _exact(self) -> ForcedLinear:
@@ -92,14 +93,6 @@ class ManOnCart(Case):
 
     def motion(self) -> ForcedLinear:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[SecondOrder, ...]:
-        return (SecondOrder(cart_recoils),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return MAN
 
     @property
     def time_scale(self) -> float:

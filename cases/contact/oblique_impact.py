@@ -12,7 +12,6 @@ from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.impact_scene import DISCS
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.contact.impacts import DiscImpact
 from gnomon.reference.numerics.precision import Number
 from mpmath import mpf
@@ -140,6 +139,7 @@ class ObliqueImpact(Case):
         "momentum_y": Invariant(discs_momentum_y),
         "angular_momentum": Invariant(discs_angular_momentum),
     }
+    scene = DISCS
 
     @cached_property
     def _exact(self) -> DiscImpact:
@@ -161,10 +161,6 @@ class ObliqueImpact(Case):
                 terminal=frozenset({"after"}),
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return DISCS
 
     @property
     def time_scale(self) -> float:

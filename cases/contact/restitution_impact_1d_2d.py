@@ -11,7 +11,6 @@ from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.impact_scene import ball_line
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.contact.restitution_impact_1d_2d import TwoBlocks
 from gnomon.reference.numerics.precision import Number
 from mpmath import mpf
@@ -67,6 +66,9 @@ def _one_after_the_other(n: Mapping[str, Fraction]) -> bool:
     return n["x2"] * n["v1"] != n["x1"] * n["v2"] or n["v2"] >= 0
 
 
+SCENE = ball_line(lambda parameters: parameters, lambda parameters: 1.0, wall=True)
+
+
 class RestitutionImpact(Case):
     """A block moves towards a second one, which rests in front of a wall; all impacts are elastic."""
 
@@ -109,6 +111,7 @@ class RestitutionImpact(Case):
     )
 
     invariants: ClassVar = {"energy": Invariant(blocks_kinetic)}
+    scene = SCENE
 
     @cached_property
     def _exact(self) -> TwoBlocks:
@@ -132,10 +135,6 @@ class RestitutionImpact(Case):
                 settle=1e-9 * self.time_scale,
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -168,6 +167,3 @@ class RestitutionImpact(Case):
         count = self._exact.impacts
         found = {"impacts": mpf(count)}
         return found | {"last_impact": self._exact.impact_time(count, digits)} if count else found
-
-
-SCENE = ball_line(lambda parameters: parameters, lambda parameters: 1.0, wall=True)

@@ -173,6 +173,7 @@ class RollingBodies(Case):
         ),
     )
     invariants: ClassVar = {"energy": Invariant(body_energy, "decays")}
+    scene = ROLLING_SCENE
 
     @cached_property
     def _exact(self) -> RollingBody:
@@ -209,10 +210,6 @@ class RollingBodies(Case):
                 terminal=frozenset({"roll"}),
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return ROLLING_SCENE
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         motion = self._exact
@@ -261,6 +258,9 @@ class YoYo(Case):
         Variant("thin", "I = 1e6 m r^2: descends slowly", {"I": "1.25"}, span=1000),
     )
     invariants: ClassVar = {"energy": Invariant(yo_yo_energy)}
+    forms = (Separable(yo_yo_acceleration, yo_yo_potential),)
+    scene = YO_YO_SCENE
+    time_scale = 1.0
 
     @cached_property
     def _exact(self) -> StokesDrag:
@@ -270,21 +270,6 @@ class YoYo(Case):
 
     def motion(self) -> StokesDrag:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(yo_yo_acceleration, yo_yo_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return YO_YO_SCENE
-
-    @property
-    def time_scale(self) -> float:
-        return 1.0
-
-    def natural_span(self) -> Number:
-        return self.default_span
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`acceleration`: downward (m/s^2); `string_force`: m (g - acceleration) (N)."""

@@ -102,7 +102,8 @@ def same(states: Floats) -> Floats:
 class Case:
     """One initial value problem with exact numbers. A subclass is one case; an instance is that case with given numbers.
 
-    A subclass states the class attributes below, `motion()` and `forms`; everything else follows from them.
+    A subclass states the class attributes below, `motion()` and `forms`; everything else follows from them. What is a
+    property below is a class attribute of a case in which it does not depend on the numbers: `forms = (FirstOrder(f),)`.
     Where the book describes a system without equations, `conventions` begins with [inferred] and states the model.
     """
 
@@ -122,6 +123,8 @@ class Case:
     turning: ClassVar[Turning | None] = None
     """The rotational symmetry of the case, if it has one: errors are then medians over turned starts."""
     autonomous: ClassVar[bool] = True
+    reversal: ClassVar[tuple[str, ...] | None] = None
+    """The coordinates and parameters whose signs time reversal changes; None for a case without time reversal."""
     certified_digits: ClassVar[int] = 45
     """Digits to which its certificate must confirm the motion: 45 for a closed form, 30 for an integration."""
 
@@ -269,8 +272,12 @@ class Case:
         return True
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
-        """The state and parameters whose motion retraces this one backwards; None if the case has no time reversal."""
-        return None
+        """The state and parameters whose motion retraces this one backwards; None if there is no time reversal."""
+        changed = self.reversal
+        if changed is None:
+            return None
+        back = (-x if c.name in changed else x for c, x in zip(self.state, state, strict=True))
+        return tuple(back), {name: -x if name in changed else x for name, x in self.parameters.items()}
 
     # What follows -----------------------------------------------------------------------------------------------
 

@@ -6,7 +6,6 @@ Cases: charge_in_E_and_B, relativistic_charge.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
@@ -14,7 +13,7 @@ from math import sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import Charged, FirstOrder, SemiLinear, Values
+from gnomon.cases.core.forms import Charged, SemiLinear, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import SPACE, free_point
 from gnomon.cases.core.scene import Readings, Scene, SceneForm
@@ -148,6 +147,12 @@ class ChargeInFields(Case):
         "centre_y": Invariant(centre_y),
         "centre_z": Invariant(centre_z),
     }
+    forms = (
+        Charged(lorentz_equations, fields=uniform_fields),
+        SemiLinear(lorentz_equations, linear=gyration_matrix, rest=electric_push),
+    )
+    scene = SCENE
+    reversal = ("vx", "vy", "vz", "Bx", "By", "Bz")
 
     @cached_property
     def _exact(self) -> Charge:
@@ -157,17 +162,6 @@ class ChargeInFields(Case):
 
     def motion(self) -> Charge:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (
-            Charged(lorentz_equations, fields=uniform_fields),
-            SemiLinear(lorentz_equations, linear=gyration_matrix, rest=electric_push),
-        )
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -192,12 +186,6 @@ class ChargeInFields(Case):
                 f"drift_{name}": mpf(v.numerator) / v.denominator for name, v in zip("xyz", motion.drift(), strict=True)
             }
         return found
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Time reversal changes the sign of the magnetic field."""
-        x, y, z, vx, vy, vz = state
-        turned = {name: -self.parameters[name] for name in FIELDS[3:]}
-        return (x, y, z, -vx, -vy, -vz), self.parameters | turned
 
 
 def relativistic_fields(t: Any, place: Values, parameters: Values) -> Values:
@@ -339,6 +327,8 @@ class RelativisticChargeCase(Case):
         "centre_y": Invariant(relativistic_centre_y),
         "centre_z": Invariant(relativistic_centre_z),
     }
+    forms = (Charged(relativistic_equations, fields=relativistic_fields, light=speed_of_light),)
+    reversal = ("ux", "uy", "uz", "Bx", "By", "Bz")
 
     @cached_property
     def _exact(self) -> RelativisticCharge:
@@ -348,10 +338,6 @@ class RelativisticChargeCase(Case):
 
     def motion(self) -> RelativisticCharge:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[Charged, ...]:
-        return (Charged(relativistic_equations, fields=relativistic_fields, light=speed_of_light),)
 
     @property
     def scene(self) -> SceneForm:
@@ -384,9 +370,3 @@ class RelativisticChargeCase(Case):
             found["tangential_acceleration"] = motion.tangential_acceleration(digits)
             found["curvature_radius"] = motion.curvature_radius(digits)
         return found
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Time reversal changes the sign of the magnetic field."""
-        x, y, z, ux, uy, uz = state
-        turned = {name: -self.parameters[name] for name in FIELDS[3:]}
-        return (x, y, z, -ux, -uy, -uz), self.parameters | turned

@@ -258,6 +258,8 @@ class MillikanOilDrop(Case):
         Variant("stiff", "100 s with a relaxation time of 1e-5 s: seven decades apart", span=100),
         Variant("balanced", "the field nearly carries the drop: a difference of large forces", {"E": "45401.5"}),
     )
+    forms = (SemiLinear(oil_drop_equations, linear=oil_drop_matrix, rest=oil_drop_load),)
+    scene = DROP_SCENE
 
     @cached_property
     def _exact(self) -> OilDrop:
@@ -268,14 +270,6 @@ class MillikanOilDrop(Case):
 
     def motion(self) -> OilDrop:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[SemiLinear, ...]:
-        return (SemiLinear(oil_drop_equations, linear=oil_drop_matrix, rest=oil_drop_load),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return DROP_SCENE
 
     @property
     def time_scale(self) -> float:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import Form, Separable, Values
+from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.flight.projectile_parabola_scene import SCENE
 from gnomon.reference.flight.projectile_parabola import Projectile
 
@@ -62,17 +60,12 @@ class ProjectileParabola(Case):
         "energy": Invariant(projectile_energy),
         "horizontal_momentum": Invariant(horizontal_momentum),
     }
+    forms = (Separable(uniform_gravity, height_potential),)
+    scene = SCENE
+    reversal = ("vx", "vy")
 
     def motion(self) -> Projectile:
         return Projectile(self.parameters["g"], *self.initial_state)
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (Separable(uniform_gravity, height_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -96,7 +89,3 @@ class ProjectileParabola(Case):
         found["highest_apex"] = motion.envelope(motion.x, digits)
         farthest = motion.farthest_range(digits)
         return found if farthest is None else found | {"farthest_range": farthest}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, y, vx, vy = state
-        return (x, y, -vx, -vy), dict(self.parameters)

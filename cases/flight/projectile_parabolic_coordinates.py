@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
@@ -96,6 +96,8 @@ class ProjectileInParabolicCoordinates(Case):
         "horizontal_momentum": Invariant(momentum_across),
         "separation": Invariant(separation),
     }
+    forms = (FirstOrder(parabolic_equations),)
+    reversal = ("xi_rate", "eta_rate")
 
     @cached_property
     def _exact(self) -> ParabolicProjectile:
@@ -103,10 +105,6 @@ class ProjectileInParabolicCoordinates(Case):
 
     def motion(self) -> ParabolicProjectile:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(parabolic_equations),)
 
     @property
     def time_scale(self) -> float:
@@ -150,7 +148,3 @@ class ProjectileInParabolicCoordinates(Case):
         """`crossing`: y where the path crosses the vertical x = 0 through the focus (m)."""
         crossing = self._exact.crossing()
         return {} if crossing is None else {"crossing": quantity(digits, lambda mp: mp.mpf(crossing))}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        xi, eta, u, v = state
-        return (xi, eta, -u, -v), self.parameters

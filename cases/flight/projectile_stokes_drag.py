@@ -10,7 +10,6 @@ from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import UP, free_point
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.reference.flight.projectile_stokes_drag import StokesDrag
 from gnomon.reference.numerics.precision import Number
@@ -72,6 +71,8 @@ class ProjectileStokesDrag(Case):
         "energy": Invariant(stokes_energy, "decays"),
         "horizontal_momentum": Invariant(stokes_momentum),
     }
+    forms = (SemiLinear(stokes_equations, linear=stokes_matrix, rest=weight_alone),)
+    scene = SCENE
 
     @cached_property
     def _exact(self) -> StokesDrag:
@@ -81,14 +82,6 @@ class ProjectileStokesDrag(Case):
 
     def motion(self) -> StokesDrag:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[SemiLinear, ...]:
-        return (SemiLinear(stokes_equations, linear=stokes_matrix, rest=weight_alone),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:

@@ -14,7 +14,6 @@ from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import UP, free_point, railed_point
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.cases.flight.projectile_stokes_drag import ProjectileStokesDrag
 from gnomon.reference.flight.quadratic_drag import QuadraticDragPlane, QuadraticDragVertical
@@ -74,6 +73,8 @@ class ProjectileQuadraticDrag(Case):
         Variant("steep", "nearly vertical: the slope starts at 1.5e7", initial_state=(0, 0, "1e-6", 15)),
     )
     invariants: ClassVar = {"energy": Invariant(drag_energy, "decays"), "hodograph": Invariant(hodograph)}
+    forms = (FirstOrder(quadratic_drag_equations),)
+    scene = PLANE_SCENE
 
     @cached_property
     def _exact(self) -> QuadraticDragPlane:
@@ -81,14 +82,6 @@ class ProjectileQuadraticDrag(Case):
 
     def motion(self) -> QuadraticDragPlane:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(quadratic_drag_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return PLANE_SCENE
 
     @property
     def time_scale(self) -> float:
@@ -199,6 +192,7 @@ class VerticalQuadraticDrag(Case):
         ),
     )
     invariants: ClassVar = {"energy": Invariant(throw_energy, "decays")}
+    scene = VERTICAL_SCENE
 
     @cached_property
     def _exact(self) -> QuadraticDragVertical:
@@ -219,10 +213,6 @@ class VerticalQuadraticDrag(Case):
                 terminal=frozenset({"falling"}),
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return VERTICAL_SCENE
 
     @property
     def time_scale(self) -> float:

@@ -6,8 +6,6 @@ Cases: atwood_pulley_systems, wedge_block_energy_momentum.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from math import cos, sin, sqrt
 from typing import Any, ClassVar
@@ -17,7 +15,6 @@ from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import SecondOrder, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.rope_scene import ATWOOD
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.flight.uniform_acceleration import Atwood, Wedge
 from gnomon.reference.numerics.precision import Number
 
@@ -86,6 +83,9 @@ class AtwoodPulleySystems(Case):
         ),
     )
     invariants: ClassVar = {"energy": Invariant(atwood_energy)}
+    forms = (SecondOrder(atwood_acceleration),)
+    scene = ATWOOD
+    reversal = ("v",)
 
     @cached_property
     def _exact(self) -> Atwood:
@@ -94,14 +94,6 @@ class AtwoodPulleySystems(Case):
 
     def motion(self) -> Atwood:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[SecondOrder, ...]:
-        return (SecondOrder(atwood_acceleration),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return ATWOOD
 
     @property
     def time_scale(self) -> float:
@@ -118,10 +110,6 @@ class AtwoodPulleySystems(Case):
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         first, second = self._exact.tensions(digits)
         return {"acceleration": self._exact.acceleration(0, digits), "tension_1": first, "tension_2": second}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, v = state
-        return (x, -v), self.parameters
 
 
 class WedgeBlock(Case):
@@ -159,6 +147,9 @@ class WedgeBlock(Case):
         Variant("light_block", "m/M = 1e-8: the wedge moves by 1e-8 of the block", {"m": "3e-8"}),
     )
     invariants: ClassVar = {"energy": Invariant(wedge_energy), "momentum": Invariant(wedge_momentum)}
+    forms = (SecondOrder(wedge_acceleration),)
+    scene = WEDGE
+    reversal = ("V", "v")
 
     @cached_property
     def _exact(self) -> Wedge:
@@ -166,14 +157,6 @@ class WedgeBlock(Case):
 
     def motion(self) -> Wedge:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[SecondOrder, ...]:
-        return (SecondOrder(wedge_acceleration),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return WEDGE
 
     @property
     def time_scale(self) -> float:
@@ -193,7 +176,3 @@ class WedgeBlock(Case):
             "relative_acceleration": self._exact.acceleration(1, digits),
             "normal_force": self._exact.normal_force(digits),
         }
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        X, s, V, v = state
-        return (X, s, -V, -v), self.parameters

@@ -10,7 +10,6 @@ from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import railed_point
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.guided.bead_rotating_wire_vertical_plane import BeadOnTurningWire
 from gnomon.reference.numerics.precision import Number, publish, working
 
@@ -74,6 +73,8 @@ class BeadOnRotatingWire(Case):
     )
     invariants: ClassVar = {"deviation": Invariant(bead_wire_deviation)}
     autonomous = False
+    forms = (FirstOrder(bead_wire_equations),)
+    scene = SCENE
 
     @cached_property
     def _exact(self) -> BeadOnTurningWire:
@@ -81,14 +82,6 @@ class BeadOnRotatingWire(Case):
 
     def motion(self) -> BeadOnTurningWire:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(bead_wire_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:

@@ -13,7 +13,6 @@ from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import railed
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.guided.chain_quarter_circle import ChainQuarter
 from gnomon.reference.numerics.precision import Number
 
@@ -103,6 +102,15 @@ def _slides(n: Mapping[str, Fraction]) -> bool:
     return n["s"] >= STILL * n["R"] or n["v"] ** 2 >= STILL**2 * n["g"] * n["R"]
 
 
+def chain_force(t: float, s: float, parameters: tuple[float, ...]) -> float:
+    """The force over the mass, from the depths of front and tail."""
+    g, length, radius = parameters
+    return g / length * (_depth(s, radius) - _depth(s - length, radius))
+
+
+SCENE = railed(chain_force)
+
+
 class ChainQuarterCircle(Case):
     name = "chain_quarter_circle"
     title = "Chain over a smooth quarter circle to the vertical"
@@ -146,6 +154,7 @@ class ChainQuarterCircle(Case):
     )
 
     invariants: ClassVar = {"energy": Invariant(quarter_energy)}
+    scene = SCENE
 
     @cached_property
     def _exact(self) -> ChainQuarter:
@@ -174,10 +183,6 @@ class ChainQuarterCircle(Case):
                 terminal=frozenset({"falling"}),
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -211,16 +216,7 @@ class ChainQuarterCircle(Case):
         }
 
 
-def chain_force(t: float, s: float, parameters: tuple[float, ...]) -> float:
-    """The force over the mass, from the depths of front and tail."""
-    g, length, radius = parameters
-    return g / length * (_depth(s, radius) - _depth(s - length, radius))
-
-
 def _depth(s: float, radius: float) -> float:
     """Depth of a point of the chain below the table (m)."""
     around = min(max(s, 0.0), math.pi * radius / 2)
     return radius * (1 - cos(around / radius)) + max(s - math.pi * radius / 2, 0.0)
-
-
-SCENE = railed(chain_force)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from math import sqrt, tau
@@ -12,7 +12,6 @@ from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import railed
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.harmonic_oscillator import HarmonicMotion
 
@@ -43,6 +42,9 @@ def _stays_between_cusps(n: Mapping[str, Fraction]) -> bool:
     return room > 0 and n["s"] ** 2 + 4 * n["a"] * n["v"] ** 2 / n["g"] <= room**2
 
 
+SCENE = railed(lambda t, s, parameters: float(chain_acceleration(t, (s,), parameters)[0]))
+
+
 class ChainSmoothCurve(Case):
     name = "chain_smooth_curve"
     title = "Chain on a smooth cycloid (isochronous for every length)"
@@ -71,6 +73,9 @@ class ChainSmoothCurve(Case):
         Variant("long_1e5", "100,000 periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(chain_energy)}
+    forms = (Separable(chain_acceleration, chain_potential),)
+    scene = SCENE
+    reversal = ("v",)
 
     @cached_property
     def _exact(self) -> HarmonicMotion:
@@ -79,14 +84,6 @@ class ChainSmoothCurve(Case):
 
     def motion(self) -> HarmonicMotion:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(chain_acceleration, chain_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -100,10 +97,3 @@ class ChainSmoothCurve(Case):
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         return {"period": self._exact.period(digits), "amplitude": self._exact.amplitude(digits)}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        s, v = state
-        return (s, -v), self.parameters
-
-
-SCENE = railed(lambda t, s, parameters: float(chain_acceleration(t, (s,), parameters)[0]))

@@ -5,14 +5,14 @@ Cases: curve_sliding_small, curve_sliding_quartic, curve_sliding_catenary.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from math import asinh, sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Invariant, Level, Variant, same
-from gnomon.cases.core.forms import Equations, FirstOrder, Form, Separable, Values
+from gnomon.cases.core.forms import Equations, FirstOrder, Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import Body, Guide, Readings, Scene, SceneForm, Vector
 from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
@@ -95,6 +95,8 @@ def _guided(place: Any) -> SceneForm:
 class _Curve(WellCase):
     section = "7.11.1, 7.11.2"
     default_state = (1, 0)
+    reversal = ("v",)
+
     _CURVATURE: ClassVar[Any]
     """Curvature at the bottom as a function of the curve's size; 0 for the quartic."""
 
@@ -120,10 +122,6 @@ class _Curve(WellCase):
         shallow = HarmonicOscillator(initial_state=self.initial_state, span=self.span, m=1, k=g * curvature)
         return (Level(shallow, same, "restoring force proportional to the displacement"),)
 
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        q, v = state
-        return (q, -v), self.parameters
-
 
 def _low(place: str, size: str, energy: Equations, most: int) -> Rule:
     """Bounds the height over the size of the curve: on a much smaller curve the bottom is like a kink to the series."""
@@ -133,6 +131,9 @@ def _low(place: str, size: str, energy: Equations, most: int) -> Rule:
         return bool(reached <= most * n["g"] * n[size])
 
     return Rule(f"the bead rises by at most {most} {size}", holds)
+
+
+PARABOLA = _guided(lambda x, p: (x, x * x / (4 * p)))
 
 
 class CurveSlidingSmall(_Curve):
@@ -161,6 +162,9 @@ class CurveSlidingSmall(_Curve):
         Variant("long_1e4", "10,000 periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(parabola_energy)}
+    forms = (FirstOrder(parabola_equations),)
+    scene = PARABOLA
+
     _PERIODS: ClassVar = {"long_1e4": 10000.37}
     _CURVATURE = staticmethod(lambda p: 1 / (2 * p))
 
@@ -168,13 +172,8 @@ class CurveSlidingSmall(_Curve):
     def _exact(self) -> WellMotion:
         return Parabola(*self.parameter_values(), *self.initial_state)
 
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (FirstOrder(parabola_equations),)
 
-    @property
-    def scene(self) -> SceneForm:
-        return PARABOLA
+QUARTIC = _guided(lambda x, a: (x, x**4 / a**3))
 
 
 class CurveSlidingQuartic(_Curve):
@@ -200,19 +199,17 @@ class CurveSlidingQuartic(_Curve):
         Variant("launched", "starts at the bottom with speed", initial_state=(0, 4)),
     )
     invariants: ClassVar = {"energy": Invariant(quartic_energy)}
+    forms = (FirstOrder(quartic_equations),)
+    scene = QUARTIC
+
     _CURVATURE = staticmethod(lambda a: 0)
 
     @cached_property
     def _exact(self) -> WellMotion:
         return Quartic(*self.parameter_values(), *self.initial_state)
 
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (FirstOrder(quartic_equations),)
 
-    @property
-    def scene(self) -> SceneForm:
-        return QUARTIC
+CATENARY = _guided(lambda s, c: (c * asinh(s / c), sqrt(c * c + s * s)))
 
 
 class CurveSlidingCatenary(_Curve):
@@ -240,21 +237,11 @@ class CurveSlidingCatenary(_Curve):
         Variant("deep", "amplitude 10 c: free fall along either side, a sharp turn at the bottom", {"c": "0.1"}),
     )
     invariants: ClassVar = {"energy": Invariant(catenary_energy)}
+    forms = (Separable(catenary_acceleration, catenary_potential),)
+    scene = CATENARY
+
     _CURVATURE = staticmethod(lambda c: 1 / c)
 
     @cached_property
     def _exact(self) -> WellMotion:
         return Catenary(*self.parameter_values(), *self.initial_state)
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (Separable(catenary_acceleration, catenary_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return CATENARY
-
-
-PARABOLA = _guided(lambda x, p: (x, x * x / (4 * p)))
-QUARTIC = _guided(lambda x, a: (x, x**4 / a**3))
-CATENARY = _guided(lambda s, c: (c * asinh(s / c), sqrt(c * c + s * s)))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -26,6 +24,8 @@ class FreeAzimuthCase(WellCase):
         Coordinate("rate", "rad/s", "angular velocity"),
         Coordinate("spin", "rad/s", "angular velocity"),
     )
+    reversal = ("rate", "spin")
+
     _PERIODS: ClassVar = {"long_1e4": 10000.37}
     _DRIVEN: ClassVar[str]
     """The effect of the level whose I is so large that the rate is constant."""
@@ -66,7 +66,3 @@ class FreeAzimuthCase(WellCase):
         parameters: dict[str, Any] = self.parameters | {"I": numbers["I"]}
         driven = type(self)(initial_state=self.initial_state, span=self.span, **parameters)
         return (Level(driven, same, self._DRIVEN),)
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        theta, phi, rate, spin = state
-        return (theta, phi, -rate, -spin), self.parameters

@@ -5,7 +5,7 @@ Cases: ignorable_coordinates (cone), particle_on_paraboloid, particle_on_torus.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from math import asin, atan2, cos, hypot, inf, pi, sin, tau
@@ -14,7 +14,6 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Invariant, Variant
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.guided.surface_scene import on_surface
 from gnomon.cases.oscillators.well import WellCase
 from gnomon.reference.guided.particles_on_surfaces import OnCone, OnParaboloid, OnSurface, OnTorus
@@ -148,10 +147,6 @@ class _OnSurface(WellCase):
         with working(digits + 5) as mp:
             return found | {"apsidal_angle": publish([mp.mpf(angle) / 2], digits)[0]}
 
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        distance, phi, speed, w = state
-        return (distance, phi, -speed, -w), self.parameters
-
 
 class ParticleOnCone(_OnSurface):
     name = "ignorable_coordinates"
@@ -191,20 +186,15 @@ class ParticleOnCone(_OnSurface):
     )
     _PERIODS: ClassVar = {"long_1e4": 10000.37}
     invariants: ClassVar = {"energy": Invariant(cone_energy), "angular_momentum": Invariant(cone_momentum)}
+    forms = (FirstOrder(cone_equations),)
+    scene = CONE_SCENE
+    reversal = ("vs", "w")
 
     @cached_property
     def _exact(self) -> OnCone:
         alpha, g = self.parameter_values()
         s, phi, vs, w = self.initial_state
         return OnCone(g, s, phi, vs, w, alpha)
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(cone_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return CONE_SCENE
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """The rate of the parallel circle at the start's height, and the frequency of radial vibrations about it (rad/s)."""
@@ -252,20 +242,15 @@ class ParticleOnParaboloid(_OnSurface):
     )
     _PERIODS: ClassVar = {"long_1e4": 10000.37}
     invariants: ClassVar = {"energy": Invariant(paraboloid_energy), "angular_momentum": Invariant(paraboloid_momentum)}
+    forms = (FirstOrder(paraboloid_equations),)
+    scene = PARABOLOID_SCENE
+    reversal = ("vr", "w")
 
     @cached_property
     def _exact(self) -> OnParaboloid:
         p, g = self.parameter_values()
         r, phi, vr, w = self.initial_state
         return OnParaboloid(g, r, phi, vr, w, p)
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(paraboloid_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return PARABOLOID_SCENE
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         with working(digits + 10) as mp:
@@ -325,15 +310,10 @@ class ParticleOnTorus(_OnSurface):
     )
     _PERIODS: ClassVar = {"long_1e4": 10000.37}
     invariants: ClassVar = {"energy": Invariant(torus_energy), "angular_momentum": Invariant(torus_momentum)}
+    forms = (FirstOrder(torus_equations),)
+    scene = TORUS_SCENE
+    reversal = ("rate", "w")
 
     @cached_property
     def _exact(self) -> OnTorus:
         return _on_torus(self.numbers)
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(torus_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return TORUS_SCENE

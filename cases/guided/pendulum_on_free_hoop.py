@@ -16,12 +16,11 @@ from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values
 from gnomon.cases.core.hinge_scene import hinged_point
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.guided.free_azimuth import FreeAzimuthCase
 from gnomon.cases.guided.pendulum_on_hoop import RotatingPendulum, hoop_acceleration
 from gnomon.cases.guided.pendulum_on_hoop_scene import FREE_HOOP
 from gnomon.reference.guided.free_azimuth import Governor
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.numerics.precision import publish, working
 
 
 def free_hoop_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -109,19 +108,14 @@ class RotatingPendulumFreeHoop(FreeAzimuthCase):
         Variant("long_1e4", "10,000 swings: phase errors of swing and azimuth"),
     )  # fmt: skip
     invariants: ClassVar = {"energy": Invariant(free_hoop_energy), "momentum": Invariant(free_hoop_momentum)}
+    forms = (FirstOrder(free_hoop_equations),)
+    scene = FREE_HOOP
+
     _DRIVEN = "prescribed rate: a hoop that the bead does not slow"
 
     @cached_property
     def _exact(self) -> Governor:
         return _motion(self.numbers)
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(free_hoop_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return FREE_HOOP
 
 
 class RotatingPendulumSwept(IntegratedCase):
@@ -150,14 +144,8 @@ class RotatingPendulumSwept(IntegratedCase):
         Variant("down", "slowed: from the tilted equilibrium to swings about the bottom", {"Om": 5, "sweep": "-0.25"}, ("1.1678", 0)),
         Variant("slow", "sweep = 1e-3: the frequency follows, the amplitude adapts", {"Om": 4, "sweep": "1e-3"}, ("0.5", 0)),
     )  # fmt: skip
-
-    @property
-    def forms(self) -> tuple[SecondOrder, ...]:
-        return (SecondOrder(swept_acceleration),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SWEPT
+    forms = (SecondOrder(swept_acceleration),)
+    scene = SWEPT
 
     @property
     def time_scale(self) -> float:
@@ -165,9 +153,6 @@ class RotatingPendulumSwept(IntegratedCase):
         g, radius, rate, sweep = map(float, self.parameter_values())
         fastest = max(abs(rate), abs(rate + sweep * float(self.default_span)))
         return 1 / sqrt(g / radius + fastest * fastest)
-
-    def natural_span(self) -> Number:
-        return self.default_span
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`bifurcation_time`: when the rate is sqrt(g/R) (s)."""

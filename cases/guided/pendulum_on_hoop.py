@@ -6,7 +6,6 @@ Cases: rotating_pendulum, bearing_reaction_torque_stability. The gyrocompass has
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import cos, pi, sin, sqrt, tau
@@ -18,7 +17,6 @@ from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.hinge_scene import hinged_pull
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.guided.pendulum_on_hoop_scene import SCENE
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.reference.guided.pendulum_on_hoop import Hoop
@@ -71,6 +69,8 @@ class HoopCase(Case):
     """Base class of the cases in this family; a subclass states A and B as functions of its parameters."""
 
     state = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
+    reversal = ("omega",)
+
     _CYCLES: ClassVar[dict[str, str]] = {}
     """Spans by variant, in periods; others last 10.37 periods."""
 
@@ -127,10 +127,6 @@ class HoopCase(Case):
         if frequency is not None:
             found["small_frequency"] = frequency
         return found
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        theta, omega = state
-        return (theta, -omega), self.parameters
 
 
 class RotatingPendulum(HoopCase):
@@ -192,6 +188,9 @@ class RotatingPendulum(HoopCase):
         Variant("engines", "the parameters of engine tests, 5 s", initial_state=("0.3", 0), span=5),
     )
     invariants: ClassVar = {"jacobi": Invariant(bead_jacobi)}
+    forms = (Separable(bead_acceleration, bead_potential),)
+    scene = SCENE
+
     _CYCLES: ClassVar[dict[str, str]] = {
         "homoclinic_inside": "0.45",
         "homoclinic_outside": "0.22",
@@ -202,14 +201,6 @@ class RotatingPendulum(HoopCase):
     def coefficients(self) -> tuple[Fraction, Fraction]:
         g, radius, rate = self.parameter_values()
         return g / radius, rate * rate
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(bead_acceleration, bead_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`drive_torque` over the mass at the start: 2 R^2 Om sin(theta) cos(theta) theta' (m^2/s^2)."""
@@ -264,19 +255,14 @@ class BearingReactionTorqueStability(HoopCase):
         Variant("unstable", "1e-10 rad from the unstable bottom", initial_state=("1e-10", 0)),
     )
     invariants: ClassVar = {"jacobi": Invariant(hinged_jacobi)}
+    forms = (Separable(hinged_acceleration, hinged_potential),)
+    scene = HINGED_SCENE
+
     _CYCLES: ClassVar[dict[str, str]] = {"unstable": "2.37"}
 
     def coefficients(self) -> tuple[Fraction, Fraction]:
         moment, ia, ib, ic, rate = self.parameter_values()
         return moment / ia, rate * rate * (ib - ic) / ia
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(hinged_acceleration, hinged_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return HINGED_SCENE
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """At the start: the torque that drives the shaft, 2 Om (I_b - I_c) sin(theta) cos(theta) theta' (N m), and

@@ -90,6 +90,7 @@ class SliderRotatingSlot(Case):
         Variant("rough", "mu = 2: overdamped by the wall", {"mu": 2}),
     )
     invariants: ClassVar = {"jacobi": Invariant(jacobi_integral, "decays")}
+    reversal = ("v",)
 
     @cached_property
     def _exact(self) -> Slot:
@@ -138,5 +139,4 @@ class SliderRotatingSlot(Case):
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
         """Only without friction."""
-        r, v = state
-        return ((r, -v), self.parameters) if self.parameters["mu"] == 0 else None
+        return super().reversed(state) if self.parameters["mu"] == 0 else None

@@ -5,14 +5,12 @@ Cases: central_force_conservation, central_force_hanging_mass, central_force_log
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from math import log, sqrt, tau
 from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Form, Separable, Values
+from gnomon.cases.core.forms import FirstOrder, Separable, Values
 from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.rope_scene import HANGING
 from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
@@ -139,6 +137,9 @@ class CentralForceConservation(Case):
         Variant("long_1e5", "100,000 periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(isotropic_energy), "angular_momentum": Invariant(isotropic_spin)}
+    forms = (Separable(isotropic_acceleration, isotropic_potential),)
+    scene = ISOTROPIC
+    reversal = ("vx", "vy")
 
     @cached_property
     def _exact(self) -> IsotropicOscillator:
@@ -146,14 +147,6 @@ class CentralForceConservation(Case):
 
     def motion(self) -> IsotropicOscillator:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (Separable(isotropic_acceleration, isotropic_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return ISOTROPIC
 
     @property
     def time_scale(self) -> float:
@@ -168,10 +161,6 @@ class CentralForceConservation(Case):
         semi = self._exact.semi_axes(digits)
         return {"period": self._exact.period(digits), "semi_major_axis": semi[0], "semi_minor_axis": semi[1]}
 
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, y, vx, vy = state
-        return (x, y, -vx, -vy), self.parameters
-
 
 class _Central(WellCase):
     state = (
@@ -180,6 +169,7 @@ class _Central(WellCase):
         Coordinate("vr", "m/s", "velocity"),
         Coordinate("omega", "rad/s", "angular velocity"),
     )
+    reversal = ("vr", "omega")
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`apsidal_angle`: by how much theta grows from the least to the largest distance (rad)."""
@@ -187,10 +177,6 @@ class _Central(WellCase):
             return {}
         angle = self._exact.carried_over_period(0, digits + 5)
         return super().quantities(digits) | {"apsidal_angle": quantity(digits, lambda mp: mp.mpf(angle) / 2)}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        r, theta, vr, omega = state
-        return (r, theta, -vr, -omega), self.parameters
 
 
 class CentralForceHangingMass(_Central):
@@ -226,18 +212,15 @@ class CentralForceHangingMass(_Central):
         Variant("light", "m2 = 1e-6 m1: nearly free motion, to 47 m and back", {"m2": "1e-6"}, (1, 0, 0, "0.03")),
     )
     invariants: ClassVar = {"energy": Invariant(hanging_energy), "areal_spin": Invariant(areal_spin)}
+    forms = (FirstOrder(hanging_equations),)
+    scene = HANGING
 
     @cached_property
     def _exact(self) -> WellMotion:
         return HangingMass(*self.initial_state, *self.parameter_values())
 
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (FirstOrder(hanging_equations),)
 
-    @property
-    def scene(self) -> SceneForm:
-        return HANGING
+LOGARITHMIC = polar_point(lambda r, parameters: parameters[0] / r)
 
 
 class CentralForceLogarithmic(_Central):
@@ -270,18 +253,15 @@ class CentralForceLogarithmic(_Central):
         ),
     )
     invariants: ClassVar = {"energy": Invariant(logarithmic_energy), "areal_spin": Invariant(areal_spin)}
+    forms = (FirstOrder(logarithmic_equations),)
+    scene = LOGARITHMIC
 
     @cached_property
     def _exact(self) -> WellMotion:
         return Logarithmic(*self.initial_state, *self.parameter_values())
 
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (FirstOrder(logarithmic_equations),)
 
-    @property
-    def scene(self) -> SceneForm:
-        return LOGARITHMIC
+DUMBBELL = polar_pair(lambda parameters: parameters[:2], lambda r, parameters: parameters[2] * (r - parameters[3]))
 
 
 class DumbbellSpring(_Central):
@@ -322,21 +302,11 @@ class DumbbellSpring(_Central):
         Variant("ellipse", "no natural length: an ellipse about the centre", {"l": 0}),
     )
     invariants: ClassVar = {"energy": Invariant(spring_dumbbell_energy), "areal_spin": Invariant(areal_spin)}
+    forms = (FirstOrder(spring_dumbbell_equations),)
+    scene = DUMBBELL
 
     @cached_property
     def _exact(self) -> WellMotion:
         m1, m2, k, length = self.parameter_values()
         r, theta, vr, omega = self.initial_state
         return SpringDumbbell(r, theta, vr, omega, k * (1 / m1 + 1 / m2), length)
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (FirstOrder(spring_dumbbell_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return DUMBBELL
-
-
-LOGARITHMIC = polar_point(lambda r, parameters: parameters[0] / r)
-DUMBBELL = polar_pair(lambda parameters: parameters[:2], lambda r, parameters: parameters[2] * (r - parameters[3]))

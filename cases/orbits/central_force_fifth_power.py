@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from math import hypot, sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Invariant, Variant
-from gnomon.cases.core.forms import Form, Separable, Values
+from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive, show
 from gnomon.cases.core.point_scene import free_point
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.orbits.central_force import isotropic_spin
 from gnomon.reference.numerics.precision import Number, exact, publish, working
 from gnomon.reference.orbits.central_force_fifth_power import collision_time
@@ -99,6 +98,9 @@ class CentralForceFifthPower(IntegratedCase):
         ),
     )
     invariants: ClassVar = {"energy": Invariant(fifth_power_energy), "angular_momentum": Invariant(isotropic_spin)}
+    forms = (Separable(fifth_power_acceleration, fifth_power_potential),)
+    scene = SCENE
+    reversal = ("vx", "vy")
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -109,14 +111,6 @@ class CentralForceFifthPower(IntegratedCase):
                     f"span = {show(self.span)} s: it falls into the centre at {float(collision):.10g} s; give at most "
                     f"{float(exact(collision) * BEFORE):.10g} s"
                 )
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (Separable(fifth_power_acceleration, fifth_power_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -142,7 +136,3 @@ class CentralForceFifthPower(IntegratedCase):
             found = dict(zip(found, publish(found.values(), digits), strict=True))
         collision = collision_time(k, self.initial_state, digits)
         return found if collision is None else found | {"collision_time": collision}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, y, vx, vy = state
-        return (x, y, -vx, -vy), self.parameters

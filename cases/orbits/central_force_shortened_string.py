@@ -11,7 +11,6 @@ from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.rope_scene import SHORTENED
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.central_force_shortened_string import ShortenedString
 
@@ -69,6 +68,8 @@ class CentralForceShortenedString(Case):
     )
     invariants: ClassVar = {"areal_spin": Invariant(spin_on_string)}
     autonomous = False
+    forms = (FirstOrder(drawn_in),)
+    scene = SHORTENED
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -85,14 +86,6 @@ class CentralForceShortenedString(Case):
 
     def motion(self) -> ShortenedString:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(drawn_in),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SHORTENED
 
     @property
     def time_scale(self) -> float:

@@ -12,10 +12,9 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core import accuracy
 from gnomon.cases.core.case import Invariant, Variant
-from gnomon.cases.core.forms import Form, NBody, SecondOrder, Values
+from gnomon.cases.core.forms import NBody, SecondOrder, Values
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.two_masses_scene import attracting
 from gnomon.reference.numerics.motion import Motion
 from gnomon.reference.numerics.precision import Number, publish, working
@@ -122,6 +121,9 @@ def _apart(n: Any) -> bool:
     return all(a != b for a, b in combinations(corners, 2))
 
 
+SCENE = attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, (0, 1, 2))
+
+
 class EquilateralThreeBody(IntegratedCase):
     """Lagrange's motion: three bodies on three ellipses, an equilateral triangle at every moment."""
 
@@ -206,6 +208,9 @@ class EquilateralThreeBody(IntegratedCase):
         "spin_y": Invariant(triple_spin_y),
         "spin_z": Invariant(triple_spin_z),
     }
+    forms = (SecondOrder(triple_attraction), NBody(three_masses, three_bodies, three_states))
+    scene = SCENE
+    reversal = ("vx1", "vy1", "vz1", "vx2", "vy2", "vz2", "vx3", "vy3", "vz3")
 
     _TURNS: ClassVar = {"e09": "1.63", "routh_stable": "10.37", "trojan": "10.37"}
 
@@ -220,14 +225,6 @@ class EquilateralThreeBody(IntegratedCase):
 
     def motion(self) -> Motion:  # type: ignore[override]
         return self.triangle or self._exact
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return SecondOrder(triple_attraction), NBody(three_masses, three_bodies, three_states)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @cached_property
     def time_scale(self) -> float:  # type: ignore[override]
@@ -273,9 +270,3 @@ class EquilateralThreeBody(IntegratedCase):
         if longest is not None:
             values |= {"longest_side": longest, "period": self.triangle.period(digits)}
         return values
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        return (*state[:9], *(-v for v in state[9:])), dict(self.parameters)
-
-
-SCENE = attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, (0, 1, 2))

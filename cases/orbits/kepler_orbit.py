@@ -10,10 +10,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.case import Case, Invariant, Level, Variant
-from gnomon.cases.core.forms import FirstOrder, Form, NBody, Separable, Values
+from gnomon.cases.core.forms import FirstOrder, NBody, Separable, Values
 from gnomon.cases.core.formulation import Floats, Formulation
 from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.turning import Turning
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.cases.orbits.kepler_orbit_scene import SCENE
@@ -180,6 +179,9 @@ class KeplerOrbit(Case):
         "runge_lenz_x": Invariant(runge_lenz_x),
         "runge_lenz_y": Invariant(runge_lenz_y),
     }
+    forms = (Separable(attraction, kepler_potential), NBody(masses, bodies, relative))
+    scene = SCENE
+    reversal = ("vx", "vy")
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -192,14 +194,6 @@ class KeplerOrbit(Case):
 
     def motion(self) -> Kepler:
         return Kepler(self.parameters["mu"], *self.initial_state)
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return Separable(attraction, kepler_potential), NBody(masses, bodies, relative)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     def scales(self) -> dict[str, float]:
         """Distance and speed are largest at the ends of the span or at an apsis in it."""
@@ -276,7 +270,3 @@ class KeplerOrbit(Case):
             return ()
         flat = ProjectileParabola(initial_state=(y, x, vy, vx), span=self.span, g=mu / x**2)
         return (Level(flat, upright, "uniform gravity: the parabola"),)
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, y, vx, vy = state
-        return (x, y, -vx, -vy), dict(self.parameters)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import Form, NBody, Separable, Values
+from gnomon.cases.core.forms import NBody, Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import railed_pull
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.radial_fall_inverse_square import RadialFall
 
@@ -87,6 +84,12 @@ class RadialFallInverseSquare(Case):
         Variant("thrown", "thrown up: turns back and falls", {"mu": 1}, ("0.2", 3)),
     )
     invariants: ClassVar = {"energy": Invariant(radial_energy)}
+    forms = (
+        Separable(radial_attraction, radial_potential),
+        NBody(falling_masses, falling_bodies, apart),
+    )
+    scene = SCENE
+    reversal = ("v",)
 
     @cached_property
     def _exact(self) -> RadialFall:
@@ -94,17 +97,6 @@ class RadialFallInverseSquare(Case):
 
     def motion(self) -> RadialFall:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (
-            Separable(radial_attraction, radial_potential),
-            NBody(falling_masses, falling_bodies, apart),
-        )
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -123,7 +115,3 @@ class RadialFallInverseSquare(Case):
         found = {"escape_speed": motion.escape_speed(digits), "farthest": motion.farthest(digits)}
         collision = motion.collision_time(digits)
         return found if collision is None else found | {"collision_time": collision}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        r, v = state
-        return (r, -v), self.parameters

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from math import pi, sqrt
@@ -11,9 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core import accuracy
 from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
-from gnomon.cases.core.forms import Form, NBody, SecondOrder, Values
+from gnomon.cases.core.forms import NBody, SecondOrder, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.two_masses_scene import attracting
 from gnomon.cases.orbits.kepler_orbit import KeplerOrbit
 from gnomon.reference.numerics.precision import Number, quantity
@@ -88,6 +87,9 @@ def _angular_momentum(n: Mapping[str, Fraction]) -> Fraction:
     return x * vy - y * vx
 
 
+SCENE = attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, (0, 1))
+
+
 class TwoBody(Case):
     name = "two_body"
     title = "Two-body problem (Kepler's corrected third law)"
@@ -146,6 +148,9 @@ class TwoBody(Case):
         "centre_of_mass_start_x": Invariant(centre_start_x),
         "centre_of_mass_start_y": Invariant(centre_start_y),
     }
+    forms = (SecondOrder(mutual_attraction), NBody(gravitational_masses, both_bodies, both_states))
+    scene = SCENE
+    reversal = ("vx1", "vy1", "vx2", "vy2")
 
     @cached_property
     def _exact(self) -> Motion:
@@ -160,14 +165,6 @@ class TwoBody(Case):
     def orbit(self) -> Kepler:
         """The motion of body 2 about body 1."""
         return self._exact.relative
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return SecondOrder(mutual_attraction), NBody(gravitational_masses, both_bodies, both_states)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -223,9 +220,3 @@ class TwoBody(Case):
         return (
             Level(KeplerOrbit(initial_state=start, span=self.span, mu=G * m1), project, "attraction of a fixed body"),
         )
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        return (*state[:4], *(-v for v in state[4:])), dict(self.parameters)
-
-
-SCENE = attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, (0, 1))

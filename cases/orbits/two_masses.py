@@ -5,7 +5,6 @@ Cases: two_mass_spring, center_of_mass_motion, dumbbell_free_flight.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import cos, sin, sqrt, tau
@@ -14,7 +13,6 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.two_masses_scene import ON_A_LINE, ROD, attracting
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.two_masses import RodPair, SpringPair
@@ -164,6 +162,9 @@ class TwoMassSpring(Case):
         "momentum": Invariant(line_momentum),
         "centre_of_mass_start": Invariant(line_centre_start),
     }
+    forms = (SecondOrder(spring_on_a_line),)
+    scene = ON_A_LINE
+    reversal = ("v1", "v2")
 
     @cached_property
     def _exact(self) -> SpringPair:
@@ -173,14 +174,6 @@ class TwoMassSpring(Case):
 
     def motion(self) -> SpringPair:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[SecondOrder, ...]:
-        return (SecondOrder(spring_on_a_line),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return ON_A_LINE
 
     @property
     def time_scale(self) -> float:
@@ -200,9 +193,8 @@ class TwoMassSpring(Case):
             "drift_speed": motion._quantity(digits, lambda mp: mp.mpf(motion.centre(0)[1])),
         }
 
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x1, x2, v1, v2 = state
-        return (x1, x2, -v1, -v2), self.parameters
+
+THROWN = attracting(lambda p: p[1:3], lambda r, p: p[3] / (p[1] * p[2]), (0, 2), lambda p: p[0])
 
 
 class CenterOfMassMotion(Case):
@@ -242,6 +234,9 @@ class CenterOfMassMotion(Case):
         "centre_of_mass_start_y": Invariant(thrown_centre_y),
         "spin": Invariant(spin),
     }
+    forms = (SecondOrder(thrown_pair),)
+    scene = THROWN
+    reversal = ("vx1", "vy1", "vx2", "vy2")
 
     @cached_property
     def _exact(self) -> SpringPair:
@@ -252,14 +247,6 @@ class CenterOfMassMotion(Case):
 
     def motion(self) -> SpringPair:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[SecondOrder, ...]:
-        return (SecondOrder(thrown_pair),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return THROWN
 
     @property
     def time_scale(self) -> float:
@@ -279,9 +266,6 @@ class CenterOfMassMotion(Case):
             "momentum_x": motion._quantity(digits, lambda mp: mp.mpf(total * vx)),
             "momentum_y": motion._quantity(digits, lambda mp: mp.mpf(total * vy)),
         }
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        return (*state[:4], *(-v for v in state[4:])), self.parameters
 
 
 class DumbbellFreeFlight(Case):
@@ -323,6 +307,9 @@ class DumbbellFreeFlight(Case):
         "momentum_y_and_weight": Invariant(dumbbell_momentum_y),
         "spin": Invariant(dumbbell_spin),
     }
+    forms = (FirstOrder(dumbbell_equations),)
+    scene = ROD
+    reversal = ("vx1", "vy1", "omega")
 
     @cached_property
     def _exact(self) -> RodPair:
@@ -331,14 +318,6 @@ class DumbbellFreeFlight(Case):
 
     def motion(self) -> RodPair:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(dumbbell_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return ROD
 
     @property
     def time_scale(self) -> float:
@@ -353,9 +332,3 @@ class DumbbellFreeFlight(Case):
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """The tension of the rod, which is constant (N)."""
         return {"tension": self._exact.tension(digits)}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        return (*state[:3], *(-v for v in state[3:])), self.parameters
-
-
-THROWN = attracting(lambda p: p[1:3], lambda r, p: p[3] / (p[1] * p[2]), (0, 2), lambda p: p[0])

@@ -11,7 +11,6 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.oscillators.damped_oscillator_scene import SCENE
 from gnomon.cases.oscillators.harmonic_oscillator import spring_energy
 from gnomon.reference.numerics.precision import Number
@@ -83,6 +82,9 @@ class DampedOscillator(Case):
         ),
     )
     invariants: ClassVar = {"energy": Invariant(damped_energy, "decays")}
+    forms = (SemiLinear(damped_equations, linear=damped_matrix, rest=nothing_else),)
+    scene = SCENE
+    reversal = ("v",)
 
     @cached_property
     def _exact(self) -> DampedMotion:
@@ -90,14 +92,6 @@ class DampedOscillator(Case):
 
     def motion(self) -> DampedMotion:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[SemiLinear, ...]:
-        return (SemiLinear(damped_equations, linear=damped_matrix, rest=nothing_else),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -132,5 +126,4 @@ class DampedOscillator(Case):
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
         """Only without damping: reversed damping would add energy."""
-        x, v = state
-        return ((x, -v), self.parameters) if self.parameters["c"] == 0 else None
+        return super().reversed(state) if self.parameters["c"] == 0 else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from math import pi, sqrt
@@ -13,7 +13,6 @@ from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule
 from gnomon.cases.core.point_scene import railed_pull
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number, publish, working
 from gnomon.reference.oscillators.duffing_unforced import DuffingMotion
 
@@ -74,6 +73,9 @@ class DuffingUnforced(Case):
         Variant("long_1e4", "10,000 periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(quartic_energy)}
+    forms = (Separable(cubic_acceleration, quartic_potential),)
+    scene = SCENE
+    reversal = ("v",)
 
     _PERIODS: ClassVar = {
         "long_1e4": 10000.37,
@@ -89,14 +91,6 @@ class DuffingUnforced(Case):
 
     def motion(self) -> DuffingMotion:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(cubic_acceleration, quartic_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -132,7 +126,3 @@ class DuffingUnforced(Case):
         if motion.periodic:
             found |= {"period": motion.period(digits), "modulus_squared": motion.modulus_squared(digits)}
         return found
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, v = state
-        return (x, -v), self.parameters

@@ -15,7 +15,6 @@ from gnomon.cases.core.case import Case, Event, Variant
 from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, Mode, SemiLinear, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import railed_point
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number, quantity
 from gnomon.reference.oscillators.forced_oscillators import ForcedLinear, SwitchedOff
 
@@ -102,6 +101,8 @@ class ForcedOscillator(Case):
             200,
         ),
     )
+    forms = (SemiLinear(forced_equations, linear=forced_matrix, rest=harmonic_force),)
+    scene = FORCED_SCENE
 
     @cached_property
     def _exact(self) -> ForcedLinear:
@@ -110,14 +111,6 @@ class ForcedOscillator(Case):
 
     def motion(self) -> ForcedLinear:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[SemiLinear, ...]:
-        return (SemiLinear(forced_equations, linear=forced_matrix, rest=harmonic_force),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return FORCED_SCENE
 
     @property
     def _times(self) -> tuple[float, float]:
@@ -223,6 +216,8 @@ class SecondOrderLinearOde(Case):
             {"b": 1, "c": 5, "r": -1, "p": 2},
         ),
     )
+    forms = (SemiLinear(second_order_linear, linear=second_order_matrix, rest=second_order_load),)
+    scene = LINEAR_SCENE
 
     @cached_property
     def _exact(self) -> ForcedLinear:
@@ -231,14 +226,6 @@ class SecondOrderLinearOde(Case):
 
     def motion(self) -> ForcedLinear:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[SemiLinear, ...]:
-        return (SemiLinear(second_order_linear, linear=second_order_matrix, rest=second_order_load),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return LINEAR_SCENE
 
     @property
     def time_scale(self) -> float:
@@ -331,6 +318,7 @@ class TimeVaryingForce(Case):
         ),
         Variant("never_off", "no event within the span: the velocity's mean is not zero", {"off": 100}, span="21.7"),
     )
+    scene = SWITCHED_SCENE
 
     @cached_property
     def _exact(self) -> SwitchedOff:
@@ -354,10 +342,6 @@ class TimeVaryingForce(Case):
                 terminal=frozenset({"coasting"}),
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return SWITCHED_SCENE
 
     @property
     def time_scale(self) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from math import pi, sqrt
 from typing import Any, ClassVar
@@ -12,7 +10,6 @@ from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import railed_pull
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.hanging_springs import HangingSprings
 
@@ -66,6 +63,9 @@ class HangingSpringsCase(Case):
         ),
     )
     invariants: ClassVar = {"energy": Invariant(hanging_energy)}
+    forms = (Separable(hanging_acceleration, hanging_potential),)
+    scene = SCENE
+    reversal = ("v",)
 
     @cached_property
     def _exact(self) -> HangingSprings:
@@ -73,14 +73,6 @@ class HangingSpringsCase(Case):
 
     def motion(self) -> HangingSprings:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(hanging_acceleration, hanging_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -98,7 +90,3 @@ class HangingSpringsCase(Case):
             "stiffness_in_parallel": motion.side_by_side(digits),
             "static_deflection": motion.sag(digits),
         }
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, v = state
-        return (x, -v), self.parameters

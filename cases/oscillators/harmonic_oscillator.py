@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from math import pi, sqrt
 from typing import Any, ClassVar
@@ -11,7 +9,6 @@ from typing import Any, ClassVar
 from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.oscillators.harmonic_oscillator_scene import SCENE
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.harmonic_oscillator import HarmonicMotion
@@ -55,6 +52,9 @@ class HarmonicOscillator(Case):
         Variant("fast", "w = 1e8 rad/s: times far below 1 s", {"k": 10**16}),
     )
     invariants: ClassVar = {"energy": Invariant(spring_energy)}
+    forms = (Separable(linear_acceleration, linear_potential),)
+    scene = SCENE
+    reversal = ("v",)
 
     @cached_property
     def _exact(self) -> HarmonicMotion:
@@ -62,14 +62,6 @@ class HarmonicOscillator(Case):
 
     def motion(self) -> HarmonicMotion:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(linear_acceleration, linear_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -87,7 +79,3 @@ class HarmonicOscillator(Case):
             "phase": self._exact.phase(digits),
             "energy": self._exact.energy(digits),
         }
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, v = state
-        return (x, -v), self.parameters

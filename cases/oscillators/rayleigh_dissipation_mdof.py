@@ -11,7 +11,6 @@ from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.row_scene import masses_in_a_row
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.small_vibrations import Vibrations, chain
 
@@ -108,6 +107,9 @@ class RayleighDissipation(Case):
         Variant("undamped", "no dampers: energy must stay constant", {"c1": 0, "c2": 0, "c3": 0}),
     )
     invariants: ClassVar = {"energy": Invariant(rayleigh_energy, "decays")}
+    forms = (SemiLinear(rayleigh_equations, linear=rayleigh_matrix, rest=nothing_else),)
+    scene = SCENE
+    reversal = ("v1", "v2")
 
     @cached_property
     def _exact(self) -> Vibrations:
@@ -117,14 +119,6 @@ class RayleighDissipation(Case):
 
     def motion(self) -> Vibrations:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[SemiLinear, ...]:
-        return (SemiLinear(rayleigh_equations, linear=rayleigh_matrix, rest=nothing_else),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -150,6 +144,5 @@ class RayleighDissipation(Case):
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
         """Only without damping."""
-        if any(self.parameters[name] for name in ("c1", "c2", "c3")):
-            return None
-        return (*state[:2], *(-v for v in state[2:])), self.parameters
+        damped = any(self.parameters[name] for name in ("c1", "c2", "c3"))
+        return None if damped else super().reversed(state)

@@ -5,7 +5,7 @@ Cases: rubber_tube_thin, rubber_tube_thick.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from math import log, pi
@@ -91,6 +91,8 @@ class RubberTubeThin(Case):
         Variant("long_1e5", "100,000 periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(thin_energy)}
+    forms = (Separable(thin_acceleration, thin_potential),)
+    reversal = ("v",)
 
     @cached_property
     def _exact(self) -> Pinney:
@@ -98,10 +100,6 @@ class RubberTubeThin(Case):
 
     def motion(self) -> Pinney:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(thin_acceleration, thin_potential),)
 
     @property
     def time_scale(self) -> float:
@@ -135,10 +133,6 @@ class RubberTubeThin(Case):
             "largest": largest,
             "top_rate": motion.top_speed(digits),
         }
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, v = state
-        return (x, -v), self.parameters
 
 
 class RubberTubeThick(WellCase):
@@ -185,16 +179,14 @@ class RubberTubeThick(WellCase):
         ),
     )
     invariants: ClassVar = {"energy": Invariant(thick_energy)}
+    forms = (FirstOrder(thick_equations),)
+    reversal = ("v",)
 
     @cached_property
     def _exact(self) -> ThickTube:
         gam, w, p = self.parameter_values()
         x, v = self.initial_state
         return ThickTube(gam, w, x, v, p)
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(thick_equations),)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`balance`: the stretch at which the tube is in equilibrium with the pressure."""
@@ -207,7 +199,3 @@ class RubberTubeThick(WellCase):
             return ()
         thin = RubberTubeThin(initial_state=self.initial_state, span=self.span, w=self.parameters["w"])
         return (Level(thin, same, "a wall without thickness: isochronous"),)
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, v = state
-        return (x, -v), self.parameters

@@ -5,17 +5,15 @@ Cases: small_vibrations_3dof_chain, small_vibrations_mdof.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import pi
 from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import Form, SecondOrder, SemiLinear, Separable, Values
+from gnomon.cases.core.forms import SecondOrder, SemiLinear, Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.row_scene import masses_in_a_row
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.small_vibrations import Matrix, Vibrations, chain
 
@@ -102,6 +100,7 @@ class _Vibrating(Case):
 
     section = "11.13"
     state = STATE
+    reversal = ("v1", "v2", "v3")
 
     _CYCLES: ClassVar[dict[str, float]] = {}
     """Spans by variant, in periods of the slowest mode with a frequency above zero; others last 10.37 periods."""
@@ -133,9 +132,6 @@ class _Vibrating(Case):
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         return {f"frequency_{i}": w for i, w in enumerate(self._exact.frequencies(digits), start=1)}
 
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        return (*state[:3], *(-v for v in state[3:])), self.parameters
-
 
 class SmallVibrationsChain(_Vibrating):
     """Three equal masses and four equal springs between two walls."""
@@ -158,6 +154,11 @@ class SmallVibrationsChain(_Vibrating):
     )
     _CYCLES: ClassVar = {"long_1e4": 10000.37}
     invariants: ClassVar = {"energy": Invariant(chain_energy)}
+    forms = (
+        Separable(chain_acceleration, chain_potential),
+        SemiLinear(chain_equations, linear=chain_matrix, rest=nothing_else),
+    )
+    scene = CHAIN_SCENE
 
     @cached_property
     def _exact(self) -> Vibrations:
@@ -165,15 +166,6 @@ class SmallVibrationsChain(_Vibrating):
         one, none = Fraction(1), Fraction(0)
         springs = chain((k, none, k), (k, k))
         return Vibrations((one, one, one), springs, _zeros(), self.initial_state[:3], self.initial_state[3:])
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        linear = SemiLinear(chain_equations, linear=chain_matrix, rest=nothing_else)
-        return (Separable(chain_acceleration, chain_potential), linear)
-
-    @property
-    def scene(self) -> SceneForm:
-        return CHAIN_SCENE
 
 
 class SmallVibrations(_Vibrating):
@@ -235,20 +227,14 @@ class SmallVibrations(_Vibrating):
     )
     _CYCLES: ClassVar = {"beats": 2100.37, "free": 2}
     invariants: ClassVar = {"energy": Invariant(row_energy)}
+    forms = (SecondOrder(row_acceleration), SemiLinear(row_equations, linear=row_matrix, rest=nothing_else))
+    scene = ROW_SCENE
 
     @cached_property
     def _exact(self) -> Vibrations:
         m1, m2, m3, k1, k2, k3, k12, k23 = self.parameter_values()
         springs = chain((k1, k2, k3), (k12, k23))
         return Vibrations((m1, m2, m3), springs, _zeros(), self.initial_state[:3], self.initial_state[3:])
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (SecondOrder(row_acceleration), SemiLinear(row_equations, linear=row_matrix, rest=nothing_else))
-
-    @property
-    def scene(self) -> SceneForm:
-        return ROW_SCENE
 
 
 def _zeros() -> Matrix:

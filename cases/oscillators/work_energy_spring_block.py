@@ -11,7 +11,6 @@ from gnomon.cases.core.case import Case, Event, Invariant, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import railed
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.work_energy_spring_block import SpringBlock
 from mpmath import fneg, mpf
@@ -51,6 +50,9 @@ def spring_block_mode(t: Any, state: Values, parameters: Values) -> str:
     return "spring" if y < 0 or (y == 0 and v <= 0) else "flight"
 
 
+SCENE = railed(lambda t, y, parameters: -parameters[0] - parameters[2] / parameters[1] * min(y, 0.0))
+
+
 class WorkEnergySpringBlock(Case):
     """A block that drops on a vertical spring, is thrown up and drops again."""
 
@@ -83,6 +85,8 @@ class WorkEnergySpringBlock(Case):
         Variant("long_1e3", "2,000 events: errors of event times add up"),
     )
     invariants: ClassVar = {"energy": Invariant(spring_block_energy)}
+    scene = SCENE
+
     _PERIODS: ClassVar = {"long_1e3": 1000.37}
 
     @cached_property
@@ -107,10 +111,6 @@ class WorkEnergySpringBlock(Case):
                 settle=1e-9 * self.time_scale,
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -146,6 +146,3 @@ class WorkEnergySpringBlock(Case):
         motion = self._exact
         found = {"period": motion.period(digits), "largest_compression": motion.compression(digits)}
         return found | {"contact_time": motion.contact_time(digits)} if motion.leaves else found
-
-
-SCENE = railed(lambda t, y, parameters: -parameters[0] - parameters[2] / parameters[1] * min(y, 0.0))

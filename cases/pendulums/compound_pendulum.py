@@ -5,7 +5,6 @@ Cases: rotation_fixed_axis_compound_pendulum, rolling_sphere_in_bowl.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import cos, sin, sqrt, tau
@@ -93,6 +92,8 @@ class _Swinging(Case):
     """A pendulum whose subclass states the square of the frequency of small swings."""
 
     state = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
+    reversal = ("omega",)
+
     _CYCLES: ClassVar[dict[str, str]] = {}
 
     def square(self) -> Fraction:
@@ -127,10 +128,6 @@ class _Swinging(Case):
         if motion.regime not in (Pendulum.SEPARATRIX, Pendulum.REST):
             found["turn_time" if motion.regime == Pendulum.ROTATION else "period"] = motion.period(digits)
         return found
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        theta, omega = state
-        return (theta, -omega), self.parameters
 
 
 class CompoundPendulum(_Swinging):
@@ -172,19 +169,14 @@ class CompoundPendulum(_Swinging):
         Variant("long_1e4", "10,000 periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(body_energy_over_inertia)}
+    forms = (Separable(body_acceleration, body_potential),)
+    scene = COMPOUND_SCENE
+
     _CYCLES: ClassVar[dict[str, str]] = {"upright": "0.45", "long_1e4": "10000.37"}
 
     def square(self) -> Fraction:
         inertia, m, g, arm = self.parameter_values()
         return m * g * arm / inertia
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(body_acceleration, body_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return COMPOUND_SCENE
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -240,16 +232,11 @@ class RollingSphereInBowl(_Swinging):
         Variant("long_1e4", "10,000 periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(bowl_energy)}
+    forms = (Separable(bowl_acceleration, bowl_potential),)
+    scene = BOWL_SCENE
+
     _CYCLES: ClassVar[dict[str, str]] = {"long_1e4": "10000.37"}
 
     def square(self) -> Fraction:
         g, bowl, radius = self.parameter_values()
         return 5 * g / (7 * (bowl - radius))
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(bowl_acceleration, bowl_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return BOWL_SCENE

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from math import cos, pi, sin, sqrt, tan
 from typing import Any, ClassVar
@@ -14,7 +13,6 @@ from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import FirstOrder, Separable, Values
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.pendulums.cycloidal_pendulum_scene import SCENE
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.pendulums.cycloidal_pendulum import CycloidalMotion
@@ -111,6 +109,12 @@ class CycloidalPendulum(Case):
         ),
     )
     invariants: ClassVar = {"energy": Invariant(cycloid_energy)}
+    forms = (FirstOrder(cycloid_equations),)
+    scene = SCENE
+    reversal = ("phidot",)
+    formulations = (
+        Formulation("arc length", (Separable(arc_acceleration, arc_potential),), arc_from_angle, angle_from_arc),
+    )
 
     @cached_property
     def _exact(self) -> CycloidalMotion:
@@ -118,19 +122,6 @@ class CycloidalPendulum(Case):
 
     def motion(self) -> CycloidalMotion:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(cycloid_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
-
-    @property
-    def formulations(self) -> tuple[Formulation, ...]:
-        form = Separable(arc_acceleration, arc_potential)
-        return (Formulation("arc length", (form,), arc_from_angle, angle_from_arc),)
 
     @property
     def time_scale(self) -> float:
@@ -174,7 +165,3 @@ class CycloidalPendulum(Case):
             "normal_force_bottom": motion.normal_force_bottom(digits),
             "string_length": motion._rational(digits, 4 * a),
         }
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        phi, rate = state
-        return (phi, -rate), self.parameters

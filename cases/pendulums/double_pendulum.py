@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fractions import Fraction
 from math import cos, sin
 from typing import Any, ClassVar
 
@@ -107,16 +105,11 @@ class DoublePendulum(IntegratedCase):
         ),
     )
     invariants: ClassVar = {"energy": Invariant(double_pendulum_energy)}
+    forms = (FirstOrder(double_pendulum_equations),)
+    scene = SCENE
+    reversal = ("w1", "w2")
 
     _SCALES: ClassVar = {"light_above": 1.87}
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(double_pendulum_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -160,7 +153,3 @@ class DoublePendulum(IntegratedCase):
         """Angular frequencies of the two modes of small swings."""
         slow, fast = self._frequencies(digits)
         return {"slow_frequency": slow, "fast_frequency": fast}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        th1, th2, w1, w2 = state
-        return (th1, th2, -w1, -w2), self.parameters

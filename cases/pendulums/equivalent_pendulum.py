@@ -5,7 +5,6 @@ Cases: chain_in_circular_tube, moment_of_momentum_pendulum.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import cos, sin, tau
@@ -15,7 +14,6 @@ from gnomon.cases.core import accuracy
 from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.pendulums.equivalent_pendulum_scene import SCENE, TUBE
 from gnomon.reference.numerics.precision import Number, quantity, working
 from gnomon.reference.pendulums.equivalent_pendulum import CarriedPendulum, EquivalentPendulum, TubeChain
@@ -65,6 +63,8 @@ def carried_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 class _Pendulum(Case):
     state = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
+    reversal = ("omega",)
+
     _PERIODS: ClassVar[dict[str, float]] = {}
 
     @cached_property
@@ -101,10 +101,6 @@ class _Pendulum(Case):
         }
         name = "turn_time" if pendulum.regime == Pendulum.ROTATION else "period"
         return found | {name: pendulum.period(digits)}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        theta, omega = state
-        return (theta, -omega), self.parameters
 
 
 def _shorter_than_the_tube(length: Fraction, radius: Fraction) -> bool:
@@ -148,19 +144,14 @@ class ChainInCircularTube(_Pendulum):
         Variant("long_1e4", "10,000 periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(tube_energy)}
+    forms = (Separable(tube_acceleration, tube_potential),)
+    scene = TUBE
+
     _PERIODS: ClassVar = {"long_1e4": 10000.37}
 
     @cached_property
     def _exact(self) -> TubeChain:
         return TubeChain(*self.initial_state, *self.parameter_values())
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(tube_acceleration, tube_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return TUBE
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`pendulum_length`: L/(2 sin(L/2R)), the length of the simple pendulum with the same motion (m)."""
@@ -214,16 +205,11 @@ class MomentOfMomentumPendulum(_Pendulum):
         Variant("long_1e4", "10,000 periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(carried_energy)}
+    forms = (Separable(carried_acceleration, carried_potential),)
+    scene = SCENE
+
     _PERIODS: ClassVar = {"long_1e4": 10000.37}
 
     @cached_property
     def _exact(self) -> CarriedPendulum:
         return CarriedPendulum(*self.initial_state, *self.parameter_values())
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(carried_acceleration, carried_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from math import sin, sqrt
 from typing import Any, ClassVar
@@ -12,7 +10,6 @@ from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import free_point
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.pendulums.foucault_pendulum_linear import FoucaultLinear, FoucaultPrecession, no_load
 from gnomon.reference.numerics.precision import publish, working
 from gnomon.reference.pendulums.foucault_pendulum_centrifugal import FoucaultCentrifugal
@@ -72,6 +69,9 @@ class FoucaultInPlaneCentrifugal(Case):
         ),
     )
     invariants: ClassVar = {"energy": Invariant(centrifugal_energy)}
+    forms = (SemiLinear(centrifugal_equations, linear=centrifugal_matrix, rest=no_load),)
+    scene = SCENE
+    reversal = ("vx", "vy", "Om")
 
     @cached_property
     def _exact(self) -> FoucaultCentrifugal:
@@ -80,14 +80,6 @@ class FoucaultInPlaneCentrifugal(Case):
 
     def motion(self) -> FoucaultCentrifugal:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[SemiLinear, ...]:
-        return (SemiLinear(centrifugal_equations, linear=centrifugal_matrix, rest=no_load),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -120,8 +112,3 @@ class FoucaultInPlaneCentrifugal(Case):
             ),
             Level(FoucaultLinear(initial_state=start, span=span, **numbers), same, "Coriolis force in full"),
         )
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Time reversal changes the sign of the Earth's rate."""
-        x, y, vx, vy = state
-        return (x, y, -vx, -vy), self.parameters | {"Om": -self.parameters["Om"]}

@@ -6,16 +6,14 @@ Cases: foucault_pendulum_linear, foucault_precession.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Mapping
 from math import sin
 from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import Form, SemiLinear, Values
+from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, positive
 from gnomon.cases.core.point_scene import free_point
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.turning import Turning
 from gnomon.cases.pendulums.foucault_pendulum_linear_scene import SCENE
 from gnomon.reference.pendulums.foucault_pendulum_linear import Foucault
@@ -125,6 +123,9 @@ class FoucaultLinear(Case):
         "energy": Invariant(foucault_energy),
         "angular_momentum": Invariant(foucault_momentum),
     }
+    forms = (SemiLinear(foucault_equations, linear=foucault_matrix, rest=no_load),)
+    scene = SCENE
+    reversal = ("vx", "vy", "Om")
 
     def motion(self) -> Foucault:
         return self.foucault(larmor=False)
@@ -133,14 +134,6 @@ class FoucaultLinear(Case):
         g, length, rate, lat = self.parameter_values()
         x, y, vx, vy = self.initial_state
         return Foucault(g, length, rate, lat, x, y, vx, vy, larmor)
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (SemiLinear(foucault_equations, linear=foucault_matrix, rest=no_load),)
-
-    @property
-    def scene(self) -> SceneForm | None:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -177,11 +170,6 @@ class FoucaultLinear(Case):
             Level(level(), same, "the plane turns at -Om sin(lat)"),
         )
 
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Time reversal changes the sign of the Earth's rate."""
-        x, y, vx, vy = state
-        return (x, y, -vx, -vy), self.parameters | {"Om": -self.parameters["Om"]}
-
 
 class FoucaultPrecession(FoucaultLinear):
     name = "foucault_precession"
@@ -192,18 +180,9 @@ class FoucaultPrecession(FoucaultLinear):
         "energy": Invariant(precession_energy),
         "angular_momentum": Invariant(foucault_momentum),
     }
+    forms = (SemiLinear(precession_equations, linear=precession_matrix, rest=no_load),)
+    scene = PRECESSION_SCENE
+    hierarchy = ()
 
     def motion(self) -> Foucault:
         return self.foucault(larmor=True)
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (SemiLinear(precession_equations, linear=precession_matrix, rest=no_load),)
-
-    @property
-    def scene(self) -> SceneForm | None:
-        return PRECESSION_SCENE
-
-    @property
-    def hierarchy(self) -> tuple[Level, ...]:
-        return ()

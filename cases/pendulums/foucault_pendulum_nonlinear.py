@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from math import cos, sin
 from typing import Any, ClassVar
@@ -144,14 +144,9 @@ class FoucaultNonlinear(IntegratedCase):
         "squared_radius": Invariant(squared_radius),
         "radial_rate": Invariant(radial_rate),
     }
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(foucault_sphere),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
+    forms = (FirstOrder(foucault_sphere),)
+    scene = SCENE
+    reversal = ("vx", "vy", "vz", "Om")
 
     @property
     def time_scale(self) -> float:
@@ -174,11 +169,6 @@ class FoucaultNonlinear(IntegratedCase):
             return dict(
                 zip(("small_swing_period", "precession_rate", "apsidal_rate"), publish(found, digits), strict=True)
             )
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Time reversal changes the sign of the Earth's rate."""
-        ex, ey, ez, vx, vy, vz = state
-        return (ex, ey, ez, -vx, -vy, -vz), self.parameters | {"Om": -self.parameters["Om"]}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

@@ -117,6 +117,12 @@ class HolonomicConstraintDae(Case):
         "squared_length": Invariant(squared_length),
         "radial_velocity": Invariant(radial_velocity),
     }
+    forms = (
+        Constrained(
+            cartesian_pendulum_equations, force=gravity_in_the_plane, constraint=circle, gradient=circle_gradient
+        ),
+    )
+    scene = SCENE
 
     @cached_property
     def _exact(self) -> CartesianPendulum:
@@ -124,18 +130,6 @@ class HolonomicConstraintDae(Case):
 
     def motion(self) -> CartesianPendulum:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[Constrained, ...]:
-        return (
-            Constrained(
-                cartesian_pendulum_equations, force=gravity_in_the_plane, constraint=circle, gradient=circle_gradient
-            ),
-        )
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from math import cos, pi, sin, sqrt
 from typing import Any, ClassVar
@@ -11,9 +9,8 @@ from typing import Any, ClassVar
 from gnomon.cases.core import accuracy
 from gnomon.cases.core.cart_scene import CART_PENDULUM
 from gnomon.cases.core.case import Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Form, Values
+from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.oscillators.well import WellCase
 from gnomon.reference.pendulums.light_cart import LightCart
 from gnomon.reference.pendulums.pendulum_on_cart import CartPendulum
@@ -95,6 +92,10 @@ class PendulumOnCart(WellCase):
         Variant("long_1e4", "10,000 periods: phase error beside a drift of 8e3 m"),
     )
     invariants: ClassVar = {"energy": Invariant(cart_energy), "momentum": Invariant(cart_momentum)}
+    forms = (FirstOrder(cart_equations),)
+    scene = CART_PENDULUM
+    reversal = ("vx", "omega")
+
     _PERIODS: ClassVar = {"long_1e4": 10000.37}
 
     @cached_property
@@ -103,14 +104,6 @@ class PendulumOnCart(WellCase):
         numbers = (*self.parameter_values(), *self.initial_state)
         moves = self.initial_state[1] != 0 or self.initial_state[3] != 0
         return LightCart(*numbers) if m > M and moves else CartPendulum(*numbers)
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (FirstOrder(cart_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return CART_PENDULUM
 
     @property
     def fastest_time(self) -> float:
@@ -135,7 +128,3 @@ class PendulumOnCart(WellCase):
             found["angular velocity"] = rate
             found["velocity"] = abs(vx + arm * omega * cos(theta)) + arm * rate
         return found
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, theta, vx, omega = state
-        return (x, theta, -vx, -omega), self.parameters

@@ -139,6 +139,8 @@ class PendulumQuadraticDamping(Case):
         Variant("many", "60 half swings: amplitudes fall as 1/n, not exponentially"),
     )
     invariants: ClassVar = {"energy": Invariant(dragged_energy, "decays")}
+    scene = SCENE
+
     _RESTS: ClassVar = {"many": 60, "just_over": 2, "just_under": 2, "upright": 3}
 
     @cached_property
@@ -161,10 +163,6 @@ class PendulumQuadraticDamping(Case):
                 settle=1e-9 * self.time_scale,
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from math import cos, pi, sin, sqrt, tau
 from typing import Any, ClassVar
@@ -12,7 +10,6 @@ from gnomon.cases.core import accuracy
 from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.oscillators.duffing_unforced import DuffingUnforced
 from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
 from gnomon.cases.pendulums.pendulum_simple_scene import SCENE
@@ -97,6 +94,9 @@ class PendulumSimple(Case):
         ),
     )
     invariants: ClassVar = {"energy": Invariant(energy)}
+    forms = (Separable(acceleration, potential),)
+    scene = SCENE
+    reversal = ("omega",)
 
     _PERIODS: ClassVar = {
         "near_separatrix_below": "3.37",
@@ -117,14 +117,6 @@ class PendulumSimple(Case):
 
     def motion(self) -> Pendulum:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(acceleration, potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -180,7 +172,3 @@ class PendulumSimple(Case):
             quartic = DuffingUnforced(initial_state=self.initial_state, span=self.span, alpha=alpha, beta=beta)
             levels.append(Level(quartic, same, "softening: the period grows with the amplitude squared"))
         return tuple(levels)
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        theta, omega = state
-        return (theta, -omega), self.parameters

@@ -12,9 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import FirstOrder, Values
-from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.orbits.central_force import CentralForceConservation
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.cases.pendulums.spherical_cartesian import CARTESIAN
@@ -84,6 +82,11 @@ class SphericalPendulumCase(Case):
         Variant("long_1e4", "10,000 polar periods: phase error"),
     )
     invariants: ClassVar = {"energy": Invariant(spherical_energy)}
+    forms = (FirstOrder(spherical_equations),)
+    scene = SCENE
+    reversal = ("omega", "h")
+    formulations = (CARTESIAN,)
+
     _CYCLES: ClassVar[dict[str, str]] = {"long_1e4": "10000.37", "near_pole": "3.37"}
 
     def motion(self) -> SphericalPendulum:
@@ -92,18 +95,6 @@ class SphericalPendulumCase(Case):
     @cached_property
     def _exact(self) -> SphericalPendulum:
         return SphericalPendulum(*self.parameter_values(), *self.initial_state)
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(spherical_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
-
-    @property
-    def formulations(self) -> tuple[Formulation, ...]:
-        return (CARTESIAN,)
 
     @property
     def time_scale(self) -> float:
@@ -156,7 +147,3 @@ class SphericalPendulumCase(Case):
             Level(flat, from_above, "small swings: an ellipse without precession"),
             Level(plane, in_the_plane, "swings of any amplitude, in a plane"),
         )
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        theta, omega, phi = state
-        return (theta, -omega, phi), self.parameters | {"h": -self.parameters["h"]}

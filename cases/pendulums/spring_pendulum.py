@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from fractions import Fraction
 from math import cos, sin, sqrt
 from typing import Any, ClassVar
 
@@ -14,7 +12,6 @@ from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import UP, free_point
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.oscillators.small_vibrations import SmallVibrations
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.reference.numerics.precision import Number, publish, working
@@ -84,16 +81,11 @@ class SpringPendulum(IntegratedCase):
         Variant("vertical", "vertical motion only: x stays exactly zero", initial_state=(0, -1, 0, 0)),
     )
     invariants: ClassVar = {"energy": Invariant(spring_pendulum_energy)}
+    forms = (Separable(spring_pendulum_acceleration, spring_pendulum_potential),)
+    scene = SCENE
+    reversal = ("vx", "vy")
 
     _SCALES: ClassVar = {"resonance": 30, "stiff": 3.3}
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(spring_pendulum_acceleration, spring_pendulum_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -145,7 +137,3 @@ class SpringPendulum(IntegratedCase):
             return rest * np.stack([s, -c, rate * c, rate * s], axis=1)
 
         return (smallest, Level(rod, on_the_circle, "swings of any amplitude, a rod instead of the spring"))
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, y, vx, vy = state
-        return (x, y, -vx, -vy), self.parameters

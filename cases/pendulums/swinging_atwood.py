@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Mapping
 from math import cos, sin, sqrt
 from typing import Any, ClassVar
 
@@ -12,7 +11,6 @@ from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.rope_scene import SWINGING
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.numerics.precision import Number
 
 
@@ -76,6 +74,10 @@ class SwingingAtwood(IntegratedCase):
             (1, "0.3", 0, "0.5"),
         ),
     )
+    forms = (FirstOrder(swinging_atwood_equations),)
+    scene = SWINGING
+    reversal = ("vr", "w")
+
     _ENERGY: ClassVar = {"energy": Invariant(swinging_atwood_energy)}
 
     @property
@@ -83,14 +85,6 @@ class SwingingAtwood(IntegratedCase):
         """The energy; with mu = 3 a second one."""
         second = {"tufillaro": Invariant(tufillaro_integral)} if self.parameters["mu"] == 3 else {}
         return self._ENERGY | second
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(swinging_atwood_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SWINGING
 
     @property
     def time_scale(self) -> float:
@@ -104,7 +98,3 @@ class SwingingAtwood(IntegratedCase):
 
     def natural_span(self) -> Number:
         return 14.3 * self.time_scale
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        r, theta, vr, w = state
-        return (r, theta, -vr, -w), self.parameters

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -23,7 +22,6 @@ from gnomon.cases.rigid_bodies.euler_top import (
     twice_energy,
 )
 from gnomon.cases.rigid_bodies.euler_top_scene import euler_top_scene, in_body, matrix
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.dynamics_of_free_rigid_body_in_gravity import FreeBody
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 
@@ -123,6 +121,9 @@ class DynamicsOfFreeRigidBodyInGravity(Case):
         "momentum_y": Invariant(of_the_rotation(momentum_y)),
         "momentum_z": Invariant(of_the_rotation(momentum_z)),
     }
+    forms = (FirstOrder(thrown_body),)
+    scene = SCENE
+    reversal = ("vx", "vy", "vz", "w1", "w2", "w3")
 
     @cached_property
     def _exact(self) -> FreeBody:
@@ -134,25 +135,10 @@ class DynamicsOfFreeRigidBodyInGravity(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(thrown_body),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
-
-    @property
     def time_scale(self) -> float:
         """One radian at the initial rate."""
         rate = math.hypot(*map(float, self.initial_state[6:9]))
         return min(1 / rate, 1.0) if rate else 1.0
 
-    def natural_span(self) -> Number:
-        return self.default_span
-
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         return {"precession_rate": self._exact.body.precession(digits)}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, y, z, vx, vy, vz, w1, w2, w3, *attitude = state
-        return (x, y, z, -vx, -vy, -vz, -w1, -w2, -w3, *attitude), self.parameters

@@ -9,9 +9,8 @@ from math import cos, pi, sin
 from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Form, Values
+from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.guided.free_azimuth import FreeAzimuthCase
 from gnomon.cases.guided.pendulum_on_hoop_scene import GOVERNOR
 from gnomon.reference.guided.free_azimuth import Governor
@@ -119,16 +118,11 @@ class EngineeringDesignAnalysis(FreeAzimuthCase):
         Variant("long_1e4", "10,000 swings and 16,000 turns: phase errors of both", {}),
     )
     invariants: ClassVar = {"energy": Invariant(governor_energy), "momentum": Invariant(governor_momentum)}
+    forms = (FirstOrder(governor_equations),)
+    scene = GOVERNOR
+
     _DRIVEN = "constant spin: a spindle that the arms do not slow"
 
     @cached_property
     def _exact(self) -> Governor:
         return _motion(self.numbers)
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (FirstOrder(governor_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return GOVERNOR

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from math import sqrt
 from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import Form, RigidBody, Values
+from gnomon.cases.core.forms import RigidBody, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.turning import Turning
 from gnomon.cases.rigid_bodies.euler_top_scene import SCENE
 from gnomon.reference.numerics.precision import Number, publish, working
@@ -158,19 +157,14 @@ class EulerTopCase(Case):
         "momentum_y": Invariant(momentum_y),
         "momentum_z": Invariant(momentum_z),
     }
+    forms = (RigidBody(principal_moments, no_torque),)
+    scene = SCENE
+    reversal = ("w1", "w2", "w3")
 
     def motion(self) -> EulerTop:
         w1, w2, w3, *attitude = self.initial_state
         i1, i2, i3 = self.parameter_values()
         return EulerTop((i1, i2, i3), (w1, w2, w3), tuple(attitude))
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (RigidBody(principal_moments, no_torque),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -198,7 +192,3 @@ class EulerTopCase(Case):
             if motion.kind == "general":
                 found["flip_interval"] = period / 2
         return found
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        w1, w2, w3, *attitude = state
-        return (-w1, -w2, -w3, *attitude), dict(self.parameters)

@@ -139,6 +139,7 @@ class BeltDrivenMachine(Case):
         Variant("weak", "the belt's force barely suffices: a long slip", {"F": "8.2", "M": 2}),
         Variant("grips", "no slip from the start", {"r1": "0.125"}, (100, 50), 10),
     )
+    scene = BELT_SCENE
 
     @cached_property
     def _exact(self) -> BeltDrive:
@@ -171,10 +172,6 @@ class BeltDrivenMachine(Case):
                 terminal=frozenset({"grip"}),
             ),
         )  # fmt: skip
-
-    @property
-    def scene(self) -> SceneForm:
-        return BELT_SCENE
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         motion = self._exact
@@ -234,6 +231,8 @@ class FlywheelCase(Case):
         Variant("no_drag", "c = 0: rises without bound", {"c": 0}),
         Variant("long", "1e4 cycles: drift of the angle", span="10472.4"),
     )
+    forms = (FirstOrder(cyclic_torque),)
+    scene = WHEEL_SCENE
 
     @cached_property
     def _exact(self) -> Flywheel:
@@ -241,14 +240,6 @@ class FlywheelCase(Case):
 
     def motion(self) -> Flywheel:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(cyclic_torque),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return WHEEL_SCENE
 
     @property
     def time_scale(self) -> float:
@@ -294,6 +285,7 @@ class FlywheelCoastDown(Case):
         Variant("rests", "at rest from the start", initial_state=(1, 0), span=10),
     )
     invariants: ClassVar = {"energy": Invariant(wheel_energy, "decays")}
+    scene = COAST_SCENE
 
     @cached_property
     def _exact(self) -> CoastDown:
@@ -324,10 +316,6 @@ class FlywheelCoastDown(Case):
                 terminal=frozenset({"rests"}),
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return COAST_SCENE
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         if self.initial_state[1] == 0 or self._exact.stop_time(20) > self.span:

@@ -9,7 +9,6 @@ from gnomon.cases.core.case import Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.hinge_scene import hinged_pull
 from gnomon.cases.core.numbers import Domain, Parameter, Range, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.guided.pendulum_on_hoop import HoopCase, hoop_acceleration, hoop_potential
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.reference.numerics.precision import publish, working
@@ -84,19 +83,13 @@ class Gyrocompass(HoopCase):
         Variant("turning", "starts fast enough to turn all round", initial_state=("0.5", "0.5")),
     )
     invariants: ClassVar = {"jacobi": Invariant(compass_jacobi)}
+    forms = (Separable(compass_acceleration, compass_potential),)
+    scene = SCENE
 
     def coefficients(self) -> tuple[Fraction, Fraction]:
         across, along, spin, earth, cosine = self.parameter_values()
         rate = earth * cosine
         return along * spin * rate / across, rate * rate
-
-    @property
-    def forms(self) -> tuple[Separable, ...]:
-        return (Separable(compass_acceleration, compass_potential),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`small_angle_period`: 2 pi sqrt(A/(C s W)), without the square of the Earth's rate."""

@@ -11,7 +11,6 @@ from gnomon.cases.core.case import Case, Invariant, Variant
 from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.hinge_scene import hinged_point
 from gnomon.cases.core.numbers import Domain, Parameter, Range, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.rigid_bodies.gyrocompass import Gyrocompass
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.damped_oscillator import DampedMotion
@@ -72,6 +71,8 @@ class GyrocompassDamped(Case):
         Variant("undamped", "c = 0: never settles", {"c": 0}),
     )
     invariants: ClassVar = {"energy": Invariant(damped_compass_energy, "decays")}
+    forms = (SemiLinear(damped_compass, linear=compass_matrix, rest=nothing_else),)
+    scene = SCENE
 
     @property
     def _stiffness(self) -> Fraction:
@@ -84,14 +85,6 @@ class GyrocompassDamped(Case):
 
     def motion(self) -> DampedMotion:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[SemiLinear, ...]:
-        return (SemiLinear(damped_compass, linear=compass_matrix, rest=nothing_else),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:

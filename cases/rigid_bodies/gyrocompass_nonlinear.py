@@ -5,8 +5,6 @@ Cases: gyrocompass_damped_nonlinear, gyrocompass_tilting.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fractions import Fraction
 from math import atan2, cos, pi, sin, sqrt
 from typing import Any, ClassVar
 
@@ -138,14 +136,8 @@ class GyrocompassDampedNonlinear(IntegratedCase):
         Variant("unstable", "released 1e-6 rad from south: a long exponential phase", initial_state=(3.1415916535897933, 0)),
     )  # fmt: skip
     invariants: ClassVar = {"jacobi": Invariant(damped_jacobi, "decays")}
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(damped_at_any_angle),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return DAMPED_SCENE
+    forms = (FirstOrder(damped_at_any_angle),)
+    scene = DAMPED_SCENE
 
     @property
     def time_scale(self) -> float:
@@ -221,14 +213,9 @@ class GyrocompassTilting(IntegratedCase):
         Variant("high", "released 1 rad above the horizontal", initial_state=("0.5", 1, 0, 0)),
     )
     invariants: ClassVar = {"jacobi": Invariant(tilting_jacobi)}
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(tilting_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return TILTING_SCENE
+    forms = (FirstOrder(tilting_equations),)
+    scene = TILTING_SCENE
+    reversal = ("turn", "tip", "s", "Om")
 
     @property
     def time_scale(self) -> float:
@@ -255,12 +242,6 @@ class GyrocompassTilting(IntegratedCase):
             if torque(mp.zero) * torque(lat) < 0:
                 found["level_tilt"] = mp.findroot(torque, (mp.zero, lat), solver="illinois")
             return dict(zip(found, publish(found.values(), digits), strict=True))
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Time reversal changes the signs of the rates of rotor and Earth."""
-        theta, beta, turn, tip = state
-        opposite = {name: -self.parameters[name] for name in ("s", "Om")}
-        return (theta, beta, -turn, -tip), self.parameters | opposite
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

@@ -6,8 +6,6 @@ Cases: lagrange_top, lagrange_top_sleeping_separatrix, lagrange_top_attitude.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from math import cos, sin
 from typing import Any, ClassVar
@@ -150,11 +148,6 @@ class _Angles(Case):
                 found |= {"slow_precession": 2 * weight / larger, "fast_precession": larger / across}
             return dict(zip(found, publish(found.values(), digits), strict=True))
 
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        theta, omega, phi, psi = state
-        momenta = {name: -self.parameters[name] for name in ("a", "b") if name in self.parameters}
-        return (theta, -omega, phi, psi), self.parameters | momenta
-
 
 class LagrangeTopCase(_Angles):
     name = "lagrange_top"
@@ -207,15 +200,11 @@ class LagrangeTopCase(_Angles):
         Variant("weightless_almost", "W = 1e-6: nearly torque-free", {"W": "1e-6"}),
     )
     invariants: ClassVar = {"energy": Invariant(top_energy)}
+    forms = (FirstOrder(top_equations),)
+    scene = ANGLES_SCENE
+    reversal = ("omega_theta", "a", "b")
+
     _CYCLES: ClassVar[dict[str, str]] = {"near_vertical": "5.37", "fast": "40.37"}
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(top_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return ANGLES_SCENE
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -301,15 +290,11 @@ class LagrangeTopSleepingSeparatrix(_Angles):
         Variant("through", "passes the vertical at full speed", initial_state=(1, 5, 0, 0)),
     )
     invariants: ClassVar = {"energy": Invariant(rising_energy)}
+    forms = (FirstOrder(rising_equations),)
+    scene = RISING_SCENE
+    reversal = ("omega_theta", "a")
+
     _CYCLES: ClassVar[dict[str, str]] = {"": "0.45", "above": "0.2", "from_vertical": "0.2"}
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(rising_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return RISING_SCENE
 
 
 def tilted(tilt: float, nutation: float, precession: float, spin: float) -> tuple[float, ...]:
@@ -404,6 +389,8 @@ class LagrangeTopAttitude(Case):
         "spin": Invariant(body_spin),
         "vertical_momentum": Invariant(body_vertical_momentum),
     }
+    forms = (RigidBody(symmetric_moments, weight_torque),)
+    reversal = ("w1", "w2", "w3")
 
     def motion(self) -> TopAttitude:
         return self._exact
@@ -413,10 +400,6 @@ class LagrangeTopAttitude(Case):
         w1, w2, w3, *attitude = self.initial_state
         i1, i3, weight = self.parameter_values()
         return TopAttitude(i1, i3, weight, (w1, w2, w3), tuple(attitude))
-
-    @property
-    def forms(self) -> tuple[RigidBody, ...]:
-        return (RigidBody(symmetric_moments, weight_torque),)
 
     @property
     def time_scale(self) -> float:
@@ -441,7 +424,3 @@ class LagrangeTopAttitude(Case):
         rows = [self.initial_state[k : k + 3] for k in (3, 6, 9)]
         lengths = [float(sum(x * x for x in row)) for row in rows]
         return BODY_SCENE if max(abs(length - 1) for length in lengths) < 1e-9 else None
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        w1, w2, w3, *attitude = state
-        return (-w1, -w2, -w3, *attitude), self.parameters

@@ -6,8 +6,6 @@ Cases: chaplygin_sleigh, knife_edge_incline.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from math import atan2, cos, sin, sqrt
 from typing import Any, ClassVar
@@ -141,6 +139,9 @@ class ChaplyginSleighCase(Case):
         Variant("slow", "the centre of mass almost at the edge: a slow turn", {"a": "1e-4"}),
     )
     invariants: ClassVar = {"energy": Invariant(sleigh_energy), "turn": Invariant(sleigh_turn)}
+    forms = (FirstOrder(sleigh_equations),)
+    scene = SLEIGH_SCENE
+    reversal = ("v", "w")
 
     @cached_property
     def _exact(self) -> ChaplyginSleigh:
@@ -148,14 +149,6 @@ class ChaplyginSleighCase(Case):
 
     def motion(self) -> ChaplyginSleigh:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(sleigh_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SLEIGH_SCENE
 
     @property
     def time_scale(self) -> float:
@@ -184,10 +177,6 @@ class ChaplyginSleighCase(Case):
             "edge_x": x,
             "edge_y": y,
         }
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        v, w, theta = state
-        return (-v, -w, theta), self.parameters
 
 
 class KnifeEdgeIncline(Case):
@@ -221,6 +210,9 @@ class KnifeEdgeIncline(Case):
         "speed": Invariant(skate_speed),
         "turn": Invariant(skate_turn),
     }
+    forms = (FirstOrder(skate_equations),)
+    scene = SKATE_SCENE
+    reversal = ("v", "w")
 
     @cached_property
     def _exact(self) -> KnifeEdge:
@@ -228,14 +220,6 @@ class KnifeEdgeIncline(Case):
 
     def motion(self) -> KnifeEdge:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(skate_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SKATE_SCENE
 
     @property
     def time_scale(self) -> float:
@@ -252,7 +236,3 @@ class KnifeEdgeIncline(Case):
         """`drift`: the mean velocity across the slope, if started at rest (m/s)."""
         drift = self._exact.drift(digits)
         return {} if drift is None else {"drift": drift}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, y, th, v = state
-        return (x, y, th, -v), self.parameters | {"w": -self.parameters["w"]}

@@ -119,6 +119,8 @@ class RigidBodyStokesMedium(Case):
         "momentum_y": Invariant(fading(momentum_y)),
         "momentum_z": Invariant(fading(momentum_z)),
     }
+    forms = (RigidBody(stokes_moments, stokes_torque),)
+    scene = SCENE
 
     @cached_property
     def _exact(self) -> StokesBody:
@@ -128,14 +130,6 @@ class RigidBodyStokesMedium(Case):
 
     def motion(self) -> StokesBody:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[RigidBody, ...]:
-        return (RigidBody(stokes_moments, stokes_torque),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:

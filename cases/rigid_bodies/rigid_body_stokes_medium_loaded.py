@@ -39,7 +39,7 @@ from gnomon.cases.rigid_bodies.rigid_body_stokes_medium import (
     stokes_scene,
 )
 from gnomon.reference.flight.projectile_stokes_drag import StokesDrag
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.numerics.precision import publish, working
 from gnomon.reference.rigid_bodies.rigid_body_stokes_medium import StokesBody
 from gnomon.reference.rigid_bodies.rigid_body_stokes_medium_falling import FallingStokesBody
 
@@ -121,6 +121,7 @@ class RigidBodyStokesMediumFalling(Case):
         Parameter("nu", "1/s", "0.4", "drag over mass and speed"),
     )
     default_state = (0, 0, 1, 3, 0, 8, *spinning(4, "0.5", 1))
+    default_span = "4.7"
     domain = Domain(
         dict(DynamicsOfFreeRigidBodyInGravity.domain.ranges) | {"nu": Range(low=0.0, typical=(0.0, 1.0))},
         (TRIANGLE, ROTATES),
@@ -136,6 +137,8 @@ class RigidBodyStokesMediumFalling(Case):
         "carried_z": Invariant(carried_z),
         "momentum_z": Invariant(falling_momentum),
     }
+    forms = (FirstOrder(falling_in_medium),)
+    scene = FALLING
 
     @cached_property
     def _exact(self) -> FallingStokesBody:
@@ -150,21 +153,10 @@ class RigidBodyStokesMediumFalling(Case):
         return self._exact
 
     @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(falling_in_medium),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return FALLING
-
-    @property
     def time_scale(self) -> float:
         """The time of a radian at the initial rate, or of the drag if that is shorter."""
         rate = math.hypot(*map(float, self.initial_state[6:9]))
         return 1 / max(rate, float(self.parameters["nu"]), 1.0)
-
-    def natural_span(self) -> Number:
-        return "4.7"
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         motion = self._exact
@@ -215,14 +207,8 @@ class RigidBodyStokesMediumTorque(IntegratedCase):
         "momentum_y": Invariant(fading(momentum_y)),
         "momentum_left": Invariant(scaled_momentum_excess),
     }
-
-    @property
-    def forms(self) -> tuple[RigidBody, ...]:
-        return (RigidBody(stokes_moments, turned_torque),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return DRIVEN
+    forms = (RigidBody(stokes_moments, turned_torque),)
+    scene = DRIVEN
 
     @property
     def time_scale(self) -> float:
@@ -230,9 +216,6 @@ class RigidBodyStokesMediumTorque(IntegratedCase):
         i1, i2, i3, nu, M = map(float, self.parameter_values())
         rate = math.hypot(*map(float, self.initial_state[:3]))
         return 1 / max(rate, abs(M) / nu / max(i1, i2, i3), nu, 0.1)
-
-    def natural_span(self) -> Number:
-        return self.default_span
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`final_momentum`: M/nu, about the vertical (kg m^2/s)."""

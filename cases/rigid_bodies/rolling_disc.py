@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from math import cos, pi, sin, sqrt, tau
 from typing import Any, ClassVar
@@ -11,7 +11,6 @@ from gnomon.cases.core.case import Invariant, Variant
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.rigid_bodies.disc_scene import SCENE
 from gnomon.reference.numerics.precision import Number, publish, working
 
@@ -144,14 +143,9 @@ class RollingDisc(IntegratedCase):
         ),
     )
     invariants: ClassVar = {"energy": Invariant(disc_energy)}
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(disc_equations),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
+    forms = (FirstOrder(disc_equations),)
+    scene = SCENE
+    reversal = ("w1", "w2", "w3")
 
     @property
     def time_scale(self) -> float:
@@ -178,6 +172,3 @@ class RollingDisc(IntegratedCase):
             if w2:
                 found["circle_spin"] = (w2 * mp.cot(theta) - 4 * g / a * mp.cos(theta) / w2) / 6
             return dict(zip(found, publish(found.values(), digits), strict=True))
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        return (*state[:5], *(-w for w in state[5:])), self.parameters

@@ -163,6 +163,7 @@ class SlidingLadderCase(Case):
         Variant("low", "released nearly flat", initial_state=("1.4", 0)),
     )
     invariants: ClassVar = {"energy_on_floor_frame": Invariant(ladder_energy, "decays")}
+    scene = LADDER_SCENE
 
     @cached_property
     def _exact(self) -> SlidingLadder:
@@ -192,10 +193,6 @@ class SlidingLadderCase(Case):
                 terminal=frozenset({"flat", "stands"}),
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return LADDER_SCENE
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         motion, found = self._exact, list[Event]()
@@ -250,6 +247,7 @@ class RigidLinkPlaneMotion(Case):
         Variant("low", "released nearly flat", initial_state=("1.5", 0)),
     )
     invariants: ClassVar = {"energy": Invariant(rod_energy, "decays")}
+    scene = FLOOR_SCENE
 
     @cached_property
     def _exact(self) -> FallingRod:
@@ -279,10 +277,6 @@ class RigidLinkPlaneMotion(Case):
                 terminal=frozenset({"flat", "stands"}),
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return FLOOR_SCENE
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         if self._exact.stands or self._exact.floor_time(20) > self.span:

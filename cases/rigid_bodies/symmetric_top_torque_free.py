@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
@@ -99,6 +98,9 @@ class SymmetricTopTorqueFree(Case):
         "momentum_z": Invariant(of_three_moments(momentum_z)),
         "axial_spin": Invariant(axial_spin),
     }
+    forms = (RigidBody(axial_moments, no_torque),)
+    scene = SCENE
+    reversal = ("w1", "w2", "w3")
 
     @cached_property
     def _exact(self) -> EulerTop:
@@ -108,14 +110,6 @@ class SymmetricTopTorqueFree(Case):
 
     def motion(self) -> EulerTop:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[RigidBody, ...]:
-        return (RigidBody(axial_moments, no_torque),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -132,7 +126,3 @@ class SymmetricTopTorqueFree(Case):
         found = {"precession_rate": self._exact.precession(digits)}
         period = self._exact.body_period(digits)
         return found if period is None else found | {"body_period": period}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        w1, w2, w3, *attitude = state
-        return (-w1, -w2, -w3, *attitude), self.parameters

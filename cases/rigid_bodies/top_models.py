@@ -73,6 +73,7 @@ class LagrangeTopFast(Case):
         },
         (Rule("the top spins (a is not 0)", lambda n: n["a"] != 0),),
     )
+    forms = (FirstOrder(fast_top),)
 
     @cached_property
     def _exact(self) -> FastTop:
@@ -81,10 +82,6 @@ class LagrangeTopFast(Case):
 
     def motion(self) -> FastTop:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(fast_top),)
 
     @property
     def time_scale(self) -> float:
@@ -128,6 +125,8 @@ class LagrangeTopSmallNutation(Case):
         Variant("fast", "a^2/(I1 W) = 1e6: a fast small nutation on the precession", {"a": 100, "b": 82}),
         Variant("long_1e4", "10,000 nutations: phase errors"),
     )
+    forms = (FirstOrder(nutating_top),)
+
     _CYCLES: ClassVar[dict[str, float]] = {"long_1e4": 10000.37}
 
     @cached_property
@@ -137,10 +136,6 @@ class LagrangeTopSmallNutation(Case):
 
     def motion(self) -> SmallNutation:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[FirstOrder, ...]:
-        return (FirstOrder(nutating_top),)
 
     @property
     def time_scale(self) -> float:

@@ -9,7 +9,6 @@ from typing import Any
 from gnomon.cases.core.case import Case, Event, Variant
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.pendulums.blow_scene import ARM
 from gnomon.reference.numerics.precision import Number, publish, working
 from gnomon.reference.pendulums.kicked_pendulum import KickedPendulum
@@ -84,6 +83,7 @@ class TorqueImpulseOnArm(Case):
         Variant("huge", "the rate jumps by 1e6 rad/s", {"H": 10**6}, span="1.31"),
     )
     autonomous = False
+    scene = ARM
 
     @cached_property
     def _exact(self) -> KickedPendulum:
@@ -104,10 +104,6 @@ class TorqueImpulseOnArm(Case):
                 terminal=frozenset({"after"}),
             ),
         )
-
-    @property
-    def scene(self) -> SceneForm:
-        return ARM
 
     @property
     def time_scale(self) -> float:

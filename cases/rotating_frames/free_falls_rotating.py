@@ -6,17 +6,15 @@ Cases: free_fall_rotating_earth, free_fall_rotating_frame_centrifugal, free_fall
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import cos, sin
 from typing import Any, ClassVar
 
 from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import Charged, Form, SecondOrder, SemiLinear, Values
+from gnomon.cases.core.forms import Charged, SecondOrder, SemiLinear, Values
 from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Coordinate, Domain, Parameter, Range
 from gnomon.cases.core.point_scene import SPACE, free_point
-from gnomon.cases.core.scene import SceneForm
 from gnomon.reference.flight.gyration import RotatingFall
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rotating_frames.inertial_straight_line import FirstOrderFall, StraightLine
@@ -162,6 +160,11 @@ class FreeFallRotatingEarth(Case):
         "north_momentum": Invariant(north_momentum),
         "upward_momentum": Invariant(upward_momentum),
     }
+    forms = (Charged(coriolis_fall, fields=earth_fields),)
+    """The equations are those of a charge in crossed fields."""
+    scene = EARTH_SCENE
+    reversal = ("vx", "vy", "vz", "Om")
+
     _centrifugal: ClassVar[bool] = False
 
     @cached_property
@@ -172,15 +175,6 @@ class FreeFallRotatingEarth(Case):
 
     def motion(self) -> RotatingFall:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        """The equations are those of a charge in crossed fields."""
-        return (Charged(coriolis_fall, fields=earth_fields),)
-
-    @property
-    def scene(self) -> SceneForm | None:
-        return EARTH_SCENE
 
     @property
     def time_scale(self) -> float:
@@ -206,11 +200,6 @@ class FreeFallRotatingEarth(Case):
         found = {"fall_time": time, "east_deflection": east, "north_deflection": north}
         return found | {"first_order_deflection": self._exact.first_order_deflection(digits)}
 
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Time reversal changes the sign of the Earth's rate."""
-        x, y, z, vx, vy, vz = state
-        return (x, y, z, -vx, -vy, -vz), self.parameters | {"Om": -self.parameters["Om"]}
-
     @property
     def hierarchy(self) -> tuple[Level, ...]:
         x, y, z, *thrown = self.initial_state
@@ -235,15 +224,10 @@ class FreeFallCentrifugal(FreeFallRotatingEarth):
         Variant("thrown", "thrown north at 424 m/s", {}, (0, 0, 0, 0, 300, 300), 60),
     )
     invariants: ClassVar = {"jacobi": Invariant(jacobi_integral), "axial_momentum": Invariant(axial_momentum)}
+    forms = (Charged(centrifugal_fall, fields=centrifugal_fields),)
+    scene = CENTRIFUGAL_SCENE
+
     _centrifugal = True
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (Charged(centrifugal_fall, fields=centrifugal_fields),)
-
-    @property
-    def scene(self) -> SceneForm | None:
-        return CENTRIFUGAL_SCENE
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -279,19 +263,13 @@ class FreeFallFirstOrder(Case):
     default_state = FreeFallRotatingEarth.default_state
     domain = FreeFallRotatingEarth.domain
     autonomous = False
+    forms = (SecondOrder(first_order_fall),)
+    scene = FIRST_ORDER_SCENE
 
     def motion(self) -> FirstOrderFall:
         x, y, z, vx, vy, vz = self.initial_state
         g, rate, lat, *thrown = self.parameter_values()
         return FirstOrderFall(g, rate, lat, (thrown[0], thrown[1], thrown[2]), (x, y, z), (vx, vy, vz))
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (SecondOrder(first_order_fall),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return FIRST_ORDER_SCENE
 
     @property
     def time_scale(self) -> float:
@@ -355,6 +333,9 @@ class InertialStraightLine(Case):
         Variant("slow_frame", "Om = 1e-9: nearly an inertial frame", {"Om": "1e-9"}, span=10),
     )
     invariants: ClassVar = {"jacobi": Invariant(line_jacobi), "inertial_moment": Invariant(inertial_moment)}
+    forms = (SemiLinear(turning_line, linear=turning_line_matrix, rest=no_force),)
+    scene = LINE_SCENE
+    reversal = ("vx", "vy", "Om")
 
     @cached_property
     def _exact(self) -> StraightLine:
@@ -362,14 +343,6 @@ class InertialStraightLine(Case):
 
     def motion(self) -> StraightLine:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        return (SemiLinear(turning_line, linear=turning_line_matrix, rest=no_force),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return LINE_SCENE
 
     @property
     def time_scale(self) -> float:
@@ -383,8 +356,3 @@ class InertialStraightLine(Case):
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         return {"closest_distance": self._exact.closest_distance(digits)}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Time reversal changes the sign of the frame's rate."""
-        x, y, vx, vy = state
-        return (x, y, -vx, -vy), {"Om": -self.parameters["Om"]}

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from math import sqrt
 from typing import Any, ClassVar
@@ -13,7 +11,6 @@ from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Form, Hybrid, Mode, Separable, Transition, Values
 from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import railed_pull
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
 from gnomon.reference.numerics.precision import Number
@@ -125,6 +122,8 @@ class PlanetTunnelCase(Case):
     )
 
     invariants: ClassVar = {"energy": Invariant(tunnel_energy)}
+    scene = SCENE
+    reversal = ("v",)
 
     @cached_property
     def _exact(self) -> PlanetTunnel:
@@ -157,10 +156,6 @@ class PlanetTunnelCase(Case):
         )
 
     @property
-    def scene(self) -> SceneForm:
-        return SCENE
-
-    @property
     def hierarchy(self) -> tuple[Level, ...]:
         x, v = self.initial_state
         g, radius = self.parameter_values()
@@ -171,10 +166,6 @@ class PlanetTunnelCase(Case):
         if self._exact.inside:
             return (uniform,)
         return (uniform, Level(linear, same, "the force inside the planet, used above the surface too"))
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        x, v = state
-        return (x, -v), self.parameters
 
     @property
     def time_scale(self) -> float:

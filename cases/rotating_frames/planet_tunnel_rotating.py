@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
@@ -12,7 +12,6 @@ from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
 from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import free_point
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rotating_frames.planet_tunnel_rotating import TurningPlanet
@@ -90,6 +89,9 @@ class PlanetTunnelRotating(Case):
         Variant("long_1e5", "100,000 periods: phase error", span="506364732"),
     )
     invariants: ClassVar = {"jacobi": Invariant(shaft_jacobi), "momentum": Invariant(shaft_momentum)}
+    forms = (SemiLinear(shaft_equations, linear=shaft_matrix, rest=shaft_load),)
+    scene = SCENE
+    reversal = ("vx", "vy", "Om")
 
     @cached_property
     def _exact(self) -> TurningPlanet:
@@ -97,14 +99,6 @@ class PlanetTunnelRotating(Case):
 
     def motion(self) -> TurningPlanet:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[SemiLinear, ...]:
-        return (SemiLinear(shaft_equations, linear=shaft_matrix, rest=shaft_load),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -120,11 +114,6 @@ class PlanetTunnelRotating(Case):
         """`closest`: the least distance from the centre (m)."""
         farthest, closest = self._exact.half_axes(digits)
         return {"period": self._exact.period(digits), "farthest": farthest, "closest": closest}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Time reversal changes the sign of the planet's rate."""
-        x, y, vx, vy = state
-        return (x, y, -vx, -vy), self.parameters | {"Om": -self.parameters["Om"]}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from math import cos, sin, sqrt
@@ -13,7 +13,6 @@ from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant, same
 from gnomon.cases.core.forms import Charged, Values
 from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.point_scene import SPACE, free_point
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.rotating_frames.free_falls_rotating import (
     EARTH,
     LATITUDE,
@@ -133,6 +132,9 @@ class TowerFall(Case):
         "momentum_squared": Invariant(orbit_momentum),
         "axial_momentum": Invariant(orbit_axial_momentum),
     }
+    forms = (Charged(tower_equations, fields=tower_fields),)
+    scene = SCENE
+    reversal = ("vx", "vy", "vz", "Om")
 
     @cached_property
     def _exact(self) -> TowerDrop:
@@ -140,14 +142,6 @@ class TowerFall(Case):
 
     def motion(self) -> TowerDrop:
         return self._exact
-
-    @property
-    def forms(self) -> tuple[Charged, ...]:
-        return (Charged(tower_equations, fields=tower_fields),)
-
-    @property
-    def scene(self) -> SceneForm:
-        return SCENE
 
     @property
     def time_scale(self) -> float:
@@ -167,11 +161,6 @@ class TowerFall(Case):
             return {}
         time, east, north = strike(self._exact, math.sqrt(2 * z / g) * (1 + z / radius), digits)
         return {"fall_time": time, "east_deflection": east, "north_deflection": north}
-
-    def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]]:
-        """Time reversal changes the sign of the planet's rate."""
-        x, y, z, vx, vy, vz = state
-        return (x, y, z, -vx, -vy, -vz), self.parameters | {"Om": -self.parameters["Om"]}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

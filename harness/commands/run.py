@@ -15,6 +15,7 @@ from gnomon.harness.contract.status import SCORED, Status
 from rich.markup import escape
 
 if TYPE_CHECKING:
+    from gnomon.cases import Case
     from gnomon.harness.contract.integrator import Integrator
     from gnomon.harness.running.plan import Suite
 
@@ -58,45 +59,55 @@ def run(
 
     Exit code 1 if nothing was measured, or if an integrator of your own never succeeded.
     """
-    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.registry import lookup
-    from gnomon.harness.running import first_trials
-    from gnomon.harness.running.progress import Progress
-    from gnomon.harness.running.run import run as run_
-
     options.validate_workers(workers)
     chosen_suite = _suite(suite, case, limit)
-    programs = _programs(command or [])
-    named = lookup.find_all(integrator or chosen_suite.integrators) if integrator or not command else ()
-    integrators = (*named, *programs)
-    for one in integrators if integrator else ():
-        reason = lookup.missing(one)
-        if reason is not None:
-            raise ValueError(f"{one.id} cannot run here: {reason}")
+    integrators = _integrators(integrator or [], command or [], chosen_suite)
     chosen = options.chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
     if not case:
         chosen = [one for one in chosen if chosen_suite.takes(one[0])]
     options.ensure_results(out_path)
+    path = _measured(out_path, chosen_suite, chosen, integrators, workers, bool(case or integrator or command))
+    _summarize(path, {one.name for one, _ in chosen}, integrators)
+
+
+def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) -> tuple[Integrator, ...]:
+    """The integrators that are named, else those of the suite; ValueError for a named one that cannot run here."""
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.harness.registry import lookup
+
+    named = lookup.find_all(names or suite.integrators) if names or not commands else ()
+    found = (*named, *_programs(commands))
+    for one in found if names else ():
+        reason = lookup.missing(one)
+        if reason is not None:
+            raise ValueError(f"{one.id} cannot run here: {reason}")
+    return found
+
+
+def _measured(
+    out_path: Path,
+    suite: Suite,
+    chosen: Sequence[tuple[Case, str]],
+    integrators: Sequence[Integrator],
+    workers: int,
+    near_duplicates: bool,
+) -> Path:
+    """Run the trials, unless one of the first crashes; returns the file of the results."""
+    from gnomon.harness.running import first_trials
+    from gnomon.harness.running.progress import Progress
+    from gnomon.harness.running.run import run as run_
+
     try:
-        crashes = first_trials.crashes(chosen, integrators, chosen_suite)
+        crashes = first_trials.crashes(chosen, integrators, suite)
         if crashes:
             for text in crashes:
                 problems.print(escape(text), highlight=False)
             problems.print("nothing was run: the first trials of these integrators crashed")
             raise typer.Exit(1)
-        path = run_(
-            out_path,
-            chosen_suite,
-            chosen,
-            integrators,
-            Progress(),
-            workers,
-            near_duplicates=bool(case or integrator or command),
-        )
+        return run_(out_path, suite, chosen, integrators, Progress(), workers, near_duplicates=near_duplicates)
     except KeyboardInterrupt:
         problems.print("interrupted; the same command resumes the run")
         raise typer.Exit(130) from None
-    _summarize(path, {one.name for one, _ in chosen}, integrators)
 
 
 def _programs(commands: Sequence[str]) -> list[Integrator]:

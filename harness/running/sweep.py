@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 from gnomon.harness.contract.integrator import Steps, Tolerance
@@ -75,33 +75,29 @@ def task_of(series: Series, exact: ReferenceSolution) -> Task:
     )
 
 
+@dataclass(eq=False)
 class Sweep:
     """One launch of a series. By (trial_key, launch), `history` has the results of earlier runs and `interruptions` the
     number of interruptions."""
 
-    def __init__(
-        self,
-        series: Series,
-        trials: Sequence[Trial],
-        scorer: Scorer,
-        suite: Suite,
-        launch: int,
-        history: Mapping[tuple[str, int], Known],
-        record: Record,
-        finished: Callable[[], None],
-        interruptions: Mapping[tuple[str, int], int] | None = None,
-    ) -> None:
-        self.series, self.scorer, self.suite, self.launch, self.record = series, scorer, suite, launch, record
-        self.limit_seconds = suite.limit(series.case)
-        self.task = task_of(series, scorer.reference)
-        self._history = history
-        self._finished = finished
-        self._interruptions = interruptions or {}
-        self._waiting = list(trials)
+    series: Series
+    trials: Sequence[Trial]
+    scorer: Scorer
+    suite: Suite
+    launch: int
+    history: Mapping[tuple[str, int], Known]
+    record: Record
+    finished: Callable[[], None]
+    interruptions: Mapping[tuple[str, int], int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.limit_seconds = self.suite.limit(self.series.case)
+        self.task = task_of(self.series, self.scorer.reference)
+        self._waiting = list(self.trials)
         self._current: Trial | None = None
         self._counted: list[tuple[float, int]] = []
-        self._places = {trial.key: place for place, trial in enumerate(trials)}
-        integrator = series.integrator
+        self._places = {trial.key: place for place, trial in enumerate(self.trials)}
+        integrator = self.series.integrator
         self._seconds_each = SECONDS_EACH.get(integrator.id, SECONDS_EACH.get(integrator.library, 0.0))
         self._stopped: str | None = None
 
@@ -111,7 +107,7 @@ class Sweep:
         while self._waiting:
             trial = self._waiting.pop(0)
             assert trial.setting is not None
-            known = self._history.get((trial.key, self.launch))
+            known = self.history.get((trial.key, self.launch))
             if known is not None:
                 self._note(known.status, known.work, trial.setting)
                 continue
@@ -124,7 +120,7 @@ class Sweep:
                 continue
             self._current = trial
             return replace(self._request(trial.setting), place=self._places[trial.key])
-        self._finished()
+        self.finished()
         return None
 
     def done(self, outcome: Outcome) -> None:
@@ -144,7 +140,7 @@ class Sweep:
     def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
         """Record a trial without outcome. After too many interruptions its status is `crashed`: it causes them itself."""
         trial = self._taken()
-        before = self._interruptions.get((trial.key, self.launch), 0)
+        before = self.interruptions.get((trial.key, self.launch), 0)
         if status == Status.INTERRUPTED and before >= MOST_INTERRUPTIONS:
             status, reason = Status.CRASHED, f"{reason}, as {before} times before"
         self._note(status, None)
@@ -177,7 +173,7 @@ class Sweep:
         return f"predicted {above_text(expected, most)} {what}, above the {most:.2g} of a limit of {self.limit_seconds:g} s"
 
     def _to_relaunch(self, trial: Trial) -> bool:
-        first = self._history.get((trial.key, 1))
+        first = self.history.get((trial.key, 1))
         if first is None or first.status not in SCORED:
             return False
         return (first.work or 0) * self._seconds_each <= RELAUNCHED_SECONDS

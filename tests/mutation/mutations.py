@@ -98,7 +98,7 @@ STEPPING = (
     Mutation(
         "events: a guard just met, below zero by round-off, fires again",
         f"{METHODS}/events/event_stepping.py",
-        "run",
+        "arm_guards",
         "(value == 0.0 or (g == where[FIRED] and value < 0.0))",
         "value == 0.0",
         (f"{ON_METHODS}/events/test_hybrid.py::test_a_flight_that_starts_a_rounding_below_the_floor_ends_on_it",),
@@ -106,15 +106,23 @@ STEPPING = (
     Mutation(
         "events: a guard of the next mode that is zero on arrival is missed",
         f"{METHODS}/events/event_stepping.py",
-        "run",
+        "arm_guards",
         "(value == 0.0 or (g == where[FIRED] and value < 0.0))",
         "(g == where[FIRED] and value <= 0.0)",
         (f"{ON_METHODS}/events/test_hybrid.py::test_a_guard_of_the_next_mode_that_is_zero_on_arrival_counts",),
     ),
     Mutation(
+        "events: the step after an event is like any other",
+        f"{METHODS}/events/event_stepping.py",
+        "jump",
+        "where[STATE] = EVENT",
+        "where[STATE] = SMOOTH",
+        (f"{ON_METHODS}/events/test_event_stepping.py::test_the_changes_of_state_are_those_of_the_diagram",),
+    ),
+    Mutation(
         "events: steps grow sixty times",
         f"{METHODS}/events/event_stepping.py",
-        "run",
+        "attempt",
         "min(6.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
         "min(60.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
         (f"{ON_METHODS}/base/test_step_control.py::test_a_step_without_error_is_followed_by_one_six_times_as_long",),
@@ -122,7 +130,7 @@ STEPPING = (
     Mutation(
         "events: steps do not grow",
         f"{METHODS}/events/event_stepping.py",
-        "run",
+        "attempt",
         "min(6.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
         "min(1.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
         (f"{ON_METHODS}/base/test_step_control.py::test_a_step_without_error_is_followed_by_one_six_times_as_long",),

@@ -1,0 +1,52 @@
+"""The functions of a hybrid form, compiled as one, which the loop of steps calls by address."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition
+from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.kernels.equations import IMPORTS, OPTIONS, address, check_values, gather_into, unpacked
+
+
+def compiled_parts(form: Hybrid, dimension: int, parameters: int) -> int:
+    """Address of the functions of a form, compiled as one: out[0] selects the function, and out[:] gets its values.
+
+    In this sequence: the right-hand side of each mode, which also adds 1 to p[parameters]; the guard of each transition,
+    signed so that it is positive before the event; its reset; its map into the limit mode, where it has one.
+    """
+    plain = tuple(replace(transition, target="") for transition in form.transitions)  # a target is not compiled
+    return _parts(form.modes, plain, form.limits, dimension, parameters)
+
+
+@cached_by_content
+def _parts(
+    modes: tuple[Mode, ...],
+    transitions: tuple[Transition, ...],
+    limits: tuple[tuple[str, str, Equations], ...],
+    dimension: int,
+    parameters: int,
+) -> int:
+    maps = {name: to_limit for name, _, to_limit in limits}
+    write = tuple(f"out[{i}] = r[{i}]" for i in range(dimension))
+    functions: list[tuple[Callable[..., Any], str, int, tuple[str, ...]]] = [
+        *((m.equations, f"p + {m.constants!r}" if m.constants else "p", dimension, (*write, f"p_[{parameters}] += 1.0"))
+          for m in modes),
+        *((g.guard, "p", 1, (f"out[0] = {-g.direction} * r[0]",)) for g in transitions),
+        *((g.reset, "p", dimension, write) for g in transitions),
+        *((maps.get(g.name, g.reset), "p", dimension, write) for g in transitions),
+    ]  # fmt: skip
+    sources = list(IMPORTS)
+    seen: dict[str, Any] = {"np": np}
+    lines = [f"@njit({OPTIONS})", "def parts(t, y_, p_, out):"]
+    lines += [*(f"    {line}" for line in unpacked(dimension, parameters)), "    k = int(out[0])"]
+    for k, (function, arguments, count, ends) in enumerate(functions):
+        call = f"{function.__name__}(t, y, {arguments})"
+        check_values({function.__name__: function}, call, dimension, parameters, count)
+        gather_into(function, seen, sources)
+        lines += [f"    if k == {k}:", f"        r = {call}"]
+        lines += [f"        {end}" for end in ends] + ["        return"]
+    return address("\n".join([*sources, *lines]), "parts")

@@ -1,0 +1,101 @@
+"""A function can be read whole and called without a list at hand, unless it is compiled.
+
+Compiled functions pass numbers and arrays one by one, and each call that is not inlined costs time.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+FOLDERS = ("reference", "cases", "harness", "src")
+MOST_LINES, MOST_PARAMETERS = 60, 8
+
+PREPARE_ALL = """
+import json, sys
+from contextlib import suppress
+from functools import cache
+
+from gnomon import cases
+from gnomon.harness.contract.integrator import Refused
+from gnomon.harness.contract.problem import accepted_form, problem_of
+from gnomon.harness.kernels import machine_code
+from gnomon.harness.registry import lookup
+from gnomon.harness.running import plan
+from gnomon.harness.studies.fixed_step_formulas import at_fixed_steps
+
+texts = set()
+machine_code.function = lambda source, name, signature="": texts.add(source)
+machine_code.address = lambda source, name, signature: texts.add(source) or 0
+
+
+@cache
+def offering(kind):
+    offers = (case for name in cases.names() if accepted_form(case := cases.get(name), (kind,)) is not None)
+    return next((case.rounded() for case in offers), None)
+
+
+for method in lookup.own().values():
+    for one in (method, at_fixed_steps(method)) if method.library == "gnomon" else ():
+        for kind in one.accepts:
+            case = offering(kind)
+            if case is not None:
+                problem = problem_of(case, (kind,))
+                with suppress(Refused):
+                    one.prepare(problem, plan.settings(one, case, problem)[0])
+json.dump(sorted(texts), sys.stdout)
+"""
+"""Prints the texts that the methods of gnomon and their fixed-step formulas pass to the compiler, which does not run."""
+
+Key = tuple[tuple[str, ...], str]
+
+
+def functions(text: str) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
+    tree = ast.parse(text)
+    return (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+
+
+def key(function: ast.FunctionDef | ast.AsyncFunctionDef) -> Key:
+    """Parameters and body: decorators, and for the function of a loop its name, differ where it is compiled."""
+    return tuple(one.arg for one in function.args.args), ast.dump(ast.Module(function.body, []))
+
+
+def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Without the instance or class, and without options of a command line, which its user names (`Annotated`)."""
+    every = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
+    return sum(
+        one.arg not in ("self", "cls") and "Annotated[" not in ast.unparse(one.annotation or ast.Constant(None))
+        for one in every
+    )
+
+
+def stands_for_another(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
+    """Whether it only states the parameters of the functions that take its place when they are compiled."""
+    return ast.unparse(function.body[-1]) == "raise NotImplementedError"
+
+
+def test_functions_are_short_and_take_few_parameters_unless_they_are_compiled(tmp_path: Path) -> None:
+    """Compiled is what has the decorator of numba, here or in a text that is passed to the compiler."""
+    cold = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}  # what was compiled before is not passed again
+    command = [sys.executable, "-c", PREPARE_ALL]
+    listed = subprocess.run(command, env=cold, stdout=subprocess.PIPE, text=True, check=True).stdout
+    compiled = {key(function) for text in json.loads(listed) for function in functions(text)}
+    found = []
+    for path in sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")):
+        for function in functions(path.read_text(encoding="utf-8")):
+            assert function.end_lineno is not None
+            lines = function.end_lineno - function.lineno + 1
+            if lines <= MOST_LINES and parameters(function) <= MOST_PARAMETERS:
+                continue
+            decorated = any("njit" in ast.unparse(one) for one in function.decorator_list)
+            if decorated or key(function) in compiled or stands_for_another(function):
+                continue
+            where = f"{path.relative_to(ROOT)}:{function.lineno} {function.name}"
+            found.append(f"{where}: {lines} lines, {parameters(function)} parameters")
+    assert not found, f"more than {MOST_LINES} lines or {MOST_PARAMETERS} parameters: {'; '.join(found)}"
