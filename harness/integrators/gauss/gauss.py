@@ -146,7 +146,7 @@ def compiled_once(what: str, make: Callable[[], Any]) -> None:
 @cache
 def newton_source() -> str:
     """The key of the compiled code and the tables of Newton's iteration, apart from the equations: machine and sources."""
-    from gnomon.harness.kernels import machine_code  # loads numba
+    from gnomon.harness.kernels import numba_cache  # loads numba
 
     modules = (
         "base/fixed_step",
@@ -157,7 +157,7 @@ def newton_source() -> str:
         "../kernels/graph",
     )
     folder = Path(__file__).parents[1]
-    return "\n".join([machine_code.machine(), *((folder / f"{x}.py").read_text() for x in modules)])
+    return "\n".join([numba_cache.machine(), *((folder / f"{x}.py").read_text() for x in modules)])
 
 
 @cached_by_content
