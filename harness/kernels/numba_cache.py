@@ -15,6 +15,7 @@ import llvmlite
 import numba
 from gnomon.harness.kernels.generated_modules import announced, cache_folder, load_module, module_name
 from gnomon.reference.storage import cachefolder
+from numba.core import sigutils
 from numba.core.registry import cpu_target
 
 KNOWN = ("0.68",)
@@ -39,7 +40,8 @@ def function(source: str, name: str, signature: str = "") -> Any:
     with announced():
         dispatcher = getattr(_module(source)[0], name)
         if signature:
-            dispatcher.compile(signature)
+            # By arguments alone: under these numba keeps it where another function has called it before.
+            dispatcher.compile(sigutils.normalize_signature(signature)[0])
             dispatcher.disable_compile()  # so that arguments of other types raise TypeError
     return dispatcher
 

@@ -676,7 +676,7 @@ RECORDS = (
     ),
     Mutation(
         "kernels: machine code is used with another version of numba",
-        "harness/kernels/machine_code.py",
+        "harness/kernels/numba_cache.py",
         "machine",
         "numba {numba.__version__} ",
         "",

@@ -19,7 +19,7 @@ from gnomon.harness.registry import lookup
 
 from gnomon import cases
 
-METHODS = ("gnomon:RK4", "gnomon:DOP853", "scipy:RK45")
+METHODS = ("gnomon:RK4", "scipy:RK45")
 """Between them they call functions by address, with a signature in the source, and with one that is given."""
 
 ELSEWHERE = """
