@@ -12,7 +12,7 @@ EXTRAS ?= dev
 LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report certificates publish test test-all mutation verification lint types unit bench docs clean
+.PHONY: report certificates publish test test-all mutants verification lint types unit bench docs clean
 
 # A first page after minutes, from the suite `quick`; the whole run then continues in the same file.
 report: $(INSTALLED)
@@ -46,8 +46,8 @@ unit: $(INSTALLED)
 test-all: lint types
 	HYPOTHESIS_PROFILE=wide $(BIN)/pytest -n auto --dist loadfile --benchmark-disable
 
-# Verifies that each of some ninety changes of the code makes a test fail, and says what survived: 15 minutes of one core.
-mutation: $(INSTALLED)
+# Verifies that each of some 120 changes of the code makes a test fail, and says what survived: 20 minutes of one core.
+mutants: $(INSTALLED)
 	$(BIN)/python tests/mutation/mutate.py
 
 # What `gnomon verify` finds of planted faults, and whether it fails what is right. Hours; the same command resumes.

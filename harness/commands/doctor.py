@@ -17,14 +17,23 @@ def environment_table() -> Table:
     """Machine, versions, and where results are cached."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.contract import environment
+    from gnomon.harness.kernels import numba_cache
     from gnomon.harness.kernels.generated_modules import cache_folder
+    from gnomon.harness.system.limitations import limitations
     from gnomon.reference.storage import diskcache
 
     table = Table("what", "found", title="Environment", show_header=False)
     for name, value in environment.describe().items():
         table.add_row(name, value)
-    table.add_row("compiled equations", str(cache_folder()))
+    slower = (
+        ""
+        if numba_cache.known()
+        else "; numba's own cache, which loads more slowly: this version of numba is not known"
+    )
+    table.add_row("compiled equations", f"{cache_folder()}{slower}")
     table.add_row("exact results", str(diskcache.folder()))
+    for what, consequence in limitations().items():
+        table.add_row(what, consequence)
     return table
 
 

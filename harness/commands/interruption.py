@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import select
 import signal
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -21,7 +22,8 @@ def acknowledged(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
     """In this context the first Ctrl-C prints "stopping ..." and raises KeyboardInterrupt in the main thread; `seconds`
     later, or at a second Ctrl-C, the process ends. Yields the event that is set by the first.
 
-    A separate thread, woken through a pipe, does this: a compiler or a renderer may block the main thread.
+    A separate thread, woken through a socket, does this: a compiler or a renderer may block the main thread. (Windows
+    can wait for a socket, and not for a pipe.)
     """
     asked, told = threading.Event(), threading.Lock()
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # shells start background jobs so
@@ -39,35 +41,37 @@ def acknowledged(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
         acknowledge()
         raise KeyboardInterrupt
 
-    reading, writing = os.pipe()
-    os.set_blocking(writing, False)
-    woken = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
+    reading, writing = socket.socketpair()
+    writing.setblocking(False)
+    woken = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
     before = signal.signal(signal.SIGINT, interrupt)
     threading.Thread(target=_watch, args=(reading, acknowledge, seconds), daemon=True).start()
     try:
         yield asked
     finally:
-        if not asked.is_set():  # else the thread goes on: the exit of the interpreter may take long too
+        if asked.is_set():
+            writing.detach()  # it stays open and the thread goes on: the exit of the interpreter may take long too
+        else:
             signal.signal(signal.SIGINT, before)
             signal.set_wakeup_fd(woken)
-            os.close(writing)
+            writing.close()
 
 
-def _watch(reading: int, acknowledge: Callable[[], None], seconds: float) -> None:
+def _watch(reading: socket.socket, acknowledge: Callable[[], None], seconds: float) -> None:
     if not _interrupted(reading, None):
-        os.close(reading)
+        reading.close()
         return
     acknowledge()
     _interrupted(reading, time.monotonic() + seconds)
     os._exit(INTERRUPTED)
 
 
-def _interrupted(reading: int, deadline: float | None) -> bool:
-    """Wait for a SIGINT from the pipe; False at the deadline, or when the pipe is closed."""
+def _interrupted(reading: socket.socket, deadline: float | None) -> bool:
+    """Wait for a SIGINT from the socket; False at the deadline, or when the other end is closed."""
     while True:
         left = None if deadline is None else max(0.0, deadline - time.monotonic())
         if not select.select([reading], [], [], left)[0]:
             return False
-        told = os.read(reading, 1)
+        told = reading.recv(1)
         if not told or told[0] == signal.SIGINT:
             return bool(told)

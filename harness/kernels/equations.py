@@ -15,6 +15,7 @@ import re
 import textwrap
 import types
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -59,16 +60,24 @@ class Kernel:
 
 def compiled(source: str, name: str, signature: str = "") -> Any:
     """The function `name` of a generated module, compiled for one signature: the one given, else that in the source."""
-    from gnomon.harness.kernels import machine_code  # loads numba
-
-    return machine_code.function(source, name, signature)
+    return keeper().function(source, name, signature)
 
 
 def address(source: str, name: str, signature: str = C_SIGNATURE) -> int:
     """The address of the function `name` of a generated module as a C function, by default (t, y, p, out) -> void."""
+    return keeper().address(source, name, signature)
+
+
+@cache
+def keeper() -> Any:
+    """The module that compiles functions and keeps them: as machine code if this version of numba is known."""
+    from gnomon.harness.kernels import numba_cache  # loads numba
+
+    if not numba_cache.known():
+        return numba_cache
     from gnomon.harness.kernels import machine_code
 
-    return machine_code.address(source, name, signature)
+    return machine_code
 
 
 def right_hand_side(problem: Problem) -> Kernel:

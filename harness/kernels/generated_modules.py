@@ -41,10 +41,10 @@ def module_name(source: str) -> str:
 
 
 @cache
-def load_module(source: str) -> types.ModuleType:
-    """A module of this text, named by its hash. It is not written to a file, which someone could edit."""
+def load_module(source: str, path: str = "") -> types.ModuleType:
+    """A module of this text, named by its hash. It is not read from a file, also not from `path`: someone could edit it."""
     name = module_name(source)
-    path, content = f"<{name}>", f"from __future__ import annotations\n{source}"
+    path, content = path or f"<{name}>", f"from __future__ import annotations\n{source}"
     linecache.cache[path] = (len(content), None, content.splitlines(keepends=True), path)
     module = types.ModuleType(name)
     sys.modules[name] = module

@@ -4,6 +4,8 @@ numba's own cache takes several milliseconds: it first runs the generated module
 and imports what they need, and beside the machine code it reads LLVM's form of the function, for inlining into others.
 The functions here are only called, from Python or by address, so a file holds machine code, the names of its two entry
 points and the types of the arguments. numba's compiler is not needed to load it.
+
+This uses private parts of numba: `numba_cache.KNOWN` lists the versions that have them, and replaces this for others.
 """
 
 from __future__ import annotations
@@ -18,10 +20,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import llvmlite
-import numba
 import numpy as np
 from gnomon.harness.kernels.generated_modules import announced, cache_folder, load_module, module_name
+from gnomon.harness.kernels.numba_cache import machine
 from gnomon.reference.storage import cachefolder
 from llvmlite import binding
 from numba import _dispatcher, _dynfunc, types
@@ -100,16 +101,9 @@ def compiled(source: str, name: str, signature: str) -> Compiled:
         return Compiled(begin, result.entry_point, result.signature.args)
 
 
-@cache
-def machine() -> str:
-    """The key of what a file depends on: processor, versions of Python, numba and llvmlite, the source of this module."""
-    versions = f"{sys.implementation.cache_tag} numba {numba.__version__} llvmlite {llvmlite.__version__}"
-    way = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
-    return f"{versions} {cpu_target.target_context.codegen().magic_tuple()} {way}"
-
-
 def _of_this_machine(signature: str) -> str:
-    return hashlib.sha256(f"{machine()}\n{signature}".encode()).hexdigest()[:16]
+    way = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
+    return hashlib.sha256(f"{machine()} {way}\n{signature}".encode()).hexdigest()[:16]
 
 
 def packed(result: Any) -> bytes:

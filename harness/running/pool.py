@@ -40,7 +40,9 @@ FAILURES = (*ANSWERS, Status.CRASHED, Status.NOT_INSTALLED, Status.OUT_OF_MEMORY
 
 LOST = 255
 """The exit code reported for a worker if its fork server is gone; the worker's own exit code is then unknown."""
-OUTSIDE = tuple(-number for number in (signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT, signal.SIGQUIT))
+OUTSIDE = tuple(
+    -number for number in signal.Signals if number.name in ("SIGKILL", "SIGTERM", "SIGHUP", "SIGINT", "SIGQUIT")
+)
 """Exit codes of processes ended from outside: by a user, a scheduler, or the kernel when memory runs out."""
 ENDING_SECONDS = 5.0
 """Time that a guard has to end its worker and the worker's child processes, before the guard itself is killed."""

@@ -8,6 +8,7 @@ import importlib
 import os
 import sys
 
+from gnomon.harness.kernels.equations import keeper
 from gnomon.harness.registry import lookup
 from gnomon.harness.system.child_process import quiet_child
 
@@ -15,7 +16,6 @@ from gnomon import cases
 
 LIBRARIES = (
     "gnomon.harness.running.worker",
-    "gnomon.harness.kernels.machine_code",
     "scipy.integrate",
     "numba",
     "rebound",
@@ -31,6 +31,7 @@ def _import_everything() -> None:
     for name in cases.names():
         cases.case_class(name)
     lookup.everything()
+    keeper()
     _warm_up()
 
 

@@ -25,6 +25,7 @@ from gnomon.harness.running.progress import Progress
 from gnomon.harness.running.sweep import Sweep
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
 from gnomon.harness.scoring.score import Scorer
+from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.system.locks import temporary_folder
 from gnomon.reference.storage import cachefolder, diskcache
 
@@ -49,6 +50,7 @@ def run(
     from the file. Raises ValueError before anything runs if an integrator's declaration is wrong, and after all other
     cases are done if the exact motion of a case cannot be computed.
     """
+    need_fork()
     progress = progress or Progress(quiet=True)
     for integrator in integrators:
         declaration.validate(integrator)

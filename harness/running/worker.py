@@ -13,7 +13,6 @@ import contextlib
 import errno
 import gc
 import os
-import resource
 import signal
 import sys
 import time
@@ -454,7 +453,11 @@ def _named(error: BaseException, memory_bytes: int) -> tuple[Status, str]:
 
 
 def _limit_resources(memory_bytes: int) -> None:
+    import resource  # absent on Windows
+
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # a core dump of an aborted worker takes seconds
+    if sys.platform != "linux":
+        return  # macOS enforces no limit of the address space
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
     most = address_space_bytes() + memory_bytes
     soft = most if hard == resource.RLIM_INFINITY else min(most, hard)

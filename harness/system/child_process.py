@@ -21,12 +21,13 @@ from gnomon.harness.system.locks import temporary_folder
 
 def context(method: str = "forkserver") -> Any:
     """The multiprocessing context of workers: forks of a server that has already imported the modules that they need."""
-    found = multiprocessing.get_context(method)
+    if method != "forkserver":
+        return multiprocessing.get_context(method)
     temporary_folder()  # before multiprocessing makes one of its own, which stays after kill -9
-    if method == "forkserver":
-        found.set_forkserver_preload(["gnomon.harness.running.preload"])
-        with interrupts_ignored():
-            forkserver.ensure_running()
+    found = multiprocessing.get_context(method)
+    found.set_forkserver_preload(["gnomon.harness.running.preload"])
+    with interrupts_ignored():
+        forkserver.ensure_running()
     return found
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import fcntl
 import os
 import shutil
 import tempfile
@@ -12,6 +11,8 @@ import weakref
 from multiprocessing import process
 from pathlib import Path
 from typing import Any
+
+from gnomon.harness.system.limitations import need_fork
 
 PREFIX = "gnomon-run-"
 """Prefix of temporary folders. The next run of the same user removes those that a killed process left behind."""
@@ -24,6 +25,8 @@ class Lock:
 
     def __init__(self, path: Path, flags: int) -> None:
         """Raises BlockingIOError where another process holds it, OSError where the path cannot be opened or locked."""
+        import fcntl  # absent on Windows, where no run reaches this
+
         self.path = path
         _HELD.add(self)
         while not self._still_there():  # the last holder may remove the path while this one opens it
@@ -59,7 +62,8 @@ def _leave_to_parent() -> None:
         lock.release()
 
 
-os.register_at_fork(after_in_child=_leave_to_parent)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_leave_to_parent)
 
 
 def lock_results(path: Path) -> Lock:
@@ -99,6 +103,7 @@ def temporary_folder() -> Path:
 
     It is removed at the end of the process; after kill -9 the next process that calls this removes it.
     """
+    need_fork()
     if os.getpid() not in _OWN or not _OWN[os.getpid()][0].exists():
         _remove_abandoned()
         while True:

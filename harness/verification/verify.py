@@ -22,6 +22,7 @@ from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.registry import declaration, lookup
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import guarded, queued_seconds
+from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.verification import conduct_claims, convergence_claims, relation_claims, structure_claims
 from gnomon.harness.verification.claims import Claim, Finding, Outcome, failed, not_applicable
 from gnomon.harness.verification.trials import DEPTHS, Depth, Trials
@@ -110,6 +111,7 @@ def verify(
 
     Raises ValueError for wrong names or a wrong declaration, FirstTrialError if its first trial raises.
     """
+    need_fork()
     jobs = [Job(case, ids) for case, ids in planned(integrator, names, depth, claims)]
     report, chosen_depth = Report(integrator.id, depth), DEPTHS[depth]
     if not jobs:

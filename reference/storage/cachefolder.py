@@ -23,6 +23,8 @@ from pathlib import Path
 
 KEY = "key"
 PRIVATE_FOLDER, PRIVATE_FILE = 0o700, 0o600
+KEEPS = os.open in os.supports_dir_fd
+"""Whether this system opens files relative to an open folder; where it does not (Windows), nothing is kept."""
 _LENGTH = 32
 """Length of the key, and of a code, in bytes."""
 _BLOCK = 4096
@@ -34,6 +36,8 @@ def load(folder: Path, name: str) -> bytes | None:
 
     Raises ValueError where another user could write the folder.
     """
+    if not KEEPS:
+        return None
     try:
         with _opened(folder) as descriptor:
             key, content = _read(descriptor, KEY), _read(descriptor, name)
@@ -44,10 +48,12 @@ def load(folder: Path, name: str) -> bytes | None:
 
 
 def store(folder: Path, name: str, content: bytes) -> None:
-    """Keep a file; readers see the old one or the whole new one. Folders that do not exist are made, mode 0700.
+    """Keep a file if KEEPS; readers see the old one or the whole new one. Folders that do not exist are made, mode 0700.
 
     Raises OSError where the folder cannot be written, ValueError where another user could.
     """
+    if not KEEPS:
+        return
     _make(folder)
     with _opened(folder) as descriptor:
         _write(descriptor, name, _code(_key(descriptor), name, content) + content)
@@ -64,7 +70,7 @@ def store_or_warn(folder: Path, name: str, content: bytes) -> None:
 def prepare(*folders: Path) -> None:
     """Make the folders; warn of those that cannot be written. Raises ValueError where another user could write one."""
     failed = {}
-    for folder in folders:
+    for folder in folders if KEEPS else ():
         name = f".probe.{os.getpid()}"
         try:
             store(folder, name, bytes(_BLOCK))

@@ -1,6 +1,6 @@
 """Applies a change to a copy of the sources and runs the tests that reach it, which must fail.
 
-    make mutation                                  all mutations of `mutations.py`, one at a time
+    make mutants                                   all mutations of `mutations.py`, one at a time
     python tests/mutation/mutate.py splitting     those whose name has the word
 
 A mutation names a function, not a line, so that it stays valid after other edits. It is caught if one of its tests fails

@@ -1,6 +1,7 @@
 """Changes of the code that must make tests fail, each with the tests that reach it.
 
-Each is a fault that no test found before: it was seen in a review, or while the tests for it were written.
+Each is a fault that no test found before, seen in a review or while the tests for it were written; but for those drawn at
+random, at the end.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ ON_METHODS, ON_CASES, ON_REFERENCE = "tests/harness/integrators", "tests/cases",
 ON_RUNNING = "tests/harness/running"
 STAGES = f"{ON_METHODS}/test_stage_equations.py"
 USED = "test_the_options_recorded_are_the_options_used"
+FOLLOW = "test_equations_follow_from_points_and_forces"
+ARM = "test_an_arm_is_rotated_with_its_attitude_also_with_a_part_along_the_axis"
 CLOSURE = f"{ON_REFERENCE}/storage/test_import_closure.py"
 
 STEPPING = (
@@ -663,7 +666,7 @@ RECORDS = (
     ),
     Mutation(
         "kernels: machine code is used with another version of numba",
-        "harness/kernels/machine_code.py",
+        "harness/kernels/numba_cache.py",
         "machine",
         "numba {numba.__version__} ",
         "",
@@ -706,4 +709,261 @@ RECORDS = (
     ),
 )
 
-MUTATIONS = (*STEPPING, *IMPLICIT, *RUNNING, *POOL, *EXACT, *RECORDS)
+ON_ADAPTERS, ON_REPORT = "tests/harness/adapters", "tests/harness/reporting"
+ON_CERTIFICATES = "tests/harness/certification"
+EVERY_CASE, EQUATIONS = f"{ON_CASES}/test_every_case.py", f"{ON_CASES}/test_equations.py::{FOLLOW}"
+DRAWN = tuple(
+    Mutation(f"drawn: {function} of {file}", file, function, before, after, tests)
+    for file, function, before, after, tests in (
+        (
+            "reference/rotating_frames/planet_tunnel.py",
+            "PlanetTunnel._passage",
+            "2 * flint.arb.atan2(",
+            "3 * flint.arb.atan2(",
+            (f"{ON_REFERENCE}/rotating_frames/test_planet_tunnel.py",),
+        ),
+        (
+            "reference/flight/quadratic_drag.py",
+            "QuadraticDragPlane.apex",
+            "self.vy < 0",
+            "self.vy < 1",
+            (f"{ON_REFERENCE}/flight/test_quadratic_drag.py",),
+        ),
+        (
+            "reference/rotating_frames/inertial_straight_line.py",
+            "StraightLine._balls",
+            "self.x + vx * t",
+            "self.x - vx * t",
+            (f"{ON_REFERENCE}/rotating_frames/test_inertial_straight_line.py",),
+        ),
+        (
+            "reference/pendulums/foucault_pendulum_centrifugal.py",
+            "FoucaultCentrifugal._system",
+            "[east, 0, 0, 2 * turn]",
+            "[east, 1, 0, 2 * turn]",
+            (f"{EVERY_CASE}::test_exact_motion_satisfies_the_equations[foucault_pendulum_centrifugal]",),
+        ),
+        (
+            "reference/oscillators/duffing_unforced.py",
+            "DuffingMotion._turning_points",
+            "self.alpha))\n            return -reach, reach",
+            "self.alpha))\n            return reach, reach",
+            (f"{ON_REFERENCE}/oscillators/test_duffing_unforced.py",),
+        ),
+        (
+            "reference/rotating_frames/tower_drop.py",
+            "TowerDrop._elements",
+            "2 / r0 - dot(velocity, velocity)",
+            "2 / r0 + dot(velocity, velocity)",
+            (f"{ON_REFERENCE}/rotating_frames/test_tower_drop.py",),
+        ),
+        (
+            "reference/orbits/conic.py",
+            "Conic.conic",
+            "self._gap > 0",
+            "self._gap >= 0",
+            (f"{ON_REFERENCE}/orbits/test_kepler_orbit.py::test_conic_is_decided_exactly",),
+        ),
+        (
+            "reference/guided/chains_over_edge.py",
+            "SlidingChain.rests",
+            "self.s0 == self.centre",
+            "self.s0 != self.centre",
+            (f"{ON_REFERENCE}/guided/test_chains_over_edge.py",),
+        ),
+        (
+            "reference/numerics/theta.py",
+            "Jacobi.shifted",
+            "1 - self.m * s * s",
+            "1 + self.m * s * s",
+            (f"{ON_REFERENCE}/numerics/test_theta.py",),
+        ),
+        (
+            "reference/flight/gyration.py",
+            "Charge.gyroradius",
+            "self.q_m**2 * square",
+            "self.q_m**2 / square",
+            (f"{ON_REFERENCE}/flight/test_gyration.py::test_drift_and_gyroradius",),
+        ),
+        (
+            f"{CASES}/contact/bouncing_ball_incline.py",
+            "incline_energy",
+            "(vx * vx + vy * vy) / 2",
+            "(vx * vx - vy * vy) / 2",
+            (f"{EVERY_CASE}::test_decaying_invariants_do_not_grow[bouncing_ball_incline]",),
+        ),
+        (
+            f"{CASES}/orbits/kepler_orbit.py",
+            "KeplerOrbit.formulations",
+            "without_clock, 4,",
+            "without_clock, 3,",
+            (f"{ON_CASES}/orbits/test_kepler_orbit.py::test_sundman_formulation_carries_time",),
+        ),
+        (
+            f"{CASES}/oscillators/forced_oscillators.py",
+            "second_order_matrix",
+            "return 0, 1, -c",
+            "return 0, 2, -c",
+            (f"{ON_CASES}/test_structured_forms.py",),
+        ),
+        (
+            f"{CASES}/rigid_bodies/dynamics_of_free_rigid_body_in_gravity.py",
+            "thrown_scene",
+            "-parameters[0]",
+            "-parameters[1]",
+            (f"{ON_ADAPTERS}/test_scene_accelerations.py",),
+        ),
+        (
+            f"{CASES}/rigid_bodies/rigid_body_stokes_medium_loaded.py",
+            "falling_in_medium",
+            "-nu * i1 * w1",
+            "nu * i1 * w1",
+            (f"{EQUATIONS}[rigid_body_stokes_medium_falling]",),
+        ),
+        (
+            f"{CASES}/orbits/two_body.py",
+            "centre_start_y",
+            "state[1] - state[5] * t",
+            "state[0] - state[5] * t",
+            (f"{EVERY_CASE}::test_constant_invariants_stay_constant[two_body]",),
+        ),
+        (
+            f"{CASES}/flight/charges.py",
+            "newtonian_push",
+            "sqrt(1 - (",
+            "sqrt(1 + (",
+            (f"{ON_CASES}/test_structured_forms.py",),
+        ),
+        (
+            f"{CASES}/rigid_bodies/euler_top.py",
+            "momentum_z",
+            "state[10] * i2",
+            "state[11] * i2",
+            (f"{EVERY_CASE}::test_constant_invariants_stay_constant[euler_top]",),
+        ),
+        (
+            f"{CASES}/orbits/two_masses.py",
+            "CenterOfMassMotion.natural_span",
+            "* tau * self.time_scale",
+            "* tau / self.time_scale",
+            (f"{ON_CASES}/core/test_sampling.py",),
+        ),
+        (
+            f"{CASES}/contact/sliding_can.py",
+            "SlidingCanCase.natural_span",
+            "0.97 * self.time_scale",
+            "1.97 * self.time_scale",
+            (f"{ON_CASES}/core/test_sampling.py",),
+        ),
+        (
+            "harness/reporting/report_card.py",
+            "card",
+            "TARGETS[1]",
+            "TARGETS[0]",
+            (f"{ON_REPORT}/test_report_card.py",),
+        ),
+        (
+            "harness/reporting/report_benchmarks.py",
+            "_times",
+            "ratio < 9.95",
+            "ratio < 99.5",
+            (f"{ON_REPORT}/test_report_words.py",),
+        ),
+        (
+            f"{METHODS}/taylor/taylor.py",
+            "integrate",
+            "t + h >= times[-1]",
+            "t + h < times[-1]",
+            (f"{ON_METHODS}/taylor/test_taylor.py",),
+        ),
+        (
+            "harness/certification/agreement.py",
+            "sizes",
+            "k / SIZE_TIMES",
+            "k * SIZE_TIMES",
+            (f"{ON_CERTIFICATES}/test_certify.py", f"{EVERY_CASE}::test_the_digits_asked_for_are_right"),
+        ),
+        (
+            f"{METHODS}/gauss/gauss_steps.py",
+            "settled",
+            "change < CLOSE * roundoff",
+            "change > CLOSE * roundoff",
+            (STAGES,),
+        ),
+        (
+            "harness/certification/independent_particles.py",
+            "work_special",
+            "-weight * 2 * math.pi",
+            "weight * 2 * math.pi",
+            (f"{ON_CERTIFICATES}/test_independent_checks.py::test_paths_and_particles",),
+        ),
+        (
+            "harness/reporting/figures_work.py",
+            "drawn",
+            "if value > 0]",
+            "if value > 1]",
+            (f"{ON_REPORT}/test_report.py",),
+        ),
+        (
+            "harness/adapters/pybullet_world.py",
+            "World.advance",
+            "self.steps += steps",
+            "self.steps -= steps",
+            (f"{ON_ADAPTERS}/test_pybullet.py",),
+        ),
+        (
+            "harness/adapters/scipy_events.py",
+            "Guard.unlatch",
+            "self.latched = 0.0",
+            "self.latched = 1.0",
+            (f"{ON_ADAPTERS}/test_scipy.py::test_a_guard_at_zero_where_a_segment_starts",),
+        ),
+        (
+            "harness/adapters/pybullet_world.py",
+            "_cross",
+            "a[1] * b[2]",
+            "a[0] * b[2]",
+            (f"{ON_ADAPTERS}/test_pybullet.py::{ARM}",),
+        ),
+        (
+            "harness/adapters/rebound_nbody.py",
+            "Native.advances",
+            "FIRST_STEP * problem.time_scale",
+            "FIRST_STEP / problem.time_scale",
+            (f"{ON_ADAPTERS}/test_rebound.py",),
+        ),
+        (
+            "harness/adapters/pybullet_world.py",
+            "_turned",
+            "cos(angle / 2))",
+            "cos(angle * 2))",
+            (f"{ON_ADAPTERS}/test_pybullet.py",),
+        ),
+        (
+            "harness/adapters/heyoka.py",
+            "system",
+            "u**-1.5",
+            "u**-0.5",
+            (f"{ON_ADAPTERS}/test_heyoka.py::test_one_over_u_times_its_root_is_one_power_in_the_fast_policy",),
+        ),
+        (
+            "harness/adapters/pybullet_world.py",
+            "_along",
+            "start[0] + length",
+            "start[0] - length",
+            (f"{ON_ADAPTERS}/test_pybullet.py::{ARM}",),
+        ),
+        (
+            "harness/adapters/scipy_events.py",
+            "set_latch",
+            "value == 0 or",
+            "value != 0 or",
+            (f"{ON_ADAPTERS}/test_scipy.py::test_a_guard_at_zero_where_a_segment_starts",),
+        ),
+    )
+)
+"""Functions drawn at random from all that compute, about as many from each part: reference, cases, harness, adapters. In each, a
+number, sign, comparison or index that was drawn too. Left out were those that change no number of an ordinary result:
+digits that a motion adds until its balls prove it, default values, and shapes of arrays."""
+
+MUTATIONS = (*STEPPING, *IMPLICIT, *RUNNING, *POOL, *EXACT, *RECORDS, *DRAWN)

@@ -181,6 +181,13 @@ def test_steps_are_those_of_this_call(integrator: type[Integrator]) -> None:
         assert first == 64 * 64
 
 
+@pytest.mark.parametrize("integrator", [IAS15, BulirschStoer], ids=lambda kind: kind.name)
+def test_the_first_step_is_a_part_of_the_time_scale(integrator: type[Native]) -> None:
+    """So a motion takes the same steps whatever the unit of time."""
+    first, longer = (integrator().advances(None, replace(PROBLEM, time_scale=scale), 1e-9)[0] for scale in (1.0, 8.0))
+    assert longer == 8 * first > 0
+
+
 @every
 def test_simulation_meets_each_sample_time_to_the_bit(
     integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch

@@ -261,6 +261,13 @@ def test_a_run_in_which_all_failed_is_reported(written: Path, tmp_path: Path) ->
     assert 300 < float(width[1]) < 3000
 
 
+def test_a_diagram_has_a_line_for_each_limit_above_zero(written: Path) -> None:
+    run = Run.read(written.parent / "results.sqlite")
+    points = work_problems(run)["pendulum_simple"]["default"]["points"]
+    found = drawn(work_precision(run.look, "time"), points, {"conditioning": 1e-12, "floor": 0.0})
+    assert found["datasets"]["limits"] == [{"limit": "conditioning", "at": -12.0}]
+
+
 def test_drawings_get_leaner_and_look_the_same() -> None:
     rows = [{"x": k % 7, "y": k / 3, "kind": "ab"[k % 2]} for k in range(40)]
     encoding = {"x": {"field": "x", "type": "quantitative"}, "y": {"field": "y", "type": "quantitative"}}

@@ -243,3 +243,9 @@ def test_notes_of_pairs(tmp_path: Path, first: float | None, ratio: float | None
     (pair,) = found["pairs"]
     assert (pair["level"], pair["note"]) == ("1e-6", note)
     assert pair["ratio"] == ("–" if ratio is None else f"{ratio:.2f}")
+
+
+@pytest.mark.parametrize(("ratio", "text"), [(0.8349, "0.83"), (9.94, "9.94"), (9.96, "10"), (25.4, "25")])
+def test_from_ten_on_a_ratio_has_no_decimals(ratio: float, text: str) -> None:
+    """Five launches do not determine more than its integer part."""
+    assert report_benchmarks._times(ratio) == text

@@ -55,6 +55,14 @@ def test_the_apex_is_where_the_path_is_level():
     assert thrown(vy=-1).apex() is None
 
 
+@pytest.mark.parametrize("vy", [0, "1e-9"])
+def test_the_slowest_throw_upwards_has_an_apex(vy):
+    """So low that it rises as without drag: for vy/g."""
+    time, height = thrown(vy=vy).apex(50)
+    assert float(time) == pytest.approx(float(vy) / 9.81, rel=1e-8)
+    assert 0 <= height - 2 < 1e-18
+
+
 @pytest.mark.parametrize(
     ("k", "v", "t"), [("0.01", 40, 1), ("0.01", 40, 5), ("0.1", "1e7", 1), ("1e-12", 40, 5), (1, -50, 3)]
 )

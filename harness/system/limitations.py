@@ -1,0 +1,30 @@
+"""What this system cannot do that gnomon uses: on Linux nothing, on macOS and Windows what `gnomon doctor` shows."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from gnomon.reference.storage import cachefolder
+
+
+def limitations() -> dict[str, str]:
+    """What is missing on this system, and its consequence in one line each; empty on Linux."""
+    found = {}
+    if not hasattr(os, "fork"):
+        found["worker processes"] = "none, they need fork: no `gnomon run` and no `gnomon verify`; use WSL"
+    elif sys.platform != "linux":
+        found["memory limit of trials"] = "none: the system enforces no limit of the address space (RLIMIT_AS)"
+        found["processes of an integrator"] = "not killed if they leave the process group of their worker"
+        found["waits for the processor"] = "not measured: on a busy machine they count towards time limits"
+    if not cachefolder.KEEPS:
+        found["kept results"] = "none, as no folder can be verified: each process computes and compiles anew"
+    return found
+
+
+def need_fork() -> None:
+    """Raises ValueError on a system that cannot fork processes."""
+    if not hasattr(os, "fork"):
+        raise ValueError(
+            f"integrators run in forked processes, which {sys.platform} does not have; use Linux, macOS or WSL"
+        )
