@@ -4,7 +4,9 @@ How it is driven, and why:
 
 - The same algorithm as `solve_ivp`'s LSODA, 3 to 4 times faster on the pendulum: only the right-hand side is called from
   Python. It takes no C function (`LowLevelCallable` is refused), so the compiled one is called from Python.
-- The setting is `rtol`; `atol` = 1e-3 `rtol` as in `scipy_ivp` (its defaults are equal, 1.5e-8), in SI units.
+- The setting is `rtol`; `atol` is equal to it, as the defaults are (1.5e-8), in SI units. With 1e-3 `rtol`, as in
+  `scipy_ivp`, the steps shrink where a component passes 0, LSODA then takes the pendulum for stiff, and at 1e-13 it makes
+  52 of 64 samples with BDF: 175,450 steps in place of 31,944, and 7 times the error.
 - It gets the compiled Jacobian, which it evaluates only while it treats the problem as stiff.
 - `mxstep`, the limit of steps between two samples, is 500 by default, which ends long intervals early.
 
@@ -23,7 +25,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.adapters.scipy_ivp import ABSOLUTE, SMALLEST, jacobian_of, recorded, right_hand_side_of
+from gnomon.harness.adapters.scipy_ivp import SMALLEST, jacobian_of, recorded, right_hand_side_of
 from gnomon.harness.adapters.scipy_ode import STEPS
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance, each_start
 from gnomon.harness.kernels.equations import right_hand_side
@@ -50,7 +52,7 @@ class Odeint(Integrator):
         function = right_hand_side_of(problem)
         finite = right_hand_side(replace(problem, counted=False)).array
         jacobian = jacobian_of(problem.form, problem.dimension, problem.buffer)
-        options = {"rtol": setting, "atol": ABSOLUTE * setting, "mxstep": STEPS, "Dfun": jacobian}
+        options = {"rtol": setting, "atol": setting, "mxstep": STEPS, "Dfun": jacobian}
         grid = np.concatenate([[problem.t0], problem.times])
 
         def solve_one(start: Floats, samples: Floats) -> tuple[int, str | None]:

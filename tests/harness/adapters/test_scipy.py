@@ -261,6 +261,15 @@ def test_odeint_keeps_the_samples_that_it_reached_and_reports_where_it_stopped(m
     assert "Excess work done on this call" in solution.stopped
 
 
+def test_odeint_does_not_take_the_pendulum_for_stiff() -> None:
+    """Its methods of order 8 and more need at most 10^(2/8) = 1.8 times the steps at a hundredth of the tolerance. In BDF,
+    of order 5 at most, it took 5.4 times as many, and the error shrank by less than 3."""
+    case = get("pendulum_simple", "speed").rounded()
+    problem = problem_of(case, (FirstOrder,))
+    coarse, fine = (scipy_odeint.Odeint().prepare(problem, rtol)(initial_state(case)[None]) for rtol in (1e-11, 1e-13))
+    assert fine.steps < 1.8 * coarse.steps
+
+
 def options_used(integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, Any], Any]:
     """The options that a trial at 1e-5 recorded, and the object of the library's solver, which has those used."""
     used: list[Any] = []
@@ -323,7 +332,7 @@ def test_the_options_recorded_are_the_options_used(
 ) -> None:
     recorded, used = options_used(integrator, monkeypatch)
     assert recorded["rtol"] == used.rtol == 1e-5
-    assert recorded["atol"] == used.atol < 1e-5
+    assert recorded["atol"] == used.atol <= 1e-5
     for name in recorded.keys() & {"nsteps", "mxstep"}:
         assert recorded[name] == getattr(used, name), name
 
