@@ -19,8 +19,7 @@ def show(
 ) -> None:
     """Print a case (equations, parameters, quantities, variants) or a check; draw the motion to a file."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.commands.show_case import DRAWINGS, describe, draw
-    from gnomon.harness.commands.show_check import describe_check
+    from gnomon.harness.commands.show_case import DRAWINGS, describe, describe_check, draw
 
     from gnomon import cases
 
