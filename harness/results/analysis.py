@@ -12,11 +12,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status
 from gnomon.harness.results.convergence_order import line, slopes, why_no_line
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
 SERIES = ["case", "variant", "formulation", "library", "integrator_id"]

@@ -14,9 +14,7 @@ from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
+from gnomon.harness.contract.integrator import Floats
 
 _HEADER = struct.Struct("<4sQQ")
 """The mark, the number of bytes of JSON, the number of bytes of arrays."""

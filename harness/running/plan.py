@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any
 
-import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.numbers import nearest
@@ -21,11 +20,8 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import short
 from gnomon.harness.registry import lookup
 from gnomon.reference.storage.import_closure import closure
-from numpy.typing import NDArray
 
 from gnomon import cases
-
-Floats = NDArray[np.float64]
 
 STANDARD = "standard"
 """The name of a case's own formulation in results."""

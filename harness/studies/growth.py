@@ -21,14 +21,11 @@ import numpy as np
 from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.contract.integrator import Floats, Problem
 from gnomon.harness.contract.problem import accepted_form, groups_of, initial_state
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.measured_rows import publish
 from gnomon.harness.scoring.score import NUMPY
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 SAMPLES = 4096
 """With this number the earliest octave of the fit has 32 samples; a mean square over fewer is too often too small."""
