@@ -23,14 +23,13 @@ from gnomon.harness.registry import declaration, lookup
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.system.child_process import guarded, queued_seconds
 from gnomon.harness.verification import conduct_claims, convergence_claims, structure_claims
-from gnomon.harness.verification.claims import Claim, Finding, Outcome, failed, not_applicable
+from gnomon.harness.verification.claims import TEXTS, Claim, Finding, Outcome, failed, not_applicable
 from gnomon.harness.verification.trials import DEPTHS, Depth, Trials
 
 from gnomon import cases
 
-CLAIMS: dict[str, Claim] = {
-    claim.id: claim for claim in (*convergence_claims.CLAIMS, *structure_claims.CLAIMS, *conduct_claims.CLAIMS)
-}
+_DECLARED = [*vars(convergence_claims).values(), *vars(structure_claims).values(), *vars(conduct_claims).values()]
+CLAIMS = {name: next(c for c in _DECLARED if isinstance(c, Claim) and c.id == name) for name in TEXTS}
 """All claims by id, from the most telling."""
 CASES = (
     "pendulum_simple", "forced_oscillator", "kepler_orbit", "bouncing_ball", "block_incline_friction", "euler_top",
