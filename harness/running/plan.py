@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import math
 import secrets
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
+from importlib.resources import files
 from typing import Any
 
 from gnomon.cases import Case
@@ -97,57 +99,17 @@ class Suite:
         return min(self.long_limit_seconds, self.variant_limit_seconds * max(1.0, length))
 
 
-FOUNDATION = (
-    "pendulum_simple",
-    "kepler_orbit",
-    "cycloidal_pendulum",
-    "foucault_pendulum_linear",
-    "damped_oscillator",
-    "euler_top",
-    "projectile_parabola",
-    "bouncing_ball",
-    "block_incline_friction",
-    # levels of the model hierarchies of these cases
-    "harmonic_oscillator",
-    "duffing_unforced",
-    "foucault_precession",
-)
-"""Cases that together have every form."""
+def _made(name: str, rest: dict[str, Any] | None = None, **declared: Any) -> Suite:
+    lists = {key: tuple(declared.pop(key, ())) for key in ("cases", "integrators")}
+    return Suite(name, **lists, **declared, rest=None if rest is None else _made("rest", **rest))
 
-QUICK_CASES = (
-    "pendulum_simple",
-    "kepler_orbit",
-    "euler_top",
-    "damped_oscillator",
-    "projectile_parabola",
-    "bouncing_ball",
-)
-QUICK_INTEGRATORS = (
-    "gnomon:RK4",
-    "gnomon:Störmer-Verlet",
-    "gnomon:Dormand-Prince 5(4)",
-    "gnomon:Gauss 8-stage SIMD",
-    "gnomon:RKMK 4",
-    "gnomon:DOP853 [events]",
-    "scipy:DOP853",
-    "scipy:LSODA",
-    "scipy:DOP853 [events]",
-    "rebound:WHFast",
-    "rebound:IAS15",
-    "heyoka:Taylor [fast math]",
-    "pybullet:stepSimulation [configured]",
-)
-"""A few methods of every library, with one at least for each case of the suite `quick`."""
 
-_REST = Suite("rest", (), 1, False, 0.08, 0.08, block_seconds=0.002, slow_seconds=0.004)
 SUITES = {
-    "standard": Suite("standard", (), 5, True, 1.0, 0.08, rest=_REST),
-    "foundation": Suite("foundation", FOUNDATION, 5, True, 1.0, 0.08),
-    "quick": Suite(
-        "quick", QUICK_CASES, 1, False, 0.12, 0.12, block_seconds=0.002, turned=False, integrators=QUICK_INTEGRATORS
-    ),
-    "catalogue": Suite("catalogue", (), 5, True, 1.0, 0.08, rest=replace(_REST, variants=True)),
+    name: _made(name, **declared)
+    for name, declared in tomllib.loads((files("gnomon.harness.running") / "suites.toml").read_text("utf-8")).items()
 }
+FOUNDATION = SUITES["foundation"].cases
+"""Cases that together have every form."""
 
 
 def suite(name: str) -> Suite:
