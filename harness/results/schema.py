@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import sqlite3
 import struct
-import tomllib
 import zlib
 from collections.abc import Iterator
-from importlib.resources import files
+
+from gnomon.harness.contract.declared import declared
 
 SCHEMA_VERSION = 2
 OLDEST_VERSION = 1
 """The oldest schema that can be read; a run that continues such a file migrates it."""
 APPLICATION_ID = 0x676E6F6D  # "gnom": distinguishes results files from other SQLite files
 
-_FOUND = tomllib.loads((files("gnomon.harness.results") / "schema.toml").read_text("utf-8"))
+_FOUND = declared("results", "schema.toml")
 TABLES: dict[str, dict[str, str]] = _FOUND["tables"]
 """The columns of every table, without the `checksum` that each has too; schema.toml explains them."""
 TRIAL_COLUMNS, MEASUREMENT_COLUMNS = TABLES["trials"], TABLES["measurements"]

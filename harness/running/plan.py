@@ -5,17 +5,16 @@ from __future__ import annotations
 import json
 import math
 import secrets
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from importlib.resources import files
 from typing import Any
 
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.numbers import nearest
 from gnomon.harness.contract import environment, sources
+from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.contract.status import Status
@@ -99,15 +98,12 @@ class Suite:
         return min(self.long_limit_seconds, self.variant_limit_seconds * max(1.0, length))
 
 
-def _made(name: str, rest: dict[str, Any] | None = None, **declared: Any) -> Suite:
-    lists = {key: tuple(declared.pop(key, ())) for key in ("cases", "integrators")}
-    return Suite(name, **lists, **declared, rest=None if rest is None else _made("rest", **rest))
+def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
+    lists = {key: tuple(row.pop(key, ())) for key in ("cases", "integrators")}
+    return Suite(name, **lists, **row, rest=None if rest is None else _made("rest", **rest))
 
 
-SUITES = {
-    name: _made(name, **declared)
-    for name, declared in tomllib.loads((files("gnomon.harness.running") / "suites.toml").read_text("utf-8")).items()
-}
+SUITES = {name: _made(name, **row) for name, row in declared("running", "suites.toml").items()}
 FOUNDATION = SUITES["foundation"].cases
 """Cases that together have every form."""
 

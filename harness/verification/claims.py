@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from importlib.resources import files
 
+from gnomon.harness.contract.declared import declared
 from gnomon.harness.verification.trials import Trials
 
 
@@ -45,9 +44,7 @@ def failed(setting: str, expected: str, got: str, why: str = "") -> Finding:
     return Finding(Outcome.FAILED, why, setting, expected, got)
 
 
-TEXTS: dict[str, dict[str, str]] = tomllib.loads(
-    (files("gnomon.harness.verification") / "claims.toml").read_text("utf-8")
-)
+TEXTS: dict[str, dict[str, str]] = declared("verification", "claims.toml")
 """What each claim states, its reason and its bound, by id, from the most telling."""
 
 
