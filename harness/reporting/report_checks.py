@@ -15,18 +15,6 @@ from gnomon.harness.reporting import sidecars, tables
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-WAYS = {
-    "residual": "the equations of motion, by central differences of the exact motion at random times",
-    "taylor": "a Taylor integration of the equations in high precision, from start to end or from event to event",
-    "windows": "the same over short stretches of a long span, from the exact state at random times",
-    "group": "on a long span, x(2t) is x(t) from x(t), from half the span down to the first window",
-    "seams": "on a long span, no jump where formulas change their branch",
-    "extrapolation": "Gragg's midpoint rule, extrapolated, for motions that are Taylor integrations themselves",
-    "ball": "an enclosure in python-flint's balls, by other formulas: these digits are proved",
-    "invariants": "conserved quantities at random times",
-    "independent": "numbers without motion, by quadrature, eigenvalues or linear systems",
-    "rounding": "the published digits, compared with those of a much higher precision",
-}
 SEVERITY = (Status.OK, Status.NOT_INSTALLED, Status.REFUSED, Status.INACCURATE, Status.DIVERGED, Status.CRASHED)
 
 
@@ -38,7 +26,7 @@ def certified(*folders: Path) -> Markup:
     return Markup(
         environment.from_string(source).render(
             parts=[part for part in _parts(rows) if part["rows"]],
-            ways={way: text for way, text in WAYS.items() if any(way in row["ways"] for row in rows)},
+            used={way for row in rows for way in row["ways"]},
             revisions=sorted({row["revision"] for row in rows if row["revision"]}),
             computations=computation_rows(*folders),
         )

@@ -11,8 +11,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import pandas as pd
-from gnomon.harness.contract.status import Status
-from gnomon.harness.results.analysis import NOT_RUN, PARTLY
+from gnomon.harness.contract.declared import declared
 
 INK, QUIET, PALE, GRID = "#1f2933", "#5f6b7a", "#f4f2ec", "#e4e2dc"
 FONT = "Helvetica Neue, Helvetica, Arial, Liberation Sans, sans-serif"
@@ -28,33 +27,10 @@ FAMILIES = {
     "physics engine": ("triangle-up", [2, 2]),
 }
 
-STATUS_COLOURS: dict[str, str] = {
-    Status.OK: "#7fb6a0",
-    PARTLY: "#d8e6c3",
-    Status.INACCURATE: "#f2cf63",
-    Status.DIVERGED: "#e08a4a",
-    Status.REFUSED: "#b79ad1",
-    Status.TIMEOUT: "#7aa6d8",
-    Status.CRASHED: "#8c2d3a",
-    Status.OUT_OF_MEMORY: "#5b3a8c",
-    Status.INTERRUPTED: "#d9d2c5",
-    Status.SKIPPED: "#c3d6ea",
-    NOT_RUN: "#eadfbf",
-    Status.UNSUPPORTED: "#efedE8".lower(),
-    Status.NOT_INSTALLED: "#ffffff",
-}
-LETTERS: dict[str, str] = {
-    Status.INACCURATE: "I",
-    Status.DIVERGED: "D",
-    Status.REFUSED: "R",
-    Status.TIMEOUT: "T",
-    Status.CRASHED: "C",
-    Status.OUT_OF_MEMORY: "M",
-    Status.INTERRUPTED: "B",
-    Status.SKIPPED: "S",
-    Status.UNSUPPORTED: "·",
-    Status.NOT_INSTALLED: "",
-}
+STATUSES: dict[str, dict[str, str]] = declared("reporting", "templates/statuses.toml")
+STATUS_COLOURS = {name: each["colour"] for name, each in STATUSES.items()}
+LETTERS = {name: each["letter"] for name, each in STATUSES.items() if "letter" in each}
+MEANINGS = {name: each["meaning"] for name, each in STATUSES.items() if "meaning" in each}
 
 
 def family(row: pd.Series) -> str:
