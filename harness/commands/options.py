@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 
 if TYPE_CHECKING:
-    from gnomon.cases import Case, Check
+    from gnomon.cases import Case
 
 UNREAD = 141
 """The exit code if the program that reads the output ends first (`gnomon list | head`): that of a shell for SIGPIPE."""
@@ -126,10 +126,3 @@ def given_parameters(parameters: list[str] | None) -> dict[str, str]:
             raise ValueError(f"--set {name}: given twice, {given[name]} and {value}; give it once")
         given[name] = value
     return given
-
-
-def chosen_check(name: str, parameters: list[str] | None) -> Check:
-    from gnomon import cases
-
-    check, _, variant = name.partition("/")
-    return cases.get_check(check, variant or None, **given_parameters(parameters))

@@ -28,7 +28,8 @@ def show(
     if case.partition("/")[0] in cases.check_names():
         if plot is not None:
             raise ValueError(f"{case} is a check, without motion: there is nothing to draw")
-        describe_check(options.chosen_check(case, parameters), out)
+        check, _, variant = case.partition("/")
+        describe_check(cases.get_check(check, variant or None, **options.given_parameters(parameters)), out)
         return
     (chosen,) = options.chosen([case], False, parameters, rounded=False)
     if plot is not None:
