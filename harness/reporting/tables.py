@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -95,12 +95,20 @@ def with_problems(table: pd.DataFrame) -> pd.DataFrame:
 
 @dataclass
 class Cell:
-    """A table cell: its text, a small second line, its class for the style sheet, and text that a narrow page omits."""
+    """A table cell: its text, a small second line, its class for the style sheet, and text that a narrow page omits.
+
+    `value` is the number to sort by; nan is sorted last.
+    """
 
     text: str
     note: str = ""
     kind: str = ""
     aside: str = ""
+    value: float = math.nan
+
+    @property
+    def sorts(self) -> str:
+        return f"{self.value:.6g}" if math.isfinite(self.value) else ""
 
 
 @dataclass
@@ -110,7 +118,7 @@ class Row:
     head: str
     cells: list[Cell]
     group: str = ""
-    note: str = field(default="")
+    note: str = ""
 
 
 def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]]) -> list[Row]:
