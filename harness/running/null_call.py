@@ -18,7 +18,10 @@ from time import perf_counter_ns
 from typing import Any
 
 import numpy as np
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solve, Steps
+from gnomon.harness.contract.integrator import Integrator, Problem, Solve, Steps
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
 
 SHRUNK = 2.0**-30
 """A power of two: the scaled times are exact, and multiples of their interval if the original times are."""

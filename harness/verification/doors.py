@@ -14,9 +14,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solve, Steps, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solve, Steps, Tolerance
 from gnomon.harness.registry import declaration
+from numpy.typing import NDArray
 
+Floats = NDArray[np.float64]
 RightHandSide = Callable[[float, Any], Floats]
 
 LEAST_TOLERANCE = 2.0**-52

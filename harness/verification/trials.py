@@ -12,11 +12,14 @@ from typing import Any
 import numpy as np
 from gnomon.cases import Case
 from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Steps
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Steps
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.reference_solution import ReferenceSolution
 from gnomon.harness.scoring.score import Scorer
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
 
 HALF_ULP = 2.0**-53
 SHORTEST = 24
