@@ -3,8 +3,6 @@
 These are the residual of the equations, and the comparison with states computed in another way.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache

@@ -15,8 +15,6 @@
 Digits are relative to the size of the motion.
 """
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field

@@ -1,7 +1,5 @@
 """Certificates of hybrid motions: each flight between two events, and guard and reset at each event."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any

@@ -5,8 +5,6 @@ motion over t from x(t), for t from half the span down to a part that is integra
 where its formulas change their branch, that is where a coordinate or its rate passes zero, or an angle a quarter turn.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from fractions import Fraction

@@ -5,8 +5,6 @@ precession and spin are rigorous quadratures of their rates. `gnomon certify` co
 Source of balls: Johansson, Numerical integration in arbitrary-precision ball arithmetic, ICMS 2018.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any

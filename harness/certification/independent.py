@@ -1,7 +1,5 @@
 """The type of an independent computation of the quantities of a check."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial

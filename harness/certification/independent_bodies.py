@@ -1,7 +1,5 @@
 """Independent computations of the action along paths and of a belt's friction: SciPy's quadrature and integrator."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -4,8 +4,6 @@ A computation gets the parameters rounded to binary64, and is compared with the 
 Its error is relative to the size of the quantity (of a vector or a tensor, to its largest component).
 """
 
-from __future__ import annotations
-
 import importlib.util
 import math
 import statistics

@@ -1,8 +1,6 @@
 """Independent computations of fields and path integrals: SciPy's special functions and quadratures, formulas in
 binary64."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Independent computations of centres of mass, frames, deflections and rides: NumPy and SciPy in their usual way."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

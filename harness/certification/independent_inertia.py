@@ -1,7 +1,5 @@
 """Independent computations of inertia: SciPy's quadratures, NumPy's eigenvalues, PyBullet's inertia of shapes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager

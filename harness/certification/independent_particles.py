@@ -1,7 +1,5 @@
 """Independent computations of work along paths and of particles: SciPy's quadrature, integrator and differences."""
 
-from __future__ import annotations
-
 import math
 from itertools import combinations
 

@@ -1,8 +1,6 @@
 """Independent computations of rigid bodies: an unbalanced rotor by SciPy's Rotation and cubature, work and energy by
 SciPy's integrator."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

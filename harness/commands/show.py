@@ -1,7 +1,5 @@
 """`gnomon show`: what a case or a check is."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

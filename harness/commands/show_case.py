@@ -1,7 +1,5 @@
 """What `gnomon show` prints of a case or a check, and the drawing of a motion."""
 
-from __future__ import annotations
-
 import inspect
 import sys
 import textwrap

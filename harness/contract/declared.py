@@ -1,7 +1,5 @@
 """Reads what a package of the harness declares as data."""
 
-from __future__ import annotations
-
 import tomllib
 from importlib.resources import files
 from typing import Any

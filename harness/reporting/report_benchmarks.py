@@ -1,7 +1,5 @@
 """The results of `make bench` as rows: claims of speed in pairs, times of calls, measured orders, growth of energy errors."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

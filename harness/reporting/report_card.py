@@ -1,7 +1,5 @@
 """Which integrator to choose: by kind of system, and every integrator on one line."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet

@@ -4,8 +4,6 @@ certificates.json (`gnomon certify`) and checks.json (`--independent`) are looke
 a certificate of the same case variant, that of the first folder counts.
 """
 
-from __future__ import annotations
-
 from importlib.resources import files
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The rows and sentences of the page and the summary."""
 
-from __future__ import annotations
-
 import itertools
 import json
 from collections.abc import Sequence

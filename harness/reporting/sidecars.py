@@ -3,8 +3,6 @@
 Keys that the schema does not name are accepted. All texts are made `visible`: control characters are escaped.
 """
 
-from __future__ import annotations
-
 import json
 from importlib.resources import files
 from pathlib import Path

@@ -4,8 +4,6 @@ Colour shows the library, lightness the order within a family, shape and stroke 
 without colour vision too.
 """
 
-from __future__ import annotations
-
 import colorsys
 from collections.abc import Iterable
 from typing import Any

@@ -1,7 +1,5 @@
 """The rows of the report's tables, in words: numbers with their units, statuses with their reasons."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

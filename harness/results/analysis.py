@@ -1,7 +1,5 @@
 """Analysis of stored measurements: time at equal error, reliability, failures of each integrator. Runs nothing."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import operator

@@ -1,7 +1,5 @@
 """Fits the convergence order to errors: the slope of log error against log step size in the asymptotic range."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

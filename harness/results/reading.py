@@ -1,7 +1,5 @@
 """Reads a results file: measurements, sampled states, runs. `opening` verifies the file first."""
 
-from __future__ import annotations
-
 import sqlite3
 import zlib
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The tables of a results file: their columns, the checksum of each row, and the migration of older files."""
 
-from __future__ import annotations
-
 import sqlite3
 import struct
 import zlib

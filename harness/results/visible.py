@@ -1,7 +1,5 @@
 """Makes text from outside safe to show on a terminal, a page or a figure: control characters are escaped."""
 
-from __future__ import annotations
-
 import re
 
 _LINES = "\t\n"

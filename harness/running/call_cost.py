@@ -1,7 +1,5 @@
 """Measures one call of compiled equations from Python: part of the time of every solver that calls them from Python."""
 
-from __future__ import annotations
-
 import timeit
 
 from gnomon.cases import get

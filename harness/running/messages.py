@@ -4,8 +4,6 @@ An integrator's code runs in the worker and can write to the pipe. The parent th
 which could execute code.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import struct

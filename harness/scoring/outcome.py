@@ -1,7 +1,5 @@
 """The outcome of a trial before it is scored: a worker sends it and the scorer reads it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from gnomon.harness.contract.integrator import Floats

@@ -3,8 +3,6 @@
 An integrator therefore gains nothing by keeping results of an earlier call.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Sequence

@@ -6,8 +6,6 @@ A method that chooses its own steps is measured at fixed steps, with the formula
 `python -m gnomon.harness.studies.orders --to reports/local/orders.json` is part of `make bench`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

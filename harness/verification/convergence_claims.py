@@ -1,7 +1,5 @@
 """Claims of accuracy: the order, the error at each setting, the error over the tolerance."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Claims of structure: what an integrator declares to conserve at any step size (`Integrator.conserves`)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

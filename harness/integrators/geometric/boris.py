@@ -1,7 +1,5 @@
 """Boris's method and related ones: drift, push by E and rotation by B of a charge, each in closed form."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import sqrt, tan
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """RATTLE and its compositions for motions under a holonomic constraint."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
