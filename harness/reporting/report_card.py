@@ -7,26 +7,20 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.contract.declared import declared
 from gnomon.harness.reporting.tables import Cell, Row, ratio_text, short_text, time_text
 from gnomon.harness.results.analysis import NEVER_RAN, TARGETS
 
-KINDS = (
-    (("Hybrid", "Impact", "Friction"), "Impact, friction and changing contact"),
-    (("NBody",), "Bodies under gravitation"),
-    (("RigidBody",), "Turning rigid bodies"),
-    (("Charged",), "Magnetic and Coriolis forces"),
-    (("Constrained",), "Constraints and their reactions"),
-    (("SemiLinear",), "Linear systems: damped, driven or coupled oscillators, linear drag"),
-    (("Separable", "SecondOrder"), "Forces of position and time alone"),
-    (("FirstOrder",), "Other smooth systems: quadratic drag, coupled masses"),
-)
+_PAGE = declared("reporting", "templates/page.toml")
+KINDS: dict[str, list[str]] = _PAGE["kinds"]
 """Kinds of systems by the most structured form that a case offers; the first match counts."""
+CARD: list[str] = _PAGE["card"]["heads"]
 
 
 def kinds(forms: Mapping[str, AbstractSet[str]], names: Sequence[str]) -> dict[str, list[str]]:
     """The cases of each kind, in the order of KINDS, those without any left out. `forms`: what each case offers."""
     found: dict[str, list[str]] = {}
-    for marks, words in KINDS:
+    for words, marks in KINDS.items():
         known = {name for members in found.values() for name in members}
         members = [name for name in names if name not in known and not forms[name].isdisjoint(marks)]
         if members:
@@ -97,20 +91,6 @@ def solved(matrix: pd.DataFrame) -> tuple[pd.DataFrame, int]:
     right = ran.assign(right=ran["best"].notna())
     each = right.groupby("integrator_id").agg(solved=("right", "sum"), ran=("right", "size"))
     return each, len(ran.drop_duplicates(["case", "variant"]))
-
-
-CARD = (
-    "cases",
-    "fastest at 1e-6",
-    "time over the fastest’s",
-    "preparation",
-    "digits at best",
-    "short of attainable",
-    "order",
-    "error / tolerance",
-    "hard variants solved",
-    "energy over long spans",
-)
 
 
 def card(
