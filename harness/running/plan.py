@@ -99,7 +99,7 @@ class Suite:
 
 
 def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
-    lists = {key: tuple(row.pop(key, ())) for key in ("cases", "integrators")}
+    lists: dict[str, Any] = {key: tuple(row.pop(key, ())) for key in ("cases", "integrators")}
     return Suite(name, **lists, **row, rest=None if rest is None else _made("rest", **rest))
 
 

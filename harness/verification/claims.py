@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Any
 
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.verification.trials import Trials
@@ -44,7 +45,7 @@ def failed(setting: str, expected: str, got: str, why: str = "") -> Finding:
     return Finding(Outcome.FAILED, why, setting, expected, got)
 
 
-TEXTS: dict[str, dict[str, str]] = declared("verification", "claims.toml")
+TEXTS: dict[str, dict[str, Any]] = declared("verification", "claims.toml")
 """What each claim states, its reason and its bound, by id, from the most telling."""
 
 
