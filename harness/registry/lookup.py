@@ -92,11 +92,7 @@ def from_path(path: str) -> Integrator:
     try:
         found = getattr(importlib.import_module(module), attribute)
         made = found() if isinstance(found, type) and issubclass(found, Integrator) else found
-    except (
-        Exception,
-        SystemExit,
-        KeyboardInterrupt,
-    ) as error:  # a user's module may raise anything while it is imported
+    except (Exception, SystemExit, KeyboardInterrupt) as error:  # of a user's module while it is imported
         raise ValueError(
             f"{path}: {type(error).__name__}: {error}; give package.module:Class of a subclass of Integrator"
         ) from None
