@@ -92,7 +92,7 @@ def _principal(name: str, m: float, moments: Any) -> Quantities:
 
 @contextmanager
 def _world() -> Iterator[tuple[Any, int]]:
-    import pybullet
+    import pybullet  # without the library this computation alone is missing
 
     client = pybullet.connect(pybullet.DIRECT)
     try:
