@@ -1,7 +1,5 @@
 """Runs cases through integrators, times, judges, stores and reports."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:

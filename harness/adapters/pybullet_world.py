@@ -1,7 +1,5 @@
 """A PyBullet world that holds one scene: only the bodies, joints, forces and contacts that the scene declares."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from math import atan2, cos, sin, sqrt

@@ -3,8 +3,6 @@
 These are the residual of the equations, and the comparison with states computed in another way.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
@@ -92,13 +90,16 @@ def residual(case: Case, equations: Equations, t: Fraction, constants: tuple[flo
         )
 
 
+def agreed_states(case: Case, pairs: Iterable[tuple[Sequence[Any], Sequence[Any]]]) -> float:
+    """Digits in which the two states of each pair agree."""
+    with working(4 * DIGITS) as mp:
+        return agreed(
+            (mp.mpf(a) - mp.mpf(b), size)
+            for one, other in pairs
+            for a, b, size in zip(one, other, sizes(case), strict=True)
+        )
+
+
 def against(case: Case, states: dict[Fraction, tuple[Fraction, ...]]) -> float:
     """Digits in which the exact motion agrees with `states`, by time, computed in another way."""
-    pairs = []
-    for t, state in states.items():
-        with working(2 * DIGITS) as mp:
-            pairs += [
-                (mp.mpf(a) - mp.mpf(b), size)
-                for a, b, size in zip(case.exact(t, asked(case)), state, sizes(case), strict=True)
-            ]
-    return agreed(pairs)
+    return agreed_states(case, ((case.exact(t, asked(case)), state) for t, state in states.items()))

@@ -15,8 +15,6 @@
 Digits are relative to the size of the motion.
 """
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
@@ -32,6 +30,7 @@ from gnomon.harness.certification.agreement import (
     REQUIRED,
     against,
     agreed,
+    agreed_states,
     asked,
     first_order_equations,
     residual,
@@ -92,12 +91,8 @@ def certify(case: Case) -> Certificate:
         return Certificate(case.name, case.variant or "default", ways, case.certified_digits)
     equations = first_order_equations(case)
     ways["residual"] = min(start(case), *(residual(case, equations, t) for t in times))
-    if case.certified_digits < REQUIRED:
-        ways["extrapolation"] = _extrapolation(case)
-    elif case.span <= INTEGRATED_SCALES * exact(case.fastest_time):
-        ways["taylor"] = _taylor(case)
-    else:
-        ways |= long_ways(case, times)
+    short = case.span <= INTEGRATED_SCALES * exact(case.fastest_time)
+    ways |= _integrated(case) if short or case.certified_digits < REQUIRED else long_ways(case, times)
     enclosed = ball_digits(case, times[1::2])
     if enclosed is not None:
         ways["ball"] = enclosed
@@ -131,37 +126,24 @@ def _random_times(case: Case) -> list[Fraction]:
 
 
 def rounding(case: Case, times: Sequence[Fraction]) -> float:
-    pairs = []
     many = 3 * DIGITS if case.certified_digits >= REQUIRED else 2 * asked(case)
-    for t in times:
-        short, long = case.exact(t, asked(case)), case.exact(t, many)
-        with working(4 * DIGITS) as mp:
-            pairs += [(mp.mpf(a) - mp.mpf(b), size) for a, b, size in zip(short, long, sizes(case), strict=True)]
-    return agreed(pairs)
+    return agreed_states(case, ((case.exact(t, asked(case)), case.exact(t, many)) for t in times))
 
 
 def start(case: Case) -> float:
-    with working(4 * DIGITS) as mp:
-        start = case.exact(0, 2 * asked(case))
-        return agreed(
-            (mp.mpf(a) - mp.mpf(b), size) for a, b, size in zip(start, case.initial_state, sizes(case), strict=True)
-        )
+    return agreed_states(case, [(case.exact(0, 2 * asked(case)), case.initial_state)])
 
 
-def _taylor(case: Case) -> float:
-    times = [case.span * k / TAYLOR_STOPS for k in range(1, TAYLOR_STOPS + 1)]
-    found = integrate(
-        series_field(first_order_equations(case), case.parameter_values()), case.initial_state, times, DIGITS + 20
-    )
-    return against(case, dict(zip(times, found, strict=True)))
-
-
-def _extrapolation(case: Case) -> float:
+def _integrated(case: Case) -> dict[str, float]:
+    """`taylor`, or `extrapolation` for a motion that is a Taylor integration itself, at TAYLOR_STOPS times."""
     times = [case.span * k / TAYLOR_STOPS for k in range(1, TAYLOR_STOPS + 1)]
     field = series_field(first_order_equations(case), case.parameter_values())
-    step = exact(case.fastest_time / 4).limit_denominator(10**6)
-    found = extrapolate(field, case.initial_state, times, asked(case), step)
-    return against(case, dict(zip(times, found, strict=True)))
+    if case.certified_digits >= REQUIRED:
+        way, found = "taylor", integrate(field, case.initial_state, times, DIGITS + 20)
+    else:
+        step = exact(case.fastest_time / 4).limit_denominator(10**6)
+        way, found = "extrapolation", extrapolate(field, case.initial_state, times, asked(case), step)
+    return {way: against(case, dict(zip(times, found, strict=True)))}
 
 
 def ball_digits(case: Case, times: Sequence[Fraction]) -> float | None:

@@ -1,7 +1,5 @@
 """Certificates of many cases and checks, in several processes; a motion that fails has a certificate without digits."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Certificates of checks: closed forms compared with an independent way, and with themselves in more digits."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

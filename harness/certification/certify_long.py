@@ -5,8 +5,6 @@ motion over t from x(t), for t from half the span down to a part that is integra
 where its formulas change their branch, that is where a coordinate or its rate passes zero, or an angle a quarter turn.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from fractions import Fraction
@@ -17,12 +15,11 @@ from gnomon.cases.core.case import Case
 from gnomon.harness.certification.agreement import (
     DIGITS,
     against,
-    agreed,
+    agreed_states,
     asked,
     first_order_equations,
     residual,
     series_field,
-    sizes,
 )
 from gnomon.reference.numerics.precision import exact, working
 from gnomon.reference.numerics.taylor import integrate
@@ -35,14 +32,12 @@ GRID = 48
 
 def long_ways(case: Case, times: Sequence[Fraction]) -> dict[str, float]:
     """Digits by way: `windows`, `group` (of an autonomous case) and `seams` (if there are any)."""
-    ways = {"windows": min(window(case, t) for t in (Fraction(0), *times))}
-    if case.autonomous:
-        ways |= _found("group", group(case))
-    return ways | _found("seams", seams(case))
-
-
-def _found(name: str, digits: float | None) -> dict[str, float]:
-    return {} if digits is None else {name: digits}
+    ways = {
+        "windows": min(window(case, t) for t in (Fraction(0), *times)),
+        "group": group(case) if case.autonomous else None,
+        "seams": seams(case),
+    }
+    return {way: digits for way, digits in ways.items() if digits is not None}
 
 
 def _width(case: Case) -> Fraction:
@@ -71,14 +66,8 @@ def group(case: Case) -> float | None:
             rest = case.with_numbers([exact(x) for x in case.exact(t, 3 * DIGITS)], case.parameters)
         except ValueError:
             return None
-        with working(2 * DIGITS) as mp:
-            pairs += [
-                (mp.mpf(a) - mp.mpf(b), size)
-                for a, b, size in zip(
-                    rest.exact(t, asked(case)), case.exact(2 * t, asked(case)), sizes(case), strict=True
-                )
-            ]
-    return agreed(pairs)
+        pairs.append((rest.exact(t, asked(case)), case.exact(2 * t, asked(case))))
+    return agreed_states(case, pairs)
 
 
 def seams(case: Case) -> float | None:

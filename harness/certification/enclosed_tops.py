@@ -1,8 +1,6 @@
 """Encloses tops and the spherical pendulum in balls: the tilt by theta functions, precession and spin by rigorous
 quadrature."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise

@@ -5,8 +5,6 @@ precession and spin are rigorous quadratures of their rates. `gnomon certify` co
 Source of balls: Johansson, Numerical integration in arbitrary-precision ball arithmetic, ICMS 2018.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
@@ -16,6 +14,7 @@ from gnomon.harness.certification.enclosed_tops import Balls, hat, heavy_top, sp
 from gnomon.reference.numerics.balls import MOST_BITS, ball, precision
 from gnomon.reference.numerics.motion import Motion
 from gnomon.reference.numerics.theta import Jacobi, Values, accumulated, reals, turns
+from gnomon.reference.numerics.vectors import cross
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop, SphericalPendulum
@@ -147,11 +146,7 @@ def _frame(momentum: Balls, axis: int) -> Any:
     across = (unit[i] * unit[i] + unit[j] * unit[j]).sqrt()
     node = [flint.arb(0)] * 3
     node[i], node[j] = unit[j] / across, -unit[i] / across
-    return flint.arb_mat([node, _cross(unit, node), unit])
-
-
-def _cross(a: Balls, b: Balls) -> Balls:
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    return flint.arb_mat([node, list(cross(unit, node)), unit])
 
 
 def _exact(x: Any) -> Fraction:

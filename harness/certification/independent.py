@@ -1,11 +1,12 @@
 """The type of an independent computation of the quantities of a check."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 Numbers = Mapping[str, float]
+Quantities = dict[str, Any]
 
 
 class Unsupported(Exception):  # noqa: N818
@@ -14,10 +15,17 @@ class Unsupported(Exception):  # noqa: N818
 
 @dataclass(frozen=True)
 class IndependentComputation:
-    """A numerical way to quantities of a check. `compute(parameters)` returns them as floats by name; the parameters are
-    binary64."""
+    """A numerical way to quantities of a check. `compute(parameters)` returns them by name, a number or its components
+    in the order of the check; the parameters are binary64."""
 
     name: str
     library: str
     check: str
-    compute: Callable[[Numbers], Mapping[str, float]]
+    compute: Callable[[Numbers], Quantities]
+
+
+def independent(
+    name: str, library: str, check: str
+) -> Callable[[Callable[[Numbers], Quantities]], IndependentComputation]:
+    """A decorator: the function computes quantities of `check` with `library`."""
+    return partial(IndependentComputation, name, library, check)

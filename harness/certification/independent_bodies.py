@@ -1,17 +1,15 @@
 """Independent computations of the action along paths and of a belt's friction: SciPy's quadrature and integrator."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 
-from gnomon.harness.certification.independent import IndependentComputation, Numbers
+from gnomon.harness.certification.independent import Numbers, Quantities, independent
+from scipy import integrate
 
 
-def action_quad(p: Numbers) -> dict[str, float]:
+@independent("quad", "scipy", "hamilton_action")
+def action_quad(p: Numbers) -> Quantities:
     """scipy.integrate.quad of the Lagrangian along the true and the varied path, at its default tolerance."""
-    from scipy.integrate import quad  # slow to load: only its own computation waits
-
     m, w, g, T, begin, end, eps = (p[name] for name in ("m", "w", "g", "T", "begin", "end", "eps"))
     rate = p["mode"] * math.pi / T
     speed = (end - begin * math.cos(w * T)) * w / math.sin(w * T)
@@ -37,7 +35,7 @@ def action_quad(p: Numbers) -> dict[str, float]:
             x, v = path(t)
             return lagrangian(x + size * math.sin(rate * t), v + size * rate * math.cos(rate * t))
 
-        return float(quad(along, 0.0, T)[0])
+        return float(integrate.quad(along, 0.0, T)[0])
 
     swung, thrown = action(spring, swing, 0.0), action(weight, throw, 0.0)
     return {
@@ -48,11 +46,10 @@ def action_quad(p: Numbers) -> dict[str, float]:
     }
 
 
-def belt_ivp(p: Numbers) -> dict[str, float]:
+@independent("solve_ivp", "scipy", "capstan_belt")
+def belt_ivp(p: Numbers) -> Quantities:
     """scipy.integrate.solve_ivp, RK45 at rtol 1e-10, of dT/dphi = mu T around the pulley, and of the normal force."""
-    from scipy.integrate import solve_ivp
-
-    found = solve_ivp(
+    found = integrate.solve_ivp(
         lambda phi, y: [p["mu"] * y[0], y[0]], (0.0, p["beta"]), [p["slack"], 0.0], rtol=1e-10, atol=1e-10 * p["slack"]
     )
     tight, pressing = (float(x) for x in found.y[:, -1])
@@ -62,9 +59,3 @@ def belt_ivp(p: Numbers) -> dict[str, float]:
         "torque": (tight - p["slack"]) * p["r"],
         "pressing": pressing,
     }
-
-
-COMPUTATIONS = (
-    IndependentComputation("quad", "scipy", "hamilton_action", action_quad),
-    IndependentComputation("solve_ivp", "scipy", "capstan_belt", belt_ivp),
-)

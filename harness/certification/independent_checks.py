@@ -4,9 +4,8 @@ A computation gets the parameters rounded to binary64, and is compared with the 
 Its error is relative to the size of the quantity (of a vector or a tensor, to its largest component).
 """
 
-from __future__ import annotations
-
 import importlib.util
+import math
 import statistics
 import time
 import warnings
@@ -14,6 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas
 from gnomon.cases import check_names, get_check
 from gnomon.cases.core.check import Check
@@ -29,19 +29,24 @@ from gnomon.harness.certification.independent import IndependentComputation, Uns
 from gnomon.harness.contract import environment
 from gnomon.harness.contract.status import Status
 from gnomon.harness.results import measured_rows
-from gnomon.reference.numerics.precision import exact, working
+from gnomon.reference.numerics.precision import working
 
 REPEATS = 5
 INACCURATE = 0.1
 COLUMNS = ("check", "variant", "computation", "library", "quantity", "error", "seconds", "status", "reason")
 
-COMPUTATIONS: tuple[IndependentComputation, ...] = (
-    *independent_inertia.COMPUTATIONS,
-    *independent_bodies.COMPUTATIONS,
-    *independent_rigid.COMPUTATIONS,
-    *independent_fields.COMPUTATIONS,
-    *independent_frames.COMPUTATIONS,
-    *independent_particles.COMPUTATIONS,
+COMPUTATIONS = tuple(
+    one
+    for module in (
+        independent_inertia,
+        independent_bodies,
+        independent_rigid,
+        independent_fields,
+        independent_frames,
+        independent_particles,
+    )
+    for one in vars(module).values()
+    if isinstance(one, IndependentComputation)
 )
 
 
@@ -130,20 +135,18 @@ def _median(call: Callable[[], Any], repeats: int) -> float:
     return statistics.median(times)
 
 
-def errors(check: Check, found: Mapping[str, float]) -> dict[str, float]:
+def errors(check: Check, found: Mapping[str, Any]) -> dict[str, float]:
     """The error of each quantity in `found`, the largest over its components; nan if a number is not finite."""
     reference = check.exact(30)
     sizes = check.sizes(reference)
     worst: dict[str, float] = {}
     with working(40) as mp:
-        for name, value in found.items():
-            quantity = name.partition(".")[0]
-            if value != value or abs(value) == float("inf"):
-                worst[quantity] = float("nan")
+        for quantity, value in found.items():
+            names = [name for name in reference if name.partition(".")[0] == quantity]
+            numbers = np.ravel(value).tolist()
+            if not np.isfinite(numbers).all():
+                worst[quantity] = math.nan
                 continue
-            x = exact(value)
-            difference = mp.mpf(x.numerator) / x.denominator - mp.mpf(reference[name])
-            error = float(abs(difference) / mp.mpf(sizes[name]))
-            before = worst.get(quantity, 0.0)
-            worst[quantity] = max(before, error) if before == before else before
+            pairs = zip(names, map(mp.mpf, numbers), strict=True)
+            worst[quantity] = max(float(abs(x - mp.mpf(reference[name])) / mp.mpf(sizes[name])) for name, x in pairs)
     return worst

@@ -1,36 +1,35 @@
 """Independent computations of fields and path integrals: SciPy's special functions and quadratures, formulas in
 binary64."""
 
-from __future__ import annotations
-
 import itertools
 import math
 
 import numpy as np
-from gnomon.harness.certification.independent import IndependentComputation, Numbers
-from gnomon.reference.numerics.vectors import named
+from gnomon.harness.certification.independent import Numbers, Quantities, independent
+from scipy import integrate
+from scipy.special import ellipe, ellipk, ellipkm1
+
+FIELD = "gravity_field_particle_body"
 
 
-def ring_special(p: Numbers) -> dict[str, float]:
+@independent("ellipk, ellipe", "scipy", FIELD)
+def ring_special(p: Numbers) -> Quantities:
     """scipy.special.ellipk and ellipe of m, the usual formula: next to the ring 1 - m has no correct digits."""
-    from scipy.special import ellipe, ellipk  # slow to load: only its own computation waits
-
     a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]
     far, near = (a + rho) ** 2 + z * z, (a - rho) ** 2 + z * z
     m = 4 * a * rho / far
-    return _ring(p, float(ellipk(m)), float(ellipe(m)), far, near, mu)
+    return _ring(p, ellipk(m), ellipe(m), far, near, mu)
 
 
-def ring_special_complement(p: Numbers) -> dict[str, float]:
+@independent("ellipkm1, ellipe", "scipy", FIELD)
+def ring_special_complement(p: Numbers) -> Quantities:
     """scipy.special.ellipkm1 of 1 - m, computed without cancellation; K - E in the field still cancels near the axis."""
-    from scipy.special import ellipe, ellipkm1
-
     a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]
     far, near = (a + rho) ** 2 + z * z, (a - rho) ** 2 + z * z
-    return _ring(p, float(ellipkm1(near / far)), float(ellipe(4 * a * rho / far)), far, near, mu)
+    return _ring(p, ellipkm1(near / far), ellipe(4 * a * rho / far), far, near, mu)
 
 
-def _ring(p: Numbers, K: float, E: float, far: float, near: float, mu: float) -> dict[str, float]:
+def _ring(p: Numbers, K: float, E: float, far: float, near: float, mu: float) -> Quantities:
     a, rho, z = p["a"], p["rho"], p["z"]
     potential = -2 * mu * K / (math.pi * math.sqrt(far))
     factor = mu / (math.pi * math.sqrt(far))
@@ -38,15 +37,14 @@ def _ring(p: Numbers, K: float, E: float, far: float, near: float, mu: float) ->
     return {
         "ring_potential": potential,
         "ring_excess": potential + mu / math.hypot(rho, z),
-        **named("ring", (outward, -2 * factor * z * E / near), ("rho", "z")),
+        "ring": (outward, -2 * factor * z * E / near),
         "disc": 2 * mu / (a * a) * (1 - z / math.sqrt(a * a + z * z)),
     }
 
 
-def field_cubature(p: Numbers) -> dict[str, float]:
+@independent("cubature", "scipy", FIELD)
+def field_cubature(p: Numbers) -> Quantities:
     """scipy.integrate.cubature: the ring's potential and field, and the disc's field, as integrals over particles."""
-    from scipy.integrate import cubature
-
     a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]
 
     def ring(points: np.ndarray) -> np.ndarray:
@@ -59,28 +57,27 @@ def field_cubature(p: Numbers) -> dict[str, float]:
         s = points[:, 0]
         return np.asarray(2 * mu / (a * a) * s * z / np.sqrt(s * s + z * z) ** 3)
 
-    potential, outward, along = cubature(
+    potential, outward, along = integrate.cubature(
         ring, [0.0], [math.pi], rule="gk21", rtol=1e-12, atol=0, max_subdivisions=500
     ).estimate
     return {
-        "ring_potential": float(potential),
-        "ring_excess": float(potential) + mu / math.hypot(rho, z),
-        **named("ring", (float(outward), float(along)), ("rho", "z")),
-        "disc": float(cubature(disc, [0.0], [a], rule="gk21", rtol=1e-12, atol=0, max_subdivisions=500).estimate),
+        "ring_potential": potential,
+        "ring_excess": potential + mu / math.hypot(rho, z),
+        "ring": (outward, along),
+        "disc": integrate.cubature(disc, [0.0], [a], rule="gk21", rtol=1e-12, atol=0, max_subdivisions=500).estimate,
     }
 
 
-def field_quad(p: Numbers) -> dict[str, float]:
+@independent("quad", "scipy", FIELD)
+def field_quad(p: Numbers) -> Quantities:
     """scipy.integrate.quad: QUADPACK on the same integrals, one component at a time, at tolerance 1e-12."""
-    from scipy.integrate import quad
-
     a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]
 
     def distance(phi: float) -> float:
         return math.sqrt(a * a + rho * rho + z * z - 2 * a * rho * math.cos(phi))
 
     def integral(f: object, high: float) -> float:
-        return float(quad(f, 0.0, high, epsabs=0, epsrel=1e-12, limit=200)[0])
+        return float(integrate.quad(f, 0.0, high, epsabs=0, epsrel=1e-12, limit=200)[0])
 
     potential = integral(lambda phi: -mu / (math.pi * distance(phi)), math.pi)
     outward = integral(lambda phi: mu / math.pi * (a * math.cos(phi) - rho) / distance(phi) ** 3, math.pi)
@@ -88,15 +85,14 @@ def field_quad(p: Numbers) -> dict[str, float]:
     return {
         "ring_potential": potential,
         "ring_excess": potential + mu / math.hypot(rho, z),
-        **named("ring", (outward, along), ("rho", "z")),
+        "ring": (outward, along),
         "disc": integral(lambda s: 2 * mu / (a * a) * s * z / math.hypot(s, z) ** 3, a),
     }
 
 
-def circulation_quad(p: Numbers) -> dict[str, float]:
+@independent("quad", "scipy", "conservative_force_test")
+def circulation_quad(p: Numbers) -> Quantities:
     """scipy.integrate.quad around the circle and along the line, at its default tolerance."""
-    from scipy.integrate import quad
-
     X, Y, R = p["X"], p["Y"], p["R"]
     dx, dy = p["Bx"] - p["Ax"], p["By"] - p["Ay"]
 
@@ -109,10 +105,14 @@ def circulation_quad(p: Numbers) -> dict[str, float]:
         x, y = p["Ax"] + s * dx, p["Ay"] + s * dy
         return (x * dy - y * dx) / (x * x + y * y)
 
-    return {"circle": float(quad(circle, 0.0, 2 * math.pi)[0]), "line": float(quad(line, 0.0, 1.0)[0])}
+    return {
+        "circle": integrate.quad(circle, 0.0, 2 * math.pi)[0],
+        "line": integrate.quad(line, 0.0, 1.0)[0],
+    }
 
 
-def weight_doubles(p: Numbers) -> dict[str, float]:
+@independent("formulas in doubles", "numpy", "weight_local_gravity")
+def weight_doubles(p: Numbers) -> Quantities:
     """The formulas in binary64 as they are written: differences of nearly equal numbers cancel."""
     g0, R, h = p["g0"], p["R"], p["h"]
     below, above = R + h, R + h + p["L"]
@@ -126,7 +126,8 @@ def weight_doubles(p: Numbers) -> dict[str, float]:
     }
 
 
-def wrench_solve(p: Numbers) -> dict[str, float]:
+@independent("solve", "numpy", "moment_equipollent")
+def wrench_solve(p: Numbers) -> Quantities:
     """numpy.linalg.solve: the wrench's axis and pitch from four linear equations."""
     F, M, Q = (np.array([p[name + axis] for axis in "xyz"]) for name in "FMQ")
     matrix = np.zeros((4, 4))
@@ -135,32 +136,32 @@ def wrench_solve(p: Numbers) -> dict[str, float]:
     matrix[3, :3] = F
     x, y, z, pitch = np.linalg.solve(matrix, [*M, 0])
     return {
-        **named("moment_Q", [float(v) for v in M - np.cross(Q, F)]),
-        "pitch": float(pitch),
-        **named("axis", (float(x), float(y), float(z))),
-        **named("momentum_O", [float(v) for v in M + np.cross(Q, F)]),
+        "moment_Q": M - np.cross(Q, F),
+        "pitch": pitch,
+        "axis": (x, y, z),
+        "momentum_O": M + np.cross(Q, F),
     }
 
 
-def impulse_solve(p: Numbers) -> dict[str, float]:
+@independent("solve", "numpy", "generalized_impulse")
+def impulse_solve(p: Numbers) -> Quantities:
     """numpy.linalg.solve: M(q) q' = Q for the struck rods."""
     m1, m2, l1, l2 = p["m1"], p["m2"], p["L1"], p["L2"]
     coupling = m2 * l1 * l2 * math.cos(p["th1"] - p["th2"]) / 2
     matrix = np.array([[(m1 / 3 + m2) * l1 * l1, coupling], [coupling, m2 * l2 * l2 / 3]])
     struck = np.array([p["P"] * l1 * math.cos(p["th1"]), p["P"] * p["d"] * math.cos(p["th2"])])
     first, second = np.linalg.solve(matrix, struck)
-    return {"first_rate": float(first), "second_rate": float(second), "energy": float(struck @ [first, second]) / 2}
+    return {"first_rate": first, "second_rate": second, "energy": struck @ [first, second] / 2}
 
 
-def round_bodies_quad(p: Numbers) -> dict[str, float]:
+@independent("quad over round bodies", "scipy", FIELD)
+def round_bodies_quad(p: Numbers) -> Quantities:
     """scipy.integrate.quad over particles of the rod, and over rings and discs of shell and sphere, perpendicular to the
     line to the point."""
-    from scipy.integrate import quad
-
     mu, a, r, length = p["mu"], p["a"], p["r"], p["L"]
 
     def integral(f: object, low: float, high: float) -> float:
-        return float(quad(f, low, high, epsabs=0, epsrel=1e-12, limit=200)[0])
+        return float(integrate.quad(f, low, high, epsabs=0, epsrel=1e-12, limit=200)[0])
 
     def ring(cosine: float) -> float:
         square = r * r + a * a - 2 * a * r * cosine
@@ -177,17 +178,3 @@ def round_bodies_quad(p: Numbers) -> dict[str, float]:
         "shell": integral(ring, -1.0, 1.0),
         "sphere": sum(integral(disc, low, high) for low, high in itertools.pairwise(parts)),
     }
-
-
-FIELD = "gravity_field_particle_body"
-COMPUTATIONS = (
-    IndependentComputation("ellipk, ellipe", "scipy", FIELD, ring_special),
-    IndependentComputation("ellipkm1, ellipe", "scipy", FIELD, ring_special_complement),
-    IndependentComputation("cubature", "scipy", FIELD, field_cubature),
-    IndependentComputation("quad", "scipy", FIELD, field_quad),
-    IndependentComputation("quad over round bodies", "scipy", FIELD, round_bodies_quad),
-    IndependentComputation("quad", "scipy", "conservative_force_test", circulation_quad),
-    IndependentComputation("formulas in doubles", "numpy", "weight_local_gravity", weight_doubles),
-    IndependentComputation("solve", "numpy", "moment_equipollent", wrench_solve),
-    IndependentComputation("solve", "numpy", "generalized_impulse", impulse_solve),
-)

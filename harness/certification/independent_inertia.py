@@ -1,16 +1,21 @@
 """Independent computations of inertia: SciPy's quadratures, NumPy's eigenvalues, PyBullet's inertia of shapes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from gnomon.harness.certification.independent import IndependentComputation, Numbers, Unsupported
-from gnomon.reference.numerics.vectors import AXES, PLANES, named
+from gnomon.harness.certification.independent import Numbers, Quantities, Unsupported, independent
+from gnomon.reference.numerics.vectors import AXES, PLANES
 from gnomon.reference.rigid_bodies.bodies import BODIES, Body
+from scipy import integrate
+
+BODY, COMPOSITE, PRINCIPAL = (
+    "inertia_tensor_special_bodies",
+    "inertia_composite_parallel_axis",
+    "inertia_transformation_principal",
+)
 
 INTEGRATED = ("box", "cylinder", "cone", "torus")
 """The bodies on which quadratures are timed: a polynomial integrand, an angle, a tip, two angles."""
@@ -21,11 +26,10 @@ def _edges(body: Body) -> tuple[list[float], list[float]]:
     return [low for low, _ in pairs], [high for _, high in pairs]
 
 
-def cubature(p: Numbers) -> dict[str, float]:
+@independent("cubature", "scipy", BODY)
+def cubature(p: Numbers) -> Quantities:
     """scipy.integrate.cubature: adaptive Gauss-Kronrod over the volume, all moments in one vector-valued integrand."""
-    from scipy.integrate import cubature as integrate  # slow to load: only its own computation waits
-
-    found: dict[str, float] = {}
+    found: Quantities = {}
     for name in INTEGRATED:
         body = BODIES[name]
         sizes = [p[size] for size in body.sizes]
@@ -37,15 +41,16 @@ def cubature(p: Numbers) -> dict[str, float]:
         # Some moments are zero by symmetry: without an absolute tolerance their refinement would not end.
         unit = max(sizes)
         low, high = _edges(body)
-        result = integrate(moments, low, high, rule="gk15", rtol=1e-12, atol=1e-13 * unit**2, max_subdivisions=10)
+        result = integrate.cubature(
+            moments, low, high, rule="gk15", rtol=1e-12, atol=1e-13 * unit**2, max_subdivisions=10
+        )
         found |= _principal(name, p["m"], result.estimate)
     return found
 
 
-def nested(p: Numbers) -> dict[str, float]:
+@independent("nquad", "scipy", BODY)
+def nested(p: Numbers) -> Quantities:
     """scipy.integrate.nquad: nested QUADPACK, one moment at a time; of the box only, at the loose default tolerance."""
-    from scipy.integrate import nquad
-
     body = BODIES["box"]
     sizes = [p[size] for size in body.sizes]
     ranges = list(zip(*_edges(body), strict=True))
@@ -55,16 +60,15 @@ def nested(p: Numbers) -> dict[str, float]:
             point = body.place(math, u, v, w, *sizes)
             return float(point[3] * point[axis] ** power)
 
-        return float(nquad(integrand, ranges)[0])
+        return float(integrate.nquad(integrand, ranges)[0])
 
     mass = moment(0, 0)
     return _principal("box", p["m"], [mass, 0, 0, 0, *(moment(2, axis) for axis in range(3))])
 
 
-def triple(p: Numbers) -> dict[str, float]:
+@independent("tplquad", "scipy", BODY)
+def triple(p: Numbers) -> Quantities:
     """scipy.integrate.tplquad of the cylinder, in cylindrical coordinates."""
-    from scipy.integrate import tplquad
-
     body = BODIES["cylinder"]
     sizes = [p[size] for size in body.sizes]
 
@@ -73,22 +77,22 @@ def triple(p: Numbers) -> dict[str, float]:
             point = body.place(math, u, v, w, *sizes)
             return float(point[3] * point[axis] ** power)
 
-        return float(tplquad(integrand, 0.0, 1.0, 0.0, 2 * math.pi, -0.5, 0.5)[0])
+        return float(integrate.tplquad(integrand, 0.0, 1.0, 0.0, 2 * math.pi, -0.5, 0.5)[0])
 
     mass = moment(0, 0)
     return _principal("cylinder", p["m"], [mass, 0, 0, 0, *(moment(2, axis) for axis in range(3))])
 
 
-def _principal(name: str, m: float, moments: Any) -> dict[str, float]:
+def _principal(name: str, m: float, moments: Any) -> Quantities:
     """Moments about the centre of mass from the integrals of 1, x, y, z, x^2, y^2, z^2."""
     mass = moments[0]
     squares = [m * (moments[4 + i] / mass - (moments[1 + i] / mass) ** 2) for i in range(3)]
-    return named(name, [float(sum(squares) - square) for square in squares])
+    return {name: [sum(squares) - square for square in squares]}
 
 
 @contextmanager
 def _world() -> Iterator[tuple[Any, int]]:
-    import pybullet
+    import pybullet  # without the library this computation alone is missing
 
     client = pybullet.connect(pybullet.DIRECT)
     try:
@@ -97,7 +101,8 @@ def _world() -> Iterator[tuple[Any, int]]:
         pybullet.disconnect(client)
 
 
-def bullet_shapes(p: Numbers) -> dict[str, float]:
+@independent("inertia from shapes", "pybullet", BODY)
+def bullet_shapes(p: Numbers) -> Quantities:
     """PyBullet's inertia of collision shapes, which createMultiBody gives to a box, a sphere or a cylinder."""
     with _world() as (bullet, client):
         shapes = {
@@ -105,17 +110,18 @@ def bullet_shapes(p: Numbers) -> dict[str, float]:
             "sphere": {"shapeType": bullet.GEOM_SPHERE, "radius": p["r"]},
             "cylinder": {"shapeType": bullet.GEOM_CYLINDER, "radius": p["r"], "height": p["h"]},
         }
-        found: dict[str, float] = {}
+        found: Quantities = {}
         for name, shape in shapes.items():
             collision = bullet.createCollisionShape(**shape, physicsClientId=client)
             if collision < 0:
                 raise Unsupported(f"createCollisionShape refuses the {name}")
             body = bullet.createMultiBody(p["m"], collision, physicsClientId=client)
-            found |= named(name, [float(x) for x in bullet.getDynamicsInfo(body, -1, physicsClientId=client)[2]])
+            found[name] = bullet.getDynamicsInfo(body, -1, physicsClientId=client)[2]
         return found
 
 
-def transfer_and_back(p: Numbers) -> dict[str, float]:
+@independent("parallel axes there and back", "numpy", COMPOSITE)
+def transfer_and_back(p: Numbers) -> Quantities:
     """The textbook's method in binary64: tensor about the origin by parallel axes, then back to the centre of mass."""
     a, b, c, rho = p["a"], p["b"], p["c"], p["rho"]
     plate, hole = rho * a * b * c, -rho * math.pi * p["r"] ** 2 * c
@@ -134,9 +140,9 @@ def transfer_and_back(p: Numbers) -> dict[str, float]:
     about_centre = about_origin - mass * _shift(centre)
     return {
         "mass": mass,
-        **named("centre", [float(x) for x in centre]),
-        **named("about_centre", _entries(about_centre), PLANES),
-        **named("about_origin", _entries(about_origin), PLANES),
+        "centre": centre,
+        "about_centre": _entries(about_centre),
+        "about_origin": _entries(about_origin),
     }
 
 
@@ -144,9 +150,9 @@ def _shift(r: Any) -> Any:
     return np.dot(r, r) * np.eye(3) - np.outer(r, r)
 
 
-def _entries(tensor: Any) -> list[float]:
+def _entries(tensor: Any) -> list[Any]:
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    return [float(tensor[i, j]) for i, j in pairs]
+    return [tensor[i, j] for i, j in pairs]
 
 
 def _tensor(p: Numbers) -> Any:
@@ -154,7 +160,8 @@ def _tensor(p: Numbers) -> Any:
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def symmetric_eigenvalues(p: Numbers) -> dict[str, float]:
+@independent("eigh", "numpy", PRINCIPAL)
+def symmetric_eigenvalues(p: Numbers) -> Quantities:
     """numpy.linalg.eigh: LAPACK's symmetric eigenvalues; the change of axes as two products of matrices."""
     values = np.linalg.eigh(_tensor(p))[0]
     ca, sa, cb, sb = math.cos(p["alpha"]), math.sin(p["alpha"]), math.cos(p["beta"]), math.sin(p["beta"])
@@ -162,47 +169,28 @@ def symmetric_eigenvalues(p: Numbers) -> dict[str, float]:
     n = np.array([p["n" + axis] for axis in AXES])
     moment = float(n @ _tensor(p) @ n / (n @ n))
     return {
-        **_values(values),
-        **named("turned", _entries(axes @ _tensor(p) @ axes.T), PLANES),
+        "principal": values,
+        "turned": _entries(axes @ _tensor(p) @ axes.T),
         "moment_about_n": moment,
         "radius_of_gyration": math.sqrt(abs(moment) / p["m"]),
     }
 
 
-def general_eigenvalues(p: Numbers) -> dict[str, float]:
+@independent("eigvals", "numpy", PRINCIPAL)
+def general_eigenvalues(p: Numbers) -> Quantities:
     """numpy.linalg.eigvals: eigenvalues of a general matrix, without use of the symmetry."""
-    return _values(np.sort(np.linalg.eigvals(_tensor(p)).real))
+    return {"principal": np.sort(np.linalg.eigvals(_tensor(p)).real)}
 
 
-def trigonometric_cubic(p: Numbers) -> dict[str, float]:
+@independent("trigonometric cubic", "numpy", PRINCIPAL)
+def trigonometric_cubic(p: Numbers) -> Quantities:
     """The textbook's cubic in binary64: q + 2 p cos(acos(r)/3 + 2 pi k/3); acos loses half the digits near +-1."""
     tensor = _tensor(p)
     q = np.trace(tensor) / 3
     rest = tensor - q * np.eye(3)
     size = math.sqrt(float(np.sum(rest * rest)) / 6)
     if size == 0:
-        return _values([q, q, q])
+        return {"principal": [q, q, q]}
     r = min(1.0, max(-1.0, float(np.linalg.det(rest / size)) / 2))
     angle = math.acos(r) / 3
-    return _values(sorted(q + 2 * size * math.cos(angle + 2 * math.pi * k / 3) for k in range(3)))
-
-
-def _values(values: Any) -> dict[str, float]:
-    return named("principal", [float(x) for x in values], ("least", "middle", "largest"))
-
-
-BODY, COMPOSITE, PRINCIPAL = (
-    "inertia_tensor_special_bodies",
-    "inertia_composite_parallel_axis",
-    "inertia_transformation_principal",
-)
-COMPUTATIONS = (
-    IndependentComputation("cubature", "scipy", BODY, cubature),
-    IndependentComputation("nquad", "scipy", BODY, nested),
-    IndependentComputation("tplquad", "scipy", BODY, triple),
-    IndependentComputation("inertia from shapes", "pybullet", BODY, bullet_shapes),
-    IndependentComputation("parallel axes there and back", "numpy", COMPOSITE, transfer_and_back),
-    IndependentComputation("eigh", "numpy", PRINCIPAL, symmetric_eigenvalues),
-    IndependentComputation("eigvals", "numpy", PRINCIPAL, general_eigenvalues),
-    IndependentComputation("trigonometric cubic", "numpy", PRINCIPAL, trigonometric_cubic),
-)
+    return {"principal": sorted(q + 2 * size * math.cos(angle + 2 * math.pi * k / 3) for k in range(3))}

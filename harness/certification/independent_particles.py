@@ -1,19 +1,20 @@
 """Independent computations of work along paths and of particles: SciPy's quadrature, integrator and differences."""
 
-from __future__ import annotations
-
 import math
 from itertools import combinations
 
 import numpy as np
-from gnomon.harness.certification.independent import IndependentComputation, Numbers
-from gnomon.reference.numerics.vectors import named
+from gnomon.harness.certification.independent import Numbers, Quantities, independent
+from scipy import integrate
+from scipy.optimize import approx_fprime
+from scipy.special import ellipe
+
+WORK, PARTICLES = "work_constant_linear_coulomb", "internal_potential_energy"
 
 
-def work_quad(p: Numbers) -> dict[str, float]:
+@independent("quad", "scipy", WORK)
+def work_quad(p: Numbers) -> Quantities:
     """scipy.integrate.quad along each path, at its default tolerance."""
-    from scipy.integrate import quad  # slow to load: only its own computation waits
-
     R, rise, weight = p["R"], p["p"] / (2 * math.pi), p["mu"] * p["m"] * p["g"]
 
     def constant(s: float) -> float:
@@ -30,18 +31,17 @@ def work_quad(p: Numbers) -> dict[str, float]:
         return math.hypot(p["a"] * math.sin(t), p["b"] * math.cos(t))
 
     return {
-        "constant": float(quad(constant, 0.0, p["phi"])[0]),
-        "spring": float(quad(spring, 0.0, p["phi"])[0]),
-        "friction_circle": -weight * float(quad(lambda s: R, 0.0, 2 * math.pi * p["turns"])[0]),
-        "friction_parabola": -weight * float(quad(parabola, 0.0, p["X"])[0]),
-        "friction_ellipse": -weight * float(quad(ellipse, 0.0, 2 * math.pi)[0]),
+        "constant": integrate.quad(constant, 0.0, p["phi"])[0],
+        "spring": integrate.quad(spring, 0.0, p["phi"])[0],
+        "friction_circle": -weight * integrate.quad(lambda s: R, 0.0, 2 * math.pi * p["turns"])[0],
+        "friction_parabola": -weight * integrate.quad(parabola, 0.0, p["X"])[0],
+        "friction_ellipse": -weight * integrate.quad(ellipse, 0.0, 2 * math.pi)[0],
     }
 
 
-def work_special(p: Numbers) -> dict[str, float]:
+@independent("ellipe, asinh", "scipy", WORK)
+def work_special(p: Numbers) -> Quantities:
     """The closed forms in binary64, with scipy.special.ellipe of m = 1 - (b/a)^2."""
-    from scipy.special import ellipe
-
     weight, bend = p["mu"] * p["m"] * p["g"], 2 * p["c"] * p["X"]
     parabola = p["X"] * math.hypot(1, bend) / 2 + math.asinh(bend) / (4 * p["c"])
     return {
@@ -51,12 +51,11 @@ def work_special(p: Numbers) -> dict[str, float]:
     }
 
 
-def tension_ivp(p: Numbers) -> dict[str, float]:
+@independent("solve_ivp", "scipy", "rod_tension_circular")
+def tension_ivp(p: Numbers) -> Quantities:
     """scipy.integrate.solve_ivp (DOP853, rtol 1e-12) up to the given time, then the tension in the final state."""
-    from scipy.integrate import solve_ivp
-
     g, length = p["g"], p["L"]
-    found = solve_ivp(
+    found = integrate.solve_ivp(
         lambda t, y: (y[1], -g / length * math.sin(y[0])),
         (0.0, p["t"]),
         (p["theta"], p["omega"]),
@@ -65,7 +64,7 @@ def tension_ivp(p: Numbers) -> dict[str, float]:
         atol=1e-14,
     )
     theta, omega = found.y[:, -1]
-    return {"tension": float(p["m"] * (length * omega**2 + g * math.cos(theta)))}
+    return {"tension": p["m"] * (length * omega**2 + g * math.cos(theta))}
 
 
 def _energy(p: Numbers, q: np.ndarray) -> float:
@@ -81,22 +80,18 @@ def _places(p: Numbers) -> np.ndarray:
     return np.array([p[name + axis] for name in "abc" for axis in "xyz"])
 
 
-def _forces(gradient: np.ndarray) -> dict[str, float]:
-    return {
-        k: v
-        for n in range(3)
-        for k, v in named(f"force{n + 1}", [-float(x) for x in gradient[3 * n : 3 * n + 3]]).items()
-    }
+def _forces(gradient: np.ndarray) -> Quantities:
+    return {f"force{n}": -part for n, part in enumerate(gradient.reshape(3, 3), 1)}
 
 
-def gradient_forward(p: Numbers) -> dict[str, float]:
+@independent("approx_fprime", "scipy", PARTICLES)
+def gradient_forward(p: Numbers) -> Quantities:
     """scipy.optimize.approx_fprime of the energy: forward differences, as optimisers use them."""
-    from scipy.optimize import approx_fprime
-
     return {"energy": _energy(p, _places(p))} | _forces(approx_fprime(_places(p), lambda q: _energy(p, q)))
 
 
-def forces_doubles(p: Numbers) -> dict[str, float]:
+@independent("sum over pairs", "numpy", PARTICLES)
+def forces_doubles(p: Numbers) -> Quantities:
     """Forces summed over pairs in binary64, as in an N-body code."""
     masses, places = (p["m1"], p["m2"], p["m3"]), _places(p).reshape(3, 3)
     forces = np.zeros((3, 3))
@@ -109,7 +104,8 @@ def forces_doubles(p: Numbers) -> dict[str, float]:
     return {"energy": _energy(p, _places(p))} | _forces(-forces.ravel())
 
 
-def moments_differences(p: Numbers) -> dict[str, float]:
+@independent("central differences", "numpy", "moment_momentum_moving_point")
+def moments_differences(p: Numbers) -> Quantities:
     """numpy: H_Q of the exact motion in binary64, differentiated by central differences of 1e-5 s."""
     a, b, v, w, q, u, c = (np.array([p[name + axis] for axis in "xyz"]) for name in "abvwquc")
     m1, m2 = p["m1"], p["m2"]
@@ -137,16 +133,4 @@ def moments_differences(p: Numbers) -> dict[str, float]:
     rates = [(moment(t + h, relative) - moment(t - h, relative)) / (2 * h) for relative in (False, True)]
     places, _, Q, _ = particles(t)
     pulled = sum((np.cross(r - Q, m * weight) for m, r in zip((m1, m2), places, strict=True)), np.zeros(3))
-    found = {"moment": pulled, "rate": rates[0], "relative_rate": rates[1]}
-    return {k: x for name, value in found.items() for k, x in named(name, [float(y) for y in value]).items()}
-
-
-WORK, PARTICLES = "work_constant_linear_coulomb", "internal_potential_energy"
-COMPUTATIONS = (
-    IndependentComputation("quad", "scipy", WORK, work_quad),
-    IndependentComputation("ellipe, asinh", "scipy", WORK, work_special),
-    IndependentComputation("solve_ivp", "scipy", "rod_tension_circular", tension_ivp),
-    IndependentComputation("approx_fprime", "scipy", PARTICLES, gradient_forward),
-    IndependentComputation("sum over pairs", "numpy", PARTICLES, forces_doubles),
-    IndependentComputation("central differences", "numpy", "moment_momentum_moving_point", moments_differences),
-)
+    return {"moment": pulled, "rate": rates[0], "relative_rate": rates[1]}

@@ -1,23 +1,23 @@
 """Independent computations of rigid bodies: an unbalanced rotor by SciPy's Rotation and cubature, work and energy by
 SciPy's integrator."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
 import numpy as np
-from gnomon.harness.certification.independent import IndependentComputation, Numbers
-from gnomon.reference.numerics.vectors import named
+from gnomon.harness.certification.independent import Numbers, Quantities, independent
 from gnomon.reference.rigid_bodies.bodies import BODIES
+from scipy import integrate
+from scipy.spatial.transform import Rotation
+
+ROTOR = "rotor_dynamic_balance"
 
 Floats = Any
 
 
-def rotor_turned(p: Numbers) -> dict[str, float]:
+@independent("Rotation, solve", "scipy", ROTOR)
+def rotor_turned(p: Numbers) -> Quantities:
     """The disc's tensor rotated by scipy's Rotation, the torque w x I w, the bearing forces by numpy.linalg.solve."""
-    from scipy.spatial.transform import Rotation  # slow to load: only its own computation waits
-
     m, square = p["m"], p["r"] ** 2
     across = m * (square / 4 + p["h"] ** 2 / 12)
     turn = Rotation.from_euler("y", p["beta"]).as_matrix()
@@ -28,10 +28,9 @@ def rotor_turned(p: Numbers) -> dict[str, float]:
     return _rotor(p, float(tensor[0, 2]), float(torque[1]), float(force[0]))
 
 
-def rotor_cubature(p: Numbers) -> dict[str, float]:
+@independent("cubature", "scipy", ROTOR)
+def rotor_cubature(p: Numbers) -> Quantities:
     """scipy.integrate.cubature over the tilted disc of its accelerations and their moments."""
-    from scipy.integrate import cubature
-
     cosine, sine = math.cos(p["beta"]), math.sin(p["beta"])
     disc = BODIES["cylinder"]
 
@@ -43,13 +42,15 @@ def rotor_cubature(p: Numbers) -> dict[str, float]:
     low, high = [0.0, 0.0, -0.5], [1.0, 2 * math.pi, 0.5]
     # Some moments are zero by symmetry: without an absolute tolerance their refinement would not end.
     size = max(p["r"], p["h"], abs(p["e"]))
-    found = cubature(pull, low, high, rule="gk15", rtol=1e-12, atol=1e-14 * size**2, max_subdivisions=10).estimate
+    found = integrate.cubature(
+        pull, low, high, rule="gk15", rtol=1e-12, atol=1e-14 * size**2, max_subdivisions=10
+    ).estimate
     volume, first, second = (float(x) for x in found)
     square = p["w"] ** 2
     return _rotor(p, -p["m"] * second / volume, -p["m"] * square * second / volume, -p["m"] * square * first / volume)
 
 
-def _rotor(p: Numbers, product: float, torque: float, force: float) -> dict[str, float]:
+def _rotor(p: Numbers, product: float, torque: float, force: float) -> Quantities:
     """Bearing forces at z = d and z = -d with this force and torque, and the products of mass and radius there that balance
     the rotor."""
     arms = [[1.0, 1.0], [p["d"], -p["d"]]]
@@ -59,15 +60,14 @@ def _rotor(p: Numbers, product: float, torque: float, force: float) -> dict[str,
         "I_xz": product,
         "torque": torque,
         "force": force,
-        **named("bearing", [float(x) for x in bearing], ("A", "B")),
-        **named("correction", [float(x) for x in correction], ("A", "B")),
+        "bearing": bearing,
+        "correction": correction,
     }
 
 
-def energies_ivp(p: Numbers) -> dict[str, float]:
+@independent("solve_ivp, quad", "scipy", "work_energy_rigid_body")
+def energies_ivp(p: Numbers) -> Quantities:
     """scipy.integrate.solve_ivp (DOP853, rtol 1e-12) of Euler's equations; energies from the rates, work as integral."""
-    from scipy.integrate import quad, solve_ivp
-
     weight = np.array([0.0, 0.0, -p["m"] * p["g"]])
     inertia, heavy = (np.array([p[name] for name in names]) for names in (("I1", "I2", "I3"), ("A", "A", "C")))
     axis = np.array([0.0, 0.0, 1.0])
@@ -99,27 +99,18 @@ def energies_ivp(p: Numbers) -> dict[str, float]:
     )
     end = start
     if p["t"] > 0:
-        end = solve_ivp(motion, (0.0, p["t"]), start, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+        end = integrate.solve_ivp(motion, (0.0, p["t"]), start, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
     v, w, top, up = end[0:3], end[3:6], end[7:10], end[10:13]
     sliding, pull = math.hypot(p["s0x"], p["s0y"]), p["mu"] * p["g"]
     until = 2 * sliding / (7 * pull)
-    found = {
+    return {
         "translational": p["m"] * (v @ v) / 2,
         "rotational": (inertia * w) @ w / 2,
         "kinetic": p["m"] * (v @ v) / 2 + (inertia * w) @ w / 2,
         "power": weight @ v,
         "work": end[6],
-        "ball_loss": quad(lambda t: p["m"] * pull * (sliding - 7 * pull * t / 2), 0.0, until)[0],
+        "ball_loss": integrate.quad(lambda t: p["m"] * pull * (sliding - 7 * pull * t / 2), 0.0, until)[0],
         "top_kinetic": (heavy * top) @ top / 2,
         "top_power": p["W"] * np.cross(up, axis) @ top,
         "top_work": end[13],
     }
-    return {name: float(value) for name, value in found.items()}
-
-
-ROTOR = "rotor_dynamic_balance"
-COMPUTATIONS = (
-    IndependentComputation("Rotation, solve", "scipy", ROTOR, rotor_turned),
-    IndependentComputation("cubature", "scipy", ROTOR, rotor_cubature),
-    IndependentComputation("solve_ivp, quad", "scipy", "work_energy_rigid_body", energies_ivp),
-)

@@ -62,20 +62,17 @@ def certify(
     out.print(f"{len(certificates)} certificates in {seconds / 60:.1f} minutes of processor time", highlight=False)
     write(certificates, to)
     if independent is not None:
-        _measure_computations({name for name, _ in subjects}, independent)
+        from gnomon.harness.certification import independent_checks
+
+        names = {name for name, _ in subjects}
+        checks = [check for check in independent_checks.everything() if check.name in names]
+        # One at a time: their times are compared.
+        independent_checks.write(independent_checks.run_checks(checks), independent)
+        out.print(f"independent computations of the checks: {independent}", highlight=False)
     failed = [certificate for certificate in certificates if not certificate.passed]
     if failed:
         out.print(f"{len(failed)} agree to fewer digits than required")
         raise typer.Exit(1)
-
-
-def _measure_computations(names: set[str], to: Path) -> None:
-    """Measure the checks among the names, with all variants, one at a time: their times are compared."""
-    from gnomon.harness.certification import independent_checks
-
-    chosen = [check for check in independent_checks.everything() if check.name in names]
-    independent_checks.write(independent_checks.run_checks(chosen), to)
-    out.print(f"independent computations of the checks: {to}", highlight=False)
 
 
 def certificates_table(certificates: Iterable[Certificate]) -> Table:

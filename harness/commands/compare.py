@@ -1,7 +1,5 @@
 """`gnomon compare`: whether a run got worse."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`gnomon exact`: exact states of a case, for comparison in any language."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`gnomon export`: the measurements of a run as a table for other programs."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated

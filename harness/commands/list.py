@@ -29,35 +29,26 @@ class Listed(StrEnum):
 
 def list_(what: Annotated[Listed | None, typer.Argument(help="What to list; by default everything.")] = None) -> None:
     """List cases, checks (rows without motion) and integrators."""
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon import cases
+
     if what in (None, Listed.cases):
-        out.print(cases_table())
+        out.print(_variants_table("Cases", "case", [cases.case_class(name) for name in cases.names()]))
     if what in (None, Listed.checks):
-        out.print(checks_table())
+        kinds = [cases.check_class(name) for name in cases.check_names()]
+        out.print(_variants_table("Checks, without motion", "check", kinds))
     if what in (None, Listed.integrators):
         Output(width=max(out.width, INTEGRATORS_WIDTH), emoji=False).print(integrators_table())
 
 
-def cases_table() -> Table:
-    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon import cases
-
-    return _variants_table("Cases", "case", [(name, cases.case_class(name)) for name in cases.names()])
-
-
-def checks_table() -> Table:
-    from gnomon import cases
-
-    return _variants_table("Checks, without motion", "check", [(n, cases.check_class(n)) for n in cases.check_names()])
-
-
-def _variants_table(title: str, column: str, kinds: Iterable[tuple[str, type[Case] | type[Check]]]) -> Table:
+def _variants_table(title: str, column: str, kinds: Iterable[type[Case] | type[Check]]) -> Table:
     """Cases, or checks: name, title and variants of each."""
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
     table.add_column(column, no_wrap=True)
     table.add_column("title")
     table.add_column("variants")
-    for name, kind in kinds:
-        table.add_row(name, kind.title, ", ".join(variant.name for variant in kind.variants))
+    for kind in kinds:
+        table.add_row(kind.name, kind.title, ", ".join(variant.name for variant in kind.variants))
     return table
 
 

@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 
 if TYPE_CHECKING:
-    from gnomon.cases import Case, Check
+    from gnomon.cases import Case
     from gnomon.harness.contract.integrator import Integrator
 
 UNREAD = 141
@@ -128,13 +128,6 @@ def given_parameters(parameters: list[str] | None) -> dict[str, str]:
             raise ValueError(f"--set {name}: given twice, {given[name]} and {value}; give it once")
         given[name] = value
     return given
-
-
-def chosen_check(name: str, parameters: list[str] | None) -> Check:
-    from gnomon import cases
-
-    check, _, variant = name.partition("/")
-    return cases.get_check(check, variant or None, **given_parameters(parameters))
 
 
 def integrator_or_program(integrator: str | None, command: str | None) -> tuple[Integrator, str]:

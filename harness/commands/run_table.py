@@ -1,7 +1,5 @@
 """The table that `gnomon run` prints at its end: one row a series, or one an integrator if there are many series."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence

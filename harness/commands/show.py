@@ -1,7 +1,5 @@
 """`gnomon show`: what a case or a check is."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 
@@ -19,8 +17,7 @@ def show(
 ) -> None:
     """Print a case (equations, parameters, quantities, variants) or a check; draw the motion to a file."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.commands.show_case import DRAWINGS, describe, draw
-    from gnomon.harness.commands.show_check import describe_check
+    from gnomon.harness.commands.show_case import DRAWINGS, describe, describe_check, draw
 
     from gnomon import cases
 
@@ -29,7 +26,8 @@ def show(
     if case.partition("/")[0] in cases.check_names():
         if plot is not None:
             raise ValueError(f"{case} is a check, without motion: there is nothing to draw")
-        describe_check(options.chosen_check(case, parameters), out)
+        check, _, variant = case.partition("/")
+        describe_check(cases.get_check(check, variant or None, **options.given_parameters(parameters)), out)
         return
     (chosen,) = options.chosen([case], False, parameters, rounded=False)
     if plot is not None:

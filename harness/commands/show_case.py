@@ -1,15 +1,14 @@
-"""What `gnomon show` prints of a case, and the drawing of its motion."""
-
-from __future__ import annotations
+"""What `gnomon show` prints of a case or a check, and the drawing of a motion."""
 
 import inspect
+import sys
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gnomon.cases import Case
+from gnomon.cases import Case, Check
 from gnomon.cases.core.forms import (
     Charged,
     Constrained,
@@ -24,7 +23,6 @@ from gnomon.cases.core.forms import (
     Separable,
 )
 from gnomon.cases.core.numbers import show as number
-from gnomon.harness.commands.source_file import source_file
 from gnomon.reference.storage import diskcache
 from rich.console import Console
 from rich.markup import escape
@@ -37,21 +35,31 @@ DRAWN_SCALES = 80.0
 """A drawing covers at most this many time scales; more oscillations could not be told apart."""
 
 
+FUNCTIONS = (
+    (SecondOrder, "acceleration", "q'' = acceleration(t, q, parameters)"),
+    (Separable, "potential", "potential energy per unit mass"),
+    (RigidBody, "inertia", "principal moments"),
+    (RigidBody, "torque", "torque in the body; Euler's equations and R' = R hat(w) follow"),
+    (NBody, "masses", "G m of each body; gravitation follows"),
+    (Impact, "gap", "distance from the wall, for time stepping"),
+    (Friction, "bounds", "kinetic and static friction over mass, for time stepping"),
+    (FirstOrder, "equations", "y' = equations(t, y, parameters)"),
+    (Charged, "fields", "a and w of u' = a + v x w; for a charge q E/m and q B/m"),
+    (Constrained, "force", "force over mass, without that of the constraint"),
+    (Constrained, "constraint", "constraint, constant on the motion"),
+    (SemiLinear, "linear", "y' = L y + rest: L, row by row"),
+    (SemiLinear, "rest", "the rest"),
+)
+"""The functions that state each form, and what they are."""
+
+
 def describe(case: Case, out: Console) -> None:
     """Print title, conventions, equations, parameters, quantities, variants, forms and formulations."""
-    out.print(f"[bold]{escape(case.title)}[/]  {escape(case.id)}   (Beatty, Dynamics, {escape(case.section)})")
-    out.print(f"Case: {escape(source_file(type(case)))}", soft_wrap=True)
-    out.print(f"Exact motion: {escape(source_file(type(case.motion())))}", soft_wrap=True)
-    if case.conventions:
-        out.print(escape(case.conventions))
-    _equations(case, out)
+    _head(case, {"Case": type(case), "Exact motion": type(case.motion())}, out)
+    _code("Equations of motion", _functions(case), out)
     _numbers(case, out)
-    _quantities(case, out)
-    if case.variants:
-        table = Table("variant", "what it stresses", title="Variants", title_justify="left")
-        for variant in case.variants:
-            table.add_row(variant.name, escape(variant.stresses))
-        out.print(table)
+    _quantities("Derived quantities, 15 digits", case.quantities(15), out)
+    _variants(case, out)
     forms = [type(form).__name__ for form in case.all_forms()] + (["Scene"] if case.scene is not None else [])
     out.print(f"Forms: {', '.join(forms)}")
     for formulation in case.formulations:
@@ -59,6 +67,15 @@ def describe(case: Case, out: Console) -> None:
     laws = ", ".join(f"{name} ({invariant.law})" for name, invariant in case.invariants.items())
     if laws:
         out.print(f"Invariants: {laws}")
+
+
+def describe_check(check: Check, out: Console) -> None:
+    """Print title, conventions, closed forms, parameters, results and variants."""
+    _head(check, {"Check": type(check)}, out)
+    _code("Closed forms", [("", type(check).formulas)], out)
+    _numbers(check, out)
+    _quantities("Results, 15 digits", check.exact(15), out)
+    _variants(check, out)
 
 
 def draw(case: Case, path: Path) -> None:
@@ -88,75 +105,80 @@ def draw(case: Case, path: Path) -> None:
         chart.save(str(part), **({"scale_factor": 2} if path.suffix == ".png" else {}))
 
 
-def _equations(case: Case, out: Console) -> None:
-    out.print("\n[bold]Equations of motion[/]")
-    for title, function in _functions(case):
-        text = inspect.getsource(function).rstrip()
-        out.print(f"[italic]{escape(title)}[/]")
-        out.print(Syntax(textwrap.dedent(text), "python", background_color="default", word_wrap=True))
+def source_file(kind: type) -> str:
+    """The file of a class: below the root of the repository if it is gnomon's own, as `cases/orbits/two_body.py`."""
+    package, _, rest = kind.__module__.partition(".")
+    if package == "gnomon":
+        return f"{rest.replace('.', '/')}.py"
+    return getattr(sys.modules[kind.__module__], "__file__", None) or kind.__module__
+
+
+def _head(shown: Case | Check, kinds: Mapping[str, type], out: Console) -> None:
+    out.print(f"[bold]{escape(shown.title)}[/]  {escape(shown.id)}   (Beatty, Dynamics, {escape(shown.section)})")
+    for word, kind in kinds.items():
+        out.print(f"{word}: {escape(source_file(kind))}", soft_wrap=True)
+    if shown.conventions:
+        out.print(escape(shown.conventions))
+
+
+def _code(title: str, functions: Iterable[tuple[str, Callable[..., Any]]], out: Console) -> None:
+    out.print(f"\n[bold]{title}[/]")
+    for words, function in functions:
+        if words:
+            out.print(f"[italic]{escape(words)}[/]")
+        text = textwrap.dedent(inspect.getsource(function).rstrip())
+        out.print(Syntax(text, "python", background_color="default", word_wrap=True))
 
 
 def _functions(case: Case) -> Iterator[tuple[str, Callable[..., Any]]]:
     """The functions that state the dynamics of the most structured form."""
-    form: Any = case.forms[0]
-    if isinstance(form, SecondOrder):
-        yield "q'' = acceleration(t, q, parameters)", form.acceleration
-        if isinstance(form, Separable):
-            yield "potential energy per unit mass", form.potential
-    elif isinstance(form, RigidBody):
-        yield "principal moments", form.inertia
-        yield "torque in the body; Euler's equations and R' = R hat(w) follow", form.torque
-    elif isinstance(form, NBody):
-        yield "G m of each body; gravitation follows", form.masses
-        yield from _others(case, form)
-    elif isinstance(form, Hybrid):
+    form = case.forms[0]
+    if isinstance(form, Hybrid):
         for mode in form.modes:
             yield f"mode {mode.name}: y' = equations(t, y, parameters)", mode.equations
         for transition in form.transitions:
             yield f"{transition.name}: ends {transition.mode} where this crosses zero", transition.guard
             yield f"{transition.name}: the state after", transition.reset
-        if isinstance(form, Impact):
-            yield "distance from the wall, for time stepping", form.gap
-        elif isinstance(form, Friction):
-            yield "kinetic and static friction over mass, for time stepping", form.bounds
-    elif isinstance(form, FirstOrder):
-        yield "y' = equations(t, y, parameters)", form.equations
-        if isinstance(form, Charged):
-            yield "a and w of u' = a + v x w; for a charge q E/m and q B/m", form.fields
-        elif isinstance(form, Constrained):
-            yield "force over mass, without that of the constraint", form.force
-            yield "constraint, constant on the motion", form.constraint
-        elif isinstance(form, SemiLinear):
-            yield "y' = L y + rest: L, row by row", form.linear
-            yield "the rest", form.rest
+    for kind, name, words in FUNCTIONS:
+        if isinstance(form, kind):
+            yield words, getattr(form, name)
+    if isinstance(form, NBody):
+        for other in case.forms[1:]:
+            if isinstance(other, SecondOrder):
+                yield FUNCTIONS[0][2], other.acceleration
 
 
-def _others(case: Case, form: Any) -> Iterator[tuple[str, Callable[..., Any]]]:
-    for other in case.forms:
-        if isinstance(other, SecondOrder) and other is not form:
-            yield "q'' = acceleration(t, q, parameters)", other.acceleration
+def _numbers(shown: Case | Check, out: Console) -> None:
+    """The table of parameters and, of a case, of initial values and span; the rules of the domain."""
 
+    def row(label: str, value: Any, unit: str, meaning: str, name: str = "") -> None:
+        domain = str(shown.domain.ranges.get(name, ""))
+        table.add_row(label, number(value), unit, escape(meaning), escape(domain))
 
-def _numbers(case: Case, out: Console) -> None:
-    table = Table("name", "value", "unit", "meaning", "domain", title="Parameters and start", title_justify="left")
-    for parameter in case.parameter_list:
-        domain = str(case.domain.ranges.get(parameter.name, ""))
-        text = number(case.parameters[parameter.name])
-        table.add_row(parameter.name, text, parameter.unit, escape(parameter.meaning), escape(domain))
-    for coordinate, value in zip(case.state, case.initial_state, strict=True):
-        domain = str(case.domain.ranges.get(coordinate.name, ""))
-        table.add_row(f"{coordinate.name}(0)", number(value), coordinate.unit, coordinate.kind, escape(domain))
-    table.add_row("span", number(case.span), "s", "", "")
+    title = "Parameters and start" if isinstance(shown, Case) else "Parameters"
+    table = Table("name", "value", "unit", "meaning", "domain", title=title, title_justify="left")
+    for each in shown.parameter_list:
+        row(each.name, shown.parameters[each.name], each.unit, each.meaning, each.name)
+    if isinstance(shown, Case):
+        for coordinate, value in zip(shown.state, shown.initial_state, strict=True):
+            row(f"{coordinate.name}(0)", value, coordinate.unit, coordinate.kind, coordinate.name)
+        row("span", shown.span, "s", "")
     out.print(table)
-    for rule in case.domain.rules:
+    for rule in shown.domain.rules:
         out.print(f"Rule: {escape(rule.statement)}")
 
 
-def _quantities(case: Case, out: Console) -> None:
-    found = case.quantities(15)
-    if not found:
-        return
-    table = Table("quantity", "value", title="Derived quantities, 15 digits", title_justify="left")
-    for name, value in found.items():
-        table.add_row(name, escape(str(value)))
-    out.print(table)
+def _quantities(title: str, found: Mapping[str, Any], out: Console) -> None:
+    if found:
+        table = Table("quantity", "value", title=title, title_justify="left")
+        for name, value in found.items():
+            table.add_row(name, escape(str(value)))
+        out.print(table)
+
+
+def _variants(shown: Case | Check, out: Console) -> None:
+    if shown.variants:
+        table = Table("variant", "what it stresses", title="Variants", title_justify="left")
+        for variant in shown.variants:
+            table.add_row(variant.name, escape(variant.stresses))
+        out.print(table)

@@ -1,7 +1,5 @@
 """The environment of a run: machine, libraries, revision of the sources."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import platform

@@ -1,7 +1,5 @@
 """The text of what a result depends on: a form, its functions, and all that these read."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import inspect

@@ -1,7 +1,5 @@
 """What became of a trial: the one word of each measurement, the same in memory, in results files and on the page."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 
 

@@ -1,7 +1,5 @@
 """Validation of what an integrator returned, before it is used: types, shapes, real numbers, possible counts."""
 
-from __future__ import annotations
-
 import math
 from numbers import Integral, Real
 from typing import Any

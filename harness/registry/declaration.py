@@ -1,7 +1,5 @@
 """Validation of what an integrator declares, when it is loaded: errors appear before anything runs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from numbers import Integral, Real

@@ -11,37 +11,12 @@ from functools import cache
 from importlib.metadata import entry_points
 
 from gnomon.cases.core.numbers import nearest
+from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import declaration
 
-MODULES = (
-    "gnomon.harness.integrators.runge_kutta.explicit",
-    "gnomon.harness.integrators.geometric.splitting",
-    "gnomon.harness.integrators.gauss.gauss",
-    "gnomon.harness.integrators.gauss.gauss_fast",
-    "gnomon.harness.integrators.runge_kutta.explicit_pairs",
-    "gnomon.harness.integrators.runge_kutta.dop853",
-    "gnomon.harness.integrators.runge_kutta.nystrom",
-    "gnomon.harness.integrators.multistep_extrapolation.stormer",
-    "gnomon.harness.integrators.multistep_extrapolation.extrapolation",
-    "gnomon.harness.integrators.gauss.radau",
-    "gnomon.harness.integrators.taylor.taylor",
-    "gnomon.harness.integrators.geometric.boris",
-    "gnomon.harness.integrators.geometric.rattle",
-    "gnomon.harness.integrators.geometric.exponential",
-    "gnomon.harness.integrators.geometric.lie",
-    "gnomon.harness.integrators.events.moreau",
-    "gnomon.harness.integrators.events.hybrid",
-    "gnomon.harness.adapters.scipy_ivp",
-    "gnomon.harness.adapters.scipy_ode",
-    "gnomon.harness.adapters.scipy_odeint",
-    "gnomon.harness.adapters.scipy_events",
-    "gnomon.harness.adapters.rebound_nbody",
-    "gnomon.harness.adapters.rebound_ode",
-    "gnomon.harness.adapters.heyoka",
-    "gnomon.harness.adapters.pybullet",
-)
-"""Modules with a tuple `INTEGRATORS` of classes or instances. None of them imports its library before `prepare`."""
+MODULES: list[str] = declared("registry", "modules.toml")["modules"]
+"""Modules with a tuple `INTEGRATORS`."""
 
 GROUP = "gnomon.integrators"
 
@@ -125,11 +100,7 @@ def from_path(path: str) -> Integrator:
     try:
         found = getattr(importlib.import_module(module), attribute)
         made = found() if isinstance(found, type) and issubclass(found, Integrator) else found
-    except (
-        Exception,
-        SystemExit,
-        KeyboardInterrupt,
-    ) as error:  # a user's module may raise anything while it is imported
+    except (Exception, SystemExit, KeyboardInterrupt) as error:  # of a user's module while it is imported
         raise ValueError(
             f"{path}: {type(error).__name__}: {error}; give package.module:Class of a subclass of Integrator"
         ) from None

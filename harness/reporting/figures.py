@@ -4,8 +4,6 @@ Logarithmic axes are linear axes of decades, whose logarithm is taken here, so t
 readable label. Data are aggregated here, so that the number of marks does not grow with the run.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import altair as alt

@@ -4,8 +4,6 @@ Where many integrators ran, only the fastest of each kind (`front`) are in colou
 grey lines with a tooltip.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection
 from typing import Any

@@ -1,7 +1,5 @@
 """A run in a few sentences, each counted from the same rows as the tables of the page."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

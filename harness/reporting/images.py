@@ -1,7 +1,5 @@
 """The printed figures: SVG and PNG files of Vega-Lite specifications, made small, on all cores."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import re

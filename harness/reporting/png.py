@@ -1,7 +1,5 @@
 """PNG files made small: a drawing has few colours, so a palette of 64 is enough, with one byte a pixel."""
 
-from __future__ import annotations
-
 import struct
 import zlib
 

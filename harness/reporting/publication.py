@@ -3,8 +3,6 @@
 `make publish` is `python -m gnomon.harness.reporting.publication runs/standard.sqlite --from reports/local --to reports`.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import subprocess

@@ -1,7 +1,5 @@
 """The report of a run: one self-contained page, a summary for CI, and the figures as files."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path

@@ -1,23 +1,9 @@
 """The results of `make bench` as rows: claims of speed in pairs, times of calls, measured orders, growth of energy errors."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 from gnomon.harness.reporting import sidecars, tables
-from gnomon.harness.reporting.sidecars import (
-    FLAG,
-    NUMBER,
-    NUMERAL,
-    POSITIVE,
-    SIZE,
-    TEXT,
-    TEXTS,
-    WHOLE,
-    Optional,
-    one_of,
-)
 from gnomon.harness.results.analysis import CLAIM
 from gnomon.harness.studies.growth import named, possible
 from gnomon.harness.studies.orders import BINARY64, WITHIN
@@ -32,36 +18,6 @@ KEPT = {
 }
 """What integrators claim to conserve, in words."""
 
-BENCHMARKS, GROWTH, ORDERS = "benchmarks.json", "growth.json", "orders.json"
-
-_BENCHMARKS: dict[str, Any] = {"launches": WHOLE, "environment": TEXTS, "rows": [{}]}
-_TIMES = {"median": POSITIVE, "low": POSITIVE, "high": POSITIVE}
-_SINGLE = {"group": TEXT, "first_name": TEXT, **_TIMES}
-_PAIR = {
-    **{"group": TEXT, "problem": TEXT, "level": NUMERAL, "first_name": TEXT, "second_name": TEXT},
-    **{"first": POSITIVE.or_null(), "second": POSITIVE.or_null()},
-    **{"first_prepare": Optional(SIZE.or_null()), "second_prepare": Optional(SIZE.or_null())},
-}
-_BOTH = {"first_null": SIZE.or_null(), "second_null": SIZE.or_null(), **_TIMES}
-"""Further keys of a pair in which both have a time."""
-_GROWTH = {
-    "rows": [
-        {
-            **{"integrator": TEXT, "case": TEXT, "setting": TEXT, "periods": POSITIVE, "starts": WHOLE, "size": SIZE},
-            **{"power": NUMBER, "low": Optional(NUMBER), "high": Optional(NUMBER), "uncertainty": SIZE},
-            **{"law": TEXT, "expected": TEXT},
-        }
-    ]
-}
-_ORDERS = {
-    "rows": [
-        {
-            **{"integrator": TEXT, "case": TEXT, "digits": WHOLE, "at_fixed_steps": FLAG, "points": WHOLE},
-            **{"order": NUMBER, "declared": WHOLE, "keeps": [one_of(KEPT)]},
-        }
-    ]
-}
-
 OVERHEAD = 0.1
 """No ratio is claimed if the null call takes more than this part of a call's time."""
 
@@ -71,16 +27,11 @@ def benchmarks(*folders: Path) -> dict[str, Any] | None:
 
     For a file of an earlier revision, which did not name both sides of a pair, `earlier` is True and there are no rows.
     """
-    path = _first(BENCHMARKS, *folders)
-    if path is None:
+    found = sidecars.first("benchmarks.json", *folders)
+    if found is None:
         return None
-    found = sidecars.read(path, _BENCHMARKS)
     earlier = any("first_name" not in row for row in found["rows"])
     rows = [] if earlier else found["rows"]
-    for number, row in enumerate(rows):
-        both = row.get("first") is not None and row.get("second") is not None
-        shape = (_PAIR | _BOTH if both else _PAIR) if "first" in row else _SINGLE
-        sidecars.check(row, shape, path, f"rows[{number}]")
     return {
         "earlier": earlier,
         "launches": found["launches"],
@@ -92,20 +43,14 @@ def benchmarks(*folders: Path) -> dict[str, Any] | None:
 
 def growth(*folders: Path) -> dict[str, Any] | None:
     """Growth laws of energy errors in words, from the first of the folders that has them; None if none has."""
-    path = _first(GROWTH, *folders)
-    if path is None:
-        return None
-    found: dict[str, Any] = sidecars.read(path, _GROWTH)
-    return found | {"rows": [_law(row) for row in found["rows"]]}
+    found = sidecars.first("growth.json", *folders)
+    return None if found is None else found | {"rows": [_law(row) for row in found["rows"]]}
 
 
 def orders(*folders: Path) -> dict[str, Any] | None:
     """Measured orders in words, from the first of the folders that has them; None if none has."""
-    path = _first(ORDERS, *folders)
-    if path is None:
-        return None
-    found: dict[str, Any] = sidecars.read(path, _ORDERS)
-    return found | {"rows": [_measured(row) for row in found["rows"]]}
+    found = sidecars.first("orders.json", *folders)
+    return None if found is None else found | {"rows": [_measured(row) for row in found["rows"]]}
 
 
 def _measured(row: dict[str, Any]) -> dict[str, str]:
@@ -183,8 +128,3 @@ def _interval(row: dict[str, Any]) -> tuple[float, float]:
     if "low" in row and "high" in row:
         return row["low"], row["high"]
     return row["power"] - 2 * row["uncertainty"], row["power"] + 2 * row["uncertainty"]
-
-
-def _first(name: str, *folders: Path) -> Path | None:
-    """The file of this name in the first of the folders that has it."""
-    return next((folder / name for folder in folders if (folder / name).is_file()), None)

@@ -1,35 +1,26 @@
 """Which integrator to choose: by kind of system, and every integrator on one line."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.contract.declared import declared
 from gnomon.harness.reporting.tables import Cell, Row, ratio_text, short_text, time_text
 from gnomon.harness.results.analysis import NEVER_RAN, TARGETS
 
-KINDS = (
-    (("Hybrid", "Impact", "Friction"), "Impact, friction and changing contact"),
-    (("NBody",), "Bodies under gravitation"),
-    (("RigidBody",), "Turning rigid bodies"),
-    (("Charged",), "Magnetic and Coriolis forces"),
-    (("Constrained",), "Constraints and their reactions"),
-    (("SemiLinear",), "Linear systems: damped, driven or coupled oscillators, linear drag"),
-    (("Separable", "SecondOrder"), "Forces of position and time alone"),
-    (("FirstOrder",), "Other smooth systems: quadratic drag, coupled masses"),
-)
+_PAGE = declared("reporting", "templates/page.toml")
+KINDS: dict[str, list[str]] = _PAGE["kinds"]
 """Kinds of systems by the most structured form that a case offers; the first match counts."""
+CARD: list[str] = _PAGE["card"]["heads"]
 
 
 def kinds(forms: Mapping[str, AbstractSet[str]], names: Sequence[str]) -> dict[str, list[str]]:
     """The cases of each kind, in the order of KINDS, those without any left out. `forms`: what each case offers."""
     found: dict[str, list[str]] = {}
-    for marks, words in KINDS:
+    for words, marks in KINDS.items():
         known = {name for members in found.values() for name in members}
         members = [name for name in names if name not in known and not forms[name].isdisjoint(marks)]
         if members:
@@ -102,33 +93,6 @@ def solved(matrix: pd.DataFrame) -> tuple[pd.DataFrame, int]:
     return each, len(ran.drop_duplicates(["case", "variant"]))
 
 
-@dataclass(frozen=True)
-class Number:
-    """A cell to sort by: its text, its number (nan is sorted last), and a small second line."""
-
-    text: str
-    value: float
-    note: str = ""
-
-    @property
-    def sorts(self) -> str:
-        return f"{self.value:.6g}" if math.isfinite(self.value) else ""
-
-
-CARD = (
-    "cases",
-    "fastest at 1e-6",
-    "time over the fastest’s",
-    "preparation",
-    "digits at best",
-    "short of attainable",
-    "order",
-    "error / tolerance",
-    "hard variants solved",
-    "energy over long spans",
-)
-
-
 def card(
     equal: pd.DataFrame,
     trusted: pd.DataFrame,
@@ -158,48 +122,49 @@ def card(
         lost = np.log10(good["best"].clip(lower=1e-17) / good["attainable"].clip(lower=1e-17)).clip(lower=0)
         speed = counts.loc[name] if name in counts.index else None
         cells = [
-            Number(str(len(part)), len(part)),
-            Number("–", 0) if speed is None else Number(f"{speed['wins']}", speed["wins"], f"of {speed['reached']}"),
-            Number("–", math.nan) if speed is None else Number(f"{ratio_text(speed['ratio'])} ×", speed["ratio"]),
-            Number(time_text(prepared := preparing.get(name, math.nan)), prepared),
+            Cell(str(len(part)), value=len(part)),
+            Cell("–", value=0)
+            if speed is None
+            else Cell(f"{speed['wins']}", f"of {speed['reached']}", value=speed["wins"]),
+            Cell("–") if speed is None else Cell(f"{ratio_text(speed['ratio'])} ×", value=speed["ratio"]),
+            Cell(time_text(prepared := preparing.get(name, math.nan)), value=prepared),
             _median(digits, "{:.1f}"),
             _median(lost, "{:.1f}"),
             _order(slopes.get(str(name)), bench.get(str(name))),
             _median(part["over_tolerance"], ""),
             _share(hard.loc[name] if name in hard.index else None),
-            Number("; ".join(dict.fromkeys(laws.get(str(name), ["–"]))), math.nan),
+            Cell("; ".join(dict.fromkeys(laws.get(str(name), ["–"])))),
         ]
         rows.append((0 if speed is None else -speed["wins"], -len(part), str(name), cells))
-    return [Row(name, cells) for *_, name, cells in sorted(rows, key=lambda row: row[:3])]  # type: ignore[arg-type]
+    return [Row(name, cells) for *_, name, cells in sorted(rows, key=lambda row: row[:3])]
 
 
-def _median(values: pd.Series, form: str) -> Number:
+def _median(values: pd.Series, form: str) -> Cell:
     found = values.dropna()
     if found.empty:
-        return Number("–", math.nan)
+        return Cell("–")
     middle = float(found.median())
-    return Number(form.format(middle) if form else short_text(middle), middle)
+    return Cell(form.format(middle) if form else short_text(middle), value=middle)
 
 
-def _order(slopes: pd.DataFrame | None, bench: Mapping[str, str] | None) -> Number:
+def _order(slopes: pd.DataFrame | None, bench: Mapping[str, str] | None) -> Cell:
     """The order from `make bench`, else the median of those measured in the run, beside the declared one."""
     if bench is not None:
-        return Number(bench["order"], float(bench["order"]), f"declared {bench['declared']}")
+        return Cell(bench["order"], f"declared {bench['declared']}", value=float(bench["order"]))
     if slopes is None:
-        return Number("–", math.nan)
+        return Cell("–")
     declared = float(slopes["declared"].iloc[0])
     found = slopes["order"].dropna()
     said = f"declared {declared:.0f}" if math.isfinite(declared) else ""
     if found.empty:
-        return Number("–", math.nan, said)
-    return Number(f"{found.median():.2f}", float(found.median()), f"on {len(found)}" + (f", {said}" if said else ""))
-
-
-def _share(hard: pd.Series | None) -> Number:
-    if hard is None:
-        return Number("–", math.nan)
-    return Number(
-        f"{100 * hard['solved'] / hard['ran']:.0f} %",
-        hard["solved"] / hard["ran"],
-        f"{hard['solved']} of {hard['ran']}",
+        return Cell("–", said)
+    return Cell(
+        f"{found.median():.2f}", f"on {len(found)}" + (f", {said}" if said else ""), value=float(found.median())
     )
+
+
+def _share(hard: pd.Series | None) -> Cell:
+    if hard is None:
+        return Cell("–")
+    share = hard["solved"] / hard["ran"]
+    return Cell(f"{100 * share:.0f} %", f"{hard['solved']} of {hard['ran']}", value=share)

@@ -1,7 +1,5 @@
 """The charts of a report: their data, their specifications for the page, and their files."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

@@ -4,46 +4,16 @@ certificates.json (`gnomon certify`) and checks.json (`--independent`) are looke
 a certificate of the same case variant, that of the first folder counts.
 """
 
-from __future__ import annotations
-
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import sidecars, tables
-from gnomon.harness.reporting.sidecars import FLAG, NUMBER, NUMBERS, SIZE, TEXT, Optional, one_of
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-CERTIFICATES, CHECKS = "certificates.json", "checks.json"
-WAYS = {
-    "residual": "the equations of motion, by central differences of the exact motion at random times",
-    "taylor": "a Taylor integration of the equations in high precision, from start to end or from event to event",
-    "windows": "the same over short stretches of a long span, from the exact state at random times",
-    "group": "on a long span, x(2t) is x(t) from x(t), from half the span down to the first window",
-    "seams": "on a long span, no jump where formulas change their branch",
-    "extrapolation": "Gragg's midpoint rule, extrapolated, for motions that are Taylor integrations themselves",
-    "ball": "an enclosure in python-flint's balls, by other formulas: these digits are proved",
-    "invariants": "conserved quantities at random times",
-    "independent": "numbers without motion, by quadrature, eigenvalues or linear systems",
-    "rounding": "the published digits, compared with those of a much higher precision",
-}
 SEVERITY = (Status.OK, Status.NOT_INSTALLED, Status.REFUSED, Status.INACCURATE, Status.DIVERGED, Status.CRASHED)
-
-_CERTIFICATES = [
-    {
-        **{"case": TEXT, "variant": TEXT, "ways": NUMBERS, "digits": NUMBER, "passed": FLAG},
-        **{"required": Optional(NUMBER.or_null()), "worst": Optional(TEXT), "note": Optional(TEXT)},
-        "revision": Optional(TEXT.or_null()),  # null where it was made without git
-    }
-]
-_CHECKS = [
-    {
-        **{"check": TEXT, "variant": TEXT, "computation": TEXT, "library": TEXT, "quantity": TEXT, "reason": TEXT},
-        **{"error": SIZE.or_null(), "seconds": SIZE.or_null(), "status": one_of(SEVERITY)},
-    }
-]
 
 
 def certified(*folders: Path) -> Markup:
@@ -54,7 +24,7 @@ def certified(*folders: Path) -> Markup:
     return Markup(
         environment.from_string(source).render(
             parts=[part for part in _parts(rows) if part["rows"]],
-            ways={way: text for way, text in WAYS.items() if any(way in row["ways"] for row in rows)},
+            used={way for row in rows for way in row["ways"]},
             revisions=sorted({row["revision"] for row in rows if row["revision"]}),
             computations=computation_rows(*folders),
         )
@@ -78,7 +48,7 @@ def certificate_rows(*folders: Path) -> list[dict[str, Any]]:
     """The certificates, those of a case together, its default first."""
     found: dict[tuple[str, str], dict[str, Any]] = {}
     for folder in reversed(folders):
-        for row in _read(folder / CERTIFICATES, _CERTIFICATES):
+        for row in sidecars.first("certificates.json", folder) or ():
             variant = row["variant"] or "default"
             found[row["case"], variant] = (
                 {"required": None, "worst": "", "note": "", "revision": ""} | row | {"variant": variant}
@@ -103,7 +73,7 @@ def _parts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def computation_rows(*folders: Path) -> list[dict[str, str]]:
     """One row for each independent computation of a check: its worst quantity on the default and on the hard variants."""
-    found: list[dict[str, Any]] = next(filter(None, (_read(folder / CHECKS, _CHECKS) for folder in folders)), [])
+    found: list[dict[str, Any]] = next(filter(None, (sidecars.first("checks.json", folder) for folder in folders)), [])
     groups: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     for row in found:
         groups.setdefault((row["check"], row["computation"], row["library"]), []).append(row)
@@ -143,8 +113,3 @@ def _told(row: dict[str, Any]) -> str:
 
 def _name(row: dict[str, Any]) -> str:
     return str(row["case"]) if row["variant"] == "default" else f"{row['case']}/{row['variant']}"
-
-
-def _read(path: Path, shape: Any) -> list[dict[str, Any]]:
-    rows: list[dict[str, Any]] = sidecars.read(path, shape) if path.is_file() else []
-    return rows

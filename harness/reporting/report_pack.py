@@ -3,8 +3,6 @@
 The browser decompresses them with DecompressionStream (in all browsers since 2023); nothing is fetched.
 """
 
-from __future__ import annotations
-
 import base64
 import gzip
 import json

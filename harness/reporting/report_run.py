@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import case_class, installed_names
+from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import style, tables
 from gnomon.harness.results import analysis, store
@@ -23,17 +24,7 @@ from gnomon.harness.studies.drift import rebuilt
 DECIMAL_STEPS = (1e-2, 1e-3, 1e-4)
 """The steps (s) at which the policies of an engine are compared."""
 
-
-CHAPTERS = {
-    5: "5 Foundation principles",
-    6: "6 Dynamics of a particle",
-    7: "7 Momentum, work and energy",
-    8: "8 Systems of particles",
-    9: "9 Inertia",
-    10: "10 Rigid bodies",
-    11: "11 Advanced dynamics",
-}
-"""Of Beatty, Principles of Engineering Mechanics, volume 2, Dynamics."""
+CHAPTERS: dict[str, str] = declared("reporting", "templates/page.toml")["chapters"]
 
 
 @dataclass(frozen=True)
@@ -101,7 +92,7 @@ class Run:
         """The cases of each chapter, by its number and title."""
         found: dict[str, list[str]] = {}
         for name in self.names:
-            found.setdefault(CHAPTERS.get(_place(self.sections[name])[0], "Other cases"), []).append(name)
+            found.setdefault(CHAPTERS.get(str(_place(self.sections[name])[0]), "Other cases"), []).append(name)
         return found
 
     @cached_property

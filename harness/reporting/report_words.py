@@ -1,8 +1,7 @@
 """The rows and sentences of the page and the summary."""
 
-from __future__ import annotations
-
 import itertools
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -62,7 +61,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "hierarchies": hierarchy_rows(run.hierarchies),
         "engine_settings": engine_settings(run.frame),
         "python_call": PYTHON_CALL,
-        "meanings": tables.MEANINGS,
+        "meanings": style.MEANINGS,
         "letters": {name: letter for name, letter in style.LETTERS.items() if letter.strip()},
         "colours": style.STATUS_COLOURS,
         "certified": report_checks.certified(*folders),
@@ -147,15 +146,16 @@ def hierarchy_rows(levels: pd.DataFrame) -> list[dict[str, Any]]:
 
 def engine_settings(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """Engine settings changed, gathered by engine and setting: values and the policies that set them."""
-    changed = analysis.changed_options(frame)
-    grouped = changed.groupby(["library", "option", "value"], sort=False)
-    return [
-        {
-            "library": library,
-            "setting": setting,
-            "value": value,
-            "integrators": list(dict.fromkeys(part["integrator_id"])),
-            "cases": list(dict.fromkeys(case for cases in part["case"] for case in cases)),
-        }
-        for (library, setting, value), part in grouped
+    rows = [
+        (one.library, one.integrator_id, name, str(value), one.case)
+        for one in frame.drop_duplicates([*analysis.SERIES, "settings_changed"]).itertuples()
+        for name, value in json.loads(one.settings_changed or "{}").items()
     ]
+    table = pd.DataFrame(rows, columns=["library", "integrator_id", "option", "value", "case"])
+    found = []
+    for (library, setting, value), part in table.groupby(["library", "option", "value"], sort=False):
+        by = {str(name): own["case"] for name, own in part.groupby("integrator_id", sort=False)}
+        cases = list(dict.fromkeys(case for own in by.values() for case in own))
+        row = {"library": library, "setting": setting, "value": value, "integrators": list(by), "cases": cases}
+        found.append(row)
+    return found

@@ -4,57 +4,22 @@ Colour shows the library, lightness the order within a family, shape and stroke 
 without colour vision too.
 """
 
-from __future__ import annotations
-
 import colorsys
 from collections.abc import Iterable
 from typing import Any
 
 import pandas as pd
-from gnomon.harness.contract.status import Status
-from gnomon.harness.results.analysis import NOT_RUN, PARTLY
+from gnomon.harness.contract.declared import declared
 
-INK, QUIET, PALE, GRID = "#1f2933", "#5f6b7a", "#f4f2ec", "#e4e2dc"
-FONT = "Helvetica Neue, Helvetica, Arial, Liberation Sans, sans-serif"
-
-# Okabe and Ito's palette, distinct under the common colour-vision deficiencies.
-HUES = {"gnomon": "#0072B2", "scipy": "#D55E00", "rebound": "#009E73", "pybullet": "#B0508A"}
+_STYLE = declared("reporting", "templates/figures.toml")
+INK, QUIET, PALE, GRID = (_STYLE["inks"][name] for name in ("ink", "quiet", "pale", "grid"))
+HUES: dict[str, str] = _STYLE["hues"]
 OTHER_HUES = ("#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
-
-FAMILIES = {
-    "adaptive step": ("circle", [1, 0]),
-    "fixed step": ("square", [6, 3]),
-    "fixed step, geometric": ("diamond", [6, 2, 1, 2]),
-    "physics engine": ("triangle-up", [2, 2]),
-}
-
-STATUS_COLOURS: dict[str, str] = {
-    Status.OK: "#7fb6a0",
-    PARTLY: "#d8e6c3",
-    Status.INACCURATE: "#f2cf63",
-    Status.DIVERGED: "#e08a4a",
-    Status.REFUSED: "#b79ad1",
-    Status.TIMEOUT: "#7aa6d8",
-    Status.CRASHED: "#8c2d3a",
-    Status.OUT_OF_MEMORY: "#5b3a8c",
-    Status.INTERRUPTED: "#d9d2c5",
-    Status.SKIPPED: "#c3d6ea",
-    NOT_RUN: "#eadfbf",
-    Status.UNSUPPORTED: "#efedE8".lower(),
-    Status.NOT_INSTALLED: "#ffffff",
-}
-LETTERS: dict[str, str] = {
-    Status.INACCURATE: "I",
-    Status.DIVERGED: "D",
-    Status.REFUSED: "R",
-    Status.TIMEOUT: "T",
-    Status.CRASHED: "C",
-    Status.OUT_OF_MEMORY: "M",
-    Status.INTERRUPTED: "B",
-    Status.SKIPPED: "S",
-    Status.UNSUPPORTED: "·",
-    Status.NOT_INSTALLED: "",
-}
+FAMILIES: dict[str, dict[str, Any]] = _STYLE["families"]
+STATUSES: dict[str, dict[str, str]] = declared("reporting", "templates/statuses.toml")
+STATUS_COLOURS = {name: each["colour"] for name, each in STATUSES.items()}
+LETTERS = {name: each["letter"] for name, each in STATUSES.items() if "letter" in each}
+MEANINGS = {name: each["meaning"] for name, each in STATUSES.items() if "meaning" in each}
 
 
 def family(row: pd.Series) -> str:
@@ -99,8 +64,8 @@ def styles(frame: pd.DataFrame) -> pd.DataFrame:
             "library": one["library"],
             "family": one["family"],
             "colour": [shades[name] for name in one["integrator_id"]],
-            "shape": [FAMILIES[name][0] for name in one["family"]],
-            "dash": [FAMILIES[name][1] for name in one["family"]],
+            "shape": [FAMILIES[name]["shape"] for name in one["family"]],
+            "dash": [FAMILIES[name]["dash"] for name in one["family"]],
             "lane": [place[name] for name in one["library"]],
         }
     ).reset_index(drop=True)
@@ -126,32 +91,4 @@ def records(table: pd.DataFrame) -> list[dict[str, Any]]:
 
 def dressed(chart: Any) -> Any:
     """The chart in the common style: grey axes, no frame, one font."""
-    return (
-        chart.configure(font=FONT, background="white", aria=False)
-        .configure_view(stroke=None)
-        .configure_axis(
-            gridColor=GRID,
-            domainColor="#b9b6ae",
-            tickColor="#b9b6ae",
-            labelColor=QUIET,
-            titleColor=INK,
-            titleFontWeight="normal",
-            titleFontSize=12.5,
-            labelFontSize=11.5,
-            titlePadding=10,
-        )
-        .configure_legend(
-            symbolSize=90,
-            symbolLimit=1000,  # Vega omits entries after the thirtieth by default
-            symbolStrokeWidth=0,
-            labelLimit=340,
-            rowPadding=3,
-            labelColor=INK,
-            labelFontSize=11.5,
-            titleColor=INK,
-            titleFontSize=12,
-        )
-        .configure_title(
-            color=INK, fontSize=15, anchor="start", fontWeight=600, subtitleColor=QUIET, subtitleFontSize=12
-        )
-    )
+    return chart.configure(**_STYLE["config"]).configure_view(stroke=None)

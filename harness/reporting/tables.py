@@ -1,30 +1,15 @@
 """The rows of the report's tables, in words: numbers with their units, statuses with their reasons."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
+from gnomon.harness.reporting.style import MEANINGS
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, preparations
-
-MEANINGS = {
-    Status.OK: "ran, and its error is a true measure of its accuracy at this setting",
-    Status.INACCURATE: "ran, but its error is above 0.1 of the size of the motion and above 10 times the conditioning",
-    Status.DIVERGED: "not finite, or the error is larger than the motion itself",
-    Status.REFUSED: "the integrator declined, or returned the initial state without a step",
-    Status.TIMEOUT: "passed the time limit of a trial and was stopped",
-    Status.CRASHED: "the process died, raised, or returned the wrong shape",
-    Status.OUT_OF_MEMORY: "needed more memory than a worker may take",
-    Status.INTERRUPTED: "the worker was ended from outside, or the machine had no memory or disk left; the next run repeats it",
-    Status.SKIPPED: "not started: predicted to pass the time limit, or an earlier setting passed it",
-    Status.UNSUPPORTED: "the integrator accepts no form that the problem offers, or lacks something that the problem needs",
-    Status.NOT_INSTALLED: "the library is not installed on this machine",
-}
 
 PROBLEM_AND_NAME = ("case", "formulation", "integrator_id")
 LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
@@ -108,12 +93,20 @@ def with_problems(table: pd.DataFrame) -> pd.DataFrame:
 
 @dataclass
 class Cell:
-    """A table cell: its text, a small second line, its class for the style sheet, and text that a narrow page omits."""
+    """A table cell: its text, a small second line, its class for the style sheet, and text that a narrow page omits.
+
+    `value` is the number to sort by; nan is sorted last.
+    """
 
     text: str
     note: str = ""
     kind: str = ""
     aside: str = ""
+    value: float = math.nan
+
+    @property
+    def sorts(self) -> str:
+        return f"{self.value:.6g}" if math.isfinite(self.value) else ""
 
 
 @dataclass
@@ -123,7 +116,7 @@ class Row:
     head: str
     cells: list[Cell]
     group: str = ""
-    note: str = field(default="")
+    note: str = ""
 
 
 def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]]) -> list[Row]:

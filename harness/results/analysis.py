@@ -1,9 +1,6 @@
 """Analysis of stored measurements: time at equal error, reliability, failures of each integrator. Runs nothing."""
 
-from __future__ import annotations
-
 import itertools
-import json
 import math
 import operator
 from collections import Counter
@@ -12,11 +9,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status
 from gnomon.harness.results.convergence_order import line, slopes, why_no_line
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
+from gnomon.harness.results.schema import MEASUREMENT_COLUMNS
 
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
 SERIES = ["case", "variant", "formulation", "library", "integrator_id"]
@@ -31,19 +27,10 @@ CLAIM = 1.2
 LEAST_SHARE = 0.1
 """Minimum of a time without its null call, as a share of the whole time: a smaller difference is measurement noise."""
 
-ERRORS = (
-    *(
-        "error_max",
-        "error_start",
-        "error_end",
-        "error_rms",
-        "error_phase",
-        "error_shape",
-        "error_over_tolerance",
-        "turns",
-    ),
-    *("invariant_drift", "error_low", "error_high"),
-)
+ERRORS = [
+    *(name for name in MEASUREMENT_COLUMNS if name.startswith("error_") and name != "error_unturned"),
+    *("turns", "invariant_drift"),
+]
 """Columns to ignore in later launches of a trial if its first launch has the median over turned starts."""
 
 NOT_RUN = "not_run"
@@ -298,17 +285,6 @@ def failures(reduced: pd.DataFrame) -> pd.DataFrame:
     return table.sort_values(
         ["status", "integrator_id"], key=lambda column: column.map(rank) if column.name == "status" else column
     )
-
-
-def changed_options(frame: pd.DataFrame) -> pd.DataFrame:
-    """Options that differ from an engine's default: one row for each integrator, option and value."""
-    rows = []
-    for columns in frame.drop_duplicates([*SERIES, "settings_changed"]).itertuples():
-        for name, value in json.loads(columns.settings_changed or "{}").items():
-            rows.append((columns.library, columns.integrator_id, name, str(value), columns.case))
-    table = pd.DataFrame(rows, columns=["library", "integrator_id", "option", "value", "case"])
-    grouped = table.groupby(["library", "integrator_id", "option", "value"], sort=False)["case"]
-    return grouped.agg(lambda names: list(dict.fromkeys(names))).reset_index()
 
 
 def policies(reduced: pd.DataFrame) -> pd.DataFrame:

@@ -1,16 +1,11 @@
 """Fits the convergence order to errors: the slope of log error against log step size in the asymptotic range."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
-
-Floats = NDArray[np.float64]
 
 LARGEST_ERROR = 1e-2
 """Above this the error is not small, and its leading term does not dominate."""

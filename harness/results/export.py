@@ -1,7 +1,5 @@
 """Exports the measurements of a results file as a table for other programs."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

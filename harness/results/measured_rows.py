@@ -1,7 +1,5 @@
 """Writes JSON files for the report. A study measures one row for each of its subjects, in a command of its own."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -5,8 +5,6 @@ would execute SQL of its author. Then all pages are verified, and each row of th
 its checksum, each value against the values that its column allows (`values`), each reference.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import sqlite3

@@ -1,7 +1,5 @@
 """Reads a results file: measurements, sampled states, runs. `opening` verifies the file first."""
 
-from __future__ import annotations
-
 import sqlite3
 import zlib
 from collections.abc import Sequence
@@ -10,12 +8,10 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.sampling import SAMPLES
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.results import opening, schema
 from gnomon.harness.results.schema import Damaged
 from gnomon.harness.results.visible import visible
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 LOADED = ("runs", "trials", "planned", "measurements", "settings_changed")
 """The tables whose rows `load` reads."""

@@ -1,133 +1,24 @@
 """The tables of a results file: their columns, the checksum of each row, and the migration of older files."""
 
-from __future__ import annotations
-
 import sqlite3
 import struct
 import zlib
 from collections.abc import Iterator
+
+from gnomon.harness.contract.declared import declared
 
 SCHEMA_VERSION = 2
 OLDEST_VERSION = 1
 """The oldest schema that can be read; a run that continues such a file migrates it."""
 APPLICATION_ID = 0x676E6F6D  # "gnom": distinguishes results files from other SQLite files
 
-TRIAL_COLUMNS = {
-    "trial_key": "TEXT PRIMARY KEY",
-    "series": "TEXT NOT NULL",
-    "section": "TEXT",
-    "title": "TEXT",
-    "case": "TEXT NOT NULL",
-    "variant": "TEXT NOT NULL",
-    "stresses": "TEXT",
-    "formulation": "TEXT NOT NULL",
-    "form": "TEXT",
-    "library": "TEXT NOT NULL",
-    "integrator": "TEXT NOT NULL",
-    "policy": "TEXT NOT NULL",
-    "integrator_id": "TEXT NOT NULL",
-    "order_declared": "INTEGER",
-    "sampling": "TEXT",
-    "conserves": "TEXT",
-    "setting_kind": "TEXT NOT NULL",
-    "setting": "REAL",
-    "dimension": "INTEGER",
-    "span": "REAL",
-    "time_scale": "REAL",
-    "numbers": "TEXT",
-    "floor": "REAL",
-    "conditioning": "REAL",
-    "machine": "TEXT NOT NULL",
-}
-"""The columns of a trial. `numbers` is the JSON of every exact number by name, as fractions; `floor` and `conditioning`
-are the maxima over the samples."""
-
-MEASUREMENT_COLUMNS = {
-    "measurement": "INTEGER PRIMARY KEY",
-    "trial_key": "TEXT NOT NULL REFERENCES trials",
-    "run": "INTEGER NOT NULL REFERENCES runs",
-    "launch": "INTEGER NOT NULL",
-    "recorded": "TEXT NOT NULL",
-    "status": "TEXT NOT NULL",
-    "reason": "TEXT",
-    "error_max": "REAL",
-    "error_end": "REAL",
-    "error_rms": "REAL",
-    "error_phase": "REAL",
-    "error_shape": "REAL",
-    "error_over_tolerance": "REAL",
-    "turns": "INTEGER",
-    "invariant_drift": "TEXT",
-    "events_missing": "INTEGER",
-    "events_extra": "INTEGER",
-    "events_time_error": "REAL",
-    "rhs_calls": "INTEGER",
-    "steps": "INTEGER",
-    "repeats": "INTEGER",
-    "seconds_median": "REAL",
-    "seconds_low": "REAL",
-    "seconds_high": "REAL",
-    "prepare_seconds": "REAL",
-    "reset_seconds": "REAL",
-    "limit_seconds": "REAL",
-    "output": "TEXT",
-    "null_seconds": "REAL",
-    "turned_starts": "INTEGER",
-    "error_low": "REAL",
-    "error_high": "REAL",
-    "error_unturned": "REAL",
-    "error_start": "REAL",
-}
-"""The result of one launch of a trial. `invariant_drift` is JSON by name of the invariant; `output` is what the
-worker's libraries printed. `repeats` is the number of timed calls, or of attempts before a timeout. `seconds_low` and
-`seconds_high` are the 10 and 90 % quantiles of the timed calls; `null_seconds` is the time of the series' null call
-(`gnomon.harness.running.null_call`), which those times include.
-
-If the case has a rotational symmetry, `turned_starts` is the number of turned initial states. All errors are then those
-of the turned start with the median `error_max`; `error_low` and `error_high` are the smallest and the largest
-`error_max` of these starts, and `error_unturned` is that of the timed call.
-
-`error_start` is the largest error over the first four samples."""
-
-SINCE_2 = {
-    "measurements": ("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start"),
-}
+_FOUND = declared("results", "schema.toml")
+TABLES: dict[str, dict[str, str]] = _FOUND["tables"]
+"""The columns of every table, without the `checksum` that each has too; schema.toml explains them."""
+TRIAL_COLUMNS, MEASUREMENT_COLUMNS = TABLES["trials"], TABLES["measurements"]
+SINCE_2: dict[str, list[str]] = _FOUND["since_2"]
 """The columns that schema 1 lacks, apart from the checksums."""
-
-TABLES = {
-    "runs": {
-        "run": "INTEGER PRIMARY KEY",
-        "started": "TEXT NOT NULL",
-        "ended": "TEXT",
-        "suite": "TEXT NOT NULL",
-        "command": "TEXT",
-    },
-    "environment": {"run": "INTEGER NOT NULL REFERENCES runs", "name": "TEXT NOT NULL", "value": "TEXT"},
-    "trials": TRIAL_COLUMNS,
-    "planned": {
-        "run": "INTEGER NOT NULL REFERENCES runs",
-        "series": "TEXT NOT NULL",
-        "trial_key": "TEXT NOT NULL REFERENCES trials",
-    },
-    "measurements": MEASUREMENT_COLUMNS,
-    "settings_changed": {
-        "measurement": "INTEGER NOT NULL REFERENCES measurements",
-        "name": "TEXT NOT NULL",
-        "value": "TEXT",
-    },
-    "sampled_states": {
-        "measurement": "INTEGER PRIMARY KEY REFERENCES measurements",
-        "dimension": "INTEGER NOT NULL",
-        "states": "BLOB NOT NULL",
-    },
-}
-"""The columns of every table, without the `checksum` that each has too."""
-
-_PRIMARY_KEYS = {
-    "environment": "run, name",
-    "planned": "run, trial_key",
-    "settings_changed": "measurement, name",
-}
+_PRIMARY_KEYS: dict[str, str] = _FOUND["primary_keys"]
 
 
 class Damaged(Exception):  # noqa: N818 (it names what a file is)

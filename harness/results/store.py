@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.status import SCORED, STOPPED, Status
 from gnomon.harness.results import opening, schema
 from gnomon.harness.results.export import export as export
@@ -19,9 +20,6 @@ from gnomon.harness.results.reading import load as load
 from gnomon.harness.results.reading import runs as runs
 from gnomon.harness.results.reading import states as states
 from gnomon.harness.system.locks import lock_results, release_results
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 
 class Known(NamedTuple):

@@ -1,7 +1,5 @@
 """The values that each column of a results file allows; they are verified once, when a file is opened."""
 
-from __future__ import annotations
-
 import json
 import re
 import sqlite3

@@ -1,7 +1,5 @@
 """Makes text from outside safe to show on a terminal, a page or a figure: control characters are escaped."""
 
-from __future__ import annotations
-
 import re
 
 _LINES = "\t\n"
@@ -15,11 +13,7 @@ _MARKS = re.compile(r"[\\`*~|$]|](?=[(\[:])|(?<![^\W_])_|_(?![^\W_])|(?<=:)/(?=/
 
 def visible(text: str, lines: bool = False) -> str:
     """The text with every invisible character escaped, as \\x1b; tabs and new lines stay if `lines`."""
-    return _UNSEEN.sub(lambda found: found[0] if lines and found[0] in _LINES else _spelled(found[0]), text)
-
-
-def _spelled(character: str) -> str:
-    return character.encode("unicode_escape").decode("ascii")
+    return _UNSEEN.sub(lambda found: found[0] if lines and found[0] in _LINES else ascii(found[0])[1:-1], text)
 
 
 def markdown(value: object) -> str:

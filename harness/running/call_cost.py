@@ -1,7 +1,5 @@
 """Measures one call of compiled equations from Python: part of the time of every solver that calls them from Python."""
 
-from __future__ import annotations
-
 import timeit
 
 from gnomon.cases import get
@@ -15,13 +13,12 @@ CALLS, BLOCKS = 1000, 7
 
 
 def described() -> dict[str, str]:
-    """{name: time of one call, in microseconds}, for the environment of a run."""
-    return {PYTHON_CALL: f"{1e6 * python_call_seconds():.2f} µs"}
+    """{name: time of one call, in microseconds}, for the environment of a run.
 
-
-def python_call_seconds() -> float:
-    """Seconds of one right-hand side of the simple pendulum as SciPy's solvers call it: the minimum over several
-    blocks of calls. In-house loops are compiled and call the same equations without Python."""
+    It is that of one right-hand side of the simple pendulum as SciPy's solvers call it: the minimum over several blocks of
+    calls. In-house loops are compiled and call the same equations without Python.
+    """
     case = get("pendulum_simple").rounded()
     function, start = right_hand_side_of(problem_of(case, (FirstOrder,))), initial_state(case)
-    return min(timeit.repeat(lambda: function(0.0, start), number=CALLS, repeat=BLOCKS)) / CALLS
+    seconds = min(timeit.repeat(lambda: function(0.0, start), number=CALLS, repeat=BLOCKS)) / CALLS
+    return {PYTHON_CALL: f"{1e6 * seconds:.2f} µs"}

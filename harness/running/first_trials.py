@@ -1,7 +1,5 @@
 """One short trial of each integrator of a user's own, before a run: shows the traceback of code that raises."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

@@ -4,8 +4,6 @@ An integrator's code runs in the worker and can write to the pipe. The parent th
 which could execute code.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import struct
@@ -14,9 +12,7 @@ from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
+from gnomon.harness.contract.integrator import Floats
 
 _HEADER = struct.Struct("<4sQQ")
 """The mark, the number of bytes of JSON, the number of bytes of arrays."""

@@ -10,22 +10,19 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any
 
-import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.numbers import nearest
 from gnomon.harness.contract import environment, sources
+from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import short
 from gnomon.harness.registry import lookup
 from gnomon.reference.storage.import_closure import closure
-from numpy.typing import NDArray
 
 from gnomon import cases
-
-Floats = NDArray[np.float64]
 
 STANDARD = "standard"
 """The name of a case's own formulation in results."""
@@ -101,57 +98,14 @@ class Suite:
         return min(self.long_limit_seconds, self.variant_limit_seconds * max(1.0, length))
 
 
-FOUNDATION = (
-    "pendulum_simple",
-    "kepler_orbit",
-    "cycloidal_pendulum",
-    "foucault_pendulum_linear",
-    "damped_oscillator",
-    "euler_top",
-    "projectile_parabola",
-    "bouncing_ball",
-    "block_incline_friction",
-    # levels of the model hierarchies of these cases
-    "harmonic_oscillator",
-    "duffing_unforced",
-    "foucault_precession",
-)
+def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
+    lists: dict[str, Any] = {key: tuple(row.pop(key, ())) for key in ("cases", "integrators")}
+    return Suite(name, **lists, **row, rest=None if rest is None else _made("rest", **rest))
+
+
+SUITES = {name: _made(name, **row) for name, row in declared("running", "suites.toml").items()}
+FOUNDATION = SUITES["foundation"].cases
 """Cases that together have every form."""
-
-QUICK_CASES = (
-    "pendulum_simple",
-    "kepler_orbit",
-    "euler_top",
-    "damped_oscillator",
-    "projectile_parabola",
-    "bouncing_ball",
-)
-QUICK_INTEGRATORS = (
-    "gnomon:RK4",
-    "gnomon:Störmer-Verlet",
-    "gnomon:Dormand-Prince 5(4)",
-    "gnomon:Gauss 8-stage SIMD",
-    "gnomon:RKMK 4",
-    "gnomon:DOP853 [events]",
-    "scipy:DOP853",
-    "scipy:LSODA",
-    "scipy:DOP853 [events]",
-    "rebound:WHFast",
-    "rebound:IAS15",
-    "heyoka:Taylor [fast math]",
-    "pybullet:stepSimulation [configured]",
-)
-"""A few methods of every library, with one at least for each case of the suite `quick`."""
-
-_REST = Suite("rest", (), 1, False, 0.08, 0.08, block_seconds=0.002, slow_seconds=0.004)
-SUITES = {
-    "standard": Suite("standard", (), 5, True, 1.0, 0.08, rest=_REST),
-    "foundation": Suite("foundation", FOUNDATION, 5, True, 1.0, 0.08),
-    "quick": Suite(
-        "quick", QUICK_CASES, 1, False, 0.12, 0.12, block_seconds=0.002, turned=False, integrators=QUICK_INTEGRATORS
-    ),
-    "catalogue": Suite("catalogue", (), 5, True, 1.0, 0.08, rest=replace(_REST, variants=True)),
-}
 
 
 def suite(name: str) -> Suite:

@@ -6,7 +6,7 @@ import shlex
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -113,30 +113,22 @@ def _reference_solutions(
     return known, {spec: exact for spec, exact in found.items() if isinstance(exact, str)}
 
 
+@dataclass
 class _Run:
     """The work of one run: its sweeps, their sequence, and the store that takes their measurements."""
 
-    def __init__(
-        self,
-        results: Store,
-        number: int,
-        suite: Suite,
-        reference_solutions: Mapping[CaseSpec, ReferenceSolution],
-        progress: Progress,
-        near_duplicates: bool,
-    ) -> None:
-        self.results, self.number, self.suite, self.reference_solutions, self.progress = (
-            results,
-            number,
-            suite,
-            reference_solutions,
-            progress,
-        )
-        self.near_duplicates = near_duplicates
-        self.scorers: dict[CaseSpec, Scorer] = {}
-        self.work: list[tuple[Series, tuple[Trial, ...], Scorer]] = []
-        self.history = results.history()
-        self.interruptions = results.interruptions()
+    results: Store
+    number: int
+    suite: Suite
+    reference_solutions: Mapping[CaseSpec, ReferenceSolution]
+    progress: Progress
+    near_duplicates: bool
+    scorers: dict[CaseSpec, Scorer] = field(default_factory=dict)
+    work: list[tuple[Series, tuple[Trial, ...], Scorer]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.history = self.results.history()
+        self.interruptions = self.results.interruptions()
 
     def plan(self, series: Sequence[Series]) -> None:
         """Record the trials of all series; for pairs that cannot run, record the status too."""

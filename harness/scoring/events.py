@@ -1,7 +1,5 @@
 """Compares events that an integrator located with the exact ones."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,13 +1,8 @@
 """The outcome of a trial before it is scored: a worker sends it and the scorer reads it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
+from gnomon.harness.contract.integrator import Floats
 
 
 @dataclass

@@ -3,8 +3,6 @@
 An integrator therefore gains nothing by keeping results of an earlier call.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Sequence
@@ -13,10 +11,9 @@ from fractions import Fraction
 import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import initial_state
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 SHARE = 1e-3
 """A component is perturbed by ulps of the larger of its value and this share of its group's size."""
 PROBE = 2.0**-20

@@ -15,6 +15,7 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.turning import turned_cases
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.system.child_process import main_hidden, process_pool
 from gnomon.reference.storage import diskcache
@@ -23,7 +24,6 @@ from numpy.typing import NDArray
 
 from gnomon import cases
 
-Floats = NDArray[np.float64]
 _OWN = (__name__, "gnomon.harness.contract.problem")
 
 

@@ -19,15 +19,12 @@ from gnomon.cases.core.arithmetic import FUNCTIONS, rebind
 from gnomon.cases.core.forms import FirstOrder, Hybrid, first_order
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.metric import Metric
-from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.contract.integrator import Floats, Problem
 from gnomon.harness.contract.problem import groups_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.scoring.events import score_events
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import ReferenceSolution
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 INACCURATE, DIVERGED = 0.1, 1.0
 """Errors above which a solution is inaccurate or diverged, if they also exceed CONDITIONED times the conditioning."""

@@ -7,8 +7,6 @@ has the seconds of both (`first` and `second`, null if one has no result at the 
 preparations (`first_null`, `first_prepare` and so on); a row of a single time has its `value` in `unit`.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Sequence

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.cases.core.case import Case
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.status import Status
 from gnomon.harness.results import store
 from gnomon.harness.results.analysis import SERIES
@@ -20,9 +21,6 @@ from gnomon.harness.results.convergence_order import mean_slope
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solutions
 from gnomon.harness.scoring.score import Scorer
 from gnomon.harness.studies.growth import by_octaves, named, possible
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 ROUND_OFF = 1e-13
 """Below this, some hundred units of round-off, growth is called round-off and no power is fitted."""

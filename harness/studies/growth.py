@@ -14,21 +14,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.integrator import Floats, Problem
 from gnomon.harness.contract.problem import accepted_form, groups_of, initial_state
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.measured_rows import publish
 from gnomon.harness.scoring.score import NUMPY
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 SAMPLES = 4096
 """With this number the earliest octave of the fit has 32 samples; a mean square over fewer is too often too small."""
@@ -64,63 +62,13 @@ class Subject:
     starts: int = 24
     parts: int = 1
     together: int = 24
-    parameters: tuple[tuple[str, int], ...] = ()
-
-
-def bounded(steps: float, *names: str, **more: Any) -> list[Subject]:
-    return [Subject(f"gnomon:{name}", steps, "bounded", **more) for name in names]
-
-
-def linear(setting: float, *names: str, periods: float = 1e4, **more: Any) -> list[Subject]:
-    return [Subject(f"gnomon:{name}", setting, "t", periods=periods, **more) for name in names]
-
-
-def random_walk(setting: float, *names: str, **more: Any) -> list[Subject]:
-    return [Subject(f"gnomon:{name}", setting, "sqrt t", **more) for name in names]
+    parameters: Mapping[str, Any] = field(default_factory=dict)
 
 
 SUBJECTS = [
-    # Discretization error dominates: steps or tolerances well above round-off.
-    *bounded(64, "Symplectic Euler", "Störmer-Verlet", "Position Verlet", periods=5e4),
-    *bounded(32, "Forest-Ruth 4", "McLachlan-Atela 4", "Suzuki 4", "Blanes-Moan 4", periods=2e4),
-    *bounded(16, "Yoshida 6", "Kahan-Li 6", "Blanes-Moan 6", periods=2e4),
-    *bounded(12, "Yoshida 8", "Kahan-Li 8", periods=2e4),
-    *bounded(48, "Implicit midpoint", periods=2e4),
-    *bounded(16, "Gauss 2-stage", periods=2e4),
-    *bounded(8, "Gauss 3-stage", "Gauss 4-stage", periods=2e4),
-    *bounded(5, "Gauss 5-stage", "Gauss 6-stage", "Gauss 7-stage", periods=2e4),
-    *bounded(32, "Higuera-Cary", case="relativistic_charge", parameters=(("Ez", 0),)),
-    *bounded(48, "RATTLE", "RATTLE Suzuki 4", case="holonomic_constraint_dae", periods=1e4),
-    *bounded(24, "RATTLE Kahan-Li 6", case="holonomic_constraint_dae", periods=1e4),
-    *bounded(64, "Axis splitting 2", case="euler_top", periods=1e4),
-    *bounded(32, "Axis splitting 6", case="euler_top", periods=1e4),
-    # Round-off dominates.
-    *random_walk(16, "Gauss 8-stage", periods=5e4),
-    *random_walk(1e-16, "Gauss 8-stage SIMD", starts=48, together=12),  # 16 and more run as an ensemble
-    # In uniform fields these methods are exact apart from round-off.
-    *random_walk(32, "Boris", case="charge_in_E_and_B", parameters=(("Ez", 0),)),
-    *random_walk(
-        16, "Volume-preserving 4", "Volume-preserving 6", case="charge_in_E_and_B", periods=2e4, parameters=(("Ez", 0),)
-    ),
-    *random_walk(16, "Exponential Runge-Kutta 4", case="charge_in_E_and_B", periods=2e4, parameters=(("Ez", 0),)),
-    # The truncation error of a step is far smaller than its rounding error, but biased.
-    *linear(1e-16, "Taylor", periods=1e5),
-    # Methods without structure: a tenth of the span shows the same power.
-    # Over 1e4 periods Euler's error is below 1 only with 4e5 steps in a period: half an hour for each start.
-    *linear(65536, "Explicit Euler", periods=1e2),
-    *linear(1024, "Explicit midpoint", "Heun", "RK3", periods=5e3),
-    *linear(128, "RK4"),
-    *linear(96, "RKMK 4", case="euler_top"),
-    *linear(96, "Störmer 8"),
-    *linear(48, "Störmer 12", periods=1e5),
-    *linear(1e-7, "Bogacki-Shampine 3(2)", parts=2, periods=5e3),
-    *linear(1e-7, "Dormand-Prince 5(4)", "Tsitouras 5(4)"),
-    *linear(1e-8, "Verner 6(5)", "RKN 6(4)"),
-    *linear(1e-9, "DOP853", "Verner 9(8)", "RKN 12(10)"),
-    *linear(1e-9, "Gragg-Bulirsch-Stoer"),
-    *linear(1e-8, "Taylor"),
-    *linear(1e-8, "Gauss 8-stage SIMD", together=12, periods=1e5),  # symplectic at equal steps only
-    *linear(1e-6, "Radau IIA 5", parts=2),
+    Subject(f"gnomon:{name}", **row)
+    for row in declared("studies", "growth.toml")["subjects"]
+    for name in row.pop("integrators")
 ]
 
 
@@ -172,8 +120,7 @@ def energy_errors(subject: Subject) -> tuple[Floats, Floats]:
 
     Start number k is the case's initial state times 1 - k/64. Raises RuntimeError if an integration ends early.
     """
-    numbers: dict[str, Any] = dict(subject.parameters)
-    case = get(subject.case, **numbers).rounded()
+    case = get(subject.case, **subject.parameters).rounded()
     integrator = lookup.own()[subject.integrator]
     form = accepted_form(case, integrator.accepts)
     assert form is not None

@@ -1,7 +1,5 @@
 """The error and the computing time of each level of a model hierarchy."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from typing import Any

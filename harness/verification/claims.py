@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Any
 
+from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Unsupported
 from gnomon.harness.verification.trials import Trials
 
@@ -44,6 +46,10 @@ def failed(setting: str, expected: str, got: str, why: str = "") -> Finding:
     return Finding(Outcome.FAILED, why, setting, expected, got)
 
 
+TEXTS: dict[str, dict[str, Any]] = declared("verification", "claims.toml")
+"""What each claim states, its reason and its bound, by id, from the most telling."""
+
+
 @dataclass(frozen=True)
 class Claim:
     """`applies` gives the reason why a claim is not made of an integrator on a case, None where it is made.
@@ -71,8 +77,11 @@ class Claim:
             return not_applicable(f"unsupported: {error}")
         except Exception as error:  # the user's code may raise anything, and the next claim is verified all the same
             return failed("", "an answer", f"{type(error).__name__}: {error}", self.reason)
-        return found if found.why or found.outcome != Outcome.FAILED else _with_reason(found, self.reason)
+        return found if found.why or found.outcome != Outcome.FAILED else replace(found, why=self.reason)
 
 
-def _with_reason(found: Finding, reason: str) -> Finding:
-    return Finding(found.outcome, reason, found.setting, found.expected, found.got)
+def claim(
+    name: str, applies: Callable[[Trials], str | None] = lambda trials: None
+) -> Callable[[Callable[[Trials], Finding]], Claim]:
+    """A decorator: the function verifies the claim of this name."""
+    return lambda verify: Claim(name, **TEXTS[name], applies=applies, verify=verify)

@@ -8,7 +8,7 @@ import numpy as np
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Refused, solver_of
 from gnomon.harness.scoring.events import score_events
-from gnomon.harness.verification.claims import Claim, Finding, failed, not_applicable, passed
+from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import TIGHT, allowed_error
 from gnomon.harness.verification.trials import Floats, Trials
 
@@ -23,11 +23,13 @@ def _other(trials: Trials) -> Floats:
     return other
 
 
+@claim("repeatable")
 def _repeatable(trials: Trials) -> Finding:
     first, second = (trials.solutions(trials.problem(), trials.usual(), [trials.start])[0] for _ in range(2))
     return _same(trials, first, second, "two preparations from one start")
 
 
+@claim("history")
 def _history(trials: Trials) -> Finding:
     """A solution before and after solutions from another start and at another setting."""
     setting = trials.usual()
@@ -40,6 +42,7 @@ def _history(trials: Trials) -> Finding:
     return _same(trials, first, fresh, "one start before and after another setting")
 
 
+@claim("aliasing")
 def _aliased(trials: Trials) -> Finding:
     """States that were returned must not change with the next call."""
     problem = trials.problem()
@@ -50,6 +53,11 @@ def _aliased(trials: Trials) -> Finding:
     return _same(trials, kept[0], np.asarray(returned)[0], "states returned by an earlier call")
 
 
+def _smooth(trials: Trials) -> str | None:
+    return None if trials.case.hybrid is None else "two starts of a motion with events may have other events"
+
+
+@claim("ensemble", _smooth)
 def _ensemble(trials: Trials) -> Finding:
     """The solution of a start is that of the start alone, whichever others are solved in the same call."""
     problem, setting = trials.problem(), trials.usual()
@@ -78,6 +86,7 @@ def _same(trials: Trials, first: Floats, second: Floats, what: str) -> Finding:
     )
 
 
+@claim("bad_start")
 def _bad_start(trials: Trials) -> Finding:
     for value in (math.nan, math.inf):
         try:
@@ -89,6 +98,7 @@ def _bad_start(trials: Trials) -> Finding:
     return passed()
 
 
+@claim("bad_setting")
 def _bad_setting(trials: Trials) -> Finding:
     for setting in IMPOSSIBLE:
         kind = "step size" if trials.steps else "tolerance"
@@ -108,6 +118,7 @@ def _has_events(trials: Trials) -> str | None:
     return None if trials.case.hybrid is not None else "the case has no events"
 
 
+@claim("events", _has_events)
 def _events(trials: Trials) -> Finding:
     exact = trials.case.events()
     usable = [a for a in trials.answers() if a.events is not None and not a.declined]
@@ -125,51 +136,3 @@ def _events(trials: Trials) -> Finding:
         if not score.time_error <= allowed + 2 * trials.conditioning() * span:
             return failed(named, f"event times within {allowed:.2g} s", f"{score.time_error:.2g} s")
     return passed()
-
-
-def _always(trials: Trials) -> str | None:
-    return None
-
-
-def _smooth(trials: Trials) -> str | None:
-    return None if trials.case.hybrid is None else "two starts of a motion with events may have other events"
-
-
-CLAIMS = (
-    Claim(
-        "repeatable", "The same call gives the same bits.",
-        "A result that changes from call to call cannot be compared with an earlier one.",
-        "None: the bits are the same or not.", _always, _repeatable,
-    ),
-    Claim(
-        "history", "A solution does not depend on earlier calls.",
-        "State that is kept between runs makes a result depend on what ran before.",
-        "None: the bits are the same or not.", _always, _history,
-    ),
-    Claim(
-        "aliasing", "States that were returned do not change with the next call.",
-        "A buffer that is used again overwrites results that a user holds.",
-        "None: the bits are the same or not.", _always, _aliased,
-    ),
-    Claim(
-        "ensemble", "A start has the same solution alone and with other starts.",
-        "A trajectory that changes the next one leaves state behind.",
-        "Round-off at a fixed step; twice the error that the tolerance allows where step sizes may be shared.",
-        _smooth, _ensemble,
-    ),
-    Claim(
-        "bad_start", "From a start that is not finite come no finite states.",
-        "Finite nonsense looks right.", "None.", _always, _bad_start,
-    ),
-    Claim(
-        "bad_setting", "A setting of 0, below 0 or nan gives no finite states.",
-        "A setting that is replaced without a word gives results that do not belong to it.", "None.",
-        _always, _bad_setting,
-    ),
-    Claim(
-        "events", "It finds every event, none that does not exist, and each at its time.",
-        "An event that is missed puts the motion on another course.",
-        "Times within one step, or within the error that the tolerance allows, times the span.",
-        _has_events, _events,
-    ),
-)  # fmt: skip

@@ -1,12 +1,11 @@
 """Claims of accuracy: the order, the error at each setting, the error over the tolerance."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
-from gnomon.harness.verification.claims import Claim, Finding, failed, not_applicable, passed
+from gnomon.harness.verification.claims import TEXTS, Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.trials import HALF_ULP, Answer, Trials
 
 TIGHT = 1e-4
@@ -20,6 +19,7 @@ Point = tuple[float, float, float]
 """(step size, error, round-off)"""
 
 
+@claim("runs")
 def _ran(trials: Trials) -> Finding:
     answers = [trials.whole(trials.settings[k]) for k in sorted({len(trials.settings) // 2, len(trials.settings) - 1})]
     for answer in answers:
@@ -66,11 +66,13 @@ def _slope(trials: Trials, points: Sequence[Point], order: int, what: str) -> Fi
     )
 
 
+@claim("order", _fixed_order)
 def _order(trials: Trials) -> Finding:
     assert trials.integrator.order is not None
     return _slope(trials, _points(trials.answers()), trials.integrator.order, "errors over the whole span")
 
 
+@claim("step_order", _fixed_order)
 def _step_order(trials: Trials) -> Finding:
     """64 steps over spans that are halved: their error is that of a step, 64 times."""
     assert trials.integrator.order is not None
@@ -82,6 +84,7 @@ def _points(answers: Sequence[Answer]) -> list[Point]:
     return [(answer.setting, answer.error, answer.roundoff) for answer in answers]
 
 
+@claim("error", _fixed_order)
 def _error(trials: Trials) -> Finding:
     """No setting may be worse than its order allows at twice its step, by the line of all other settings."""
     order = trials.integrator.order
@@ -138,10 +141,16 @@ def _tolerances(trials: Trials) -> list[float]:
     return [setting for setting in trials.settings if setting <= TIGHT]
 
 
+@claim("tolerance", _tolerance_applies)
 def _tolerance(trials: Trials) -> Finding:
     return _over_tolerance(trials, [(a.setting, a) for a in trials.answers() if a.setting <= TIGHT], 0)
 
 
+_hard = replace(_tolerance, **TEXTS["hard"], id="hard", hard=True)
+"""The same on hard variants."""
+
+
+@claim("tolerance_short", _tolerance_applies)
 def _tolerance_short(trials: Trials) -> Finding:
     if trials.case.hybrid is not None:
         return not_applicable("events need the whole span")
@@ -154,6 +163,7 @@ def _proportional_applies(trials: Trials) -> str | None:
     return "events need the whole span" if trials.case.hybrid is not None else None
 
 
+@claim("proportional", _proportional_applies)
 def _proportional(trials: Trials) -> Finding:
     """Whether the error still falls at the two tightest tolerances at which it is above round-off."""
     dense, usable = trials.integrator.sampling == "dense output", []
@@ -183,6 +193,7 @@ def _work_applies(trials: Trials) -> str | None:
     return "events add steps" if trials.case.hybrid is not None else None
 
 
+@claim("work", _work_applies)
 def _work(trials: Trials) -> Finding:
     """Whether the number of steps grows as an order allows."""
     order = trials.integrator.order
@@ -202,67 +213,3 @@ def _work(trials: Trials) -> Finding:
         f"at most {allowed:.3g} times the work",
         f"{ratio:.3g} times",
     )
-
-
-def _hard(trials: Trials) -> Finding:
-    return _over_tolerance(trials, [(a.setting, a) for a in trials.answers() if a.setting <= TIGHT], 0)
-
-
-CLAIMS = (
-    Claim(
-        "runs", "It gives finite states at its own settings, or says why not.",
-        "All else needs an answer.", "None: a state is finite or not.",
-        lambda trials: None, _ran,
-    ),
-    Claim(
-        "order", "Its error over the whole span falls with the order declared.",
-        "A wrong coefficient, sign or time argument lowers the order of convergence.",
-        "The slope over the finest four settings is at least the order less 1/2, as orders are whole numbers. Errors count"
-        " below 1e-2 and above 20 times round-off: two half ulps, carried by the conditioning, for each step.",
-        _fixed_order, _order,
-    ),
-    Claim(
-        "step_order", "The error of single steps falls with the order declared plus one.",
-        "Over short spans few steps add little round-off, so that small errors of coefficients show.",
-        "As for order: 64 steps over spans that are halved have 64 times the error of a step, h^(order + 1).",
-        _fixed_order, _step_order,
-    ),
-    Claim(
-        "error", "At each setting the error is no larger than longer steps and the order allow.",
-        "A fault that only some step sizes have is not seen in a slope.",
-        "The largest error/h^order of all longer steps, times (2h)^order (at least 4 h^order), plus 20 times round-off.",
-        _fixed_order, _error,
-    ),
-    Claim(
-        "tolerance", "Its error over the whole span is no larger than its tolerance allows.",
-        "The tolerance bounds the error of each step, and the motion carries it to the samples.",
-        "Steps (right-hand sides where steps are not known) x sqrt(dimension) x tolerance x conditioning over half an ulp,"
-        " plus round-off. Tolerances from 1e-4 down; with dense output at the last sample only.",
-        _tolerance_applies, _tolerance,
-    ),
-    Claim(
-        "tolerance_short", "The same over 1/64 of the span.",
-        "Over a short span little amplifies an error, so that a small one shows.",
-        "As for tolerance.",
-        _tolerance_applies, _tolerance_short,
-    ),
-    Claim(
-        "proportional", "Its error falls with its tolerance down to round-off.",
-        "An error that stays is not that of the step size: a coefficient is wrong, or the precision is lower.",
-        "The smaller error of the two tightest tolerances, against the largest at 100 to 10,000 times larger ones: a power"
-        " of 1/2, the lowest for order 1, gives 1/10 or less. Errors count above 20 times round-off.",
-        _proportional_applies, _proportional,
-    ),
-    Claim(
-        "work", "Its number of steps grows with the tolerance no faster than its order allows.",
-        "Step-size control hides a wrong coefficient by taking more steps.",
-        "tolerance^(-1/(order - 1)), which an estimate one order lower than the solution would give, times 2.",
-        _work_applies, _work,
-    ),
-    Claim(
-        "hard", "On a hard variant it is right, or says that it is not.",
-        "Any status is allowed, a wrong answer that looks right is not.",
-        "As for tolerance.",
-        _tolerance_applies, _hard, hard=True,
-    ),
-)  # fmt: skip

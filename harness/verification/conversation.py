@@ -1,7 +1,5 @@
 """A program that runs beside this process and answers each line that it is sent with one line."""
 
-from __future__ import annotations
-
 import atexit
 import contextlib
 import os

@@ -1,7 +1,5 @@
 """Exact states of a case as text, with their certificate and a hash, for those who compare with their own programs."""
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import io

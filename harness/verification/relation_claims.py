@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from gnomon.cases.core.clock import from_start
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
-from gnomon.harness.verification.claims import Claim, Finding, failed, not_applicable, passed
+from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import SHORT, TIGHT, allowed_error
 from gnomon.harness.verification.trials import Answer, Trials
 
@@ -38,6 +38,7 @@ def _allowed(trials: Trials, answer: Answer) -> float:
     return float(line * (2 * answer.setting) ** order + ABOVE_FLOOR_ON_A_LINE * answer.roundoff)
 
 
+@claim("turned", _has_turning)
 def _turned(trials: Trials) -> Finding:
     """The errors from turned starts, at the tightest setting with an answer."""
     usable = [a for a in trials.answers() if not a.declined and a.error < LARGEST_ERROR]
@@ -63,6 +64,7 @@ def _smooth(trials: Trials) -> str | None:
     return None if trials.case.hybrid is None else "events at other times may change the motion"
 
 
+@claim("clock", _smooth)
 def _clock(trials: Trials) -> Finding:
     """The equations of a later clock, from a later start: the same motion."""
     problem = trials.problem()
@@ -93,6 +95,7 @@ def _dense_applies(trials: Trials) -> str | None:
     return "events limit the order" if trials.case.hybrid is not None else None
 
 
+@claim("dense", _dense_applies)
 def _dense(trials: Trials) -> Finding:
     """The slope of the largest error of a sample over the mean length of a step, over a short span."""
     order, dense = trials.integrator.order, trials.integrator.dense_order
@@ -115,26 +118,3 @@ def _dense(trials: Trials) -> Finding:
     return failed(
         f"tolerances from {TIGHT:g} down", f"errors of samples proportional to h^{expected}", f"h^{slope:.2f}"
     )
-
-
-CLAIMS = (
-    Claim(
-        "turned", "From a turned start its error is as large as from the start itself.",
-        "A fault in one component may not show in a motion along another.",
-        "As for tolerance; for steps the largest error/h^order of all settings, times (2h)^order, plus 20 times round-off.",
-        _has_turning, _turned,
-    ),
-    Claim(
-        "clock", "By a later clock it has the same solution.",
-        "A method that takes the time from the wrong place is right only where time does not matter, or starts at 0.",
-        "Four times round-off, as the later time has a larger unit in the last place; for a tolerance twice the error that"
-        " it allows besides.",
-        _smooth, _clock,
-    ),
-    Claim(
-        "dense", "The error of its samples between steps falls with the order declared (dense_order).",
-        "An interpolant of a lower order is blind to what happens between two steps.",
-        "The slope of log error over log(1/work) is at least the smaller of order and dense_order + 1, less 1/2.",
-        _dense_applies, _dense,
-    ),
-)  # fmt: skip

@@ -1,7 +1,5 @@
 """Claims of structure: what an integrator declares to conserve at any step size (`Integrator.conserves`)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from gnomon.cases.core.forms import Separable
 from gnomon.harness.contract.integrator import Problem, Steps
-from gnomon.harness.verification.claims import Claim, Finding, failed, not_applicable, passed
+from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.trials import HALF_ULP, Trials
 
 DIFFERENCE = 2.0**-17
@@ -39,6 +37,7 @@ def _canonical(trials: Trials) -> str | None:
     return "the case does not state canonical coordinates"
 
 
+@claim("symplectic", _declares("symplectic", _canonical))
 def _symplectic(trials: Trials) -> Finding:
     """J^T W J = W for the map of a few coarse steps, J from central differences in scaled coordinates."""
     halvings, problem = _coarse(trials)
@@ -57,6 +56,7 @@ def _has_reversal(trials: Trials) -> str | None:
     return None if trials.case.reversed(trials.case.initial_state) is not None else "the case has no time reversal"
 
 
+@claim("reversible", _declares("reversible", _has_reversal))
 def _reversible(trials: Trials) -> Finding:
     """The distance from the start after the way there, reversal of the velocities, and the way back."""
     halvings, problem = _coarse(trials)
@@ -86,6 +86,7 @@ def _momenta(trials: Trials) -> list[str]:
     ]
 
 
+@claim("momentum", _declares("momentum", _has_momentum))
 def _momentum(trials: Trials) -> Finding:
     answer = trials.whole(trials.settings[0])
     if answer.states is None or math.isnan(answer.error):
@@ -110,25 +111,3 @@ def _within(setting: float, found: float, allowed: float, what: str, halvings: i
         return passed(f"{found:.2g}")
     part = f" over 1/{2**halvings} of the span" if halvings else ""
     return failed(f"h = {setting:.6g}{part}", f"{what} to {allowed:.2g}", f"{found:.2g}")
-
-
-CLAIMS = (
-    Claim(
-        "symplectic", "The map of a step keeps the symplectic form.",
-        "It is declared; over long spans the energy then does not drift.",
-        "J from central differences over 2^-17 of the size: 1e-7 of the form, a thousand times the error of a difference.",
-        _declares("symplectic", _canonical), _symplectic,
-    ),
-    Claim(
-        "reversible", "Steps back return to the start.",
-        "It is declared; a method of which it is true has no drift in reversible motions.",
-        "Round-off of all steps, 64 roundings each, carried there and back by the conditioning.",
-        _declares("reversible", _has_reversal), _reversible,
-    ),
-    Claim(
-        "momentum", "It keeps linear and angular momentum to round-off.",
-        "It is declared, at any step size.",
-        "64 roundings of half an ulp for each step.",
-        _declares("momentum", _has_momentum), _momentum,
-    ),
-)  # fmt: skip

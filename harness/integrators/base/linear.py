@@ -1,7 +1,5 @@
 """Small dense linear systems, real or complex, solved without allocation, for compiled implicit methods."""
 
-from __future__ import annotations
-
 from typing import Any
 
 DIMENSION = 0

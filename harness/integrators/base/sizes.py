@@ -19,8 +19,6 @@ and most adaptive methods take 7 to 35 % more than with `absolute`: use that the
 reciprocal of the size of each component's group.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 import numpy as np

@@ -11,8 +11,6 @@ equations at the scratch vector `x` into the scratch vector `slope`. `table`: th
 step failed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from types import FunctionType

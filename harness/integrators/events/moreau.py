@@ -1,7 +1,5 @@
 """Moreau's time stepping: contact and friction as laws for velocities over a step, without locating events."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Boris's method and related ones: drift, push by E and rotation by B of a charge, each in closed form."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import sqrt, tan
 from typing import Any, ClassVar
@@ -11,7 +9,7 @@ from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Integrator, Problem
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, given
 from gnomon.harness.integrators.base.stepping import call, product, sum_of
-from gnomon.harness.integrators.geometric.splitting import KahanLi6, Suzuki4
+from gnomon.harness.integrators.geometric.splitting import Composition, KahanLi6, StormerVerlet, Suzuki4
 from gnomon.harness.kernels.equations import Kernel, function_kernel
 
 RATIONAL, EXACT, MEAN = 0, 1, 2
@@ -132,6 +130,8 @@ class ChargeMethod(FixedStep):
     conserves = ("volume", "reversible")
     compensated = True
     step = boris_step
+    composition: ClassVar[type[Composition]] = StormerVerlet
+    """Its lengths are those of the steps in a step."""
     turning: ClassVar[int]
 
     def equations(self, form: Form) -> Callable[..., Any]:
@@ -152,7 +152,7 @@ class ChargeMethod(FixedStep):
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:
-        return [[mp.mpf(1)]]
+        return [cls.composition.lengths(mp)]
 
 
 class Boris(ChargeMethod):
@@ -184,20 +184,14 @@ class VolumePreserving4(ChargeMethod):
 
     name, order, turning = "Volume-preserving 4", 4, EXACT
     primary = False
-
-    @classmethod
-    def coefficients(cls, mp: Any) -> Table:
-        return [Suzuki4.lengths(mp)]
+    composition = Suzuki4
 
 
 class VolumePreserving6(ChargeMethod):
     """Nine symmetric steps with exact gyration, in Kahan and Li's lengths (Math. Comput. 66, 1997). Order 6."""
 
     name, order, turning = "Volume-preserving 6", 6, EXACT
-
-    @classmethod
-    def coefficients(cls, mp: Any) -> Table:
-        return [KahanLi6.lengths(mp)]
+    composition = KahanLi6
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Boris, HigueraCary, VolumePreserving4, VolumePreserving6)

@@ -1,16 +1,14 @@
 """RATTLE and its compositions for motions under a holonomic constraint."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from gnomon.cases.core.forms import Constrained, Form, Values
 from gnomon.harness.contract.integrator import Integrator, Problem
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
 from gnomon.harness.integrators.base.stepping import call, sum_of
 from gnomon.harness.integrators.gauss.gauss_steps import MOST_ITERATIONS, SMALLEST, settled
-from gnomon.harness.integrators.geometric.splitting import KahanLi6, Suzuki4
+from gnomon.harness.integrators.geometric.splitting import Composition, KahanLi6, StormerVerlet, Suzuki4
 from gnomon.harness.kernels.equations import Kernel, call_kernel, check_values
 
 
@@ -113,6 +111,8 @@ class ConstrainedMethod(FixedStep):
     conserves = ("symplectic", "reversible", "momentum", "constraint")
     compensated = True
     step = rattle_step
+    composition: ClassVar[type[Composition]] = StormerVerlet
+    """Its lengths are those of the steps in a step."""
 
     def equations(self, form: Form) -> Callable[..., Any]:
         assert isinstance(form, Constrained)
@@ -147,7 +147,7 @@ class ConstrainedMethod(FixedStep):
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:
-        return [[mp.mpf(1)]]
+        return [cls.composition.lengths(mp)]
 
 
 class Rattle(ConstrainedMethod):
@@ -161,20 +161,14 @@ class Rattle4(ConstrainedMethod):
 
     name, order = "RATTLE Suzuki 4", 4
     primary = False
-
-    @classmethod
-    def coefficients(cls, mp: Any) -> Table:
-        return [Suzuki4.lengths(mp)]
+    composition = Suzuki4
 
 
 class Rattle6(ConstrainedMethod):
     """Nine RATTLE steps in Kahan and Li's lengths (Reich, SIAM J. Numer. Anal. 33, 1996). Order 6."""
 
     name, order = "RATTLE Kahan-Li 6", 6
-
-    @classmethod
-    def coefficients(cls, mp: Any) -> Table:
-        return [KahanLi6.lengths(mp)]
+    composition = KahanLi6
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Rattle, Rattle4, Rattle6)

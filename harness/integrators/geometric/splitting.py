@@ -1,7 +1,5 @@
 """Symplectic splitting methods for q'' = a(t, q): alternate kicks of the velocity and drifts of the position."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any, ClassVar
 

@@ -7,9 +7,7 @@ import io
 from pathlib import Path
 
 import pytest
-from gnomon.harness.commands.show_case import describe
-from gnomon.harness.commands.show_check import describe_check
-from gnomon.harness.commands.source_file import source_file
+from gnomon.harness.commands.show_case import describe, describe_check, source_file
 from rich.console import Console
 
 from gnomon import cases
