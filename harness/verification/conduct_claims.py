@@ -1,10 +1,12 @@
-"""Claims of conduct: the same bits again, no dependence on earlier calls, bad input, events."""
+"""Claims of conduct: the same bits again, no dependence on earlier calls or on the clock, bad input, events."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
+from gnomon.cases.core.clock import from_start
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Refused, solver_of
 from gnomon.harness.scoring.events import score_events
@@ -14,6 +16,8 @@ from gnomon.harness.verification.trials import Floats, Trials
 
 FAR = 2.0**-10
 """Relative distance of another start: its solution differs in most bits."""
+LATE = 21
+"""Sampling intervals of which the clock is late: times stay exact, and no multiple of a usual period."""
 IMPOSSIBLE = (0.0, -1e-3, math.nan)
 """Settings that are no step size and no tolerance."""
 
@@ -61,14 +65,28 @@ def _ensemble(trials: Trials) -> Finding:
     starts = np.array([_other(trials), trials.start])
     solve = solver_of(trials.integrator, problem, setting)
     together = validation.checked(solve(starts.copy()), (2, len(problem.times), problem.dimension)).states[1]
-    alone = trials.whole(setting)
+    return _near(trials, together, "the second of two starts")
+
+
+def _clock(trials: Trials) -> Finding:
+    """The same motion by a clock that shows another time at the start."""
+    problem = trials.problem()
+    t0 = LATE * problem.interval
+    late = replace(problem, form=from_start(problem.form, -t0), times=problem.times + t0, t0=t0)
+    (states,) = trials.solutions(late, trials.usual(), [trials.start])
+    return _near(trials, states, f"the motion by a clock that starts at t0 = {t0:.6g}")
+
+
+def _near(trials: Trials, states: Floats, what: str) -> Finding:
+    """Whether states are those of the start alone, but for round-off or for what the tolerance allows."""
+    alone = trials.whole(trials.usual())
     if alone.states is None or alone.declined or math.isnan(alone.error):
         return not_applicable(f"no solution at {_settings(trials)}: {alone.why}")
-    apart = float(np.max(trials.distance(together, alone.states)))
-    allowed = alone.roundoff if trials.steps else 2 * allowed_error(trials, setting, alone)
+    apart = float(np.max(trials.distance(states, alone.states)))
+    allowed = alone.roundoff if trials.steps else 2 * allowed_error(trials, alone.setting, alone)
     if apart <= allowed:
         return passed()
-    return failed(_settings(trials), f"the second of two starts within {allowed:.2g} of the same alone", f"{apart:.2g}")
+    return failed(_settings(trials), f"{what} within {allowed:.2g} of the solution alone", f"{apart:.2g}")
 
 
 def _same(trials: Trials, first: Floats, second: Floats, what: str) -> Finding:
@@ -136,6 +154,12 @@ def _smooth(trials: Trials) -> str | None:
     return None if trials.case.hybrid is None else "two starts of a motion with events may have other events"
 
 
+def _by_function(trials: Trials) -> str | None:
+    if trials.integrator.library == "command":
+        return "a program may know the equations by the name of the case"
+    return _smooth(trials)
+
+
 CLAIMS = (
     Claim(
         "repeatable", "The same call gives the same bits.",
@@ -157,6 +181,12 @@ CLAIMS = (
         "A trajectory that changes the next one leaves state behind.",
         "Round-off at a fixed step; twice the error that the tolerance allows where step sizes may be shared.",
         _smooth, _ensemble,
+    ),
+    Claim(
+        "clock", "The solution is the same by another clock.",
+        "It starts at t0, and evaluates the equations at the time since then plus t0.",
+        "Round-off at a fixed step; twice the error that the tolerance allows where step sizes are chosen.",
+        _by_function, _clock,
     ),
     Claim(
         "bad_start", "From a start that is not finite come no finite states.",
