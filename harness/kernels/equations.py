@@ -65,7 +65,8 @@ def compiled(source: str, name: str, signature: str = "") -> Any:
 
 def address(source: str, name: str, signature: str = C_SIGNATURE) -> int:
     """The address of the function `name` of a generated module as a C function, by default (t, y, p, out) -> void."""
-    return keeper().address(source, name, signature)
+    found: int = keeper().address(source, name, signature)
+    return found
 
 
 @cache

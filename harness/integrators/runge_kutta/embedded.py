@@ -31,6 +31,7 @@ class Embedded(Adaptive):
     def constants(cls) -> tuple[tuple[str, int], ...]:
         tableau, stages = cls.tableau, len(cls.tableau.a)
         last = stages + 1 + len(tableau.extra)
+        assert cls.order is not None
         values = {
             "WIDTHS": 1, "ORDER": cls.order, "ERROR_ORDER": cls.order, "STAGES": stages, "LAST": last,
             "ENDS": int(any(stages in row for row in tableau.errors)), "ERRORS": last, "DENSE": last + 2,

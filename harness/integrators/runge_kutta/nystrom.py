@@ -30,6 +30,7 @@ class Nystrom(Adaptive):
     @classmethod
     def constants(cls) -> tuple[tuple[str, int], ...]:
         tableau, stages = cls.tableau, len(cls.tableau.a)
+        assert cls.order is not None
         values = {
             "WIDTHS": 2, "ORDER": cls.order, "ERROR_ORDER": tableau.orders[1] + 1, "STAGES": stages, "LAST": stages + 2,
             "ENDS": int(tableau.uses_end),

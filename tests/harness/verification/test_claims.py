@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -98,6 +99,11 @@ class FiniteNonsense(_Changed):
         return lambda starts: Solution(np.nan_to_num(solve(starts).states))
 
 
+class StartsAtZero(_Changed):
+    def prepare(self, problem: Any, setting: float) -> Any:
+        return good_rk4.prepare(replace(problem, t0=0.0, times=problem.elapsed), setting)
+
+
 class WrongAtOneSetting(_Changed):
     def prepare(self, problem: Any, setting: float) -> Any:
         return good_rk4.prepare(problem, setting * 4 if 30 < problem.interval / setting < 33 else setting)
@@ -169,6 +175,13 @@ def test_samples_between_steps_have_the_order_declared(interpolant: str, expecte
 def test_a_fault_of_conduct_fails_its_claim(claim: str, method: Integrator) -> None:
     assert outcome(claim, good_rk4) == Outcome.PASSED
     assert outcome(claim, method) == Outcome.FAILED
+
+
+def test_a_method_that_starts_at_another_time_fails_the_claim_of_the_clock() -> None:
+    """Where equations do not depend on time, nothing is wrong with it."""
+    assert outcome("clock", good_rk4, "forced_oscillator") == Outcome.PASSED
+    assert outcome("clock", StartsAtZero()) == Outcome.PASSED
+    assert outcome("clock", StartsAtZero(), "forced_oscillator") == Outcome.FAILED
 
 
 def test_a_failure_says_what_was_expected_where_and_why() -> None:
