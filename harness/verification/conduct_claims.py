@@ -1,12 +1,10 @@
-"""Claims of conduct: the same bits again, no dependence on earlier calls or on the clock, bad input, events."""
+"""Claims of conduct: the same bits again, no dependence on earlier calls, bad input, events."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
-from gnomon.cases.core.clock import from_start
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Refused, solver_of
 from gnomon.harness.scoring.events import score_events
@@ -16,8 +14,6 @@ from gnomon.harness.verification.trials import Floats, Trials
 
 FAR = 2.0**-10
 """Relative distance of another start: its solution differs in most bits."""
-LATE = 21
-"""Sampling intervals of which the clock is late: times stay exact, and no multiple of a usual period."""
 IMPOSSIBLE = (0.0, -1e-3, math.nan)
 """Settings that are no step size and no tolerance."""
 
@@ -68,23 +64,8 @@ def _ensemble(trials: Trials) -> Finding:
     starts = np.array([_other(trials), trials.start])
     solve = solver_of(trials.integrator, problem, setting)
     together = validation.checked(solve(starts.copy()), (2, len(problem.times), problem.dimension)).states[1]
-    return _near(trials, together, "the second of two starts")
-
-
-def _clock(trials: Trials) -> Finding:
-    """The same motion by a clock that shows another time at the start."""
-    problem = trials.problem()
-    t0 = LATE * problem.interval
-    late = replace(problem, form=from_start(problem.form, -t0), times=problem.times + t0, t0=t0)
-    (states,) = trials.solutions(late, trials.usual(), [trials.start])
-    return _near(trials, states, f"the motion by a clock that starts at t0 = {t0:.6g}")
-
-
-def _near(trials: Trials, states: Floats, what: str) -> Finding:
-    """Whether states are those of the start alone, but for round-off or for what the tolerance allows."""
-    alone = trials.whole(trials.usual())
+    alone = trials.whole(setting)
     if alone.states is None or alone.declined or math.isnan(alone.error):
-<<<<<<< HEAD
         return not_applicable(f"no solution at {trials.named(trials.usual())}: {alone.why}")
     apart = float(np.max(trials.distance(together, alone.states)))
     allowed = alone.roundoff if trials.steps else 2 * allowed_error(trials, setting, alone)
@@ -93,14 +74,6 @@ def _near(trials: Trials, states: Floats, what: str) -> Finding:
     return failed(
         trials.named(trials.usual()), f"the second of two starts within {allowed:.2g} of the same alone", f"{apart:.2g}"
     )
-=======
-        return not_applicable(f"no solution at {_settings(trials)}: {alone.why}")
-    apart = float(np.max(trials.distance(states, alone.states)))
-    allowed = alone.roundoff if trials.steps else 2 * allowed_error(trials, alone.setting, alone)
-    if apart <= allowed:
-        return passed()
-    return failed(_settings(trials), f"{what} within {allowed:.2g} of the solution alone", f"{apart:.2g}")
->>>>>>> s19
 
 
 def _same(trials: Trials, first: Floats, second: Floats, what: str) -> Finding:
@@ -163,66 +136,3 @@ def _events(trials: Trials) -> Finding:
         if not score.time_error <= allowed + 2 * trials.conditioning() * span:
             return failed(named, f"event times within {allowed:.2g} s", f"{score.time_error:.2g} s")
     return passed()
-<<<<<<< HEAD
-=======
-
-
-def _always(trials: Trials) -> str | None:
-    return None
-
-
-def _smooth(trials: Trials) -> str | None:
-    return None if trials.case.hybrid is None else "two starts of a motion with events may have other events"
-
-
-def _by_function(trials: Trials) -> str | None:
-    if trials.integrator.library == "command":
-        return "a program may know the equations by the name of the case"
-    return _smooth(trials)
-
-
-CLAIMS = (
-    Claim(
-        "repeatable", "The same call gives the same bits.",
-        "A result that changes from call to call cannot be compared with an earlier one.",
-        "None: the bits are the same or not.", _always, _repeatable,
-    ),
-    Claim(
-        "history", "A solution does not depend on earlier calls.",
-        "State that is kept between runs makes a result depend on what ran before.",
-        "None: the bits are the same or not.", _always, _history,
-    ),
-    Claim(
-        "aliasing", "States that were returned do not change with the next call.",
-        "A buffer that is used again overwrites results that a user holds.",
-        "None: the bits are the same or not.", _always, _aliased,
-    ),
-    Claim(
-        "ensemble", "A start has the same solution alone and with other starts.",
-        "A trajectory that changes the next one leaves state behind.",
-        "Round-off at a fixed step; twice the error that the tolerance allows where step sizes may be shared.",
-        _smooth, _ensemble,
-    ),
-    Claim(
-        "clock", "The solution is the same by another clock.",
-        "It starts at t0, and evaluates the equations at the time since then plus t0.",
-        "Round-off at a fixed step; twice the error that the tolerance allows where step sizes are chosen.",
-        _by_function, _clock,
-    ),
-    Claim(
-        "bad_start", "From a start that is not finite come no finite states.",
-        "Finite nonsense looks right.", "None.", _always, _bad_start,
-    ),
-    Claim(
-        "bad_setting", "A setting of 0, below 0 or nan gives no finite states.",
-        "A setting that is replaced without a word gives results that do not belong to it.", "None.",
-        _always, _bad_setting,
-    ),
-    Claim(
-        "events", "It finds every event, none that does not exist, and each at its time.",
-        "An event that is missed puts the motion on another course.",
-        "Times within one step, or within the error that the tolerance allows, times the span.",
-        _has_events, _events,
-    ),
-)  # fmt: skip
->>>>>>> s19
