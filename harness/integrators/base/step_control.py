@@ -309,7 +309,8 @@ def first_step(
 
 
 def end_slope(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k: Floats) -> None:
-    """The slope at the end of a step. Calling the equations at `end` itself makes steps of RKN 6(4) take 40 % longer."""
+    """The slope at the end of a step. With the equations called at `end` itself, RKN 6(4) takes 40 % longer, Dormand and
+    Prince's 5(4) 5 to 20 %."""
     for i in range(x.size):
         x[i] = end[i]
     call(f, t, x, p, slope)
