@@ -234,7 +234,7 @@ def integrate(
                 h = min(h, step) * max(1 / SHRINK_MOST, shortened(error))
                 rejected = True
                 continue
-            if not arrive(f, t + step, end, p, slope, k):
+            if not arrive(f, t + step, end, p, x, slope, k):
                 reason = NOT_FINITE
                 break
             if times[sample] <= t + step:
@@ -309,19 +309,22 @@ def first_step(
     return time * (0.01 * tolerance) ** (1 / ORDER) if time > 0.0 else h
 
 
-def end_slope(f: Any, t: float, end: Floats, p: Floats, slope: Floats, k: Floats) -> None:
-    """The slope at the end of a step; equations of second order read the positions, which come first in `end`."""
-    call(f, t, end, p, slope)
-    for i in range(slope.size):
+def end_slope(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k: Floats) -> None:
+    """The slope at the end of a step. With the equations called at `end` itself, RKN 6(4) takes 40 % longer, Dormand and
+    Prince's 5(4) 5 to 20 %."""
+    for i in range(x.size):
+        x[i] = end[i]
+    call(f, t, x, p, slope)
+    for i in range(x.size):
         k[STAGES, i] = slope[i]
 
 
-def arrive(f: Any, t: float, end: Floats, p: Floats, slope: Floats, k: Floats) -> bool:
+def arrive(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k: Floats) -> bool:
     """Compute the slope at the end of an accepted step, unless the step did; returns whether it is finite."""
     if ENDS == 0:
-        end_slope(f, t, end, p, slope, k)
+        end_slope(f, t, end, p, x, slope, k)
     finite = True
-    for i in range(slope.size):
+    for i in range(x.size):
         if not abs(k[STAGES, i]) < np.inf:
             finite = False
     return finite

@@ -54,7 +54,7 @@ def attempt(
         change[i] = h * total + compensation[i]
         end[i] = y[i] + change[i]
     if ENDS == 1:
-        end_slope(f, t + h, end, p, slope, k)
+        end_slope(f, t + h, end, p, x, slope, k)
     return error_norm(h, y, end, table, k, inverse)
 
 

@@ -79,7 +79,7 @@ def step_into(
         change[i] = h * y[half + i] + h * h * total + compensation[i] + h * compensation[half + i]
         end[i] = y[i] + change[i]
     if ENDS == 1:
-        end_slope(f, t + h, end, p, slope, k)
+        end_slope(f, t + h, end, p, x, slope, k)
     for i in range(half):
         total = 0.0
         for m in range(STAGES + ENDS):

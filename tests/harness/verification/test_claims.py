@@ -10,15 +10,13 @@ import numpy as np
 import planted_methods
 import pytest
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract.integrator import Integrator, Solution, Steps
+from gnomon.harness.contract.integrator import Integrator, Solution
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.convergence_claims import in_range
 from gnomon.harness.verification.trials import DEPTHS, Trials
 from gnomon.harness.verification.verify import CLAIMS
-from planted_methods import good_pair, good_rk4, pair, rk4, verlet
-
-from gnomon.verify import from_solve
+from planted_methods import good_rk4, pair, rk4, verlet
 
 
 @cache
@@ -126,30 +124,6 @@ def test_a_fault_off_the_first_axis_fails_from_turned_starts() -> None:
     assert outcome("turned", good_rk4, "kepler_orbit") == Outcome.PASSED
     assert outcome("turned", FirstAxisOnly(), "kepler_orbit") == Outcome.FAILED
     assert outcome("turned", good_rk4) == Outcome.NOT_APPLICABLE
-
-
-def midpoint(honours_t0: bool) -> Integrator:
-    """The explicit midpoint rule as a solver, whose clock starts at t0 or always at 0."""
-
-    def solve(f: Any, t0: float, y0: Any, times: Any, step: float) -> Any:
-        t, y, found = (t0 if honours_t0 else 0.0), y0, []
-        count = round((times[0] - t0) / step)
-        h = (times[0] - t0) / count
-        for _ in times:
-            for _ in range(count):
-                y = y + h * f(t + h / 2, y + h / 2 * f(t, y))
-                t += h
-            found.append(y)
-        return np.array(found)
-
-    return from_solve(solve, name="midpoint", order=2, sweep=Steps(0.125, 6))
-
-
-def test_a_solver_that_forgets_where_it_starts_fails_by_a_later_clock() -> None:
-    assert outcome("clock", good_rk4, "forced_oscillator") == Outcome.PASSED
-    assert outcome("clock", good_pair, "forced_oscillator") == Outcome.PASSED
-    assert outcome("clock", midpoint(True), "forced_oscillator") == Outcome.PASSED
-    assert outcome("clock", midpoint(False), "forced_oscillator") == Outcome.FAILED
 
 
 @pytest.mark.parametrize(
