@@ -14,25 +14,30 @@ def show(
     plot: Annotated[
         Path | None, typer.Option(help="Draw the motion to this file: .svg, .png or .html.", parser=options.as_path)
     ] = None,
+    latex: Annotated[bool, typer.Option("--latex", help="Print only the equations of motion, in LaTeX.")] = False,
 ) -> None:
     """Print a case (equations, parameters, quantities, variants) or a check; draw the motion to a file."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.commands.show_case import DRAWINGS, describe, describe_check, draw
+    from gnomon.harness.commands.show_case import DRAWINGS, describe, describe_check, draw, equations_in_latex
 
     from gnomon import cases
 
     if plot is not None and plot.suffix not in DRAWINGS:
         raise ValueError(f"--plot {plot}: the name must end in one of {', '.join(DRAWINGS)}")
     if case.partition("/")[0] in cases.check_names():
-        if plot is not None:
-            raise ValueError(f"{case} is a check, without motion: there is nothing to draw")
+        if plot is not None or latex:
+            raise ValueError(f"{case} is a check, without motion: there are no equations, and there is nothing to draw")
         check, _, variant = case.partition("/")
         describe_check(cases.get_check(check, variant or None, **options.given_parameters(parameters)), out)
         return
     (chosen,) = options.chosen([case], False, parameters, rounded=False)
     if plot is not None:
         options.ensure_writable(plot, "--plot")
-    describe(chosen[0], out)
+    if latex:
+        for text in equations_in_latex(chosen[0]):
+            print(text)
+    else:
+        describe(chosen[0], out)
     if plot is not None:
         draw(chosen[0], plot)
         out.print(f"The motion is drawn in {plot}.")

@@ -23,6 +23,8 @@ from gnomon.cases.core.forms import (
     Separable,
 )
 from gnomon.cases.core.numbers import show as number
+from gnomon.harness.kernels.equation_text import equation_text
+from gnomon.harness.kernels.latex import latex
 from gnomon.reference.storage import diskcache
 from rich.console import Console
 from rich.markup import escape
@@ -128,6 +130,19 @@ def _code(title: str, functions: Iterable[tuple[str, Callable[..., Any]]], out: 
             out.print(f"[italic]{escape(words)}[/]")
         text = textwrap.dedent(inspect.getsource(function).rstrip())
         out.print(Syntax(text, "python", background_color="default", word_wrap=True))
+
+
+def equations_in_latex(case: Case) -> Iterator[str]:
+    """The equations of motion as LaTeX; those of each mode after a comment with its name."""
+    coordinates, parameters = [x.name for x in case.state], [x.name for x in case.parameter_list]
+    if case.hybrid is None:
+        form = next(form for form in case.all_forms() if isinstance(form, FirstOrder | SecondOrder | RigidBody))
+        yield latex(equation_text(form, coordinates, parameters), coordinates)
+        return
+    for mode in case.hybrid.modes:
+        names = [*parameters, *(f"({value!r})" for value in mode.constants)]
+        text = equation_text(FirstOrder(mode.equations), coordinates, names)
+        yield f"% mode {mode.name}\n{latex(text, coordinates)}"
 
 
 def _functions(case: Case) -> Iterator[tuple[str, Callable[..., Any]]]:
