@@ -24,7 +24,7 @@ KNOWN = ("0.68",)
 
 def known() -> bool:
     """Whether the version of numba that is installed is one of KNOWN."""
-    return numba.__version__.startswith(tuple(f"{version}." for version in KNOWN))
+    return str(numba.__version__).startswith(tuple(f"{version}." for version in KNOWN))
 
 
 @cache
