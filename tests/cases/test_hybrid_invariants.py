@@ -9,6 +9,7 @@ import pytest
 from gnomon.cases import case_class, get, names
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.harness.certification.agreement import sizes
+from gnomon.reference.numerics.precision import exact
 
 ASKED = 45
 HYBRID_VARIANTS = [
@@ -37,3 +38,23 @@ def test_invariants_hold_through_events(name: str, variant: str | None) -> None:
                 assert max(values) - min(values) <= allowed, label
             else:
                 assert all(b - a <= allowed for a, b in itertools.pairwise(values)), label
+
+
+@pytest.mark.parametrize("name", ["bouncing_ball", "bouncing_ball_incline"])
+def test_the_energy_of_a_ball_is_lost_at_impacts_alone(name: str) -> None:
+    """In the flights before and after the first impact it is the same at every time."""
+    case = get(name)
+    function = rebind(case.invariants["energy"].function, mpmath_arithmetic(mpmath.mp))
+    first, second = (event.time for event in case.events(ASKED)[:2])
+    with mpmath.workdps(ASKED + 10):
+        parameters = tuple(mpmath.mpf(v.numerator) / v.denominator for v in case.parameter_values())
+
+        def energy(t: mpmath.mpf) -> mpmath.mpf:
+            return function(t, case.exact(exact(t), ASKED), parameters)[0]
+
+        before = [energy(first * k / 4) for k in range(4)]
+        after = [energy(first + (second - first) * k / 4) for k in range(1, 4)]
+        allowed = mpmath.mpf(10) ** (5 - ASKED) * max(map(abs, (*before, *after)))
+        assert max(before) - min(before) <= allowed
+        assert max(after) - min(after) <= allowed
+        assert after[0] < before[0]

@@ -5,7 +5,7 @@
 
 A mutation names a function, not a line, so that it stays valid after other edits. It is caught if one of its tests fails
 with it and passes without it. The script prints for each mutation the test that failed and why, and ends with exit code 1
-if one survived, if one could not be applied or run, or if a test fails without it too.
+if one survived without a reason that is listed, if one could not be applied or run, or if a test fails without it too.
 """
 
 from __future__ import annotations
@@ -53,6 +53,8 @@ class Mutation:
     before: str
     after: str
     tests: tuple[str, ...]
+    survives: str = ""
+    """Why no test catches it, for one that is known to survive."""
 
     def applied(self, source: str) -> str:
         """The source with the change. Raises ValueError where the text is not in the function exactly once."""
@@ -175,7 +177,8 @@ def summary(chosen: Sequence[Mutation]) -> int:
     for one in chosen:
         outcomes.append(found := outcome(one, one.tests))
         print(f"{found.word}  {one.name}  ({found.seconds:.0f} s)", flush=True)
-        for line in filter(None, (*found.failed[:1], found.reason)):
+        known = one.survives if found.word == SURVIVED else ""
+        for line in filter(None, (*found.failed[:1], found.reason, known)):
             print(f"    {line}", flush=True)
     # Without a mutation, the tests that caught one must pass.
     catching = sorted({test for found in outcomes for test in found.failed})
@@ -188,7 +191,8 @@ def summary(chosen: Sequence[Mutation]) -> int:
         f" applied or run; {len(plain.failed)} tests fail without a mutation; {(monotonic() - begin) / 60:.0f} min,"
         f" {sum(found.seconds for found in (*outcomes, plain)) / 60:.0f} min of processor time"
     )
-    return 0 if number[CAUGHT] == len(chosen) and plain.word == SURVIVED else 1
+    explained = sum(found.word == SURVIVED and one.survives != "" for one, found in zip(chosen, outcomes, strict=True))
+    return 0 if number[CAUGHT] + explained == len(chosen) and plain.word == SURVIVED else 1
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import mutate
@@ -95,6 +96,15 @@ def test_the_exit_code_is_0_only_if_all_are_caught_by_tests_that_pass_without_th
     counts = [f"{words.count(word)} {said}" for word, said in ((CAUGHT, "caught"), (SURVIVED, "survived"))]
     assert last.startswith(f"2 mutations: {', '.join(counts)}, {words.count(IMPOSSIBLE)} could not be applied or run")
     assert f"{1 if without == CAUGHT else 0} tests fail without a mutation" in last
+
+
+def test_a_survivor_with_a_reason_is_listed_with_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(mutate, "outcome", lambda *_, **__: Outcome(SURVIVED))
+    assert mutate.summary([replace(SAME, survives="a choice")]) == 0
+    assert "    a choice\n" in capsys.readouterr().out
+    assert mutate.summary([SAME]) == 1
 
 
 @pytest.mark.slow
