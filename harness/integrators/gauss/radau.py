@@ -53,7 +53,7 @@ class Radau5(Integrator):
     def tableau(cls, mp: Any) -> ButcherTableau:
         """Collocation at the zeros of the shifted Radau polynomial of degree 3."""
         root = mp.sqrt(mp.mpf(6))
-        return gauss.collocation(mp, [(4 - root) / 10, (4 + root) / 10, mp.mpf(1)], cls.order)
+        return gauss.collocation(mp, [(4 - root) / 10, (4 + root) / 10, mp.mpf(1)], 5)
 
 
 def prepared(problem: Problem, tolerance: float, fixed: float, absolute: bool = True) -> Solver:

@@ -37,7 +37,7 @@ class Embedded(Adaptive):
             "ENDS": int(any(stages in row for row in tableau.errors)), "ERRORS": last, "DENSE": last + 2,
             "DENSE_ROWS": -1 if tableau.dense is None else len(tableau.dense),
         }  # fmt: skip
-        return tuple(values.items())
+        return tuple(values.items())  # type: ignore[arg-type]
 
 
 def attempt(

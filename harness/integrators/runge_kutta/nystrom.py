@@ -35,7 +35,7 @@ class Nystrom(Adaptive):
             "WIDTHS": 2, "ORDER": cls.order, "ERROR_ORDER": tableau.orders[1] + 1, "STAGES": stages, "LAST": stages + 2,
             "ENDS": int(tableau.uses_end),
         }  # fmt: skip
-        return tuple(values.items())
+        return tuple(values.items())  # type: ignore[arg-type]
 
 
 def attempt(
