@@ -241,7 +241,7 @@ def each_start(
     def solve(initial_states: Floats) -> Solution:
         states = np.full((len(initial_states), len(problem.times), problem.dimension), np.nan)
         ends = [solve_one(start, out) for start, out in zip(initial_states, states, strict=True)]
-        steps = [taken for taken, _ in ends if taken is not None]
+        steps = [count for count, _ in ends if count is not None]
         stopped = next((why for _, why in ends if why), None)
         return Solution(states, sum(steps) if len(steps) == len(ends) else None, stopped)
 
