@@ -215,7 +215,7 @@ def gather(functions: dict[str, Callable[..., Any]]) -> str:
 def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[str]) -> None:
     """Append to `parts` the source of a function and of all that it uses, except names in `seen`.
 
-    Raises ValueError for what cannot be compiled: a closure, an exception, a global that is no number, function or named tuple type.
+    Raises ValueError for what cannot be compiled: a closure, an exception, a global that is no number or function.
     """
     name = function.__name__
     if name in seen:
@@ -235,9 +235,6 @@ def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[
             gather_into(value, seen, parts)
         elif used in FUNCTIONS and value is getattr(math, used):
             parts.append(f"from math import {used}")
-        elif isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields"):
-            seen[used] = value
-            parts.append(f"from collections import namedtuple\n{used} = namedtuple({used!r}, {value._fields!r})")
         elif isinstance(value, int | float):
             line = f"{used} = {value!r}"
             other = next((part for part in parts if part.startswith(f"{used} = ")), line)

@@ -101,7 +101,7 @@ STEPPING = (
     Mutation(
         "events: a guard just met, below zero by round-off, fires again",
         f"{METHODS}/events/event_stepping.py",
-        "arm_guards",
+        "run",
         "(value == 0.0 or (g == where[FIRED] and value < 0.0))",
         "value == 0.0",
         (f"{ON_METHODS}/events/test_hybrid.py::test_a_flight_that_starts_a_rounding_below_the_floor_ends_on_it",),
@@ -109,7 +109,7 @@ STEPPING = (
     Mutation(
         "events: a guard of the next mode that is zero on arrival is missed",
         f"{METHODS}/events/event_stepping.py",
-        "arm_guards",
+        "run",
         "(value == 0.0 or (g == where[FIRED] and value < 0.0))",
         "(g == where[FIRED] and value <= 0.0)",
         (f"{ON_METHODS}/events/test_hybrid.py::test_a_guard_of_the_next_mode_that_is_zero_on_arrival_counts",),
@@ -117,15 +117,15 @@ STEPPING = (
     Mutation(
         "events: the step after an event is like any other",
         f"{METHODS}/events/event_stepping.py",
-        "jump",
-        "where[STATE] = EVENT",
-        "where[STATE] = SMOOTH",
+        "run",
+        "state = EVENT",
+        "state = SMOOTH",
         (f"{ON_METHODS}/events/test_event_stepping.py::test_the_changes_of_state_are_those_of_the_diagram",),
     ),
     Mutation(
         "events: steps grow sixty times",
         f"{METHODS}/events/event_stepping.py",
-        "attempt",
+        "run",
         "min(6.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
         "min(60.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
         (f"{ON_METHODS}/base/test_step_control.py::test_a_step_without_error_is_followed_by_one_six_times_as_long",),
@@ -133,7 +133,7 @@ STEPPING = (
     Mutation(
         "events: steps do not grow",
         f"{METHODS}/events/event_stepping.py",
-        "attempt",
+        "run",
         "min(6.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
         "min(1.0, 0.9 * max(error, 1e-10) ** (-1 / 8))",
         (f"{ON_METHODS}/base/test_step_control.py::test_a_step_without_error_is_followed_by_one_six_times_as_long",),

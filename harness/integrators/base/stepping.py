@@ -199,12 +199,11 @@ def compiled_whole(
     signature: str,
     constants: tuple[tuple[str, int], ...] = (),
     pieces: tuple[Callable[..., Any], ...] = (),
-    inline: str = "forceinline=True",
 ) -> Callable[..., int]:
     """A function with a loop of steps of its own, compiled with `call` as above.
 
     `pieces` replace the functions of the same names that it calls, `constants` the numbers of the same names that it and
-    they read. `inline`: numba's option that inlines the pieces.
+    they read.
     """
     bound = FunctionType(method.__code__, {**method.__globals__, **{piece.__name__: piece for piece in pieces}})
     values = dict(constants)
@@ -214,7 +213,8 @@ def compiled_whole(
     ]
     inlined = tuple(f"def {piece.__name__}(" for piece in pieces)
     parts = [
-        part.replace("@njit(", f"@njit({inline}, ", 1) if any(d in part for d in inlined) else part for part in parts
+        part.replace("@njit(", "@njit(forceinline=True, ", 1) if any(d in part for d in inlined) else part
+        for part in parts
     ]
     parts[-1] = parts[-1].replace(INNER, f'"{signature}", {OPTIONS}', 1)
     run: Callable[..., int] = compiled_function("\n".join(parts), method.__name__)

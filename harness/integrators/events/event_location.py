@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 from gnomon.harness.integrators.base.stepping import call
@@ -26,31 +25,27 @@ def part(parts: int, k: int, t: float, y: Floats, p: Floats, out: Floats) -> Non
     call(parts, t, y, p, out)
 
 
-class Formula(NamedTuple):
-    """What a step needs beside the state: the functions of a hybrid form, the method's table, room for its stages.
-
-    `parts`: address of the compiled functions (see `compiled_parts`). Rows of `table`: c_j, a_j1, ... for each stage, then
-    1, b_1, ... `x` (dim,) and `k` (stages, dim) are overwritten by each step; k[0] is the rate at its start.
-    """
-
-    parts: int
-    p: Floats
-    table: Floats
-    stages: int
-    x: Floats
-    k: Floats
-
-
-def one_step(formula: Formula, mode: int, t: float, h: float, y: Floats, out: Floats) -> None:
-    """One explicit Runge-Kutta step of length h from t; the state there goes to `out`."""
-    table, stages, x, k = formula.table, formula.stages, formula.x, formula.k
+def one_step(
+    parts: int,
+    mode: int,
+    t: float,
+    h: float,
+    y: Floats,
+    p: Floats,
+    table: Floats,
+    stages: int,
+    x: Floats,
+    k: Floats,
+    out: Floats,
+) -> None:
+    """One explicit Runge-Kutta step. Rows of `table`: c_j, a_j1, ... for each stage, then 1, b_1, ..."""
     for j in range(stages):
         for i in range(y.size):
             total = 0.0
             for n in range(j):
                 total += table[j, n + 1] * k[n, i]
             x[i] = y[i] + h * total
-        part(formula.parts, mode, t + table[j, 0] * h, x, formula.p, k[j])
+        part(parts, mode, t + table[j, 0] * h, x, p, k[j])
     for i in range(y.size):
         total = 0.0
         for n in range(stages):
@@ -58,11 +53,14 @@ def one_step(formula: Formula, mode: int, t: float, h: float, y: Floats, out: Fl
         out[i] = y[i] + h * total
 
 
-def guard_after(formula: Formula, guard: int, mode: int, t: float, h: float, y: Floats, out: Floats) -> float:
+def guard_after(
+    parts: int, guard: int, mode: int, t: float, h: float, y: Floats, p: Floats, table: Floats, stages: int,
+    x: Floats, k: Floats, out: Floats,
+) -> float:  # fmt: skip
     """A guard's value at the end of a step; the state there goes to `out`."""
-    one_step(formula, mode, t, h, y, out)
-    part(formula.parts, guard, t + h, out, formula.p, formula.x)
-    return float(formula.x[0])
+    one_step(parts, mode, t, h, y, p, table, stages, x, k, out)
+    part(parts, guard, t + h, out, p, x)
+    return float(x[0])
 
 
 def step_error(h: float, table: Floats, stages: int, k: Floats, inverse: Floats) -> float:
@@ -81,7 +79,20 @@ def step_error(h: float, table: Floats, stages: int, k: Floats, inverse: Floats)
 
 
 def locate(
-    formula: Formula, guard: int, mode: int, t: float, h: float, before: float, after: float, y: Floats, out: Floats
+    parts: int,
+    guard: int,
+    mode: int,
+    t: float,
+    h: float,
+    before: float,
+    after: float,
+    y: Floats,
+    p: Floats,
+    table: Floats,
+    stages: int,
+    x: Floats,
+    k: Floats,
+    out: Floats,
 ) -> float:
     """The step length in (0, h] at which a guard crosses zero, to round-off (Chandrupatla 1997).
 
@@ -91,7 +102,7 @@ def locate(
     low, high = 0.0, h
     while before <= 0.0:
         middle = 0.5 * (low + high)
-        value = guard_after(formula, guard, mode, t, middle, y, out)
+        value = guard_after(parts, guard, mode, t, middle, y, p, table, stages, x, k, out)
         if value > 0.0:
             low, before = middle, value
         else:
@@ -103,7 +114,7 @@ def locate(
     fraction = 0.5
     for _ in range(200):
         now = a + fraction * (b - a)
-        value = guard_after(formula, guard, mode, t, now, y, out)
+        value = guard_after(parts, guard, mode, t, now, y, p, table, stages, x, k, out)
         if (value > 0.0) == (fa > 0.0):
             c, fc = a, fa
         else:
@@ -126,7 +137,7 @@ def locate(
 
 
 def dip(
-    formula: Formula,
+    parts: int,
     guard: int,
     mode: int,
     t: float,
@@ -135,6 +146,11 @@ def dip(
     after: float,
     y: Floats,
     end: Floats,
+    p: Floats,
+    table: Floats,
+    stages: int,
+    x: Floats,
+    k: Floats,
     there: Floats,
     slope: Floats,
 ) -> float:
@@ -143,11 +159,11 @@ def dip(
     A guard that falls at the start of a step and rises at its end has a minimum in between, which cubic interpolation
     brackets. Steps are evaluated only where the cubic falls below DEEP of its values at the ends.
     """
-    low, low_value, low_slope = 0.0, before, guard_slope(formula, guard, t, h, y, before, formula.k[0], there)
+    low, low_value, low_slope = 0.0, before, guard_slope(parts, guard, t, h, y, before, k[0], p, x, there)
     if not low_slope < 0.0:
         return 0.0
-    part(formula.parts, mode, t + h, end, formula.p, slope)
-    high, high_value, high_slope = h, after, guard_slope(formula, guard, t + h, h, end, after, slope, there)
+    part(parts, mode, t + h, end, p, slope)
+    high, high_value, high_slope = h, after, guard_slope(parts, guard, t + h, h, end, after, slope, p, x, there)
     if not high_slope > 0.0:
         return 0.0
     for _ in range(MOST_TRIALS):
@@ -160,13 +176,13 @@ def dip(
         now = low + u * width
         if not (lowest <= DEEP * min(low_value, high_value) and low < now < high):
             return 0.0
-        value = guard_after(formula, guard, mode, t, now, y, there)
+        value = guard_after(parts, guard, mode, t, now, y, p, table, stages, x, k, there)
         if value <= 0.0:
             return now
         if abs(value - lowest) <= 0.1 * value:
             return 0.0
-        part(formula.parts, mode, t + now, there, formula.p, slope)
-        found = guard_slope(formula, guard, t + now, h, there, value, slope, slope)
+        part(parts, mode, t + now, there, p, slope)
+        found = guard_slope(parts, guard, t + now, h, there, value, slope, p, x, slope)
         if found < 0.0:
             low, low_value, low_slope = now, value, found
         else:
@@ -175,11 +191,12 @@ def dip(
 
 
 def guard_slope(
-    formula: Formula, guard: int, t: float, h: float, y: Floats, value: float, slope: Floats, there: Floats
-) -> float:
+    parts: int, guard: int, t: float, h: float, y: Floats, value: float, slope: Floats, p: Floats, x: Floats,
+    there: Floats,
+) -> float:  # fmt: skip
     """The rate of a guard along the motion, by a difference over a millionth of a step. `there` may be `slope`."""
     small = h * 2.0**-20
     for i in range(y.size):
         there[i] = y[i] + small * slope[i]
-    part(formula.parts, guard, t + small, there, formula.p, formula.x)
-    return float(formula.x[0] - value) / small
+    part(parts, guard, t + small, there, p, x)
+    return float(x[0] - value) / small

@@ -11,8 +11,27 @@ from gnomon.harness.integrators.base.fixed_step import substeps_of
 from gnomon.harness.integrators.base.step_control import check_tolerance, tabulated
 from gnomon.harness.integrators.base.stepping import blank
 from gnomon.harness.integrators.base.tableau import ButcherTableau
-from gnomon.harness.integrators.events import event_functions
-from gnomon.harness.integrators.events import event_stepping as machine
+from gnomon.harness.integrators.events import event_functions, event_stepping
+from gnomon.harness.integrators.events.event_stepping import (
+    ACCUMULATED,
+    ASK,
+    COUNT,
+    DONE,
+    FIELDS,
+    FIRED,
+    FULL,
+    MODE,
+    MOST_STEPS,
+    NEXT,
+    NOT_FINITE,
+    NUMBERS,
+    SAMPLE,
+    START,
+    STATE,
+    STEP_TOO_SMALL,
+    STEPS,
+    TOO_MANY_STEPS,
+)  # fmt: skip
 from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.integrators.runge_kutta.explicit import RK4, ExplicitEuler
 from numpy.typing import NDArray
@@ -23,11 +42,11 @@ MOST_EVENTS = 1_000_000
 """A few seconds: beyond it the span is too long for the time between events."""
 
 REASONS = {
-    machine.NOT_FINITE: "the state or a guard was not finite",
-    machine.STEP_TOO_SMALL: "the step size fell below the spacing of times",
-    machine.ACCUMULATED: "events accumulate, and the form states no limit mode for them,",
-    machine.FULL: f"more than {MOST_EVENTS} events",
-    machine.TOO_MANY_STEPS: f"more than {machine.MOST_STEPS} steps (stiff, or too small a tolerance for so long a span)",
+    NOT_FINITE: "the state or a guard was not finite",
+    STEP_TOO_SMALL: "the step size fell below the spacing of times",
+    ACCUMULATED: "events accumulate, and the form states no limit mode for them,",
+    FULL: f"more than {MOST_EVENTS} events",
+    TOO_MANY_STEPS: f"more than {MOST_STEPS} steps (stiff, or too small a tolerance for so long a span)",
 }
 
 
@@ -54,7 +73,7 @@ class EventRungeKutta(Integrator):
             substeps_of(problem, setting)
         else:
             check_tolerance(setting)
-        run = machine.compiled()
+        run = event_stepping.compiled()
         parts = event_functions.compiled_parts(form, problem.dimension, len(problem.parameters))
         table, stages = tabulated(self.tableau.rows), len(self.tableau.a)
         h, tolerance = (setting, 0.0) if fixed else (0.1 * problem.time_scale, setting)
@@ -64,11 +83,11 @@ class EventRungeKutta(Integrator):
         def trajectory(start: Floats, out: Floats) -> tuple[int, str | None, list[tuple[float, str]]]:
             y, since = start.copy(), np.full(len(transitions), np.inf)
             sizes = np.zeros(problem.dimension)
-            clock = np.zeros(machine.NUMBERS)
-            clock[machine.NEXT] = h
-            where = np.zeros(machine.FIELDS, dtype=np.int64)
-            where[machine.STATE] = machine.START
-            where[machine.MODE] = modes.of(form.start(0.0, tuple(y.tolist()), parameters))
+            clock = np.zeros(NUMBERS)
+            clock[NEXT] = h
+            where = np.zeros(FIELDS, dtype=np.int64)
+            where[STATE] = START
+            where[MODE] = modes.of(form.start(0.0, tuple(y.tolist()), parameters))
             found, kinds = np.empty(64), np.empty(64, dtype=np.int64)
             while True:
                 state = run(
@@ -77,19 +96,19 @@ class EventRungeKutta(Integrator):
                     y, clock, where, since, groups, sizes,
                     times, out, found, kinds,
                 )  # fmt: skip
-                if state == machine.ASK:
-                    transition = transitions[where[machine.FIRED]]
-                    t = float(found[where[machine.COUNT] - 1])
+                if state == ASK:
+                    transition = transitions[where[FIRED]]
+                    t = float(found[where[COUNT] - 1])
                     lands = transition.lands(t, tuple(y.tolist()), parameters)
-                    where[machine.MODE] = modes.of(lands)
-                elif state == machine.FULL and len(found) < MOST_EVENTS:
+                    where[MODE] = modes.of(lands)
+                elif state == FULL and len(found) < MOST_EVENTS:
                     found, kinds = np.resize(found, 4 * len(found)), np.resize(kinds, 4 * len(kinds))
                 else:
                     break
-            count = where[machine.COUNT]
+            count = where[COUNT]
             events = zip(found[:count].tolist(), kinds[:count].tolist(), strict=True)
-            stopped = None if state == machine.DONE else f"{REASONS[state]} before sample {where[machine.SAMPLE] + 1}"
-            return int(where[machine.STEPS]), stopped, [(t0 + time, names[kind]) for time, kind in events]
+            stopped = None if state == DONE else f"{REASONS[state]} before sample {where[SAMPLE] + 1}"
+            return int(where[STEPS]), stopped, [(t0 + time, names[kind]) for time, kind in events]
 
         def solve(initial: Floats) -> Solution:
             states = blank(problem, initial)
