@@ -58,13 +58,13 @@ def verify(
     baseline; 2 if no claim was checked.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.verification import verification_report as report_
+    from gnomon.harness.verification import verification_report
     from gnomon.harness.verification.baseline import read
 
     options.validate_workers(workers)
     if max_seconds is not None and not max_seconds > 0:
         raise ValueError(f"--max-seconds {max_seconds:g}: give a positive number of seconds")
-    known = report_.read_known(known_failures) if known_failures is not None else {}
+    known = verification_report.read_known(known_failures) if known_failures is not None else {}
     base = read(baseline) if baseline is not None else None
     files = {"json": json_path, "junit": junit, "markdown": markdown, "badge": badge}
     for kind, path in files.items():
@@ -72,19 +72,21 @@ def verify(
             options.ensure_writable(path, f"--{kind}")
     chosen, how = options.integrator_or_program(integrator, command)
     report = _verified(chosen, case, depth, claim, max_seconds, workers)
-    for line in report_.lines(report, known, how):
+    for line in verification_report.lines(report, known, how):
         out.print(escape(line), highlight=False)
-    for line in report_.workflow_commands(report, known, how) if os.environ.get("GITHUB_ACTIONS") == "true" else []:
+    for line in (
+        verification_report.workflow_commands(report, known, how) if os.environ.get("GITHUB_ACTIONS") == "true" else []
+    ):
         print(line)
     for kind, path in files.items():
         if path is not None:
-            path.write_text(report_.WRITERS[kind](report, known, how), encoding="utf-8")
+            path.write_text(verification_report.WRITERS[kind](report, known, how), encoding="utf-8")
     worse = base is not None and _worse(base, chosen, workers)
-    code = report_.exit_code(report, known)
-    if code == report_.NOTHING:
+    code = verification_report.exit_code(report, known)
+    if code == verification_report.NOTHING:
         problems.print("no claim was checked: no case takes this integrator, or no claim applies")
     if code or worse:
-        raise typer.Exit(code or report_.FAILED)
+        raise typer.Exit(code or verification_report.FAILED)
 
 
 def _verified(

@@ -15,6 +15,7 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, RigidBody, SecondOrder
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Floats, Names, Problem, Refused, Steps, Tolerance, Unsupported
+from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import TEXT, Unusable, count, short
 from gnomon.harness.kernels.equation_text import equation_text
 
@@ -120,11 +121,11 @@ def reply(line: str, number: int, shape: tuple[int, int]) -> Reply:
     if found.get("number") != number or isinstance(found.get("number"), bool):
         raise Unusable(f"replied to number {short(found.get('number'))} where {number} was asked")
     status = found.get("status")
-    if status == "refused":
+    if status == Status.REFUSED:
         raise Refused(_text(found, "reason")[:TEXT])
-    if status == "unsupported":
+    if status == Status.UNSUPPORTED:
         raise Unsupported(f"lacks {_text(found, 'lacks')[:TEXT]}")
-    if status not in ("ok", "stopped"):
+    if status not in (Status.OK, "stopped"):
         _wrong("status", status, "it is ok, stopped, refused or unsupported")
     stopped = _text(found, "reason")[:TEXT] if status == "stopped" else None
     states = _states(found.get("states"), shape, complete=stopped is None)

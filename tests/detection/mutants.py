@@ -1,4 +1,4 @@
-"""Mutants of the right methods: every constant, sign, term and time argument changed in turn, and faults by hand."""
+"""Mutants of the right methods: every constant, sign, term and time argument changed in turn, and chosen faults."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ METHODS = (
     Method("bogacki_shampine", from_solve, {"order": 3, "sweep": Tolerance(1e-3, 1e-10)}),
     Method("richardson", from_solve, {"order": 6}),
 )
-BY_HAND = (
+CHOSEN = (
     ("rk4", "stages in another order", "(a + 2 * b + 2 * c + d)", "(a + 2 * b + 2 * d + c)"),
     ("rk4", "single precision inside", "    a = f(t, y)", "    y = y.astype('f4').astype('f8')\n    a = f(t, y)"),
     ("rk4", "one stage in single precision", "    c = f(t + h / 2, y + h / 2 * b)",
@@ -129,10 +129,10 @@ def right() -> dict[str, Integrator]:
 
 
 def mutants() -> list[Mutant]:
-    """All mutants, method by method: those by hand first."""
+    """All mutants, method by method: the chosen faults first."""
     found = []
     for method in METHODS:
-        for name, fault, before, after in BY_HAND:
+        for name, fault, before, after in CHOSEN:
             if name == method.name:
                 found.append(Mutant(method, fault, replaced(method, before, after)))
         found += [Mutant(method, fault, text) for fault, text in _automatic(method)]

@@ -22,6 +22,7 @@ OTHERS = {
     ("reporting/report_words.py", "not_installed"): "what the templates call the libraries that are not installed",
     ("results/opening.py", "ok"): "what SQLite's integrity check says of a sound file",
     ("studies/drift.py", "diverged"): "how a size grows over time, beside the laws",
+    ("verification/verification_report.py", "skipped"): "an element of JUnit XML",
 }
 """Where a word of a status means something else, by file."""
 WORDS = {

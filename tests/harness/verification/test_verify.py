@@ -9,7 +9,6 @@ from xml.etree import ElementTree
 import planted_methods
 import pytest
 from command_line import gnomon
-from gnomon.harness.verification import verify as verify_module
 from gnomon.harness.verification.claims import Outcome, failed, not_applicable, passed
 from gnomon.harness.verification.verification_report import (
     as_badge,
@@ -21,7 +20,7 @@ from gnomon.harness.verification.verification_report import (
     read_known,
     workflow_commands,
 )
-from gnomon.harness.verification.verify import Report, Row, verify
+from gnomon.harness.verification.verify import CLAIM_SECONDS, FirstTrialError, Report, Row, verify
 
 ALONE = ("--case", "pendulum_simple", "--depth", "low", "--claim")
 ROWS = [
@@ -146,14 +145,14 @@ def test_the_traceback_of_a_first_trial_is_shown_and_nothing_else_runs(capsys: p
 
 def test_a_hang_and_a_crash_are_failures_of_their_claim(monkeypatch: pytest.MonkeyPatch) -> None:
     """The claims after it are verified in a new process."""
-    monkeypatch.setitem(verify_module.CLAIM_SECONDS, "low", 5.0)
+    monkeypatch.setitem(CLAIM_SECONDS, "low", 5.0)
     report = verify(planted_methods.ends_its_process, ["pendulum_simple"], "low", ["bad_start", "bad_setting"])
     by_claim = {row.claim: row.finding for row in report.rows}
     assert by_claim["bad_start"].outcome == Outcome.FAILED
     assert "exit code 7" in by_claim["bad_start"].got
     assert by_claim["bad_setting"].outcome == Outcome.PASSED
-    monkeypatch.setitem(verify_module.CLAIM_SECONDS, "low", 0.5)
-    with pytest.raises(verify_module.FirstTrialError, match=r"none within 0\.5 s"):
+    monkeypatch.setitem(CLAIM_SECONDS, "low", 0.5)
+    with pytest.raises(FirstTrialError, match=r"none within 0\.5 s"):
         verify(planted_methods.hanging, ["pendulum_simple"], "low", ["runs"])
 
 
