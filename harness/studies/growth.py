@@ -187,7 +187,8 @@ def by_octaves(times: Floats, errors: Floats, count: int) -> tuple[Floats, Float
     octave = np.floor(np.log2(times[-1] / times)).astype(int)
     chosen = [octave == k for k in np.unique(octave[octave < count])]
     centres = np.array([np.mean(np.log(times[mask])) for mask in chosen])
-    return centres, np.array([np.log(np.sqrt(np.mean(errors[:, mask] ** 2, axis=1))) for mask in chosen])
+    with np.errstate(divide="ignore"):  # no error in an octave: its logarithm is -inf, and no power is found
+        return centres, np.array([np.log(np.sqrt(np.mean(errors[:, mask] ** 2, axis=1))) for mask in chosen])
 
 
 def interval_of_mean(values: Floats, confidence: float = CONFIDENCE) -> tuple[float, float]:
