@@ -14,6 +14,7 @@ from rich.markup import escape
 if TYPE_CHECKING:
     from gnomon.harness.contract.integrator import Integrator
     from gnomon.harness.verification.baseline import Baseline
+    from gnomon.harness.verification.verification_report import Known
     from gnomon.harness.verification.verify import Report, Row
 
 
@@ -72,12 +73,7 @@ def verify(
             options.ensure_writable(path, f"--{kind}")
     chosen, how = options.integrator_or_program(integrator, command)
     report = _verified(chosen, case, depth, claim, max_seconds, workers)
-    for line in verification_report.lines(report, known, how):
-        out.print(escape(line), highlight=False)
-    for line in (
-        verification_report.workflow_commands(report, known, how) if os.environ.get("GITHUB_ACTIONS") == "true" else []
-    ):
-        print(line)
+    _show(report, known, how)
     for kind, path in files.items():
         if path is not None:
             path.write_text(verification_report.WRITERS[kind](report, known, how), encoding="utf-8")
@@ -107,6 +103,16 @@ def _verified(
         problems.print(escape(str(error).rstrip()), highlight=False)
         problems.print("nothing was verified: the first trial raised")
         raise typer.Exit(1) from None
+
+
+def _show(report: Report, known: Known, how: str) -> None:
+    """Print a report, and for GitHub Actions its annotations."""
+    from gnomon.harness.verification.verification_report import lines, workflow_commands
+
+    for line in lines(report, known, how):
+        out.print(escape(line), highlight=False)
+    for line in workflow_commands(report, known, how) if os.environ.get("GITHUB_ACTIONS") == "true" else []:
+        print(line)
 
 
 def _worse(base: Baseline, integrator: Integrator, workers: int) -> bool:

@@ -51,7 +51,6 @@ def from_solve(
     name: str,
     order: int | None = None,
     sweep: Tolerance | Steps | None = None,
-    sampling: str = "stops at samples",
     dense_order: int | None = None,
     conserves: tuple[str, ...] = (),
     accelerations: bool = False,
@@ -59,13 +58,15 @@ def from_solve(
 ) -> Integrator:
     """The integrator that calls `solve(f, t0, y0, times, tolerance)`, which returns the states at `times`, (n, dim).
 
-    With a `sweep` of Steps the last argument is the step size. `sampling`: "dense output" if the states at `times` come
-    from an interpolant, of order `dense_order`. A solver that gives up raises `gnomon.verify.Refused`, or returns nan for what it did not reach.
+    With a `sweep` of Steps the last argument is the step size. `dense_order`: the order of the interpolant from which the
+    states at `times` come, 0 where it is not known; None if steps end there. A solver that gives up raises
+    `gnomon.verify.Refused`, or returns nan for what it did not reach.
     Raises ValueError for a wrong declaration.
     """
     accepts = (SecondOrder,) if accelerations else (FirstOrder,)
     declared = {"name": name, "library": library, "order": order, "accepts": accepts, "conserves": conserves}
-    more = {"sweep": sweep or Tolerance(1e-3, 1e-12), "sampling": sampling, "dense_order": dense_order}
+    sampling = "stops at samples" if dense_order is None else "dense output"
+    more = {"sweep": sweep or Tolerance(1e-3, 1e-12), "sampling": sampling, "dense_order": dense_order or None}
     return _made(_Solved, declared | more | {"function": staticmethod(solve)})
 
 

@@ -38,9 +38,7 @@ METHODS = (
     Method("implicit_midpoint", from_step, {"order": 2, "conserves": SYMPLECTIC, "sweep": Steps(0.125, 8)}),
     Method("gauss4", from_step, {"order": 4, "conserves": SYMPLECTIC, "sweep": Steps(0.125, 8)}),
     Method("adams", from_solve, {"order": 4, "sweep": Steps(0.125, 8)}),
-    Method(
-        "dormand_prince", from_solve, {"order": 5, "sampling": "dense output", "dense_order": 4}, ("A", "C", "D", "E")
-    ),
+    Method("dormand_prince", from_solve, {"order": 5, "dense_order": 4}, ("A", "C", "D", "E")),
     Method("bogacki_shampine", from_solve, {"order": 3, "sweep": Tolerance(1e-3, 1e-10)}),
     Method("richardson", from_solve, {"order": 6}),
 )

@@ -154,7 +154,7 @@ def dense_pair(interpolant: str = "quartic") -> Integrator:
             h = h * min(5.0, max(0.2, 0.9 * max(error, 1e-10) ** -0.2))
         return np.array(found)
 
-    declared = {"sampling": "dense output", "dense_order": 4, "sweep": Tolerance(1e-4, 1e-12)}
+    declared = {"dense_order": 4, "sweep": Tolerance(1e-4, 1e-12)}
     return from_solve(solve, name=f"pair, {interpolant}", order=5, **declared)  # type: ignore[arg-type]
 
 

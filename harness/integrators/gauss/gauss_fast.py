@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -14,6 +13,7 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SecondOrder, first_order
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, kept, rounded
+from gnomon.harness.integrators.base.step_control import check_tolerance
 from gnomon.harness.integrators.base.stepping import blank
 from gnomon.harness.integrators.gauss import gauss, gauss_fast_kernel, gauss_fast_text, radau
 from gnomon.harness.integrators.gauss.gauss import integrals, lagrange, nodes, rounding_residuals
@@ -72,8 +72,7 @@ class GaussFast(Integrator):
     sweep = Tolerance(LOOSEST, LEAST_TOLERANCE)
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
-        if not (math.isfinite(setting) and LEAST_TOLERANCE <= setting < 1):
-            raise Refused(f"tolerance {setting} is not between {LEAST_TOLERANCE:g} and 1")
+        check_tolerance(setting, LEAST_TOLERANCE)
         problem = problem.since_start()
         setting, form = min(setting, LOOSEST), problem.form
         assert isinstance(form, FirstOrder | SecondOrder)

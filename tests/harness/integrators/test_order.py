@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -30,7 +31,7 @@ from gnomon.harness.studies.orders import WITHIN
 class WrongWeight(RK4):
     """RK4 with one weight off by 1e-5."""
 
-    weights = ("1/6", "0.333343", "1/3", "1/6")
+    tableau = replace(RK4.tableau, b={0: "1/6", 1: "0.333343", 2: "1/3", 3: "1/6"})
 
 
 class MistypedLength(KahanLi6):

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from command_line import gnomon
+from gnomon.harness.commands import options
 from gnomon.harness.system import limitations
 from gnomon.reference.storage import cachefolder
 
@@ -96,7 +97,7 @@ def test_without_what_windows_lacks_every_module_imports_and_only_integrators_do
 def test_doctor_names_what_macos_cannot_do_in_a_line_each(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setenv("COLUMNS", "300")
+    monkeypatch.setattr(options.out, "width", 300)
     assert limitations.limitations() == {}
     assert gnomon("doctor") == 0
     assert "memory limit of trials" not in capfd.readouterr().out
