@@ -55,15 +55,19 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (packages,) = made.glob("lib/python*/site-packages")
     ours = [sysconfig.get_path("purelib"), *(path for path in sys.path if path.endswith("site-packages"))]
     (packages / "ours.pth").write_text("\n".join(dict.fromkeys(ours)))
-    subprocess.run([*pip, "--python", made / "bin" / "python", "install", "--quiet", "--no-deps", wheel], check=True)
+    subprocess.run(
+        [*pip, "--python", made / "bin" / "python", "install", "--quiet", "--no-deps", "--ignore-installed", wheel],
+        check=True,
+    )
+    script = made / "bin" / "pytest"  # that of this environment would run its own Python
+    script.write_text(f"#!{made / 'bin' / 'python'}\nimport pytest\nraise SystemExit(pytest.console_main())\n")
+    script.chmod(0o755)
     return made
 
 
 def install(folder: Path, environment: Path) -> None:
     command = [sys.executable, "-m", "pip", "--python", environment / "bin" / "python", "install", "--quiet"]
-    subprocess.run(
-        [*command, "--no-deps", "--no-build-isolation", "--force-reinstall", folder], check=True, cwd=folder.parent
-    )
+    subprocess.run([*command, "--no-deps", "--ignore-installed", folder], check=True, cwd=folder.parent)
 
 
 @pytest.fixture
