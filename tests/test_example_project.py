@@ -90,9 +90,9 @@ def test_the_steps_of_the_workflow_pass(workflow: str, project: Path, environmen
 @pytest.mark.parametrize(
     ("file", "before", "after", "claim"),
     [
-        ("swing/__init__.py", "f(t + h, q)", "f(t + h, q - h * middle)", "step_order"),
-        ("swing/__init__.py", "q = q + h * middle", "q = q + 1.0001 * h * middle", "order"),
-        ("swing/rk4.c", "h / 6 * (k[0][i] + 2", "h / 6 * (k[0][i] + 2.0001", "order"),
+        ("swing/__init__.py", "f(t + h, q)", "f(t + h, q - h * middle)", "symplectic"),
+        ("swing/__init__.py", "q = q + h * middle", "q = q + 1.0001 * h * middle", "step_order"),
+        ("swing/rk4.c", "h / 6 * (k[0][i] + 2", "h / 6 * (k[0][i] + 2.0001", "step_order"),
     ],
 )
 def test_a_planted_fault_fails_by_its_claim(

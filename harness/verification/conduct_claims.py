@@ -86,7 +86,13 @@ def _same(trials: Trials, first: Floats, second: Floats, what: str) -> Finding:
     )
 
 
-@claim("bad_start")
+def _answers(trials: Trials) -> str | None:
+    """An integrator that has no solution at all says nothing by having none for bad input."""
+    answer = trials.whole(trials.usual())
+    return None if answer.states is not None else f"no solution at {trials.named(answer.setting)}: {answer.why}"
+
+
+@claim("bad_start", _answers)
 def _bad_start(trials: Trials) -> Finding:
     for value in (math.nan, math.inf):
         try:
@@ -98,7 +104,7 @@ def _bad_start(trials: Trials) -> Finding:
     return passed()
 
 
-@claim("bad_setting")
+@claim("bad_setting", _answers)
 def _bad_setting(trials: Trials) -> Finding:
     for setting in IMPOSSIBLE:
         kind = "step size" if trials.steps else "tolerance"

@@ -25,6 +25,8 @@ def _ran(trials: Trials) -> Finding:
     for answer in answers:
         if answer.raised is not None or (answer.states is not None and math.isnan(answer.error) and not answer.stopped):
             return failed(trials.named(answer.setting), "finite states, or a reason why there are none", answer.why)
+    if all(answer.refused is not None for answer in answers):
+        return not_applicable(f"it declines: {answers[-1].why}")
     return passed()
 
 

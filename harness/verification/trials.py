@@ -13,7 +13,7 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps, solver_of
-from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.problem import accepted_form, names_of
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
 from gnomon.harness.scoring.score import Scorer
@@ -104,7 +104,7 @@ class Trials:
 
     def problem(self, halvings: int = 0, counted: bool = False) -> Problem:
         """The problem over the span divided by 2^halvings."""
-        problem = replace(self.scorer.problem(self.form), counted=counted)
+        problem = replace(self.scorer.problem(self.form), counted=counted, names=names_of(self.case))
         return replace(problem, times=problem.times * 2.0**-halvings)
 
     def answers(self) -> list[Answer]:

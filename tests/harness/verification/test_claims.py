@@ -10,7 +10,7 @@ import numpy as np
 import planted_methods
 import pytest
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract.integrator import Integrator, Solution
+from gnomon.harness.contract.integrator import Integrator, Solution, Unsupported
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.convergence_claims import in_range
@@ -164,6 +164,19 @@ def test_a_failure_says_what_was_expected_where_and_why() -> None:
     assert "h^5" in finding.expected
     assert finding.got.startswith("h^2.0")
     assert finding.why == CLAIMS["step_order"].reason
+
+
+class Declines(_Changed):
+    """It has no solution of anything."""
+
+    def prepare(self, problem: Any, setting: float) -> Any:
+        raise Unsupported("lacks this case")
+
+
+def test_an_integrator_that_declines_everything_is_held_to_nothing() -> None:
+    """Else it would be right in what it does not do, and the exit code would be 0."""
+    found = {claim.check(trials(Declines())).outcome for claim in CLAIMS.values()}
+    assert found == {Outcome.NOT_APPLICABLE}
 
 
 def test_a_claim_that_is_not_declared_is_not_made() -> None:

@@ -398,3 +398,12 @@ def test_a_worker_finds_the_program_by_its_origin(tmp_path: Path, monkeypatch: p
     before = integrator.versions()
     script.write_text(script.read_text() + "\n# edited\n")
     assert integrator.versions() != before
+
+
+def test_a_program_is_verified_on_the_cases_that_it_knows(rk4: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It gets the name of the case as in a run; a case that it lacks counts as nothing."""
+    named = ("verify", "--command", str(rk4), "--depth", "low", "--claim", "step_order")
+    assert gnomon(*named, "--case", "pendulum_simple") == 0
+    assert "1 claims checked on 1 cases, 1 passed" in capsys.readouterr().out
+    assert gnomon("verify", "--command", str(rk4), "--depth", "low", "--case", "duffing_unforced") == 2
+    assert "0 claims checked" in capsys.readouterr().out
