@@ -65,6 +65,10 @@ static void solve(const char *line) {
         printf("{\"number\": %d, \"status\": \"unsupported\", \"lacks\": \"this case\"}\n", number);
         return;
     }
+    if (!(h > 0)) {
+        printf("{\"number\": %d, \"status\": \"refused\", \"reason\": \"the step size is not positive\"}\n", number);
+        return;
+    }
     int n = numbers(after(line, "start"), y, MOST), samples = numbers(after(line, "times"), times, SAMPLES);
     long steps = calls = 0;
     printf("{\"number\": %d, \"status\": \"ok\", \"states\": [", number);
