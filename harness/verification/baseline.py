@@ -30,6 +30,10 @@ FORMAT = "gnomon baseline 1"
 RUNS = 16
 MOST_BYTES = 2**24
 ENDS = ("low", "high")
+NOISE = 0.01
+"""Share by which counts differ between builds of the same code; .3 % was seen."""
+CONDITIONED = 10.0
+"""Another compiler or library rounds this many halves of an ulp differently, at most, with an effect on the error."""
 
 
 @dataclass(frozen=True)
@@ -131,23 +135,23 @@ def _entries(trials: Trials, runs: int) -> list[dict[str, Any]]:
 
 def _runs(trials: Trials, setting: float, starts: Sequence[Floats]) -> tuple[Status, dict[str, float]]:
     """The status from the case's own start, and the ranges over all starts."""
-    problem = trials.problem(counted=trials.integrator.counts_rhs)
-    found: list[tuple[float, float, float]] = []
-    status = Status.OK
-    for start in starts:
-        before = problem.buffer[-1]
-        try:
-            solution = trials.solution(problem, setting, start)
-        except Refused:
-            return Status.REFUSED, {}
-        except Exception:  # the user's code may raise anything
-            return Status.CRASHED, {}
-        if start is starts[0]:
-            status = Status(trials.scorer.score(solution.states[0])["status"])
-        error = trials.scorer.largest_error(solution.states[0])
-        calls = problem.buffer[-1] - before if trials.integrator.counts_rhs else math.nan
-        found.append((error, calls, math.nan if solution.steps is None else float(solution.steps)))
-    named = zip(("error", "rhs", "steps"), np.array(found).T, strict=True)
+    counts = trials.integrator.counts_rhs
+    try:
+        solved = trials.solved(trials.problem(counted=counts), setting, starts)
+    except Refused:
+        return Status.REFUSED, {}
+    except Exception:  # the user's code may raise anything
+        return Status.CRASHED, {}
+    status = Status(trials.scorer.score(solved[0][0].states[0])["status"])
+    found = [
+        (
+            trials.scorer.largest_error(solution.states[0]),
+            calls if counts else math.nan,
+            math.nan if solution.steps is None else solution.steps,
+        )
+        for solution, calls in solved
+    ]
+    named = zip(("error", "rhs", "steps"), np.array(found, dtype=np.float64).T, strict=True)
     return status, {
         f"{name}_{end}": float(of(values))
         for name, values in named
@@ -186,12 +190,6 @@ def _frame(baseline: Baseline) -> Any:
     fixed = {"formulation": "", "integrator_id": baseline.integrator, "launch": 1, "reason": "", "span": 0.0}
     missing = dict.fromkeys(("limit_seconds", "repeats", "turned_starts", "seconds_median"), math.nan)
     return rows.assign(**fixed, **missing)
-
-
-NOISE = 0.01
-"""Share by which counts differ between builds of the same code; .3 % was seen."""
-CONDITIONED = 10.0
-"""Another compiler or library rounds this many halves of an ulp differently, at most, with an effect on the error."""
 
 
 def as_text(baseline: Baseline) -> str:

@@ -12,14 +12,13 @@ import numpy as np
 import pytest
 from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.running import plan
 from gnomon.harness.scoring.reference_solution import CaseSpec
-from gnomon.harness.verification.claims import Finding, Outcome
+from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.convergence_claims import allowed_error
 from gnomon.harness.verification.trials import DEPTHS, Answer, Depth, Trials
 from gnomon.harness.verification.verification_report import failure, read_known
 from gnomon.harness.verification.verify import CLAIMS, Row, planned
-
-from gnomon import cases
 
 
 @dataclass(frozen=True)
@@ -41,11 +40,12 @@ class Check:
         """(claim, case), as in a file of known failures."""
         return self.claim, self.case.id
 
-    def finding(self) -> Finding:
-        return CLAIMS[self.claim].check(_trials(self.integrator, CaseSpec.of(self.case), self.depth))
+    def marks(self, known: Mapping[tuple[str, str], str]) -> list[pytest.MarkDecorator]:
+        """An expected failure where it is known; one that passes is reported by pytest."""
+        return [pytest.mark.xfail(reason=known[self.key], strict=False)] if self.key in known else []
 
     def __call__(self) -> None:
-        found = self.finding()
+        found = CLAIMS[self.claim].check(_trials(self.integrator, CaseSpec.of(self.case), self.depth))
         if found.outcome == Outcome.NOT_APPLICABLE:
             pytest.skip(found.why)
         if found.outcome == Outcome.FAILED:
@@ -90,14 +90,7 @@ def parametrize(
     known: Mapping[tuple[str, str], str] = {} if known_failures is None else read_known(Path(known_failures))
     return pytest.mark.parametrize(
         "check",
-        [
-            pytest.param(
-                check,
-                id=check.id,
-                marks=[pytest.mark.xfail(reason=known[check.key], strict=False)] if check.key in known else [],
-            )
-            for check in checks(integrator, depth, cases)
-        ],
+        [pytest.param(check, id=check.id, marks=check.marks(known)) for check in checks(integrator, depth, cases)],
     )
 
 
@@ -109,8 +102,7 @@ def assert_follows(integrator: Integrator, case: str | Case, setting: float, wit
     Raises ValueError for an impossible `within`, or one left out for a step size.
     """
     if isinstance(case, str):
-        base, _, variant = case.partition("/")
-        case = cases.get(base, variant or None)
+        ((case, _),) = plan.choose([case], variants=False)
     if within is not None and not 0 < within < math.inf:
         raise ValueError(f"within={within}: give a positive error")
     trials = _trials(integrator, CaseSpec.of(case.rounded()), DEPTHS["high"])
@@ -125,8 +117,7 @@ def assert_follows(integrator: Integrator, case: str | Case, setting: float, wit
 
 def _departure(trials: Trials, answer: Answer, allowed: float) -> list[str]:
     """How the computed motion departs from the exact one: the worst sample, component by component."""
-    kind = "step size" if trials.steps else "tolerance"
-    named = f"{trials.integrator.id} on {trials.case.id} at {kind} {answer.setting:g}"
+    named = f"{trials.integrator.id} on {trials.case.id} at {trials.named(answer.setting)}"
     if answer.states is None or math.isnan(answer.error):
         return [f"{named} has no solution: {answer.why}"]
     exact, times = trials.reference.exact, trials.reference.times

@@ -9,7 +9,7 @@ from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Refused, solver_of
 from gnomon.harness.scoring.events import score_events
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
-from gnomon.harness.verification.convergence_claims import TIGHT, allowed_error
+from gnomon.harness.verification.convergence_claims import TIGHT, allowed_error, same_solution
 from gnomon.harness.verification.trials import Floats, Trials
 
 FAR = 2.0**-10
@@ -64,16 +64,7 @@ def _ensemble(trials: Trials) -> Finding:
     starts = np.array([_other(trials), trials.start])
     solve = solver_of(trials.integrator, problem, setting)
     together = validation.checked(solve(starts.copy()), (2, len(problem.times), problem.dimension)).states[1]
-    alone = trials.whole(setting)
-    if alone.states is None or alone.declined or math.isnan(alone.error):
-        return not_applicable(f"no solution at {trials.named(trials.usual())}: {alone.why}")
-    apart = float(np.max(trials.distance(together, alone.states)))
-    allowed = alone.roundoff if trials.steps else 2 * allowed_error(trials, setting, alone)
-    if apart <= allowed:
-        return passed()
-    return failed(
-        trials.named(trials.usual()), f"the second of two starts within {allowed:.2g} of the same alone", f"{apart:.2g}"
-    )
+    return same_solution(trials, together, "the second of two starts")
 
 
 def _same(trials: Trials, first: Floats, second: Floats, what: str) -> Finding:

@@ -4,9 +4,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
 from gnomon.harness.verification.claims import TEXTS, Finding, claim, failed, not_applicable, passed
-from gnomon.harness.verification.trials import HALF_ULP, Answer, Trials
+from gnomon.harness.verification.trials import HALF_ULP, Answer, Floats, Trials
 
 TIGHT = 1e-4
 """Tolerances up to this: at looser ones the estimate of a local error need not be close to it."""
@@ -119,6 +120,20 @@ def allowed_error(trials: Trials, tolerance: float, answer: Answer, halvings: in
     growth = max(1.0, trials.conditioning(halvings) / HALF_ULP)
     work = max(answer.work or 0, len(trials.reference.times))
     return work * math.sqrt(len(trials.start)) * tolerance * growth + answer.roundoff
+
+
+def same_solution(trials: Trials, states: Floats, what: str, roundings: float = 1.0) -> Finding:
+    """Whether states are those of the start alone at the usual setting: to so many times round-off, or at a tolerance to
+    twice the error that it allows."""
+    alone = trials.whole(trials.usual())
+    named = trials.named(alone.setting)
+    if alone.states is None or alone.declined or math.isnan(alone.error):
+        return not_applicable(f"no solution at {named}: {alone.why}")
+    apart = float(np.max(trials.distance(states, alone.states)))
+    allowed = roundings * alone.roundoff if trials.steps else 2 * allowed_error(trials, alone.setting, alone)
+    if apart <= allowed:
+        return passed(f"{apart:.2g}")
+    return failed(named, f"{what} within {allowed:.2g} of the solution from the start alone", f"{apart:.2g}")
 
 
 def _over_tolerance(trials: Trials, answers: Sequence[tuple[float, Answer]], halvings: int) -> Finding:

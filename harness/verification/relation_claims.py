@@ -9,7 +9,7 @@ import numpy as np
 from gnomon.cases.core.clock import from_start
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
-from gnomon.harness.verification.convergence_claims import SHORT, TIGHT, allowed_error
+from gnomon.harness.verification.convergence_claims import MARGIN, SHORT, TIGHT, allowed_error, same_solution
 from gnomon.harness.verification.trials import Answer, Trials
 
 TURNED = 3
@@ -17,8 +17,6 @@ TURNED = 3
 CLOCKS = 4.0
 """The later clock has a larger unit in the last place, by which the times of stages are rounded: up to four times that
 of the clock from 0, with an effect that the conditioning counts as that of one rounding."""
-LINE = 0.5
-"""Orders are whole numbers: a slope that is less by more than half belongs to a lower one."""
 
 
 def _has_turning(trials: Trials) -> str | None:
@@ -74,17 +72,8 @@ def _clock(trials: Trials) -> Finding:
         return not_applicable("its sample times cannot be shifted exactly")
     names = None if problem.names is None else replace(problem.names, case=f"{problem.names.case} from t = {late:g}")
     shifted = replace(problem, form=from_start(problem.form, -late), times=times, t0=late, names=names)
-    answer = trials.whole(trials.usual())
-    if answer.states is None or answer.declined or math.isnan(answer.error):
-        return not_applicable(f"no solution at {trials.named(answer.setting)}: {answer.why}")
-    (states,) = trials.solutions(shifted, answer.setting, [trials.start])
-    apart = float(np.max(trials.distance(states, answer.states)))
-    allowed = CLOCKS * answer.roundoff
-    if not trials.steps:
-        allowed += 2 * allowed_error(trials, answer.setting, answer)
-    if apart <= allowed:
-        return passed(f"{apart:.2g}")
-    return failed(f"{trials.named(answer.setting)}, t0 = {late:g}", f"the same states to {allowed:.2g}", f"{apart:.2g}")
+    (states,) = trials.solutions(shifted, trials.usual(), [trials.start])
+    return same_solution(trials, states, f"the motion by a clock that starts at {late:g}", CLOCKS)
 
 
 def _dense_applies(trials: Trials) -> str | None:
@@ -113,7 +102,7 @@ def _dense(trials: Trials) -> Finding:
         return not_applicable(f"{len(points)} tolerances with errors above round-off and steps that differ by 4 times")
     h, errors = np.log(np.array(points)).T
     slope = float(np.polyfit(h, errors, 1)[0])
-    if slope >= expected - LINE:
+    if slope >= expected - MARGIN:
         return passed(f"{slope:.2f}")
     return failed(
         f"tolerances from {TIGHT:g} down", f"errors of samples proportional to h^{expected}", f"h^{slope:.2f}"

@@ -167,21 +167,20 @@ class Trials:
         """The exact states at the samples of a shorter span, shape (64, dim)."""
         return self.reference.exact if halvings == 0 else self.case.sample(self.reference.times * 2.0**-halvings)
 
-    def solutions(self, problem: Problem, setting: float, starts: Sequence[Floats]) -> list[Floats]:
-        """The states (64, dim) from each start, by one `solve` in turn. Raises what the integrator raises."""
-        solver = solver_of(self.integrator, problem, setting)
+    def solved(self, problem: Problem, setting: float, starts: Sequence[Floats]) -> list[tuple[Solution, int]]:
+        """(solution, right-hand sides) from each start, by one `solve` in turn. Raises what the integrator raises."""
+        solver, found = solver_of(self.integrator, problem, setting), []
         try:
-            return [self._called(solver, problem, start).states[0] for start in starts]
+            for start in starts:
+                before = problem.buffer[-1]
+                found.append((self._called(solver, problem, start), int(problem.buffer[-1] - before)))
         finally:
             solver.close()
+        return found
 
-    def solution(self, problem: Problem, setting: float, start: Floats) -> Any:
-        """What `solve` returns from one start. Raises what the integrator raises."""
-        solver = solver_of(self.integrator, problem, setting)
-        try:
-            return self._called(solver, problem, start)
-        finally:
-            solver.close()
+    def solutions(self, problem: Problem, setting: float, starts: Sequence[Floats]) -> list[Floats]:
+        """The states (64, dim) from each start, otherwise as `solved`."""
+        return [solution.states[0] for solution, _ in self.solved(problem, setting, starts)]
 
     def distance(self, states: Floats, exact: Floats) -> Floats:
         with np.errstate(all="ignore"):  # very large finite states overflow in the metric
@@ -196,15 +195,11 @@ class Trials:
         problem = self.problem(halvings, counted=self.integrator.counts_rhs)
         nothing = Answer(setting, None, math.nan, math.nan, math.nan)
         try:
-            solver = solver_of(self.integrator, problem, setting)
-            before = problem.buffer[-1]
-            solution = self._called(solver, problem, self.start)
-            solver.close()
+            ((solution, calls),) = self.solved(problem, setting, [self.start])
         except Refused as refusal:
             return replace(nothing, refused=str(refusal) or "declined without a reason")
         except Exception as raised:  # the user's code may raise anything: it is a finding, with the setting
             return replace(nothing, raised=f"{type(raised).__name__}: {raised}")
-        calls = int(problem.buffer[-1] - before)
         work = solution.steps or calls or None
         states = solution.states[0]
         with np.errstate(all="ignore"):

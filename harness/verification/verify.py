@@ -20,6 +20,7 @@ from gnomon.cases.core.numbers import nearest
 from gnomon.harness.contract.integrator import Integrator, Refused
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.registry import declaration, lookup
+from gnomon.harness.running import plan
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import guarded, queued_seconds
 from gnomon.harness.system.limitations import need_fork
@@ -154,7 +155,7 @@ def _cases(integrator: Integrator, names: Sequence[str] | None, depth: Depth) ->
     if not names:
         accepted = [case for case in map(cases.get, CASES) if _takes(integrator, case)][: depth.cases]
         return accepted + _hard(accepted, depth.variants)
-    chosen = [cases.get(*_case_and_variant(name)) for name in names]
+    chosen = [case for case, _ in plan.choose(names, variants=False)]
     for case in chosen:
         if not _takes(integrator, case):
             accepted_names = " or ".join(kind.__name__ for kind in integrator.accepts)
@@ -162,11 +163,6 @@ def _cases(integrator: Integrator, names: Sequence[str] | None, depth: Depth) ->
                 f"{integrator.id} takes {accepted_names}, which {case.id} does not offer; name another case"
             )
     return chosen
-
-
-def _case_and_variant(name: str) -> tuple[str, str | None]:
-    base, _, variant = name.partition("/")
-    return base, variant or None
 
 
 def _takes(integrator: Integrator, case: Case) -> bool:
