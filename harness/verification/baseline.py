@@ -105,6 +105,9 @@ def measure(
     if not jobs:
         raise ValueError(f"no case offers what {integrator.id} accepts, so there is nothing to measure")
     Runner(integrator, DEPTHS[depth], workers, add, math.inf).run(jobs)
+    if not any(entry.status in SCORED for entry in entries):
+        found = ", ".join(sorted({entry.status for entry in entries}))
+        raise ValueError(f"{integrator.id} has no solution at any setting ({found}), so there is nothing to keep")
     places = [case.id for case in chosen]
     entries.sort(key=lambda entry: (places.index(entry.case_id), -entry.setting))
     return Baseline(integrator.id, depth, __version__, tuple(entries))

@@ -13,8 +13,8 @@ import pytest
 if TYPE_CHECKING:
     from gnomon.harness.verification.checks import Check
 
-Planned: TypeAlias = "tuple[str, Check, str | None]"
-"""(the integrator as it was named, one check of it, why its failure is known)"""
+Planned: TypeAlias = "tuple[str, Check, list[pytest.MarkDecorator]]"
+"""(the integrator as it was named, one check of it, its marks)"""
 PLANNED = pytest.StashKey[list[Planned]]()
 
 
@@ -32,15 +32,15 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "gnomon: a claim about an integrator, verified by gnomon")
     config.stash[PLANNED] = [planned for named in config.getoption("--gnomon") for planned in _planned(config, named)]
+    config.pluginmanager.register(_Applied(), "gnomon-applied")
 
 
 @pytest.hookimpl(tryfirst=True)  # before -k and -m select
 def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config, items: list[pytest.Item]) -> None:
-    for named, check, reason in config.stash[PLANNED]:
+    for named, check, marks in config.stash[PLANNED]:
         item = _Claim.from_parent(session, name=check.id, nodeid=f"gnomon::{named}::{check.id}", check=check)
-        item.add_marker("gnomon")
-        if reason is not None:
-            item.add_marker(pytest.mark.xfail(reason=reason, strict=False))
+        for mark in (pytest.mark.gnomon, *marks):
+            item.add_marker(mark)
         items.append(item)
 
 
@@ -56,9 +56,26 @@ def _planned(config: pytest.Config, named: str) -> list[Planned]:
         integrator = lookup.find_one(named)
         known = {} if path is None else read_known(config.invocation_params.dir / path)
         found = checks(integrator, config.getoption("--gnomon-depth"))
-        return [(named, check, known.get(check.key)) for check in found]
+        return [(named, check, check.marks(known)) for check in found]
     except (OSError, ValueError) as error:
         raise pytest.UsageError(f"--gnomon {named}: {error}") from None
+
+
+class _Applied:
+    """Ends a session as one without tests where no claim applied and no other test ran: nothing was checked."""
+
+    def __init__(self) -> None:
+        self.ran, self.not_applicable = 0, 0
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.when == "call":
+            none = report.nodeid.startswith("gnomon::") and report.skipped and not hasattr(report, "wasxfail")
+            self.not_applicable += none
+            self.ran += not none
+
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        if self.not_applicable and not self.ran:
+            session.exitstatus = pytest.ExitCode.NO_TESTS_COLLECTED
 
 
 class _Claim(pytest.Item):

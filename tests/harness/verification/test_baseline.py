@@ -59,6 +59,12 @@ def test_a_bound_that_another_version_changed_is_named(bases: dict[str, Baseline
     assert "of gnomon 0.0.1" in note
 
 
+def test_a_baseline_of_no_solution_is_refused() -> None:
+    """Every setting crashes: a file of it would let every later fault pass."""
+    with pytest.raises(ValueError, match=r"broken has no solution at any setting \(crashed\)"):
+        base_of(planted_methods.broken)
+
+
 def test_a_baseline_of_another_integrator_is_refused(bases: dict[str, Baseline]) -> None:
     with pytest.raises(ValueError, match="the baseline is of mine:RK4, not of mine:pair"):
         compared(bases["RK4"], bases["pair"])

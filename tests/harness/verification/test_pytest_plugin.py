@@ -54,6 +54,16 @@ def test_one_test_for_each_claim_on_each_case_selectable_by_k(tmp_path: Path) ->
     assert "1 xfailed, 1 xpassed" in text
 
 
+@pytest.mark.parametrize("workers", [(), ("-n", "2")])
+def test_a_run_in_which_no_claim_applies_has_checked_nothing(tmp_path: Path, workers: tuple[str, ...]) -> None:
+    """RK4 is not symplectic and does not declare it: the one claim chosen is skipped, and the run is not green."""
+    (tmp_path / "test_none.py").write_text("")
+    chosen = ("--gnomon", "planted_methods:good_rk4", "-k", "pendulum_simple and symplectic", *workers)
+    code, text = run(tmp_path, *chosen)
+    assert "1 skipped" in text, text
+    assert code == pytest.ExitCode.NO_TESTS_COLLECTED, text
+
+
 def test_workers_of_xdist_collect_the_same_tests(tmp_path: Path) -> None:
     chosen = ("--gnomon", "planted_methods:good_rk4", "-m", "gnomon", "-k", "repeatable or bad_start", "-n", "2")
     code, text = run(tmp_path, *chosen)
