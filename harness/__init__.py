@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from gnomon.harness.results.store import load
     from gnomon.harness.running.run import compare
+    from gnomon.harness.running.solve import solve
 
-__all__ = ["compare", "load"]
+__all__ = ["compare", "load", "solve"]
 
 
 def __getattr__(name: str) -> Any:
-    """`compare` and `load`, imported on first use: everything else here starts faster without them."""
+    """`compare`, `load` and `solve`, imported on first use: everything else here starts faster without them."""
     if name == "compare":
         # slow to load: whoever imports a module of the harness goes without
         from gnomon.harness.running.run import compare
@@ -20,4 +21,8 @@ def __getattr__(name: str) -> Any:
         from gnomon.harness.results.store import load
 
         return load
+    if name == "solve":
+        from gnomon.harness.running.solve import solve
+
+        return solve
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

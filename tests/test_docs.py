@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import linecache
 import re
 import shlex
 import subprocess
@@ -30,8 +31,11 @@ def _commands(page: Path) -> list[list[str]]:
 
 def _run(page: Path, leave_out: re.Pattern[str] | None = None) -> None:
     names: dict[str, object] = {"__name__": "page"}
-    for block in _blocks(page, "python"):
-        exec(compile(leave_out.sub("", block) if leave_out else block, str(page), "exec"), names)
+    for number, block in enumerate(_blocks(page, "python")):
+        text, file = leave_out.sub("", block) if leave_out else block, f"<{page.name}, block {number}>"
+        # As a notebook does with its cells: equations are compiled from their source text.
+        linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
+        exec(compile(text, file, "exec"), names)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import linecache
 import types
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
+from gnomon.cases.core.calling import calling
 from gnomon.cases.core.scene import Scene, SceneForm
 
 
@@ -23,7 +22,7 @@ def from_start(form: Any, t0: float) -> Any:
     if isinstance(form, types.FunctionType):
         # Functions of the parameters, of a state or of bodies alone, without a time, have one argument.
         known = form.__code__.co_argcount - len(form.__defaults__ or ())
-        return form if known == 1 else _later(form, t0)
+        return form if known == 1 else calling(form, f"{float(t0)!r} + t, state, parameters", "from_start")
     if dataclasses.is_dataclass(form) and not isinstance(form, type):
         values = {field.name: from_start(getattr(form, field.name), t0) for field in dataclasses.fields(form)}
         return dataclasses.replace(form, **values)
@@ -32,19 +31,6 @@ def from_start(form: Any, t0: float) -> Any:
     if callable(form):
         raise ValueError(f"{form!r} is no plain function, so that its time cannot be shifted; start at t0 = 0")
     return form
-
-
-@cache
-def _later(function: Callable[..., Any], t0: float) -> Callable[..., Any]:
-    """The function of (t, state, parameters) at t0 + t, with source text of its own: equations are compiled from it."""
-    name = function.__name__ if function.__name__.isidentifier() else "function"
-    text = f"def {name}_from_start(t, state, parameters):\n    return {name}({float(t0)!r} + t, state, parameters)\n"
-    file = f"<{function.__module__}.{function.__qualname__} from t = {t0!r}>"
-    linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
-    names: dict[str, Any] = {name: function, "__name__": function.__module__}
-    exec(compile(text, file, "exec"), names)
-    later: Callable[..., Any] = names[f"{name}_from_start"]
-    return later
 
 
 def _scene(scene: Scene, t0: float) -> Scene:

@@ -1,0 +1,65 @@
+"""`solve`: any integrator that gnomon knows on equations of the reader's own."""
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from gnomon.cases.core.calling import calling
+from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
+from gnomon.harness.contract import validation
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, solver_of
+from gnomon.harness.registry import lookup
+
+
+def solve(
+    f: Callable[..., Values],
+    t0: float,
+    y0: Sequence[float] | Floats,
+    times: Sequence[float] | Floats,
+    tolerance: float,
+    method: str | Integrator = "gnomon:DOP853",
+    *,
+    parameters: Sequence[float] = (),
+    accelerations: bool = False,
+) -> Floats:
+    """The states at `times`, shape (len(times), dim), of the motion that has the state `y0` at `t0`.
+
+    `f(t, y)` returns the derivatives as a tuple of plain arithmetic on the tuple y and functions of `math`, without
+    branches: it is compiled. With `accelerations` it is f(t, q), y0 is (q..., q'...), and methods for q'' = a(t, q) run.
+    With `parameters` it is f(t, y, p): other numbers do not compile it again. `times` increase and are after `t0`.
+
+    `method` is what `gnomon list integrators` names. `tolerance` is relative; for a method of fixed steps it is the step
+    size, which is shortened so that steps end at the times. Raises Refused where the method declines or gives up, and
+    ValueError for a wrong argument.
+    """
+    start, at = np.array(y0, dtype=np.float64), np.array(times, dtype=np.float64)
+    if start.ndim != 1 or not len(start) or not np.all(np.isfinite(start)) or (accelerations and len(start) % 2):
+        raise ValueError(f"y0={y0!r}: give finite numbers, {'q and then q' if accelerations else 'one a component'}")
+    if at.ndim != 1 or not len(at) or not np.all(np.isfinite(at)) or np.any(np.diff(at, prepend=t0) <= 0):
+        raise ValueError(f"times={times!r}: give finite times that increase and are after t0={t0:g}")
+    if not 0 < tolerance < math.inf:
+        raise ValueError(f"tolerance={tolerance!r}: give a positive number")
+    integrator = lookup.find_one(method) if isinstance(method, str) else method
+    span = float(at[-1] - t0)
+    numbers = np.array(parameters, dtype=np.float64)
+    form = _form(f, bool(len(numbers)), accelerations, integrator)
+    problem = Problem(form, len(start), numbers, at, span / len(at), t0=float(t0))
+    solver = solver_of(integrator, problem, float(tolerance))
+    try:
+        found = validation.checked(solver(start[None].copy()), (1, len(at), len(start)))
+    finally:
+        solver.close()
+    if found.stopped is not None:
+        raise Refused(f"{integrator.id}: {found.stopped}")
+    return found.states[0]
+
+
+def _form(f: Callable[..., Values], with_parameters: bool, accelerations: bool, integrator: Integrator) -> Form:
+    """The most structured form of `f` that the integrator accepts."""
+    equations = f if with_parameters else calling(f, "t, state", "alone")
+    own = SecondOrder(equations) if accelerations else FirstOrder(equations)
+    for form in (own, first_order(own)):
+        if isinstance(form, integrator.accepts) and integrator.unsupported(form) is None:
+            return form
+    needs = " or ".join(kind.__name__ for kind in integrator.accepts)
+    raise ValueError(f"{integrator.id} needs equations as {needs}; see `gnomon list integrators`")
