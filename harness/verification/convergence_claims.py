@@ -55,13 +55,18 @@ def in_range(points: Sequence[Point]) -> list[Point]:
     return found
 
 
-def _slope(trials: Trials, points: Sequence[Point], order: int, what: str) -> Finding:
-    """Whether the finest settings in the range have at least this slope."""
+def slope_of(points: Sequence[Point], order: int, what: str) -> Finding:
+    """Whether the finest settings in the range, or the two finest, have at least this slope.
+
+    The order is that of the limit: where the first term of the error is small at some step, as on the way out of a
+    pericentre, the steps above it have a lower slope.
+    """
     usable = in_range(points)
     if len(usable) < FEWEST:
         return not_applicable(f"{len(usable)} settings between an error of {LARGEST_ERROR:g} and round-off")
-    (h0, e0, _), (h1, e1, _) = usable[-FEWEST], usable[-1]
-    slope = math.log(e0 / e1) / math.log(h0 / h1)
+    h1, e1, _ = usable[-1]
+    slopes = [math.log(e / e1) / math.log(h / h1) for h, e, _ in (usable[-FEWEST], usable[-2])]
+    (h0, e0, _), slope = usable[-FEWEST], max(slopes)
     if slope >= order - MARGIN:
         return passed(f"{slope:.2f}")
     return failed(
@@ -72,7 +77,7 @@ def _slope(trials: Trials, points: Sequence[Point], order: int, what: str) -> Fi
 @claim("order", _fixed_order)
 def _order(trials: Trials) -> Finding:
     assert trials.integrator.order is not None
-    return _slope(trials, _points(trials.answers()), trials.integrator.order, "errors over the whole span")
+    return slope_of(_points(trials.answers()), trials.integrator.order, "errors over the whole span")
 
 
 @claim("step_order", _fixed_order)
@@ -80,7 +85,7 @@ def _step_order(trials: Trials) -> Finding:
     """64 steps over spans that are halved: their error is that of a step, 64 times."""
     assert trials.integrator.order is not None
     points = [(h, answer.error, answer.roundoff) for h, answer in trials.single_steps()]
-    return _slope(trials, points, trials.integrator.order + 1, "errors of a step")
+    return slope_of(points, trials.integrator.order + 1, "errors of a step")
 
 
 def _points(answers: Sequence[Answer]) -> list[Point]:

@@ -13,7 +13,7 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Integrator, Solution, Unsupported
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.verification.claims import Outcome
-from gnomon.harness.verification.convergence_claims import in_range
+from gnomon.harness.verification.convergence_claims import in_range, slope_of
 from gnomon.harness.verification.trials import DEPTHS, Trials
 from gnomon.harness.verification.verify import CLAIMS
 from planted_methods import good_rk4, pair, rk4, verlet
@@ -195,3 +195,10 @@ def test_every_claim_states_its_bound_and_reason() -> None:
         assert claim.states.endswith(".")
         assert claim.reason.endswith(".")
         assert claim.bound.endswith(".")
+
+
+@pytest.mark.parametrize(("lowest", "expected"), [(5, Outcome.PASSED), (4, Outcome.FAILED)])
+def test_an_order_is_that_of_the_finest_steps(lowest: int, expected: Outcome) -> None:
+    """The first term of the error changes its sign near h = 1/60, so that the errors above fall by less than their order."""
+    points = [(h, abs(h**5 * (1 - 60 * h)) + 0.1 * (lowest < 5) * h**lowest, 1e-17) for h in 2.0 ** -np.arange(5, 10)]
+    assert slope_of(points, 5, "errors").outcome == expected
