@@ -12,7 +12,7 @@ EXTRAS ?= dev
 LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report certificates publish test test-all mutants verification lint types unit bench docs clean
+.PHONY: report certificates solutions publish test test-all mutants verification lint types unit bench docs clean
 
 # A first page after minutes, from the suite `quick`; the whole run then continues in the same file.
 report: $(INSTALLED)
@@ -25,6 +25,11 @@ report: $(INSTALLED)
 # All variants: less than 15 minutes on 2 cores. The next `make report` shows the certificates.
 certificates: $(INSTALLED)
 	$(BIN)/gnomon certify --all --to $(LOCAL)/certificates.json
+
+# The exact states that come with gnomon, after a change of cases/ or reference/: some minutes. Commit them once a release.
+solutions: $(INSTALLED)
+	$(BIN)/python -c "from pathlib import Path; from gnomon.harness.scoring.reference_solution import write_pack; \
+	  write_pack(Path('harness/scoring/reference_solutions.zip'))"
 
 # Measures nothing; refuses with one line if something is missing or was made with other sources than these.
 publish: $(INSTALLED)

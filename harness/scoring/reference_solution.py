@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ from numpy.typing import NDArray
 
 from gnomon import cases
 
+PACK = Path(__file__).with_name("reference_solutions.zip")
+"""The reference solutions of all default cases, made by `make solutions`; one whose sources changed is computed again."""
 _OWN = (__name__, "gnomon.harness.contract.problem")
 
 
@@ -92,14 +95,10 @@ class CaseSpec:
 def reference_solution(spec: CaseSpec) -> ReferenceSolution:
     """The reference solution of a case, from the cache on disk if the sources of case and exact motion are unchanged."""
 
-    def build() -> diskcache.Entry:
-        made = _compute(spec)
-        return diskcache.Entry(
-            {name: np.asarray(getattr(made, name)) for name in ReferenceSolution.__dataclass_fields__}
-        )
-
     key = _key(spec)
-    return _read(build() if key is None else diskcache.cached(key, build))
+    if key is None:
+        return _compute(spec)
+    return _read(diskcache.cached(key, lambda: _entry(_compute(spec)), PACK))
 
 
 def reference_solutions(
@@ -112,7 +111,7 @@ def reference_solutions(
     found: dict[CaseSpec, ReferenceSolution | str] = {}
     for spec in specs:
         key = _key(spec)
-        entry = None if key is None else diskcache.load(key)
+        entry = None if key is None else diskcache.load(key, PACK)
         if entry is not None:
             found[spec] = _read(entry)
             progress()
@@ -128,6 +127,23 @@ def reference_solutions(
             found[waiting[future]] = f"{type(error).__name__}: {error}" if error is not None else future.result()
             progress()
     return found
+
+
+def write_pack(path: Path, progress: Callable[[], None] = lambda: None) -> None:
+    """Write the reference solutions of all default cases in all formulations. Raises ValueError if one has none."""
+    every = [cases.get(name).rounded() for name in cases.names()]
+    specs = [CaseSpec.of(case, own) for case in every for own in (None, *case.formulations)]
+    entries = {}
+    for spec, found in reference_solutions(specs, progress).items():
+        key = _key(spec)
+        if key is None or isinstance(found, str):
+            raise ValueError(f"{spec.path} has no reference solution to keep: {found}")
+        entries[key] = _entry(found)
+    diskcache.write_pack(path, entries)
+
+
+def _entry(solution: ReferenceSolution) -> diskcache.Entry:
+    return diskcache.Entry({name: np.asarray(getattr(solution, name)) for name in solution.__dataclass_fields__})
 
 
 def _key(spec: CaseSpec) -> str | None:

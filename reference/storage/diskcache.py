@@ -8,9 +8,11 @@ import json
 import os
 import threading
 import zipfile
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -37,13 +39,13 @@ def folder() -> Path:
     return Path(platformdirs.user_cache_dir("gnomon")) / "results"
 
 
-def cached(key: str, build: Callable[[], Entry]) -> Entry:
-    """The entry under `key`; built and kept where there is none, or where its file is damaged.
+def cached(key: str, build: Callable[[], Entry], pack: Path | None = None) -> Entry:
+    """The entry under `key`, from the folder or a pack; built and kept where there is none, or where its file is damaged.
 
     `key` names everything that the result depends on; the version of gnomon is added to it. If the folder cannot be
     written, the entry is returned and not kept. Raises ValueError for a folder that another user could write.
     """
-    found = load(key)
+    found = load(key, pack)
     if found is not None:
         return found
     entry = build()
@@ -56,23 +58,47 @@ def store_or_warn(key: str, entry: Entry) -> None:
     cachefolder.store_or_warn(folder(), _name(key), _content(entry))
 
 
-def load(key: str) -> Entry | None:
-    """The entry under `key`; None where there is none, or where its file is damaged or written by somebody else."""
-    payload = cachefolder.load(folder(), _name(key))
-    if payload is None:
-        return None
+def load(key: str, pack: Path | None = None) -> Entry | None:
+    """The entry under `key`; None where there is none, or where its file is damaged or written by somebody else.
+
+    `pack` is a file of `write_pack` that is part of the package; it is looked up after the folder.
+    """
+    content = cachefolder.load(folder(), _name(key))
+    if content is None and pack is not None:
+        content = _packed(pack).get(_name(key))
     try:
-        with np.load(io.BytesIO(payload), allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        notes = json.loads(arrays.pop(_NOTES).tobytes())
+        return None if content is None else _entry(content)
     except (ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None  # written in another format by the same version
-    return Entry(arrays, notes)
 
 
 def store(key: str, entry: Entry) -> None:
     """Keep an entry."""
     cachefolder.store(folder(), _name(key), _content(entry))
+
+
+def write_pack(path: Path, entries: Mapping[str, Entry]) -> None:
+    """One file with all entries, by their keys; the same entries give the same bytes."""
+    with whole(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as file:
+        for name, content in sorted((_name(key), _content(entry)) for key, entry in entries.items()):
+            file.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)
+
+
+@cache
+def _packed(pack: Path) -> dict[str, bytes]:
+    """The contents of a pack by name; none where it is absent or damaged, so that all are computed."""
+    try:
+        with zipfile.ZipFile(pack) as file:
+            return {name: file.read(name) for name in file.namelist()}
+    except (OSError, zipfile.BadZipFile, zlib.error):
+        return {}
+
+
+def _entry(content: bytes) -> Entry:
+    with np.load(io.BytesIO(content), allow_pickle=False) as file:
+        arrays = {name: file[name] for name in file.files}
+    notes = json.loads(arrays.pop(_NOTES).tobytes())
+    return Entry(arrays, notes)
 
 
 def _content(entry: Entry) -> bytes:

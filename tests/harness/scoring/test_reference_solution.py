@@ -45,7 +45,7 @@ def test_after_an_interruption_no_other_computation_begins(monkeypatch: pytest.M
 
     monkeypatch.setattr(child_process, "ProcessPoolExecutor", Pool)
     monkeypatch.setattr(reference_solution, "reference_solution", compute)
-    monkeypatch.setattr(reference_solution.diskcache, "load", lambda _key: None)
+    monkeypatch.setattr(reference_solution.diskcache, "load", lambda *_: None)
     specs = [CaseSpec.of(cases.get("harmonic_oscillator", k=k).rounded(), None) for k in range(1, 9)]
     with pytest.raises(KeyboardInterrupt):
         reference_solution.reference_solutions(specs, interrupt)
