@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import fnmatch
 import math
+import re
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -185,6 +187,20 @@ def given(value: Number, name: str, allowed: Range) -> Fraction:
             "1e-300 to 1e300"
         )
     return number
+
+
+def matching(pattern: str, names: Iterable[str]) -> list[str]:
+    """The names that a pattern with * and ? selects, in their order; letters of either case. Raises ValueError for none."""
+    names = list(names)
+    form = re.compile(fnmatch.translate(pattern.replace("[", "[[]")), re.IGNORECASE)
+    found = [name for name in names if form.match(name)]
+    if not found:
+        raise ValueError(f"nothing matches {pattern!r}; {nearest(pattern.strip('*?'), names)}")
+    return found
+
+
+def is_pattern(name: str) -> bool:
+    return "*" in name or "?" in name
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:

@@ -6,7 +6,7 @@ import errno
 import os
 import sys
 import warnings
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from gnomon.harness.commands import interruption
@@ -17,7 +17,7 @@ from gnomon.harness.commands.doctor import doctor
 from gnomon.harness.commands.exact import exact
 from gnomon.harness.commands.export import export
 from gnomon.harness.commands.list import list_
-from gnomon.harness.commands.options import problems
+from gnomon.harness.commands.options import out, problems
 from gnomon.harness.commands.report import report
 from gnomon.harness.commands.run import run
 from gnomon.harness.commands.show import show
@@ -25,12 +25,30 @@ from gnomon.harness.commands.verify import verify
 from gnomon.harness.results.visible import visible
 from rich.markup import escape
 
+from gnomon import __version__
+
 app = typer.Typer(
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     help="Compares integrators with exact motions of classical mechanics, in error and in speed.",
 )
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        out.print(f"gnomon {__version__}", highlight=False)
+        raise typer.Exit
+
+
+@app.callback()
+def gnomon(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
 app.command("list")(list_)
 for command in (show, exact, run, report, compare, verify, certify, export, doctor):
     app.command()(command)
@@ -39,6 +57,8 @@ app.add_typer(baseline, name="baseline")
 USAGE: Any = typer.BadParameter.__mro__[1]
 """The exception for wrong usage; releases of Typer keep it in different modules."""
 
+COMPLETION = {"_GNOMON_COMPLETE", "--show-completion", "--install-completion"}
+"""What asks for the completion of the shell: an environment variable, or the first word."""
 FULL = (errno.ENOSPC, errno.EDQUOT)
 WRITING = (*FULL, errno.EACCES, errno.EROFS, errno.ENOENT, errno.EEXIST, errno.ENOTDIR, errno.EISDIR)
 
@@ -55,7 +75,10 @@ def main() -> None:
 def _exit_code() -> int:
     try:
         return int(app(prog_name="gnomon", standalone_mode=False) or 0)
-    except SystemExit as end:  # raised by imported code: Typer returns its own exit codes
+    except SystemExit as end:
+        if COMPLETION & {*os.environ, *sys.argv[1:2]}:  # Typer ends so
+            return int(end.code or 0)
+        # Raised by imported code: Typer returns its other exit codes.
         told = f"SystemExit: code that was imported or called ended with sys.exit({end.code!r}); there is no result"
     except (ValueError, OSError, ArithmeticError) as error:
         told = f"{type(error).__name__}: {error}" if isinstance(error, ArithmeticError) else str(error)

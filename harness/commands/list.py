@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from gnomon.harness.commands import options
 from gnomon.harness.commands.options import Output, out
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
@@ -14,6 +15,7 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from gnomon.cases import Case, Check
+    from gnomon.harness.contract.integrator import Integrator
 
 INTEGRATORS_WIDTH = 96
 """Columns for ids of full length, so that they can be copied."""
@@ -27,18 +29,35 @@ class Listed(StrEnum):
     integrators = "integrators"
 
 
-def list_(what: Annotated[Listed | None, typer.Argument(help="What to list; by default everything.")] = None) -> None:
+def list_(
+    what: Annotated[Listed | None, typer.Argument(help="What to list; by default everything.")] = None,
+    pattern: Annotated[str, typer.Argument(help="A name, or a pattern with * and ?, as 'kepler*' or 'scipy:*'.")] = "*",
+    library: options.Libraries = None,
+    family: options.Families = None,
+    kind: options.Kinds = None,
+) -> None:
     """List cases, checks (rows without motion) and integrators."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.cases.core.numbers import matching
+    from gnomon.harness.registry import lookup
+    from gnomon.harness.running import selection
+
     from gnomon import cases
 
-    if what in (None, Listed.cases):
-        out.print(_variants_table("Cases", "case", [cases.case_class(name) for name in cases.names()]))
-    if what in (None, Listed.checks):
-        kinds = [cases.check_class(name) for name in cases.check_names()]
-        out.print(_variants_table("Checks, without motion", "check", kinds))
-    if what in (None, Listed.integrators):
-        Output(width=max(out.width, INTEGRATORS_WIDTH), emoji=False).print(integrators_table())
+    if pattern != "*" and what is None:
+        raise ValueError(f"{pattern!r}: say what to list, cases, checks or integrators, before the pattern")
+    of_cases, of_integrators = bool(family) or bool(kind), bool(library) or bool(kind)
+    if what == Listed.cases or (what is None and (of_cases or not of_integrators)):
+        named = [(cases.get(name), "") for name in matching(pattern, cases.names())]
+        found = [type(case) for case, _ in selection.cases_of(named, family, kind)]
+        out.print(_variants_table("Cases", "case", found))
+    if what == Listed.checks or (what is None and not (of_cases or of_integrators)):
+        checks = [cases.check_class(name) for name in matching(pattern, cases.check_names())]
+        out.print(_variants_table("Checks, without motion", "check", checks))
+    if what == Listed.integrators or (what is None and (of_integrators or not of_cases)):
+        known = lookup.everything()
+        chosen = selection.integrators_of([known[name] for name in matching(pattern, known)], library, kind)
+        Output(width=max(out.width, INTEGRATORS_WIDTH), emoji=False).print(integrators_table(chosen))
 
 
 def _variants_table(title: str, column: str, kinds: Iterable[type[Case] | type[Check]]) -> Table:
@@ -52,14 +71,12 @@ def _variants_table(title: str, column: str, kinds: Iterable[type[Case] | type[C
     return table
 
 
-def integrators_table() -> Table:
-    from gnomon.harness.registry import lookup
-
+def integrators_table(found: Iterable[Integrator]) -> Table:
     table = Table(title="Integrators", box=SIMPLE_HEAD, padding=(0, 1))
     table.add_column("id", no_wrap=True)
     table.add_column("order", justify="right")
     table.add_column("accepts", no_wrap=True)
-    for identity, one in lookup.everything().items():
+    for one in found:
         accepted = ", ".join(kind.__name__ for kind in one.accepts)
-        table.add_row(escape(identity), "" if one.order is None else str(one.order), accepted)
+        table.add_row(escape(one.id), "" if one.order is None else str(one.order), accepted)
     return table

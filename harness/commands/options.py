@@ -36,6 +36,15 @@ problems = Console(stderr=True, soft_wrap=True, emoji=False)
 
 Parameters = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]
 
+Libraries = Annotated[list[str] | None, typer.Option("--library", help="Only integrators of this library; repeatable.")]
+Families = Annotated[
+    list[str] | None, typer.Option("--family", help="Only cases of this folder of cases/, as orbits; repeatable.")
+]
+Kinds = Annotated[
+    list[str] | None,
+    typer.Option("--kind", help="Only cases that offer, and integrators that accept, this form, as NBody; repeatable."),
+]
+
 MOST_WORKERS = 256
 PART = ".part.1234567.123456789012345."
 """A prefix of the same length as that of the temporary name under which a file is written."""

@@ -26,15 +26,20 @@ SHORTEST_LIMIT, LONGEST_LIMIT = 1e-6, 1e6
 
 def run(
     case: Annotated[
-        list[str] | None, typer.Option(help="A case, case/variant or package.module:Case; repeatable.")
+        list[str] | None,
+        typer.Option(help="A case, case/variant, 'pattern*' or package.module:Case; repeatable."),
     ] = None,
     integrator: Annotated[
-        list[str] | None, typer.Option(help="An id, name, library or package.module:Class; repeatable.")
+        list[str] | None,
+        typer.Option(help="An id, name, library, 'pattern*' or package.module:Class; repeatable."),
     ] = None,
     command: Annotated[
         list[str] | None,
         typer.Option(help="A program that reads problems and writes states, as './mysolver --fast'; repeatable."),
     ] = None,
+    library: options.Libraries = None,
+    family: options.Families = None,
+    kind: options.Kinds = None,
     suite: Annotated[str, typer.Option(help="standard, foundation, quick or catalogue.")] = "standard",
     out_path: Annotated[
         Path, typer.Option("--out", help="The results: a folder or a file.sqlite.", parser=options.as_path)
@@ -59,10 +64,15 @@ def run(
 
     Exit code 1 if nothing was measured, or if an integrator of your own never succeeded.
     """
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.harness.running import selection
+
     options.validate_workers(workers)
     chosen_suite = _suite(suite, case, limit)
     integrators = _integrators(integrator or [], command or [], chosen_suite)
+    integrators = selection.integrators_of(integrators, library, kind)
     chosen = options.chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
+    chosen = selection.cases_of(chosen, family, kind)
     if not case:
         chosen = [one for one in chosen if chosen_suite.takes(one[0])]
     options.ensure_results(out_path)

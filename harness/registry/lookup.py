@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib.metadata import entry_points
 
-from gnomon.cases.core.numbers import nearest
+from gnomon.cases.core.numbers import is_pattern, matching, nearest
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import declaration
@@ -59,18 +59,24 @@ def everything() -> dict[str, Integrator]:
 
 
 def find(name: str) -> tuple[Integrator, ...]:
-    """The integrators that `name` selects: an id, a name (all libraries and policies), a library, or
+    """The integrators that `name` selects: an id, a name (all policies), a library, a pattern of ids with * and ?, or
     `package.module:Class`.
 
-    Raises ValueError for an unknown name, with the nearest valid ones.
+    Raises ValueError for an unknown name, with the nearest valid ones, and for a name in several libraries.
     """
     known = everything()
     if name in known:
         return (known[name],)
+    if is_pattern(name):
+        return tuple(known[identity] for identity in matching(name, known))
     lowered = name.lower()
-    same = tuple(
-        i for i in known.values() if lowered in (i.name.lower(), f"{i.library}:{i.name}".lower(), i.library.lower())
-    )
+    if own := tuple(i for i in known.values() if i.library.lower() == lowered):
+        return own
+    same = tuple(i for i in known.values() if lowered in (i.name.lower(), f"{i.library}:{i.name}".lower()))
+    libraries = dict.fromkeys(i.library for i in same)
+    if len(libraries) > 1:
+        ids = " or ".join(f"{library}:{same[0].name}" for library in libraries)
+        raise ValueError(f"{name} is a method of several libraries: name {ids}, or *:{same[0].name} for all")
     if same:
         return same
     if ":" in name and name.partition(":")[0] not in {i.library for i in known.values()}:

@@ -12,7 +12,7 @@ from typing import Any
 
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
-from gnomon.cases.core.numbers import nearest
+from gnomon.cases.core.numbers import is_pattern, matching, nearest
 from gnomon.harness.contract import environment, sources
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
@@ -297,12 +297,13 @@ def choose(
 ) -> list[tuple[Case, str]]:
     """The cases with these names, each with a label for changed parameters; numbers are binary64 if `rounded`.
 
-    A name is that of a case (with all its variants if `variants`), `case/variant`, or `package.module:Case`. No names
-    means all cases.
+    A name is that of a case (with all its variants if `variants`), a pattern of such names with * and ?, `case/variant`,
+    or `package.module:Case`. No names means all cases.
     """
     label = "".join(f" {name}={value}" for name, value in parameters.items())
     found = []
-    for name in names or cases.names():
+    given = [each for name in names or () for each in (matching(name, cases.names()) if is_pattern(name) else [name])]
+    for name in dict.fromkeys(given) or cases.names():
         base, slash, variant = name.partition("/")
         listed: list[str | None] = [None]
         if slash:

@@ -7,6 +7,7 @@ import os
 import sqlite3
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -149,3 +150,15 @@ def test_a_reader_that_ends_first_ends_the_command_without_a_message() -> None:
         arguments = [sys.executable, "-c", program, "show", "bouncing_ball"]
         done = subprocess.run(arguments, stdout=closed, stderr=subprocess.PIPE, text=True, check=False)
     assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_a_shell_completes_commands(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, value in (("_GNOMON_COMPLETE", "complete_bash"), ("COMP_WORDS", "gnomon li"), ("COMP_CWORD", "1")):
+        monkeypatch.setenv(name, value)
+    assert gnomon() == 0
+    assert capsys.readouterr() == ("list\n", "")
+
+
+def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
+    assert gnomon("--version") == 0
+    assert capsys.readouterr().out == f"gnomon {version('gnomon')}\n"

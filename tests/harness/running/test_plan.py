@@ -198,7 +198,13 @@ def test_unknown_names_come_with_the_nearest_valid_one() -> None:
 
 
 def test_a_name_means_all_policies_and_a_path_means_a_class() -> None:
-    assert {i.library for i in lookup.find("DOP853")} >= {"gnomon", "scipy"}
+    assert len(lookup.find("rk4")) == 2, "RK4 and RK4 [events]"
+    with pytest.raises(ValueError, match=r"several libraries: name gnomon:DOP853 or scipy:DOP853, or \*:DOP853"):
+        lookup.find("DOP853")
+    assert {i.library for i in lookup.find("*:dop853*")} == {"gnomon", "scipy"}
+    assert [i.id for i in lookup.find("rebound:bs [*")] == ["rebound:BS [ODE mode]"], "brackets are no pattern"
+    with pytest.raises(ValueError, match=r"nothing matches 'spicy:\*'; did you mean scipy:"):
+        lookup.find("spicy:*")
     assert {i.library for i in lookup.find("scipy")} == {"scipy"}
     (one,) = lookup.find("planted:Sound")
     assert isinstance(one, planted.Sound)

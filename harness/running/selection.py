@@ -1,0 +1,63 @@
+"""What --library, --family and --kind leave of the cases and integrators that are named."""
+
+from collections.abc import Iterator, Sequence
+from typing import TypeVar, get_args
+
+from gnomon.cases import Case
+from gnomon.cases.core.forms import Form
+from gnomon.cases.core.numbers import nearest
+from gnomon.cases.core.scene import SceneForm
+from gnomon.harness.contract.integrator import Integrator
+
+Item = TypeVar("Item")
+
+
+def family(case: type[Case]) -> str:
+    """The folder of cases/ that a case is in; its module for a user's own."""
+    parts = case.__module__.split(".")
+    return parts[2] if parts[:2] == ["gnomon", "cases"] else case.__module__
+
+
+def cases_of(
+    found: Sequence[tuple[Case, str]], families: Sequence[str] | None, kinds: Sequence[str] | None
+) -> list[tuple[Case, str]]:
+    """The cases, each with its label, of these families that offer one of these forms; without a restriction all.
+
+    Raises ValueError for a word that none of them has.
+    """
+    left = _kept("--family", families, [(pair, {family(type(pair[0]))}) for pair in found])
+    if not kinds:
+        return left
+    return _kept("--kind", kinds, [(pair, {kind.__name__ for kind in _offered(pair[0])}) for pair in left])
+
+
+def integrators_of(
+    found: Sequence[Integrator], libraries: Sequence[str] | None, kinds: Sequence[str] | None
+) -> list[Integrator]:
+    """The integrators of these libraries that accept one of these forms. Raises as `cases_of`."""
+    left = _kept("--library", libraries, [(one, {one.library}) for one in found])
+    every = [kind for form in (*get_args(Form), SceneForm) for kind in _descendants(form)]
+    return _kept("--kind", kinds, [(one, {k.__name__ for k in every if issubclass(k, one.accepts)}) for one in left])
+
+
+def _offered(case: Case) -> Iterator[type]:
+    """The types of a case's forms, and those that they are special cases of: what is Separable is SecondOrder too."""
+    for form in case.all_forms() if case.scene is None else (*case.all_forms(), case.scene):
+        yield from type(form).__mro__[:-1]
+
+
+def _descendants(form: type) -> Iterator[type]:
+    yield form
+    for kind in form.__subclasses__():
+        yield from _descendants(kind)
+
+
+def _kept(option: str, wanted: Sequence[str] | None, found: Sequence[tuple[Item, set[str]]]) -> list[Item]:
+    if not wanted:
+        return [item for item, _ in found]
+    valid = {name.lower(): name for _, names in found for name in names}
+    for word in wanted:
+        if word.lower() not in valid:
+            raise ValueError(f"{option} {word}: none of those that are named has it; {nearest(word, valid.values())}")
+    chosen = {valid[word.lower()] for word in wanted}
+    return [item for item, names in found if chosen & names]
