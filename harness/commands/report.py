@@ -17,8 +17,9 @@ def report(
             help="A case that is not installed, package.module:Class; a results file cannot name code to import."
         ),
     ] = None,
+    figures: Annotated[bool, typer.Option("--figures", help="Write every figure as SVG and PNG too: slower.")] = False,
 ) -> None:
-    """Write the report of a run: one offline page, a summary and the figures."""
+    """Write the report of a run: one offline page and a summary."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.cases.core.registry import case_class
     from gnomon.harness.reporting.report import write_report
@@ -29,5 +30,5 @@ def report(
     with opening.reading(database, ()):
         pass  # raises before a folder is made if these are no results of gnomon
     options.ensure_folder(to, "--to")
-    page = write_report(database, to, given)
+    page = write_report(database, to, given, figures=figures)
     out.print(f"The report is {page}")

@@ -51,7 +51,7 @@ def publish(results: Path, local: Path, to: Path) -> Path:
     to.mkdir(parents=True, exist_ok=True)
     for name in MADE_BY:
         diskcache.replace(to / name, (local / name).read_bytes())
-    return report.write_report(database, to, beside=(to,))
+    return report.write_report(database, to, beside=(to,), figures=True)
 
 
 def _finished(database: Path) -> list[str | None]:

@@ -8,7 +8,13 @@ from typing import Any
 import vl_convert
 from gnomon.cases.core.case import Case
 from gnomon.harness.reporting import tables
-from gnomon.harness.reporting.report_charts import other_charts, page_charts, work_problems, write_figures
+from gnomon.harness.reporting.report_charts import (
+    other_charts,
+    page_charts,
+    remove_figures,
+    work_problems,
+    write_figures,
+)
 from gnomon.harness.reporting.report_pack import packed, packed_json
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
@@ -24,8 +30,11 @@ def write_report(
     folder: Path,
     cases: Mapping[str, type[Case]] | None = None,
     beside: Sequence[Path] | None = None,
+    figures: bool = False,
 ) -> Path:
-    """Write index.html, summary.md and figures/ into `folder` and return the page's path.
+    """Write index.html and summary.md into `folder`, with `figures` also figures/, and return the page's path.
+
+    The page draws its figures itself; their files take most of the time.
 
     `database` is a results file, or a folder that has one. Certificates, checks, claims of speed, orders and growth laws
     are read from JSON files in the first of the folders `beside` that has them; by default the folder of the results,
@@ -45,7 +54,10 @@ def write_report(
     plain.filters |= {"counted": tables.counted, "code": code}
     with diskcache.whole(folder / "summary.md") as part:
         part.write_text(plain.from_string(_source("summary.md.j2")).render(words), encoding="utf-8")
-    write_figures(run, work, charts, folder / "figures")
+    if figures:
+        write_figures(run, work, charts, folder / "figures")
+    else:
+        remove_figures(folder / "figures")  # of an earlier report, which this page would contradict
     return page
 
 

@@ -4,6 +4,7 @@ import hashlib
 import json
 import math
 import re
+from collections.abc import Set
 from pathlib import Path
 from typing import Any
 
@@ -157,12 +158,17 @@ def write_figures(run: Run, work: dict[str, Problems], charts: dict[str, alt.Top
             wanted[slug(name) + (f"_{slug(subtitle)}" if subtitle else "")] = drawn(
                 specification, problem["points"], problem["limits"]
             ) | {"title": title}
-    earlier = _listed(folder)
+    remove_figures(folder, set(wanted))
     write_images(wanted, folder)
-    for name in earlier - set(wanted):
+    (folder / MANIFEST).write_text(json.dumps(sorted(wanted), indent=0), encoding="utf-8")
+
+
+def remove_figures(folder: Path, but: Set[str] = frozenset()) -> None:
+    """Remove the figures of an earlier report from a folder, which are those that its manifest lists."""
+    for name in _listed(folder) - but:
         for suffix in SUFFIXES:
             (folder / (name + suffix)).unlink(missing_ok=True)
-    (folder / MANIFEST).write_text(json.dumps(sorted(wanted), indent=0), encoding="utf-8")
+    (folder / MANIFEST).unlink(missing_ok=True)
 
 
 def slug(text: str) -> str:

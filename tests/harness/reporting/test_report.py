@@ -7,6 +7,7 @@ import gzip
 import json
 import math
 import re
+import shutil
 import struct
 import xml.etree.ElementTree as ET
 import zlib
@@ -60,7 +61,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "benchmarks.json").write_text(json.dumps({"launches": 5, "environment": {}, "rows": [PAIR]}))
     (folder / "growth.json").write_text(json.dumps({"environment": {}, "rows": [LAW]}))
     (folder / "orders.json").write_text(json.dumps({"environment": {}, "rows": [MEASURED]}))
-    return write_report(synthetic.write(folder / "results.sqlite"), folder)
+    return write_report(synthetic.write(folder / "results.sqlite"), folder, figures=True)
 
 
 class _References(HTMLParser):
@@ -308,6 +309,15 @@ def test_summary_and_figures(written: Path) -> None:
     for name in names:
         assert ET.parse(figures / f"{name}.svg").getroot().tag.endswith("svg")
         assert (figures / f"{name}.png").read_bytes().startswith(PNG)
+
+
+def test_a_page_without_figures_removes_those_that_it_would_contradict(written: Path, tmp_path: Path) -> None:
+    """Of an earlier report, by its manifest; a file of the user stays."""
+    figures = tmp_path / "figures"
+    shutil.copytree(written.parent / "figures", figures)
+    (figures / "own.svg").touch()
+    write_report(written.parent / "results.sqlite", tmp_path)
+    assert [path.name for path in figures.iterdir()] == ["own.svg"]
 
 
 def test_results_without_measurements_are_refused_with_the_way_out(tmp_path: Path) -> None:

@@ -58,7 +58,7 @@ def test_a_report_imports_writes_and_removes_nothing_that_a_file_names(hostile: 
         (tmp_path / name).mkdir()
     target = tmp_path / "reports" / "report"
     _earlier(target)
-    page = write_report(hostile, target)
+    page = write_report(hostile, target, figures=True)
     assert page.is_file()
     assert not (hostile.parent / "ran").exists()
     assert not [*(tmp_path / "elsewhere").iterdir(), *(tmp_path / "victim").iterdir()]

@@ -1,0 +1,93 @@
+"""Performance profiles: on what share of the problems a method, or a library's best one, is within a factor of the fastest.
+
+After Dolan and Moré, Mathematical Programming 91, 201 (2002). What fails, takes too long or does not accept a problem is
+never left out: its time is infinite, so that it lowers the profile at every factor.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.contract.status import Status
+
+DRAWS = 1000
+SEED = 20260101
+LEVEL = 0.95
+"""Bands hold pointwise at this level: over bootstrap samples of the cases, whose variants stay together."""
+LARGEST_DIGITS = 16.0
+THIRD_PARTY = "best third-party"
+OURS = "gnomon"
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The share of problems at each of `points`, with its band: each of shape (len(points),)."""
+
+    name: str
+    points: Floats
+    share: Floats
+    low: Floats
+    high: Floats
+
+
+def times(equal: pd.DataFrame, target: float) -> pd.DataFrame:
+    """Seconds at an error: a row for each default case that some method brings to it, a column for each integrator; inf
+    where it does not reach the error. `equal`: `analysis.equal_error`."""
+    own = equal[(equal["target"] == target) & (equal["variant"] == "") & (equal["formulation"] == "")]
+    return own.pivot(index="case", columns="integrator_id", values="seconds").fillna(np.inf)
+
+
+def digits(reduced: pd.DataFrame) -> pd.DataFrame:
+    """Decimal digits that each integrator reaches at its best setting on each hard variant: a row for each (case,
+    variant) that was run, a column for each integrator; 0 where it has no setting with status ok. `reduced`:
+    `analysis.settings`."""
+    hard = reduced[(reduced["variant"] != "") & (reduced["formulation"] == "")]
+    good = hard["error_max"].where(hard["status"] == Status.OK)
+    reached = (-np.log10(good.clip(lower=10**-LARGEST_DIGITS))).clip(lower=0.0).fillna(0.0)
+    table = hard.assign(digits=reached).pivot_table("digits", ["case", "variant"], "integrator_id", aggfunc="max")
+    return table.fillna(0.0)
+
+
+def by_library(table: pd.DataFrame, library: Callable[[str], str], best: str = "min") -> pd.DataFrame:
+    """The best of each library's columns, and the best of all libraries but gnomon, as columns."""
+    libraries = [library(name) for name in table.columns]
+    found = table.T.groupby(libraries).agg(best).T
+    others = [name for name, own in zip(table.columns, libraries, strict=True) if own != OURS]
+    if others:
+        found[THIRD_PARTY] = table[others].agg(best, axis=1)
+    return found
+
+
+def ratios(table: pd.DataFrame) -> pd.DataFrame:
+    """Times over the least of their row; rows that nothing solves are left out."""
+    least = table.min(axis=1)
+    solved = np.isfinite(least)
+    return table[solved].div(least[solved], axis=0)
+
+
+def profiles(values: pd.DataFrame, points: Sequence[float], above: bool = False) -> list[Profile]:
+    """For each column the share of rows with a value up to each of `points`, or with `above` at least it."""
+    cases = values.index.get_level_values(0)
+    held = np.stack([values.to_numpy() >= x if above else values.to_numpy() <= x for x in points])  # (points, rows, n)
+    names = pd.unique(cases)
+    sums = np.stack([held[:, cases == name].sum(axis=1) for name in names], axis=1)  # (points, cases, n)
+    counts = np.array([np.count_nonzero(cases == name) for name in names])
+    draws = np.random.default_rng(SEED).multinomial(len(names), np.full(len(names), 1 / len(names)), DRAWS)
+    drawn = np.einsum("dc,pcn->dpn", draws, sums) / (draws @ counts)[:, None, None]
+    low, high = np.quantile(drawn, [(1 - LEVEL) / 2, (1 + LEVEL) / 2], axis=0)
+    share, at = held.mean(axis=1), np.asarray(points, dtype=float)
+    return [Profile(str(name), at, share[:, k], low[:, k], high[:, k]) for k, name in enumerate(values.columns)]
+
+
+def standing(relative: pd.DataFrame, limit: float = 100.0) -> pd.Series:
+    """The area under each profile from a factor of 1 to `limit`, in decades over their number: 1 for what is always the
+    fastest, 0 for what never comes within the limit."""
+    return (1 - np.log10(relative.clip(upper=limit)) / np.log10(limit)).mean().sort_values(ascending=False)
+
+
+def kendall(first: pd.Series, second: pd.Series) -> float:
+    """Kendall's tau-b of two standings, over the names in both; nan where one of them has no order."""
+    names = first.index.intersection(second.index)
+    return float(first[names].corr(second[names], method="kendall")) if len(names) > 1 else float("nan")
