@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
+from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import Equations
-from gnomon.cases.core.interface import StatedCase
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -16,13 +16,13 @@ Floats = NDArray[np.float64]
 UNITS = {"m": (1, 0), "s": (0, 1), "N": (1, -2), "Pa": (-1, -2), "V": (2, -2), "T": (0, -1)} | dict.fromkeys(
     ("1", "rad", "kg", "C"), (0, 0)
 )
-"""Powers of length and time in a unit, with kilogram and coulomb as they are."""
+"""The powers of length and time in each unit; kilogram and coulomb are not changed."""
 
 
 @dataclass(frozen=True)
 class Relation:
-    """The motion that follows: the number `name` is `factors[name]` times the number `sources[name]` of the motion that is
-    known, a name without an entry keeps its number; times are `time` times as long."""
+    """How a motion follows from a known one: its number `name` is `factors[name]` (1 without an entry) times the number
+    `sources[name]` (`name` without an entry) of the known motion, and its times are `time` times as long."""
 
     factors: Mapping[str, float] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)
@@ -43,39 +43,30 @@ class Relation:
         return back.applied(names, values)
 
 
-class SymmetricCase(StatedCase, Protocol):
-    """A case that declares its symmetries."""
-
-    @property
-    def mirror(self) -> tuple[str, ...]: ...
-    @property
-    def alike(self) -> tuple[tuple[str, ...], ...]: ...
-
-
-def mirrored(case: SymmetricCase) -> Relation | None:
+def mirrored(case: Case) -> Relation | None:
     """The relation by `Case.mirror`, None for a case without it."""
     return Relation(dict.fromkeys(case.mirror, -1.0)) if case.mirror else None
 
 
-def permuted(case: SymmetricCase) -> Relation | None:
+def permuted(case: Case) -> Relation | None:
     """The relation by `Case.alike`, None for a case without it: each part takes the numbers of the next one."""
     following = (*case.alike[1:], *case.alike[:1])
     pairs = [pair for part, other in zip(case.alike, following, strict=True) for pair in zip(part, other, strict=True)]
     return Relation(sources=dict(pairs)) if pairs else None
 
 
-def in_units(case: SymmetricCase, length: float, time: float) -> Relation | None:
-    """The same motion where a metre is `length` units and a second `time`; None if a unit is not in `UNITS`."""
+def in_units(case: Case, length: float, time: float) -> Relation | None:
+    """The same motion where a metre is `length` units and a second `time`; None if a unit is not of those in `UNITS`."""
     units = {number.name: number.unit for number in (*case.state, *case.parameter_list)}
     try:
         powers = {name: _powers(unit) for name, unit in units.items()}
-    except KeyError:
+    except (KeyError, ValueError):
         return None
     return Relation({name: length**a * time**b for name, (a, b) in powers.items()}, time=time)
 
 
 def _powers(unit: str) -> tuple[float, float]:
-    """The powers of length and time in a unit such as `m^3/(kg s^2)`. Raises KeyError for a symbol not in `UNITS`."""
+    """The powers of length and time in a unit such as `m^3/(kg s^2)`. Raises KeyError or ValueError for another text."""
     above, _, below = unit.replace("^(1/2)", "^0.5").partition("/")
     total = [0.0, 0.0]
     for sign, part in ((1.0, above), (-1.0, below)):
@@ -85,7 +76,7 @@ def _powers(unit: str) -> tuple[float, float]:
 
 
 def defect(
-    case: SymmetricCase,
+    case: Case,
     equations: Equations,
     relation: Relation,
     moments: Sequence[tuple[float, Floats]],
@@ -93,7 +84,8 @@ def defect(
 ) -> float:
     """How far equations of first order are from keeping a relation, at (time, state) pairs and parameters.
 
-    The largest error of a derivative, over the largest value of that component; 0 where the relation holds.
+    The largest error of a derivative, over the largest value of that component: 0 where the relation holds, infinite
+    where the equations have no value.
     """
     coordinates = [coordinate.name for coordinate in case.state]
     after = relation.applied([parameter.name for parameter in case.parameter_list], values)
@@ -101,8 +93,12 @@ def defect(
     def slopes(t: float, state: Floats, parameters: Floats) -> Floats:
         return np.array(equations(t, tuple(state.tolist()), tuple(parameters.tolist())), dtype=np.float64)
 
-    known = np.array([slopes(t, state, values) for t, state in moments])
+    try:
+        known = np.array([slopes(t, state, values) for t, state in moments])
+        related = [(t * relation.time, relation.applied(coordinates, state)) for t, state in moments]
+        found = np.array([slopes(t, state, after) for t, state in related])
+    except (ArithmeticError, ValueError):
+        return math.inf
     expected = relation.applied(coordinates, known) / relation.time
-    found = np.array([slopes(t * relation.time, relation.applied(coordinates, state), after) for t, state in moments])
     sizes = np.max(np.abs(expected), axis=0)
     return float(np.max(np.abs(found - expected) / np.where(sizes > 0, sizes, 1.0)))

@@ -115,7 +115,7 @@ def _has_units(trials: Trials) -> str | None:
         return "its state has units that are unknown, or do not become smaller with that of length"
     form = next((form for form in case.all_forms() if isinstance(form, FirstOrder)), None)
     moments = list(zip(trials.reference.times.tolist(), trials.reference.exact, strict=True))
-    if form is None or defect(case, form.equations, relation, moments, trials.problem().parameters) > KEEPS:
+    if form is None or not defect(case, form.equations, relation, moments, trials.problem().parameters) <= KEEPS:
         return "its equations hold in one system of units only"
     return _no_engine(trials)
 

@@ -96,7 +96,7 @@ def clipped_solve(f: Any, t0: float, y0: Any, times: Any, tolerance: float) -> A
     ids=lambda value: getattr(value, "__name__", value),
 )
 def test_a_fault_fails_the_relation_that_it_breaks(claim: str, step: Any, case: str) -> None:
-    method = from_step(step, name=step.__name__, order=4, sweep=Steps(0.25, 10))
+    method = from_step(step, name=step.__name__, order=4, sweep=Steps(0.25, 6))
     assert outcome(claim, good_rk4, case) == Outcome.PASSED
     assert outcome(claim, method, case) == Outcome.FAILED
 
@@ -118,7 +118,7 @@ def implicit(stage: Callable[[Any], float], name: str) -> Integrator:
                 break
         return y + h * f(t + h / 2, middle)
 
-    return from_step(step, name=name, order=2, sweep=Steps(0.125, 10))
+    return from_step(step, name=name, order=2, sweep=Steps(0.125, 6))
 
 
 def absolute_solve(f: Any, t0: float, y0: Any, times: Any, tolerance: float) -> Any:
@@ -138,11 +138,14 @@ RIGHT = (
 )
 
 
-@pytest.mark.parametrize("name", ["kepler_orbit", "two_body"])
 @pytest.mark.parametrize("method", RIGHT, ids=lambda method: method.name)
-def test_right_methods_keep_all_relations(method: Integrator, name: str) -> None:
+def test_right_methods_keep_all_relations(method: Integrator) -> None:
     """An absolute bound, of an iteration or of an error, is only tighter in units in which numbers are larger."""
-    assert {outcome(claim, method, name) for claim in RELATIONS} == {Outcome.PASSED}
+    assert {outcome(claim, method) for claim in RELATIONS} == {Outcome.PASSED}
+
+
+def test_bodies_may_be_exchanged() -> None:
+    assert {outcome(claim, good_verlet, "two_body") for claim in RELATIONS} == {Outcome.PASSED}
 
 
 def test_a_relation_that_does_not_follow_is_not_claimed() -> None:
