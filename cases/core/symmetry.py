@@ -57,7 +57,7 @@ def permuted(case: Case) -> Relation | None:
 
 def in_units(case: Case, length: float, time: float) -> Relation | None:
     """The same motion where a metre is `length` units and a second `time`; None if a unit is not of those in `UNITS`."""
-    units = {number.name: number.unit for number in (*case.state, *case.parameter_list)}
+    units = {c.name: c.unit for c in case.state} | {p.name: p.unit for p in case.parameter_list}
     try:
         powers = {name: _powers(unit) for name, unit in units.items()}
     except (KeyError, ValueError):
