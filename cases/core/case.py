@@ -125,6 +125,11 @@ class Case:
     autonomous: ClassVar[bool] = True
     reversal: ClassVar[tuple[str, ...] | None] = None
     """The coordinates and parameters whose signs time reversal changes; None for a case without time reversal."""
+    mirror: ClassVar[tuple[str, ...]] = ()
+    """Coordinates and parameters: with other signs of all these the motion has other signs of these; () if there are none."""
+    alike: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    """Names of the coordinates and parameters of each of several like bodies or axes, in one sequence. Where each takes the
+    numbers of the next one, and the last those of the first, the motion does; () if there are none."""
     certified_digits: ClassVar[int] = 45
     """Digits to which its certificate must confirm the motion: 45 for a closed form, 30 for an integration."""
 

@@ -153,6 +153,8 @@ class ChargeInFields(Case):
     )
     scene = SCENE
     reversal = ("vx", "vy", "vz", "Bx", "By", "Bz")
+    mirror = ("x", "y", "z", "vx", "vy", "vz", "Ex", "Ey", "Ez")
+    alike = tuple((axis, f"v{axis}", f"E{axis}", f"B{axis}") for axis in "xyz")
 
     @cached_property
     def _exact(self) -> Charge:

@@ -63,6 +63,7 @@ class ProjectileParabola(Case):
     forms = (Separable(uniform_gravity, height_potential),)
     scene = SCENE
     reversal = ("vx", "vy")
+    mirror = ("x", "vx")
 
     def motion(self) -> Projectile:
         return Projectile(self.parameters["g"], *self.initial_state)

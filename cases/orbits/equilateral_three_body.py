@@ -211,6 +211,7 @@ class EquilateralThreeBody(IntegratedCase):
     forms = (SecondOrder(triple_attraction), NBody(three_masses, three_bodies, three_states))
     scene = SCENE
     reversal = ("vx1", "vy1", "vz1", "vx2", "vy2", "vz2", "vx3", "vy3", "vz3")
+    alike = tuple(tuple(f"{name}{k}" for name in ("x", "y", "z", "vx", "vy", "vz", "m")) for k in (1, 2, 3))
 
     _TURNS: ClassVar = {"e09": "1.63", "routh_stable": "10.37", "trojan": "10.37"}
 

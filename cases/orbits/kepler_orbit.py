@@ -182,6 +182,8 @@ class KeplerOrbit(Case):
     forms = (Separable(attraction, kepler_potential), NBody(masses, bodies, relative))
     scene = SCENE
     reversal = ("vx", "vy")
+    mirror = ("x", "y", "vx", "vy")
+    alike = (("x", "vx"), ("y", "vy"))
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)

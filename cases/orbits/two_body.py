@@ -151,6 +151,8 @@ class TwoBody(Case):
     forms = (SecondOrder(mutual_attraction), NBody(gravitational_masses, both_bodies, both_states))
     scene = SCENE
     reversal = ("vx1", "vy1", "vx2", "vy2")
+    mirror = ("x1", "y1", "x2", "y2", "vx1", "vy1", "vx2", "vy2")
+    alike = (("x1", "y1", "vx1", "vy1", "m1"), ("x2", "y2", "vx2", "vy2", "m2"))
 
     @cached_property
     def _exact(self) -> Motion:

@@ -237,6 +237,8 @@ class CenterOfMassMotion(Case):
     forms = (SecondOrder(thrown_pair),)
     scene = THROWN
     reversal = ("vx1", "vy1", "vx2", "vy2")
+    mirror = ("x1", "x2", "vx1", "vx2")
+    alike = (("x1", "y1", "vx1", "vy1", "m1"), ("x2", "y2", "vx2", "vy2", "m2"))
 
     @cached_property
     def _exact(self) -> SpringPair:

@@ -85,6 +85,7 @@ class DampedOscillator(Case):
     forms = (SemiLinear(damped_equations, linear=damped_matrix, rest=nothing_else),)
     scene = SCENE
     reversal = ("v",)
+    mirror = ("x", "v")
 
     @cached_property
     def _exact(self) -> DampedMotion:

@@ -76,6 +76,7 @@ class DuffingUnforced(Case):
     forms = (Separable(cubic_acceleration, quartic_potential),)
     scene = SCENE
     reversal = ("v",)
+    mirror = ("x", "v")
 
     _PERIODS: ClassVar = {
         "long_1e4": 10000.37,

@@ -103,6 +103,7 @@ class ForcedOscillator(Case):
     )
     forms = (SemiLinear(forced_equations, linear=forced_matrix, rest=harmonic_force),)
     scene = FORCED_SCENE
+    mirror = ("x", "v", "F0")
 
     @cached_property
     def _exact(self) -> ForcedLinear:

@@ -55,6 +55,7 @@ class HarmonicOscillator(Case):
     forms = (Separable(linear_acceleration, linear_potential),)
     scene = SCENE
     reversal = ("v",)
+    mirror = ("x", "v")
 
     @cached_property
     def _exact(self) -> HarmonicMotion:

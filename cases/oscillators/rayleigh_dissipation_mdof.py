@@ -110,6 +110,8 @@ class RayleighDissipation(Case):
     forms = (SemiLinear(rayleigh_equations, linear=rayleigh_matrix, rest=nothing_else),)
     scene = SCENE
     reversal = ("v1", "v2")
+    mirror = ("x1", "x2", "v1", "v2")
+    alike = (("x1", "v1", "m1", "k1", "c1"), ("x2", "v2", "m2", "k3", "c3"))
 
     @cached_property
     def _exact(self) -> Vibrations:

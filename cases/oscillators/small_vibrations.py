@@ -101,6 +101,7 @@ class _Vibrating(Case):
     section = "11.13"
     state = STATE
     reversal = ("v1", "v2", "v3")
+    mirror = ("x1", "x2", "x3", "v1", "v2", "v3")
 
     _CYCLES: ClassVar[dict[str, float]] = {}
     """Spans by variant, in periods of the slowest mode with a frequency above zero; others last 10.37 periods."""
@@ -159,6 +160,7 @@ class SmallVibrationsChain(_Vibrating):
         SemiLinear(chain_equations, linear=chain_matrix, rest=nothing_else),
     )
     scene = CHAIN_SCENE
+    alike = (("x1", "v1"), ("x3", "v3"))
 
     @cached_property
     def _exact(self) -> Vibrations:
@@ -229,6 +231,7 @@ class SmallVibrations(_Vibrating):
     invariants: ClassVar = {"energy": Invariant(row_energy)}
     forms = (SecondOrder(row_acceleration), SemiLinear(row_equations, linear=row_matrix, rest=nothing_else))
     scene = ROW_SCENE
+    alike = (("x1", "v1", "m1", "k1", "k12"), ("x3", "v3", "m3", "k3", "k23"))
 
     @cached_property
     def _exact(self) -> Vibrations:

@@ -112,6 +112,7 @@ class CycloidalPendulum(Case):
     forms = (FirstOrder(cycloid_equations),)
     scene = SCENE
     reversal = ("phidot",)
+    mirror = ("phi", "phidot")
     formulations = (
         Formulation("arc length", (Separable(arc_acceleration, arc_potential),), arc_from_angle, angle_from_arc),
     )

@@ -108,6 +108,7 @@ class DoublePendulum(IntegratedCase):
     forms = (FirstOrder(double_pendulum_equations),)
     scene = SCENE
     reversal = ("w1", "w2")
+    mirror = ("th1", "th2", "w1", "w2")
 
     _SCALES: ClassVar = {"light_above": 1.87}
 

@@ -126,6 +126,7 @@ class FoucaultLinear(Case):
     forms = (SemiLinear(foucault_equations, linear=foucault_matrix, rest=no_load),)
     scene = SCENE
     reversal = ("vx", "vy", "Om")
+    mirror = ("x", "y", "vx", "vy")
 
     def motion(self) -> Foucault:
         return self.foucault(larmor=False)

@@ -123,6 +123,7 @@ class HolonomicConstraintDae(Case):
         ),
     )
     scene = SCENE
+    mirror = ("x", "vx")
 
     @cached_property
     def _exact(self) -> CartesianPendulum:

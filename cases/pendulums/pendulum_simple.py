@@ -97,6 +97,7 @@ class PendulumSimple(Case):
     forms = (Separable(acceleration, potential),)
     scene = SCENE
     reversal = ("omega",)
+    mirror = ("theta", "omega")
 
     _PERIODS: ClassVar = {
         "near_separatrix_below": "3.37",

@@ -84,6 +84,7 @@ class SpringPendulum(IntegratedCase):
     forms = (Separable(spring_pendulum_acceleration, spring_pendulum_potential),)
     scene = SCENE
     reversal = ("vx", "vy")
+    mirror = ("x", "vx")
 
     _SCALES: ClassVar = {"resonance": 30, "stiff": 3.3}
 

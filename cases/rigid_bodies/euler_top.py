@@ -160,6 +160,8 @@ class EulerTopCase(Case):
     forms = (RigidBody(principal_moments, no_torque),)
     scene = SCENE
     reversal = ("w1", "w2", "w3")
+    mirror = ("w1", "w2", "R11", "R12", "R21", "R22", "R31", "R32")
+    alike = tuple((f"w{k}", f"R1{k}", f"R2{k}", f"R3{k}", f"I{k}") for k in (1, 2, 3))
 
     def motion(self) -> EulerTop:
         w1, w2, w3, *attitude = self.initial_state

@@ -127,15 +127,16 @@ def allowed_error(trials: Trials, tolerance: float, answer: Answer, halvings: in
     return work * math.sqrt(len(trials.start)) * tolerance * growth + answer.roundoff
 
 
-def same_solution(trials: Trials, states: Floats, what: str, roundings: float = 1.0) -> Finding:
-    """Whether states are those of the start alone at the usual setting: to so many times round-off, or at a tolerance to
-    twice the error that it allows."""
+def same_solution(trials: Trials, states: Floats, what: str, roundings: float = 1.0, share: float = 0.0) -> Finding:
+    """Whether states are those of the start alone at the usual setting: to so many times round-off and to a share of the
+    error, or at a tolerance to twice the error that it allows."""
     alone = trials.whole(trials.usual())
     named = trials.named(alone.setting)
     if alone.states is None or alone.declined or math.isnan(alone.error):
         return not_applicable(f"no solution at {named}: {alone.why}")
     apart = float(np.max(trials.distance(states, alone.states)))
-    allowed = roundings * alone.roundoff if trials.steps else 2 * allowed_error(trials, alone.setting, alone)
+    at_steps = roundings * alone.roundoff + share * alone.error
+    allowed = at_steps if trials.steps else 2 * allowed_error(trials, alone.setting, alone)
     if apart <= allowed:
         return passed(f"{apart:.2g}")
     return failed(named, f"{what} within {allowed:.2g} of the solution from the start alone", f"{apart:.2g}")

@@ -1,4 +1,4 @@
-"""Claims that relate two solutions: turned starts, another clock, samples between the steps."""
+"""Claims that relate two solutions: of turned starts, another clock, other units, signs or bodies; samples between steps."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 from gnomon.cases.core.clock import from_start
+from gnomon.cases.core.forms import FirstOrder, SecondOrder
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.core.symmetry import Relation, defect, in_units, mirrored, permuted
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import MARGIN, SHORT, TIGHT, allowed_error, same_solution
@@ -17,6 +20,13 @@ TURNED = 3
 CLOCKS = 4.0
 """The later clock has a larger unit in the last place, by which the times of stages are rounded: up to four times that
 of the clock from 0, with an effect that the conditioning counts as that of one rounding."""
+APART = 2.0
+"""Two motions that are related have roundings of their own."""
+LENGTH, TIME = 2.0**10, 2.0**-5
+"""Units in a metre and in a second, powers of two, by which no rounding changes. Lengths, velocities and rates are larger
+numbers in these, so that a bound that is absolute is tighter."""
+KEEPS = 2.0**-40
+"""Equations hold in other units if no derivative differs by more: thousands of roundings of its terms."""
 
 
 def _has_turning(trials: Trials) -> str | None:
@@ -74,6 +84,66 @@ def _clock(trials: Trials) -> Finding:
     shifted = replace(problem, form=from_start(problem.form, -late), times=times, t0=late, names=names)
     (states,) = trials.solutions(shifted, trials.usual(), [trials.start])
     return same_solution(trials, states, f"the motion by a clock that starts at {late:g}", CLOCKS)
+
+
+def _related(trials: Trials, relation: Relation | None, what: str, share: float = 0.0) -> Finding:
+    """Solve the motion that follows by a relation from that of the case, undo the relation, and compare."""
+    assert relation is not None
+    coordinates = [coordinate.name for coordinate in trials.case.state]
+    parameters = [parameter.name for parameter in trials.case.parameter_list]
+    problem = trials.problem()
+    related = replace(
+        problem,
+        parameters=relation.applied(parameters, problem.parameters),
+        times=problem.times * relation.time,
+        time_scale=problem.time_scale * relation.time,
+    )
+    setting = trials.usual() * relation.time if trials.steps else trials.usual()
+    (states,) = trials.solutions(related, setting, [relation.applied(coordinates, trials.start)])
+    return same_solution(trials, relation.undone(coordinates, states), what, APART, share)
+
+
+def _no_engine(trials: Trials) -> str | None:
+    if isinstance(trials.form, SceneForm):
+        return "an engine that is given a scene may have lengths, times and axes of its own"
+    return _smooth(trials)
+
+
+def _has_units(trials: Trials) -> str | None:
+    relation, case = in_units(trials.case, LENGTH, TIME), trials.case
+    if relation is None or min(relation.factors[coordinate.name] for coordinate in case.state) < 1:
+        return "its state has units that are unknown, or do not become smaller with that of length"
+    form = next((form for form in case.all_forms() if isinstance(form, FirstOrder)), None)
+    moments = list(zip(trials.reference.times.tolist(), trials.reference.exact, strict=True))
+    if form is None or not defect(case, form.equations, relation, moments, trials.problem().parameters) <= KEEPS:
+        return "its equations hold in one system of units only"
+    return _no_engine(trials)
+
+
+@claim("units", _has_units)
+def _units(trials: Trials) -> Finding:
+    relation = in_units(trials.case, LENGTH, TIME)
+    return _related(trials, relation, f"the motion in units of 1/{LENGTH:g} m and {1 / TIME:g} s", 0.5)
+
+
+@claim("mirror", lambda trials: _no_engine(trials) if trials.case.mirror else "the case has no mirror symmetry")
+def _mirror(trials: Trials) -> Finding:
+    signs = ", ".join(trials.case.mirror)
+    return _related(trials, mirrored(trials.case), f"the motion with other signs of {signs}")
+
+
+def _has_like_parts(trials: Trials) -> str | None:
+    if not trials.case.alike:
+        return "the case has no bodies or axes that are alike"
+    if not set(trials.integrator.accepts) <= {FirstOrder, SecondOrder}:
+        return "it is given more than derivatives, and may treat one body or axis after the other"
+    return _smooth(trials)
+
+
+@claim("permuted", _has_like_parts)
+def _permuted(trials: Trials) -> Finding:
+    parts = ", ".join(f"({', '.join(part)})" for part in trials.case.alike)
+    return _related(trials, permuted(trials.case), f"the motion with the numbers of {parts} in turn")
 
 
 def _dense_applies(trials: Trials) -> str | None:
