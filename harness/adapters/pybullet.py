@@ -15,6 +15,7 @@ from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.harness.adapters.pybullet_world import World
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps
+from gnomon.harness.contract.validation import require_positive
 
 
 class PyBullet(Integrator):
@@ -60,6 +61,7 @@ class PyBullet(Integrator):
         return None
 
     def prepare(self, problem: Problem, setting: float) -> Run:
+        require_positive(setting, "step size")
         return Run(self, problem, setting)
 
     def versions(self) -> Mapping[str, Any]:

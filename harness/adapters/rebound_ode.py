@@ -27,6 +27,7 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.rebound_nbody import FIRST_STEP, interrupt_kept
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
+from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.kernels.equations import OPTIONS, address, right_hand_side
 
 SOURCE = """\
@@ -62,6 +63,7 @@ class OdeMode(Integrator):
     def prepare(self, problem: Problem, setting: float) -> Solver:
         import rebound  # without the library the status is `not_installed`
 
+        require_positive(setting, "tolerance")
         dimension, times, buffer = problem.dimension, problem.times.tolist(), problem.buffer
         options = {"eps_rel": setting, "eps_abs": setting}
         simulation = rebound.Simulation()

@@ -10,6 +10,7 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition
 from gnomon.harness.adapters.scipy_ivp import ABSOLUTE, SMALLEST, jacobian_of, recorded
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Tolerance
+from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.kernels.equations import function_kernel
 
 PROBE = 1e-9
@@ -34,6 +35,7 @@ class SolveIvpEvents(Integrator):
     takes_jacobian: ClassVar[bool] = False
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
+        require_positive(setting, "tolerance")
         if setting < SMALLEST:
             raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
         form = problem.form

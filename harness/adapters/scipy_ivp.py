@@ -35,6 +35,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance, each_start
+from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.kernels.equations import ARRAY_SIGNATURE, OPTIONS, compiled, right_hand_side
 from gnomon.harness.kernels.straight_line import jacobian_text, module_text
 
@@ -68,6 +69,7 @@ class SolveIvp(Integrator):
     def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import solve_ivp  # slow to load: only the trials of this library wait
 
+        require_positive(setting, "tolerance")
         if setting < SMALLEST:
             raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
         function = right_hand_side_of(problem)

@@ -1,11 +1,11 @@
-"""Validation of what an integrator returned, before it is used: types, shapes, real numbers, possible counts."""
+"""Validation of settings, and of what an integrator returned before it is used: types, shapes, real numbers, counts."""
 
 import math
 from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
-from gnomon.harness.contract.integrator import Solution
+from gnomon.harness.contract.integrator import Refused, Solution
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -21,6 +21,12 @@ TEXT = 300
 
 class Unusable(Exception):  # noqa: N818 - it names an answer
     """Raised for an answer that is not a valid Solution: the message names the value and the rule."""
+
+
+def require_positive(setting: float, kind: str) -> None:
+    """Raise Refused unless a setting, a `kind` such as "tolerance", is a positive number: libraries then hang, or go on."""
+    if not (math.isfinite(setting) and setting > 0):
+        raise Refused(f"{kind} {setting} is not a positive number")
 
 
 def checked(solution: Any, shape: tuple[int, ...]) -> Solution:

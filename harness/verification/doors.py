@@ -15,6 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver, Steps, Tolerance, each_start
+from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.registry import declaration
 from numpy.typing import NDArray
 
@@ -84,8 +85,7 @@ class _Door(Integrator):
     def validate(self, problem: Problem, setting: float) -> None:
         """Raise Refused for a setting that is no step size or tolerance."""
         kind = "step size" if isinstance(self.sweep, Steps) else "tolerance"
-        if not (math.isfinite(setting) and setting > 0):
-            raise Refused(f"{kind} {setting} is not a positive number")
+        require_positive(setting, kind)
         if kind == "tolerance" and not LEAST_TOLERANCE <= setting < 1:
             raise Refused(f"tolerance {setting:g} is not from {LEAST_TOLERANCE:.1e} to below 1")
         span = float(problem.elapsed[-1])

@@ -11,6 +11,7 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps
+from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.integrators.base import stepping
 from gnomon.harness.kernels.equations import Kernel, acceleration, check_values, right_hand_side
 from gnomon.reference.numerics.precision import nearest_double, working
@@ -133,8 +134,7 @@ class FixedStep(Integrator):
 def substeps_of(problem: Problem, h: float) -> int:
     """The number of steps of h in a sampling interval. Raises Refused where h is no positive fraction of it."""
     span = float(problem.elapsed[-1])
-    if not (math.isfinite(h) and h > 0):
-        raise Refused(f"step size {h} is not a positive number")
+    require_positive(h, "step size")
     if span / h > MOST_STEPS or span + h == span:
         least = f"take at least {span / MOST_STEPS:.1g}"
         raise Refused(f"step size {h:g} would take more than {MOST_STEPS:g} steps to reach t = {span:g}; {least}")
