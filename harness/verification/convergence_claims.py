@@ -31,12 +31,14 @@ def _ran(trials: Trials) -> Finding:
     return passed()
 
 
-def _fixed_order(trials: Trials) -> str | None:
+def _has_order(trials: Trials) -> str | None:
     if not trials.steps:
         return "its setting is a tolerance"
-    if trials.integrator.order is None:
-        return "it declares no order"
-    return "events limit the order" if trials.case.hybrid is not None else None
+    return "it declares no order" if trials.integrator.order is None else None
+
+
+def _fixed_order(trials: Trials) -> str | None:
+    return _has_order(trials) or ("with events error/h^order is not smooth" if trials.case.hybrid is not None else None)
 
 
 def in_range(points: Sequence[Point]) -> list[Point]:
@@ -87,9 +89,21 @@ def _points(answers: Sequence[Answer]) -> list[Point]:
     return [(answer.setting, answer.error, answer.roundoff) for answer in answers]
 
 
-@claim("error", _fixed_order)
+def above_line(points: Sequence[Point], order: int) -> tuple[float, float, float] | None:
+    """(h, error, allowed error) of the first point that is worse than its order allows at twice its step, by the largest
+    error/h^order of all longer steps; None if there is none. Rounding changes points near round-off: it is added."""
+    line = 0.0
+    for h, error, roundoff in points:
+        allowed = line * h**order * 2.0 ** max(order, 2) + ABOVE_FLOOR_ON_A_LINE * roundoff
+        if line and error > allowed:
+            return h, error, allowed
+        line = max(line, max(error, roundoff) / h**order)
+    return None
+
+
+@claim("error", _has_order)
 def _error(trials: Trials) -> Finding:
-    """No setting may be worse than its order allows at twice its step, by the line of all other settings."""
+    """With events too: one that is located less well than the order says leaves errors that fall less fast."""
     order = trials.integrator.order
     assert order is not None
     points = [point for point in _points(trials.answers()) if not math.isnan(point[1])]
@@ -97,14 +111,11 @@ def _error(trials: Trials) -> Finding:
     points = points[first:]
     if len(points) < FEWEST:
         return not_applicable(f"{len(points)} settings with an error below {LARGEST_ERROR:g}")
-    for index, (h, error, roundoff) in enumerate(points):
-        if index == 0:
-            continue  # the longest step has no setting before it
-        others = [max(e, r) / step**order for k, (step, e, r) in enumerate(points) if k < index]
-        allowed = max(others) * h**order * 2.0 ** max(order, 2) + ABOVE_FLOOR_ON_A_LINE * roundoff
-        if error > allowed:
-            return failed(f"h = {h:.6g}", f"error below {allowed:.2g}", f"{error:.2g}")
-    return passed()
+    worse = above_line(points, order)
+    if worse is None:
+        return passed()
+    h, error, allowed = worse
+    return failed(f"h = {h:.6g}", f"error below {allowed:.2g}", f"{error:.2g}")
 
 
 def _tolerance_applies(trials: Trials) -> str | None:
