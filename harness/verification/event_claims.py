@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from gnomon.harness.contract.integrator import Steps
-from gnomon.harness.results.convergence_order import FEWEST, LARGEST_ERROR
+from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.scoring.events import EventScore, score_events
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import TIGHT, above_line, allowed_error
@@ -16,6 +16,9 @@ WITHIN = 0.75
 """The first event is in this share of a short span: the motion after it counts."""
 CLEAR = 1e-3
 """No event is so close to the end of a short span, in lengths of it."""
+LONGER = 7.0
+"""Errors are compared with those at 8 times longer steps and more: an order that is lower by half has 2^order times the
+error there, and the constant of a right method changes by less."""
 STEPS = 2**14
 """Steps over a short span, at most."""
 
@@ -95,7 +98,7 @@ def _event_order(trials: Trials) -> Finding:
     states = [(a.setting, a.error, a.roundoff) for a in answers if a.error < LARGEST_ERROR]
     times = [(a.setting, s.time_error / few.span, a.roundoff) for a, s in scores if not (s.missing or s.extra)]
     for points, what in ((states, "error"), (times, "error of the times of events over the span")):
-        worse = above_line(points, order) if len(points) >= FEWEST else None
+        worse = above_line(points, order, LONGER)
         if worse is not None:
             h, error, most = worse
             return failed(
