@@ -214,7 +214,7 @@ ROWS: tuple[tuple[str, str, Method, tuple[tuple[str, str], ...]], ...] = (
      RIGHT["rk4_events"], (("if side(last) > 0:", "if side(0.0) < 0 < side(last):"),)),
     ("pybamm-team/PyBaMM/issues/1318", "the event is where a line through the ends of the step says",
      RIGHT["rk4_events"], (("first = high, event", "a, b = side(0.0), side(last)\n                    first = (last * a / (a - b) if a < 0 else high), event"),)),
-    ("sofa-framework/sofa/pull/172", "a map that is close for small angles is taken for the exponential of a rotation",
+    ("sofa-framework/sofa/pull/172", "a map that is right for small angles only, in place of the exponential of a rotation",
      RIGHT["rotation"], (("R @ exponential(change[1])", "R @ (np.linalg.inv(np.eye(3) - hat(change[1]) / 2) @ (np.eye(3) + hat(change[1]) / 2))"),)),
     ("tomstewart89/Geometry/issues/13", "an angle below a limit becomes 1 in the formula of the exponential",
      RIGHT["rotation"], (("if angle < 1e-8:\n        return np.eye(3) + hat(s)", "if angle < 1e-5:\n        angle = 1.0"),)),

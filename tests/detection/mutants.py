@@ -141,7 +141,7 @@ CHOSEN = (
     ("LeapfrogEngine", "forces of an earlier scene", "        self.a = self.accelerations()\n\n    def accelerations", "        self.a = KEPT.get(len(self.m)) or self.accelerations()\n        KEPT[len(self.m)] = self.a\n\n    def accelerations"),
     ("LeapfrogEngine", "the force on the partner is left out", "total[force.partner] = total[force.partner] - value / self.m[force.partner]", "pass"),
     ("LeapfrogEngine", "the force on the partner has the body's mass", "value / self.m[force.partner]", "value / self.m[force.body]"),
-    ("LeapfrogEngine", "the clock stands still", "self.t = self.t + dt / 2", "pass"),
+    ("LeapfrogEngine", "the clock does not advance", "self.t = self.t + dt / 2", "pass"),
     ("LeapfrogEngine", "the clock starts where the last scene ended", "self.t, self.scene = 0.0, scene", "self.t, self.scene = getattr(self, 't', 0.0), scene"),
     ("LeapfrogEngine", "forces a step late", "            self.a = self.accelerations()\n            for", "            late, self.a = self.a, self.accelerations()\n            self.a, late = late, self.a\n            for"),
     ("LeapfrogEngine", "positions in single precision", "self.x[name] = self.x[name] + dt / 2 * self.v[name]", "self.x[name] = np.float32(self.x[name] + dt / 2 * self.v[name]).astype(float)"),
