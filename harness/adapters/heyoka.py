@@ -35,7 +35,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.arithmetic import FUNCTIONS, rebind
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance, need_positive
 
 ENSEMBLE, BATCH = 16, 8
 """From ENSEMBLE trajectories on they are integrated in batches of BATCH: the lanes of its vectors, 8 with AVX-512."""
@@ -54,6 +54,7 @@ class Taylor(Integrator):
     def prepare(self, problem: Problem, setting: float) -> Solver:
         import heyoka  # without the library the status is `not_installed`
 
+        need_positive(setting, "tol")
         options = {"tol": setting, "fast_math": True} if self.fast else {"tol": setting}
         equations = system(problem, self.fast)
         integrator = heyoka.taylor_adaptive(equations, [0.0] * problem.dimension, **options)

@@ -33,7 +33,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import NBody
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps, Tolerance
+from gnomon.harness.contract.integrator import (
+    Floats,
+    Integrator,
+    Problem,
+    Refused,
+    Solution,
+    Solver,
+    Steps,
+    Tolerance,
+    need_positive,
+)
 
 FIRST_STEP = 0.01
 """First step of adaptive methods, in time scales; later ones come from their step-size control."""
@@ -59,6 +69,7 @@ class Native(Integrator):
     def prepare(self, problem: Problem, setting: float) -> Solver:
         import rebound  # without the library the status is `not_installed`
 
+        need_positive(setting, "setting")
         form, parameters = problem.form, tuple(problem.parameters.tolist())
         assert isinstance(form, NBody)
         masses = form.masses(parameters)

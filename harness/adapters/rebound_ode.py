@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.rebound_nbody import FIRST_STEP, interrupt_kept
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start, need_positive
 from gnomon.harness.kernels.equations import OPTIONS, address, right_hand_side
 
 SOURCE = """\
@@ -63,6 +63,7 @@ class OdeMode(Integrator):
         import rebound  # without the library the status is `not_installed`
 
         dimension, times, buffer = problem.dimension, problem.times.tolist(), problem.buffer
+        need_positive(setting, "eps_rel")
         options = {"eps_rel": setting, "eps_abs": setting}
         simulation = rebound.Simulation()
         simulation.integrator = "bs"

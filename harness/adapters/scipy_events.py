@@ -9,7 +9,16 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition
 from gnomon.harness.adapters.scipy_ivp import ABSOLUTE, SMALLEST, jacobian_of, recorded
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Tolerance
+from gnomon.harness.contract.integrator import (
+    Floats,
+    Integrator,
+    Problem,
+    Refused,
+    Solution,
+    Solver,
+    Tolerance,
+    need_positive,
+)
 from gnomon.harness.kernels.equations import function_kernel
 
 PROBE = 1e-9
@@ -34,6 +43,7 @@ class SolveIvpEvents(Integrator):
     takes_jacobian: ClassVar[bool] = False
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
+        need_positive(setting, "rtol")
         if setting < SMALLEST:
             raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
         form = problem.form

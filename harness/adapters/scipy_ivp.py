@@ -34,7 +34,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance, each_start
+from gnomon.harness.contract.integrator import (
+    Floats,
+    Integrator,
+    Problem,
+    Refused,
+    Solver,
+    Tolerance,
+    each_start,
+    need_positive,
+)
 from gnomon.harness.kernels.equations import ARRAY_SIGNATURE, OPTIONS, compiled, right_hand_side
 from gnomon.harness.kernels.straight_line import jacobian_text, module_text
 
@@ -68,6 +77,7 @@ class SolveIvp(Integrator):
     def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import solve_ivp  # slow to load: only the trials of this library wait
 
+        need_positive(setting, "rtol")
         if setting < SMALLEST:
             raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
         function = right_hand_side_of(problem)

@@ -22,7 +22,7 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.scipy_ivp import right_hand_side_of
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start, need_positive
 
 ABSOLUTE = 1e-6
 """atol over rtol."""
@@ -46,6 +46,7 @@ class Ode(Integrator):
     def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import ode  # slow to load: only the trials of this library wait
 
+        need_positive(setting, "rtol")
         options: dict[str, Any] = {"rtol": setting, "atol": ABSOLUTE * setting, "nsteps": STEPS, **self.method}
         solver = ode(right_hand_side_of(problem))
         solver.set_integrator(self.engine, **options)

@@ -27,7 +27,16 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.scipy_ivp import SMALLEST, jacobian_of, recorded, right_hand_side_of
 from gnomon.harness.adapters.scipy_ode import STEPS
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance, each_start
+from gnomon.harness.contract.integrator import (
+    Floats,
+    Integrator,
+    Problem,
+    Refused,
+    Solver,
+    Tolerance,
+    each_start,
+    need_positive,
+)
 from gnomon.harness.kernels.equations import right_hand_side
 
 SUCCESS = "Integration successful."
@@ -44,6 +53,7 @@ class Odeint(Integrator):
     def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import odeint  # slow to load: only the trials of this library wait
 
+        need_positive(setting, "rtol")
         if setting < SMALLEST:
             raise Refused(
                 f"rtol = {setting:g}: LSODA refuses it and returns no state; ask for no less than {SMALLEST:.1e}"

@@ -215,6 +215,12 @@ class Integrator(ABC):
         return {}
 
 
+def need_positive(setting: float, name: str) -> None:
+    """Raise Refused unless a setting is finite and positive: a library may replace any other without a word."""
+    if not (math.isfinite(setting) and setting > 0):
+        raise Refused(f"{name} = {setting:g} is not a positive number")
+
+
 def solver_of(integrator: Integrator, problem: Problem, setting: float) -> Solver:
     """What an integrator prepares, as a Solver: a plain function with its attributes `options`, `reset` and `close`, if any.
 
