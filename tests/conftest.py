@@ -1,4 +1,4 @@
-"""Settings shared by all tests; makes the modules of `helpers/` importable by tests and by the processes that they start."""
+"""Settings shared by all tests; makes modules of `helpers/` and `detection/` importable by tests and their processes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, settings
 
 collect_ignore = ["example_project"]
 """A user's project with tests of its own, which test_example_project.py runs."""
-sys.path.insert(0, str(Path(__file__).parent / "helpers"))
+sys.path[:0] = [str(Path(__file__).parent / folder) for folder in ("helpers", "detection")]
 
 # The default profile draws the same few examples every time, HYPOTHESIS_PROFILE=wide (`make test-all`) twice as many,
 # HYPOTHESIS_PROFILE=thorough new ones, and many.

@@ -1,4 +1,4 @@
-"""Claims of conduct: the same bits again, no dependence on earlier calls, bad input, events."""
+"""Claims of conduct: the same bits again, no dependence on earlier calls, bad input."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ import math
 import numpy as np
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Refused, solver_of
-from gnomon.harness.scoring.events import score_events
-from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
-from gnomon.harness.verification.convergence_claims import TIGHT, allowed_error, same_solution
+from gnomon.harness.verification.claims import Finding, claim, failed, passed
+from gnomon.harness.verification.convergence_claims import same_solution
 from gnomon.harness.verification.trials import Floats, Trials
 
 FAR = 2.0**-10
@@ -86,8 +85,7 @@ def _answers(trials: Trials) -> str | None:
 @claim("bad_start", _answers)
 def _bad_start(trials: Trials) -> Finding:
     for value in (math.nan, math.inf):
-        try:
-            # At the coarsest setting: iterations that never settle take their longest on such a start.
+        try:  # at the cheapest setting: an implicit method makes all its iterations in every step
             (states,) = trials.solutions(trials.problem(), trials.settings[0], [np.full_like(trials.start, value)])
         except Exception:  # an exception says that there is no solution
             continue
@@ -109,28 +107,4 @@ def _bad_setting(trials: Trials) -> Finding:
             continue
         if solution.stopped is None and np.all(np.isfinite(solution.states)):
             return failed(f"{kind} {setting:g}", "refused, or no finite states", "finite states")
-    return passed()
-
-
-def _has_events(trials: Trials) -> str | None:
-    return None if trials.case.hybrid is not None else "the case has no events"
-
-
-@claim("events", _has_events)
-def _events(trials: Trials) -> Finding:
-    exact = trials.case.events()
-    usable = [a for a in trials.answers() if a.events is not None and not a.declined]
-    usable = [a for a in usable if a.error < 1e-2 and (trials.steps or a.setting <= TIGHT)]
-    if not usable:
-        return not_applicable("no accurate setting gives events")
-    for answer in usable[-2:]:
-        assert answer.events is not None
-        score = score_events(answer.events, exact)
-        named = f"h = {answer.setting:.6g}" if trials.steps else f"tolerance {answer.setting:g}"
-        if score.missing or score.extra:
-            return failed(named, f"{len(exact)} events", f"{score.missing} missing, {score.extra} that do not exist")
-        span = float(trials.case.span)
-        allowed = answer.setting if trials.steps else allowed_error(trials, answer.setting, answer) * span
-        if not score.time_error <= allowed + 2 * trials.conditioning() * span:
-            return failed(named, f"event times within {allowed:.2g} s", f"{score.time_error:.2g} s")
     return passed()

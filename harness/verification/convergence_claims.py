@@ -31,12 +31,14 @@ def _ran(trials: Trials) -> Finding:
     return passed()
 
 
-def _fixed_order(trials: Trials) -> str | None:
+def _has_order(trials: Trials) -> str | None:
     if not trials.steps:
         return "its setting is a tolerance"
-    if trials.integrator.order is None:
-        return "it declares no order"
-    return "events limit the order" if trials.case.hybrid is not None else None
+    return "it declares no order" if trials.integrator.order is None else None
+
+
+def _fixed_order(trials: Trials) -> str | None:
+    return _has_order(trials) or ("with events error/h^order is not smooth" if trials.case.hybrid is not None else None)
 
 
 def in_range(points: Sequence[Point]) -> list[Point]:
@@ -56,17 +58,16 @@ def in_range(points: Sequence[Point]) -> list[Point]:
 
 
 def slope_of(points: Sequence[Point], order: int, what: str) -> Finding:
-    """Whether the finest settings in the range, or the two finest, have at least this slope.
+    """Whether the finest settings in the range have at least this slope: four of them, or the last two.
 
-    The order is that of the limit: where the first term of the error is small at some step, as on the way out of a
-    pericentre, the steps above it have a lower slope.
+    Where the leading terms of an error cancel at some step size, the slope of a right method is too low beside it, but
+    tends to its order for shorter steps. What a fault adds has the lower order and shows the more, the shorter they are.
     """
     usable = in_range(points)
     if len(usable) < FEWEST:
         return not_applicable(f"{len(usable)} settings between an error of {LARGEST_ERROR:g} and round-off")
-    h1, e1, _ = usable[-1]
-    slopes = [math.log(e / e1) / math.log(h / h1) for h, e, _ in (usable[-FEWEST], usable[-2])]
-    (h0, e0, _), slope = usable[-FEWEST], max(slopes)
+    (h1, e1, _), (h0, e0, _) = usable[-1], usable[-FEWEST]
+    slope = max(math.log(e / e1) / math.log(h / h1) for h, e, _ in (usable[-FEWEST], usable[-2]))
     if slope >= order - MARGIN:
         return passed(f"{slope:.2f}")
     return failed(
@@ -92,9 +93,21 @@ def _points(answers: Sequence[Answer]) -> list[Point]:
     return [(answer.setting, answer.error, answer.roundoff) for answer in answers]
 
 
-@claim("error", _fixed_order)
+def above_line(points: Sequence[Point], order: int, longer: float = 1.0) -> tuple[float, float, float] | None:
+    """(h, error, allowed error) of the first point that is worse than its order allows at twice its step, by the largest
+    error/h^order of all steps that are more than `longer` times as long; None if there is none. Rounding changes points
+    near round-off: it is added."""
+    for h, error, roundoff in points:
+        lines = [max(e, r) / step**order for step, e, r in points if step > longer * h]
+        allowed = max(lines, default=math.inf) * h**order * 2.0 ** max(order, 2)
+        if error > allowed + ABOVE_FLOOR_ON_A_LINE * roundoff:
+            return h, error, allowed + ABOVE_FLOOR_ON_A_LINE * roundoff
+    return None
+
+
+@claim("error", _has_order)
 def _error(trials: Trials) -> Finding:
-    """No setting may be worse than its order allows at twice its step, by the line of all other settings."""
+    """With events too: one that is located less well than the order says leaves errors that fall less fast."""
     order = trials.integrator.order
     assert order is not None
     points = [point for point in _points(trials.answers()) if not math.isnan(point[1])]
@@ -102,14 +115,11 @@ def _error(trials: Trials) -> Finding:
     points = points[first:]
     if len(points) < FEWEST:
         return not_applicable(f"{len(points)} settings with an error below {LARGEST_ERROR:g}")
-    for index, (h, error, roundoff) in enumerate(points):
-        if index == 0:
-            continue  # the longest step has no setting before it
-        others = [max(e, r) / step**order for k, (step, e, r) in enumerate(points) if k < index]
-        allowed = max(others) * h**order * 2.0 ** max(order, 2) + ABOVE_FLOOR_ON_A_LINE * roundoff
-        if error > allowed:
-            return failed(f"h = {h:.6g}", f"error below {allowed:.2g}", f"{error:.2g}")
-    return passed()
+    worse = above_line(points, order)
+    if worse is None:
+        return passed()
+    h, error, allowed = worse
+    return failed(f"h = {h:.6g}", f"error below {allowed:.2g}", f"{error:.2g}")
 
 
 def _tolerance_applies(trials: Trials) -> str | None:

@@ -24,13 +24,19 @@ from gnomon.harness.running import plan
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import guarded, queued_seconds
 from gnomon.harness.system.limitations import need_fork
-from gnomon.harness.verification import conduct_claims, convergence_claims, relation_claims, structure_claims
+from gnomon.harness.verification import (
+    conduct_claims,
+    convergence_claims,
+    event_claims,
+    relation_claims,
+    structure_claims,
+)
 from gnomon.harness.verification.claims import TEXTS, Claim, Finding, Outcome, failed, not_applicable
 from gnomon.harness.verification.trials import DEPTHS, Depth, Trials
 
 from gnomon import cases
 
-_MODULES = (convergence_claims, structure_claims, relation_claims, conduct_claims)
+_MODULES = (convergence_claims, structure_claims, relation_claims, conduct_claims, event_claims)
 _DECLARED = [value for module in _MODULES for value in vars(module).values() if isinstance(value, Claim)]
 CLAIMS = {name: next(claim for claim in _DECLARED if claim.id == name) for name in TEXTS}
 """All claims by id, from the most telling."""

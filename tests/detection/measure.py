@@ -1,31 +1,36 @@
-"""Which faults `gnomon verify` finds: mutants of right methods, rebuilt real defects, and right methods without a fault.
+"""Which faults `gnomon verify` finds: mutants of right methods, rebuilt real defects, and runs of right integrators.
 
     make verification                                       everything, resumed where it ended; hours
-    python tests/detection/measure.py --only rk4            the mutants whose name has the word
+    python tests/detection/measure.py --only "mutant rk4"   what has the word in "kind name condition"
 
 Each is verified at depth normal until a claim fails. A mutant that changes no state beyond conditioning and round-off
-changes no result: it is counted apart. The rows are kept, a line each, under the hash of the sources that they depend on.
+changes no result: it is counted apart. Right integrators run under each condition of CONDITIONS at depth low. Each row is
+measured in a process of its own, and kept as a line under the hash of the sources that it depends on.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import math
+import os
+import random
+import subprocess
 import sys
 import time
-from collections import Counter
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from gnomon.harness.contract.integrator import Integrator, Refused
+from gnomon.harness.contract.integrator import Integrator, Refused, Steps
+from gnomon.harness.registry import lookup
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.trials import DEPTHS, Trials
-from gnomon.harness.verification.verify import FIRST, FirstTrialError, Row, planned, verify
+from gnomon.harness.verification.verify import CLAIMS, FIRST, FirstTrialError, Row, planned, verify
 from gnomon.reference.storage.import_closure import closure
 
 HERE = Path(__file__).parent
@@ -33,51 +38,86 @@ sys.path.insert(0, str(HERE))
 
 import mutants  # noqa: E402 - beside this file
 from defects import DEFECTS  # noqa: E402
+from summary import NEEDED, published  # noqa: E402
 
-DEPTH = "normal"
+DEPTH, RIGHT_DEPTH = "normal", "low"
+EARLY = ("step_order", "tolerance_short", "proportional", "symplectic", "reversible", "repeatable", "aliasing",
+         "bad_setting")  # fmt: skip
+"""Claims that cost little: they are verified on all cases before the others, so that most faults are found in seconds."""
+DRAWN = 300
+"""Mutants that are measured: the chosen faults, and a seeded draw of the others, as many of each method."""
+RUNS = 200
+"""Runs of right integrators: each under the first condition, the others by a seeded draw."""
+CONDITIONS: dict[str, dict[str, str]] = {
+    "plain": {},
+    "loaded machine": {},
+    "NUMBA_CPU_NAME=generic": {"NUMBA_CPU_NAME": "generic"},
+    "libm without AVX2 and FMA": {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX512F"},
+}
+"""The environment of each; for a loaded machine two processes for each processor are busy beside it."""
 BEYOND = 10.0
 """A state is changed if it differs by more than so many times the error that rounding may cause."""
-NEEDED = (("found", "changed", 0.9), ("defects_found", "defects", 0.95))
-"""What must be found: (count, of which, share)."""
+SECONDS = 1800.0
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is measured in one process: a right integrator under a condition, a defect or a mutant."""
+
+    kind: str
+    name: str
+    condition: str = "plain"
+
+    def __str__(self) -> str:
+        return f"{self.kind} {self.name} {self.condition}"
 
 
 @dataclass(frozen=True)
 class Measured:
-    """What became of one faulty or right integrator."""
+    """What became of one faulty or right integrator; `error` where the measurement itself failed."""
 
     kind: str
     name: str
+    condition: str
     changed: bool
     claim: str | None
     case: str | None
+    checked: int
     seconds: float
     sources: str
+    error: str | None = None
 
 
 class Found(Exception):  # noqa: N818 - a result, not an error
     """Raised by the first claim that fails."""
 
 
-def first_failure(integrator: Integrator) -> tuple[str, str] | None:
-    """The first claim that fails, and its case; None if none does."""
+def first_failure(integrator: Integrator, depth: str) -> tuple[tuple[str, str] | None, int]:
+    """The first claim that fails, and its case, or None if none does; the number of claims that passed."""
     found: list[tuple[str, str]] = []
+    checked = 0
 
     def look(row: Row) -> None:
+        nonlocal checked
+        checked += row.finding.outcome == Outcome.PASSED
         if row.finding.outcome == Outcome.FAILED:
             found.append((row.claim, row.case))
             raise Found
 
+    steps = isinstance(integrator.sweep, Steps)
+    later = [name for name, claim in CLAIMS.items() if name not in EARLY and not (steps and claim.hard)]
     try:
-        verify(integrator, depth=DEPTH, progress=look)
+        for claims in (EARLY, later):
+            verify(integrator, depth=depth, claims=claims, workers=1, progress=look)
     except Found:
-        return found[0]
+        return found[0], checked
     except FirstTrialError:
-        return FIRST, ""
-    return None
+        return (FIRST, ""), checked
+    return None, checked
 
 
 def changes(faulty: Integrator, right: Integrator) -> bool:
-    """Whether any state at a coarse, a usual or the finest setting of the first cases differs beyond rounding."""
+    """Whether any state or event at a coarse, a usual or the finest setting of the first cases differs beyond rounding."""
     for case, _ in planned(right, None, "low"):
         ours, theirs = (Trials.of(each, CaseSpec.of(case), DEPTHS["low"]) for each in (right, faulty))
         for setting in (ours.settings[0], ours.usual(), ours.settings[-1]):
@@ -85,78 +125,120 @@ def changes(faulty: Integrator, right: Integrator) -> bool:
             if answer.states is None or not math.isfinite(answer.error):
                 continue
             try:
-                (states,) = theirs.solutions(theirs.problem(), setting, [theirs.start])
+                ((solution, _),) = theirs.solved(theirs.problem(), setting, [theirs.start])
             except Refused:
                 return True
             except Exception:  # a fault may raise anything
                 return True
-            apart = ours.distance(states, answer.states)
-            if not np.max(apart) <= BEYOND * answer.roundoff:
+            if not np.max(ours.distance(solution.states[0], answer.states)) <= BEYOND * answer.roundoff:
+                return True
+            if len(solution.events or ()) != len(answer.events or ()):
                 return True
     return False
 
 
-def rows(only: Sequence[str], known: dict[tuple[str, str], Measured], sources: str) -> Iterator[Measured]:
-    """A row for each right method, each real defect and each mutant that has none yet."""
-    right = mutants.right()
-    wanted: list[tuple[str, str, Any]] = [("right", name, None) for name in right]
-    wanted += [("defect", defect.link, defect) for defect in DEFECTS]
-    wanted += [("mutant", mutant.id, mutant) for mutant in mutants.mutants()]
-    for kind, name, faulty in wanted:
-        if (kind, name) in known or (only and not any(word in f"{kind} {name}" for word in only)):
-            continue
-        began = time.monotonic()
-        integrator = right[name] if faulty is None else faulty.integrator()
-        claim, case = first_failure(integrator) or (None, None)
-        changed = claim is not None or kind == "defect"
-        if kind == "mutant" and claim is None:
-            changed = changes(integrator, right[faulty.method.name])
-        yield Measured(kind, name, changed, claim, case, round(time.monotonic() - began, 2), sources)
+def tasks() -> list[Task]:
+    """Everything that is measured, the sum of all kinds."""
+    draw = random.Random(20)
+    names = [name for name, integrator in lookup.everything().items() if lookup.missing(integrator) is None]
+    names += [f"{method} of right_methods.py" for method in mutants.right()]
+    conditions = [*CONDITIONS][1:]
+    each = {condition: draw.sample(names, len(names)) for condition in conditions}
+    more = [Task("right", each[condition][k], condition) for k in range(len(names)) for condition in conditions]
+    right = [Task("right", name) for name in names] + more[: max(0, RUNS - len(names))]
+    defects = [Task("defect", defect.link) for defect in DEFECTS]
+    return [*defects, *(Task("mutant", mutant.id) for mutant in mutants.drawn(DRAWN)), *right]
 
 
-def summary(found: Sequence[Measured]) -> dict[str, Any]:
-    """Counts, and the names of all that was not found or falsely found."""
-    changed = [row for row in found if row.kind == "mutant" and row.changed]
-    defects = [row for row in found if row.kind == "defect"]
-    return {
-        "depth": DEPTH,
-        "mutants": sum(row.kind == "mutant" for row in found),
-        "changed": len(changed),
-        "found": sum(row.claim is not None for row in changed),
-        "by_claim": dict(Counter(row.claim for row in changed if row.claim is not None).most_common()),
-        "not_found": [row.name for row in changed if row.claim is None],
-        "defects": len(defects),
-        "defects_found": sum(row.claim is not None for row in defects),
-        "defects_not_found": [row.name for row in defects if row.claim is None],
-        "no_change": [row.name for row in found if row.kind == "mutant" and not row.changed],
-        "false_alarms": [
-            f"{row.name}: {row.claim} on {row.case}" for row in found if row.kind == "right" and row.claim
-        ],
-    }
+def measured(task: Task, sources: str) -> Measured:
+    """The row of a task, measured in this process."""
+    began = time.monotonic()
+    if task.kind == "right":
+        integrator = mutants.right().get(task.name.removesuffix(" of right_methods.py")) or lookup.find_one(task.name)
+    elif task.kind == "defect":
+        integrator = next(defect for defect in DEFECTS if defect.link == task.name).integrator()
+    else:
+        mutant = next(mutant for mutant in mutants.mutants() if mutant.id == task.name)
+        integrator = mutant.integrator()
+    failure, checked = first_failure(integrator, RIGHT_DEPTH if task.kind == "right" else DEPTH)
+    changed = failure is not None or task.kind == "defect"
+    if task.kind == "mutant" and failure is None:
+        changed = changes(integrator, mutants.right()[mutant.method.name])
+    claim, case = failure or (None, None)
+    seconds = round(time.monotonic() - began, 2)
+    return Measured(task.kind, task.name, task.condition, changed, claim, case, checked, seconds, sources)
+
+
+@contextlib.contextmanager
+def busy(processes: int) -> Iterator[None]:
+    """So many processes beside this one that never wait."""
+    started = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(processes)]
+    try:
+        yield
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()
+
+
+def in_process(task: Task, sources: str) -> Measured:
+    """The row of a task, measured in a process of its own under its condition."""
+    chosen = [sys.executable, str(HERE / "measure.py"), "--task", json.dumps(asdict(task)), "--sources", sources]
+    environment = os.environ | CONDITIONS[task.condition]
+    with busy(2 * (os.cpu_count() or 1) if task.condition.startswith("loaded") else 0):
+        try:
+            done = subprocess.run(chosen, env=environment, capture_output=True, text=True, timeout=SECONDS, check=False)
+            why = done.stderr[-2000:]
+        except subprocess.TimeoutExpired:
+            done, why = None, f"no result within {SECONDS:g} s"
+    if done is None or done.returncode:
+        return Measured(task.kind, task.name, task.condition, True, None, None, 0, 0.0, sources, why)
+    return Measured(**json.loads(done.stdout.splitlines()[-1]))
+
+
+def measure(chosen: Sequence[Task], known: dict[Task, Measured], file: Path, sources: str, workers: int) -> None:
+    """Add a row to `known` and to the file for each task that has none; loaded machines come last, one at a time."""
+    waiting = [task for task in chosen if task not in known]
+    beside = [task for task in waiting if not task.condition.startswith("loaded")]
+    loaded = [task for task in waiting if task.condition.startswith("loaded")]
+    with file.open("a") as rows:
+        for some, count in ((beside, workers), (loaded, 1)):
+            with ThreadPoolExecutor(count) as pool:
+                for task, row in zip(some, pool.map(lambda one: in_process(one, sources), some), strict=True):
+                    known[task] = row
+                    rows.write(json.dumps(asdict(row)) + "\n")
+                    rows.flush()
+                    found = row.error or row.claim or ("nothing fails" if row.changed else "no change")
+                    print(f"{found:16} {task} ({row.seconds:.0f} s)", flush=True)
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--only", action="append", default=[], help="a word of the name; repeatable")
+    parser.add_argument("--only", action="append", default=[], help="a part of `kind name condition`; repeatable")
     parser.add_argument("--rows", type=Path, default=Path("runs/verification.jsonl"))
     parser.add_argument("--to", type=Path, default=Path("reports/local/verification.json"))
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--task", help=argparse.SUPPRESS)
+    parser.add_argument("--sources", default="", help=argparse.SUPPRESS)
     given = parser.parse_args()
+    if given.task:
+        print("\n" + json.dumps(asdict(measured(Task(**json.loads(given.task)), given.sources))))
+        return 0
     sources = closure("gnomon.harness.verification.verify") or ""
     given.rows.parent.mkdir(parents=True, exist_ok=True)
     given.rows.touch()
     kept = [Measured(**json.loads(line)) for line in given.rows.read_text().splitlines()]
-    known = {(row.kind, row.name): row for row in kept if row.sources == sources}
-    with given.rows.open("a") as file:
-        for row in rows(given.only, known, sources):
-            known[row.kind, row.name] = row
-            file.write(json.dumps(asdict(row)) + "\n")
-            file.flush()
-            print(f"{row.claim or ('NOT FOUND' if row.changed else 'no change'):16} {row.name} ({row.seconds:.0f} s)")
-    found = summary(list(known.values()))
+    known = {
+        Task(row.kind, row.name, row.condition): row for row in kept if row.sources == sources and row.error is None
+    }
+    chosen = [task for task in tasks() if not given.only or any(word in str(task) for word in given.only)]
+    measure(chosen, known, given.rows, sources, given.workers)
+    found = published([asdict(known[task]) for task in tasks() if task in known], DEPTH, RIGHT_DEPTH)
     given.to.parent.mkdir(parents=True, exist_ok=True)
     given.to.write_text(json.dumps(found, indent=1) + "\n")
-    print(f"{found['found']} of {found['changed']} mutants that change a result; false alarms: {found['false_alarms']}")
-    return int(bool(found["false_alarms"]) or any(found[got] < max(share * found[of], 1) for got, of, share in NEEDED))
+    print(found["text"])
+    wrong = found["false_alarms"] or found["not_measured"] or found["survivors_without_reason"]
+    return int(bool(wrong) or any(not found[kind]["share"] >= least for kind, least in NEEDED.items()))
 
 
 if __name__ == "__main__":

@@ -5,32 +5,38 @@ from __future__ import annotations
 import ast
 import copy
 import itertools
+import random
+import re
 import sys
 import types
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from gnomon.harness.contract.integrator import Integrator, Steps, Tolerance
+from special_doors import from_engine_class, from_events, from_rotation
 
 from gnomon.verify import from_solve, from_step
 
 TEXT = Path(__file__).with_name("right_methods.py").read_text()
+TREE = ast.parse(TEXT)
 Floats = Any
 
 
 @dataclass(frozen=True)
 class Method:
-    """A function of right_methods.py, what is declared of it, and the module's constants that belong to it."""
+    """A function or class of right_methods.py, what is declared of it, and the names there that belong to it."""
 
     name: str
     make: Callable[..., Integrator]
     declared: dict[str, Any]
-    constants: tuple[str, ...] = ()
+    parts: tuple[str, ...] = ()
 
 
 SYMPLECTIC = ("symplectic", "reversible")
+TOKENS = ("position_force", "time_force", "mutual_force")
 METHODS = (
     Method("rk4", from_step, {"order": 4}),
     Method("verlet", from_step, {"order": 2, "accelerations": True, "conserves": (*SYMPLECTIC, "momentum")}),
@@ -41,6 +47,11 @@ METHODS = (
     Method("dormand_prince", from_solve, {"order": 5, "dense_order": 4}, ("A", "C", "D", "E")),
     Method("bogacki_shampine", from_solve, {"order": 3, "sweep": Tolerance(1e-3, 1e-10)}),
     Method("richardson", from_solve, {"order": 6}),
+    Method("rk4_events", from_events, {"order": 4, "sweep": Steps(0.25, 10)}),
+    Method(
+        "rotation", from_rotation, {"order": 4, "conserves": ("attitude",), "sweep": Steps(0.25, 5)}, ("exponential",)
+    ),
+    Method("LeapfrogEngine", from_engine_class, {"order": 2, "tokens": TOKENS}),
 )
 CHOSEN = (
     ("rk4", "stages in another order", "(a + 2 * b + 2 * c + d)", "(a + 2 * b + 2 * d + c)"),
@@ -90,6 +101,52 @@ CHOSEN = (
     ("richardson", "the smoothing step is left out", "(z + w + step / n * f(t + step, w)) / 2", "w"),
     ("richardson", "numbers of an expansion in h", "(16 * rows[1] - 4 * rows[0]) / 12", "(4 * rows[1] - 2 * rows[0]) / 2"),
     ("richardson", "the last step is not shortened", "step = end - t if last else h", "step = h"),
+    ("rk4_events", "an event is at the end of its step", "first = high, event", "first = last, event"),
+    ("rk4_events", "an event is at the start of its step", "first = high, event", "first = low * 0.0, event"),
+    ("rk4_events", "an event is reported one step late", "events.append((t, event.name))", "events.append((t + step, event.name))"),
+    ("rk4_events", "the time of an event by linear interpolation", "first = high, event",
+     "a, b = side(0.0), side(last)\n                    first = (last * a / (a - b) if a < 0 else high), event"),
+    ("rk4_events", "three bisections", "while low < (low + high) / 2 < high:", "for _ in range(3):"),
+    ("rk4_events", "bisection to 1e-6 of a step", "while low < (low + high) / 2 < high:", "while high - low > 1e-6 * step:"),
+    ("rk4_events", "events in the wrong direction", "event.direction * event.guard", "-event.direction * event.guard"),
+    ("rk4_events", "events in both directions", "if side(last) > 0:", "if side(last) * side(1e-9 * step) < 0:"),
+    ("rk4_events", "the sign is looked at only in every second step", "if side(last) > 0:", "if k % 2 and side(last) > 0:"),
+    ("rk4_events", "the reset is applied twice", "y = np.array(event.reset(t, tuple(y), p), dtype=float)",
+     "y = np.array(event.reset(t, event.reset(t, tuple(y), p), p), dtype=float)"),
+    ("rk4_events", "the reset is left out", "y = np.array(event.reset(t, tuple(y), p), dtype=float)", "pass"),
+    ("rk4_events", "the rest of the step is left out", "events.append((t, event.name))", "events.append((t, event.name))\n                t = end"),
+    ("rk4_events", "a second event in a step is missed", "if first is None:", "if first is None or (events and t == events[-1][0]):"),
+    ("rk4_events", "the mode before the event goes on", "mode = form.mode(event.lands(t, tuple(y), p))", "pass"),
+    ("rk4_events", "the limit of accumulating events is ignored", "if limit and", "if not limit and"),
+    ("rk4_events", "no events are reported", "events.append((t, event.name))", "pass"),
+    ("rk4_events", "the last of two events in a step is taken", "last = end - t if first is None else first[0]", "last = end - t"),
+    ("rk4_events", "the constants of a mode are forgotten", "p + mode.constants", "p + tuple(abs(c) for c in mode.constants)"),
+    ("rotation", "the small-angle formula of the exponential", "return np.eye(3) + np.sin(angle) / angle * hat(s) + half * half / 2 * hat(s) @ hat(s)", "return np.eye(3) + hat(s) + hat(s) @ hat(s) / 2"),
+    ("rotation", "the small-angle formula below 0.1", "if angle < 1e-8:", "if angle < 0.1:"),
+    ("rotation", "Cayley's transform in place of the exponential", "half = np.sin(angle / 2) / (angle / 2)",
+     "angle = 2 * np.arctan(angle / 2)\n    s = s * (angle / np.linalg.norm(s))\n    half = np.sin(angle / 2) / (angle / 2)"),
+    ("rotation", "the rotation from the other side", "R @ exponential(change[1])", "exponential(change[1]) @ R"),
+    ("rotation", "the rotation is transposed", "R @ exponential(change[1])", "R @ exponential(-change[1])"),
+    ("rotation", "the rotation rotates twice as fast", "R @ exponential(change[1])", "R @ exponential(2 * change[1])"),
+    ("rotation", "the gyroscopic term is left out", "(torque(t, w, R @ exponential(s)) - hat(w) @ (moments * w)) / moments", "torque(t, w, R @ exponential(s)) / moments"),
+    ("rotation", "commutators are left out", "w + hat(s) @ w / 2 + hat(s) @ hat(s) @ w / 12", "w + 0 * s"),
+    ("rotation", "the double commutator is left out", " + hat(s) @ hat(s) @ w / 12", ""),
+    ("rotation", "the torque has the attitude of the step's start", "torque(t, w, R @ exponential(s))", "torque(t, w, R)"),
+    ("rotation", "the attitude in single precision", "return w + change[0], R @ exponential(change[1])", "return w + change[0], (R @ exponential(change[1])).astype('f4').astype('f8')"),
+    ("rotation", "moments are exchanged", "moments * w)", "moments[::-1] * w)"),
+    ("LeapfrogEngine", "position and velocity take turns: symplectic Euler", "self.v[name] = self.v[name] + dt / 4 * self.a[name]\n                self.x", "self.v[name] = self.v[name] + dt / 2 * self.a[name] - dt / 4 * self.a[name]\n                self.x"),
+    ("LeapfrogEngine", "a forgotten substep", "for _ in range(2):", "for _ in range(1):"),
+    ("LeapfrogEngine", "the last half kick is left out", "            for name in self.m:\n                self.v[name] = self.v[name] + dt / 4 * self.a[name]\n\n", "\n"),
+    ("LeapfrogEngine", "a stale read", "def read(self):", "def read(self):\n        x, self.kept = getattr(self, 'kept', self.x), dict(self.x)\n        self = type('Shown', (), {'m': self.m, 'x': x, 'v': self.v})"),
+    ("LeapfrogEngine", "forces of an earlier scene", "        self.a = self.accelerations()\n\n    def accelerations", "        self.a = KEPT.get(len(self.m)) or self.accelerations()\n        KEPT[len(self.m)] = self.a\n\n    def accelerations"),
+    ("LeapfrogEngine", "the force on the partner is left out", "total[force.partner] = total[force.partner] - value / self.m[force.partner]", "pass"),
+    ("LeapfrogEngine", "the force on the partner has the body's mass", "value / self.m[force.partner]", "value / self.m[force.body]"),
+    ("LeapfrogEngine", "the clock does not advance", "self.t = self.t + dt / 2", "pass"),
+    ("LeapfrogEngine", "the clock starts where the last scene ended", "self.t, self.scene = 0.0, scene", "self.t, self.scene = getattr(self, 't', 0.0), scene"),
+    ("LeapfrogEngine", "forces a step late", "            self.a = self.accelerations()\n            for", "            late, self.a = self.a, self.accelerations()\n            self.a, late = late, self.a\n            for"),
+    ("LeapfrogEngine", "positions in single precision", "self.x[name] = self.x[name] + dt / 2 * self.v[name]", "self.x[name] = np.float32(self.x[name] + dt / 2 * self.v[name]).astype(float)"),
+    ("LeapfrogEngine", "gravity acts twice", "self.v[name] = self.v[name] + dt / 4 * self.a[name]\n                self.x", "self.v[name] = self.v[name] + dt / 4 * (self.a[name] + self.scene.gravity)\n                self.x"),
+    ("LeapfrogEngine", "velocities above 10 are clipped", "self.x[name] = self.x[name] + dt / 2 * self.v[name]", "self.x[name] = self.x[name] + dt / 2 * np.clip(self.v[name], -10, 10)"),
 )  # fmt: skip
 """(method, fault, text before, text after)."""
 RELATIVE = (1e-5, 1e-10)
@@ -97,11 +154,15 @@ RELATIVE = (1e-5, 1e-10)
 
 @dataclass(frozen=True)
 class Mutant:
-    """A method with one fault; `text` is the module's."""
+    """A method with one fault; `changed` makes the module's text, which takes a while."""
 
     method: Method
     fault: str
-    text: str
+    changed: Callable[[], str]
+
+    @property
+    def text(self) -> str:
+        return self.changed()
 
     @property
     def id(self) -> str:
@@ -132,47 +193,56 @@ def mutants() -> list[Mutant]:
     for method in METHODS:
         for name, fault, before, after in CHOSEN:
             if name == method.name:
-                found.append(Mutant(method, fault, replaced(method, before, after)))
-        found += [Mutant(method, fault, text) for fault, text in _automatic(method)]
+                found.append(Mutant(method, fault, partial(replaced, method, before, after)))
+        found += [Mutant(method, fault, changed) for fault, changed in _automatic(method)]
     return found
+
+
+def drawn(count: int) -> list[Mutant]:
+    """The chosen faults and a seeded draw of the others, so many in all: as many of each method and way as there are."""
+    draw, everything = random.Random(count), mutants()
+    groups: dict[tuple[str, str], list[Mutant]] = {}
+    for mutant in everything:
+        if ", line " in mutant.fault:
+            groups.setdefault((mutant.method.name, mutant.fault.split(", line ")[0]), []).append(mutant)
+    for group in groups.values():
+        draw.shuffle(group)
+    turns = [mutant for row in itertools.zip_longest(*groups.values()) for mutant in row if mutant is not None]
+    chosen = [mutant for mutant in everything if ", line " not in mutant.fault]
+    return [*chosen, *turns[: max(0, count - len(chosen))]]
 
 
 def replaced(method: Method, before: str, after: str, text: str = TEXT) -> str:
     """The text with a change in the function of a method or, where it is not there, in the constants of the module."""
-    begin = text.index(f"def {method.name}(")
-    end = text.find("\n\n\ndef ", begin)
-    end = len(text) if end < 0 else end
-    body = text[begin:end]
-    if before in body:
-        if body.count(before) != 1:
-            raise ValueError(f"{method.name}: {before!r} is {body.count(before)} times in its function")
-        return text[:begin] + body.replace(before, after) + text[end:]
+    found = re.search(rf"^(def|class) {method.name}\b.*?(?=^\S|\Z)", text, re.MULTILINE | re.DOTALL)
+    assert found is not None
+    if before in found[0]:
+        if found[0].count(before) != 1:
+            raise ValueError(f"{method.name}: {before!r} is {found[0].count(before)} times in its function")
+        return text[: found.start()] + found[0].replace(before, after) + text[found.end() :]
     if text.count(before) != 1:
         raise ValueError(f"{method.name}: {before!r} is not in the text exactly once")
     return text.replace(before, after)
 
 
-def _automatic(method: Method) -> Iterator[tuple[str, str]]:
-    """(fault, text) for every place of the method's function and constants that an operator changes."""
-    tree = ast.parse(TEXT)
-    parts = [
-        node
-        for node in tree.body
-        if (isinstance(node, ast.FunctionDef) and node.name == method.name)
-        or (
-            isinstance(node, ast.Assign)
-            and isinstance(node.targets[0], ast.Name)
-            and node.targets[0].id in method.constants
-        )
-    ]
-    for part in parts:
+def _automatic(method: Method) -> Iterator[tuple[str, Callable[[], str]]]:
+    """(fault, what makes the text) for every place of the method's function and parts that an operator changes."""
+    for part in TREE.body:
+        name = getattr(part, "name", "") or getattr(getattr(part, "targets", [None])[0], "id", "")
+        if name not in (method.name, *method.parts):
+            continue
         parents = {child: parent for parent in ast.walk(part) for child in ast.iter_child_nodes(parent)}
         for (place, node), way in itertools.product(enumerate(ast.walk(part)), WAYS):
             if WAYS[way].applies(node, parents):
-                twin = copy.deepcopy(part)
-                WAYS[way].change(list(ast.walk(twin))[place])
-                text = ast.unparse(ast.Module([twin if each is part else each for each in tree.body], []))
-                yield f"{way}, line {node.lineno} column {node.col_offset}: {ast.unparse(node)}", text  # type: ignore[attr-defined]
+                where = f"line {node.lineno} column {node.col_offset}"  # type: ignore[attr-defined]
+                yield f"{way}, {where}: {ast.unparse(node)}", partial(_with_change, part, place, way)
+
+
+def _with_change(part: ast.stmt, place: int, way: str) -> str:
+    """The module's text in which one node of a part is changed."""
+    twin = copy.deepcopy(part)
+    WAYS[way].change(list(ast.walk(twin))[place])
+    return ast.unparse(ast.Module([twin if each is part else each for each in TREE.body], []))
 
 
 @dataclass(frozen=True)

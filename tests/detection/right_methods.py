@@ -3,9 +3,12 @@
 Each function of a method takes the user's `f`; `METHODS` says what is declared of it.
 """
 
+# ruff: noqa: B023 - the functions of a step are used in that step only
+
 from __future__ import annotations
 
 import numpy as np
+from gnomon.cases.core.scene import IDENTITY, Readings
 
 C = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
 A = (
@@ -171,3 +174,116 @@ def richardson(f, t0, y0, times, tolerance):
             h = step * min(5.0, max(0.2, 0.9 * max(error, 1e-10) ** (-1 / 7)))
         found.append(y)
     return np.array(found)
+
+
+def rk4_events(form, p, t0, y0, times, step):
+    """RK4 for a motion with events: a step ends at the first event in it, which bisection locates."""
+    p = tuple(p)
+    t, y, found, events, count = t0, y0, [], [], round((times[-1] - t0) / step)
+    every, mode, before = count // len(times), form.mode(form.start(t0, tuple(y0), p)), {}
+    for k in range(count):
+        end = t0 + (k + 1) * step
+        while t < end:
+
+            def f(t, y):
+                return np.array(mode.equations(t, tuple(y), p + mode.constants))
+
+            first = None
+            for event in [e for e in form.transitions if e.mode == mode.name]:
+
+                def side(x):
+                    return event.direction * event.guard(t + x, tuple(rk4(f, t, y, x)), p)[0]
+
+                last = end - t if first is None else first[0]
+                if side(last) > 0:
+                    low, high = last / 2, last
+                    while side(low) >= 0 and low > 1e-12 * step:
+                        low, high = low / 2, low
+                    while low < (low + high) / 2 < high:
+                        middle = (low + high) / 2
+                        low, high = (low, middle) if side(middle) > 0 else (middle, high)
+                    first = high, event
+            if first is None:
+                y, t = rk4(f, t, y, end - t), end
+                continue
+            high, event = first
+            y, t = rk4(f, t, y, high), t + high
+            limit = next((row for row in form.limits if row[0] == event.name), None)
+            if limit and t - before.get(event.name, -np.inf) <= form.settle:
+                mode, y = form.mode(limit[1]), np.array(limit[2](t, tuple(y), p), dtype=float)
+                events.append((t, "limit"))
+            else:
+                y = np.array(event.reset(t, tuple(y), p), dtype=float)
+                mode = form.mode(event.lands(t, tuple(y), p))
+                events.append((t, event.name))
+            before[event.name] = t
+        if (k + 1) % every == 0:
+            found.append(y)
+    return np.array(found), events
+
+
+def hat(s):
+    return np.array([[0, -s[2], s[1]], [s[2], 0, -s[0]], [-s[1], s[0], 0]])
+
+
+def exponential(s):
+    """The rotation by the vector s (Rodrigues)."""
+    angle = np.linalg.norm(s)
+    if angle < 1e-8:
+        return np.eye(3) + hat(s)
+    half = np.sin(angle / 2) / (angle / 2)
+    return np.eye(3) + np.sin(angle) / angle * hat(s) + half * half / 2 * hat(s) @ hat(s)
+
+
+def rotation(moments, torque, t, w, R, h):
+    """Munthe-Kaas' method of order 4: RK4 for the angular velocity and the rotation vector since the step's start."""
+
+    def f(t, w, s):
+        spin = (torque(t, w, R @ exponential(s)) - hat(w) @ (moments * w)) / moments
+        return np.array([spin, w + hat(s) @ w / 2 + hat(s) @ hat(s) @ w / 12])
+
+    none = np.zeros(3)
+    a = f(t, w, none)
+    b = f(t + h / 2, w + h / 2 * a[0], h / 2 * a[1])
+    c = f(t + h / 2, w + h / 2 * b[0], h / 2 * b[1])
+    d = f(t + h, w + h * c[0], h * c[1])
+    change = h / 6 * (a + 2 * b + 2 * c + d)
+    return w + change[0], R @ exponential(change[1])
+
+
+class LeapfrogEngine:
+    """An engine that loads, steps and reads: point masses under gravity and force laws, two leapfrog steps a step."""
+
+    def load(self, scene):
+        self.t, self.scene = 0.0, scene
+        self.m = {body.name: body.mass for body in scene.bodies}
+        self.x = {body.name: np.array(body.position, dtype=float) for body in scene.bodies}
+        self.v = {body.name: np.array(body.velocity, dtype=float) for body in scene.bodies}
+        self.a = self.accelerations()
+
+    def accelerations(self):
+        total = {name: np.array(self.scene.gravity, dtype=float) for name in self.m}
+        for force in self.scene.forces:
+            x, v = self.x[force.body], self.v[force.body]
+            if force.partner:
+                x, v = x - self.x[force.partner], v - self.v[force.partner]
+            value = np.array(force.law(self.t, tuple(x), tuple(v)))
+            total[force.body] = total[force.body] + value / self.m[force.body]
+            if force.partner:
+                total[force.partner] = total[force.partner] - value / self.m[force.partner]
+        return total
+
+    def step(self, dt):
+        for _ in range(2):
+            for name in self.m:
+                self.v[name] = self.v[name] + dt / 4 * self.a[name]
+                self.x[name] = self.x[name] + dt / 2 * self.v[name]
+            self.t = self.t + dt / 2
+            self.a = self.accelerations()
+            for name in self.m:
+                self.v[name] = self.v[name] + dt / 4 * self.a[name]
+
+    def read(self):
+        return Readings(
+            bodies={name: (tuple(self.x[name]), IDENTITY, tuple(self.v[name]), (0.0, 0.0, 0.0)) for name in self.m}
+        )

@@ -123,41 +123,6 @@ def pair(fault: str = "") -> Integrator:
     return from_solve(solve, name=f"pair {fault}".strip(), order=5, sweep=Tolerance(1e-4, 1e-12))
 
 
-_D = (-12715105075 / 11282082432, 0.0, 87487479700 / 32700410799, -10690763975 / 1880347072,
-      701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29380423)  # fmt: skip
-
-
-def dense_pair(interpolant: str = "quartic") -> Integrator:
-    """The same pair with its dense output (Hairer, Nørsett and Wanner, II.6), or with one of a lower order."""
-
-    def solve(f: Callable[..., Any], t0: float, y0: Any, times: Any, tolerance: float) -> Any:
-        t, y, h, found, first = t0, y0, 1e-3 * float(times[-1] - t0), [], f(t0, y0)
-        while len(found) < len(times):
-            k = [first]
-            for c, row in zip(_C[1:], _A[1:], strict=True):
-                new = y + h * sum(a * b for a, b in zip(row, k, strict=True))
-                k.append(f(t + c * h, new))
-            size = np.maximum(np.linalg.norm(y), 1e-3) * tolerance
-            error = np.linalg.norm(h * sum(e * s for e, s in zip(_ERROR, k, strict=True))) / size
-            if error <= 1:
-                change = new - y
-                bend = h * k[0] - change
-                twist = change - h * k[6] - bend
-                last = h * sum(d * s for d, s in zip(_D, k, strict=True))
-                bend = bend if interpolant != "linear" else 0.0 * bend
-                twist = twist if interpolant != "linear" else 0.0 * twist
-                last = last if interpolant == "quartic" else 0.0 * last
-                while len(found) < len(times) and times[len(found)] <= t + h:
-                    x = (times[len(found)] - t) / h
-                    found.append(y + x * (change + (1 - x) * (bend + x * (twist + (1 - x) * last))))
-                t, y, first = t + h, new, k[6]
-            h = h * min(5.0, max(0.2, 0.9 * max(error, 1e-10) ** -0.2))
-        return np.array(found)
-
-    declared = {"dense_order": 4, "sweep": Tolerance(1e-4, 1e-12)}
-    return from_solve(solve, name=f"pair, {interpolant}", order=5, **declared)  # type: ignore[arg-type]
-
-
 GOOD = (rk4(), verlet(), pair())
 MUTANTS = (*map(rk4, RK4_FAULTS), *map(verlet, VERLET_FAULTS), *map(pair, PAIR_FAULTS))
 good_rk4, good_verlet, good_pair = GOOD
