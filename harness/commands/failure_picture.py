@@ -6,6 +6,7 @@ import json
 import math
 import re
 import textwrap
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ import pandas as pd
 from gnomon.cases import Case
 from gnomon.harness.commands.show_case import POINTS, save
 from gnomon.harness.contract.integrator import Integrator, Tolerance
-from gnomon.harness.reporting.style import INK, QUIET, dressed, records
+from gnomon.harness.reporting.style import INK, QUIET, dressed
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.results.visible import visible
 from gnomon.harness.running import plan
@@ -23,6 +24,8 @@ from gnomon.harness.verification.claims import TEXTS, Finding, Outcome
 from gnomon.harness.verification.trials import DEPTHS, HALF_ULP, Trials
 from gnomon.harness.verification.verify import Job, Row, Runner
 
+MOST_ROWS = 5000
+"""Altair refuses longer tables."""
 WIDTH, MARGIN = 640, 48
 """Pixels of a panel, and of the labels to the left of it."""
 LEAST = 1e-17
@@ -86,7 +89,7 @@ def _chart(case: Case, integrator: Integrator, row: Row, found: dict[str, Any]) 
     said = [
         f"{integrator.id}. {TEXTS[row.claim]['states']}",
         *([f"Expected: {finding.expected}"] if finding.expected else []),
-        *([f"Got, {finding.setting}: {finding.got}"] if finding.expected else []),
+        *([f"Got{f' at {finding.setting}' if finding.setting else ''}: {finding.got}"] if finding.expected else []),
         *([f"At {found['named']}: {found['why']}"] if found["why"] else []),
     ]
     wrapped = [part for line in said for part in textwrap.wrap(visible(line), 105)]
@@ -99,10 +102,11 @@ def _motion(case: Case, found: dict[str, Any]) -> list[Any]:
     """A panel for each group of coordinates: the exact motion as lines, the computed samples as circles."""
     times, exact = np.array(found["times"]), np.array(found["exact"])
     long = times[-1] > DRAWN_SCALES * case.time_scale
-    fine = times if long else np.linspace(0.0, times[-1], POINTS)
+    groups = Counter(coordinate.group for coordinate in case.state)
+    fine = times if long else np.linspace(0.0, times[-1], min(POINTS, MOST_ROWS // max(groups.values())))
     lines = exact if long else case.sample(fine)
     panels = []
-    for group in dict.fromkeys(coordinate.group for coordinate in case.state):
+    for group in groups:
         members = [(i, c) for i, c in enumerate(case.state) if c.group == group]
         values = lines[:, [i for i, _ in members]]
         low, high = float(values.min()), float(values.max())
@@ -140,7 +144,7 @@ def _long(times: Any, states: Any, members: list[tuple[int, Any]]) -> Any:
     """A row for each finite value of the coordinates of a group."""
     columns = [pd.DataFrame({"t": times, "value": states[:, i], "coordinate": c.name}) for i, c in members]
     table = pd.concat(columns)
-    return alt.Data(values=records(table[np.isfinite(table["value"])]))
+    return table[np.isfinite(table["value"])]
 
 
 def _small(text: str) -> Any:
@@ -164,7 +168,7 @@ def _errors(table: Any, x: Any) -> Any:
     """Lines of errors, named in the column `line`: the first in colour, the others grey."""
     names = list(dict.fromkeys(table["line"]))
     y = alt.Y("decades:Q", title="error / size", **_axis(table["decades"], MARGIN))
-    chart = alt.Chart(alt.Data(values=records(table)), width=WIDTH, height=150)
+    chart = alt.Chart(table, width=WIDTH, height=150)
     colour = _colour("line:N", names, (COLOURS[1], QUIET))
     return chart.mark_line(strokeWidth=1.5, point={"size": 16}).encode(x=x, y=y, color=colour)
 
@@ -206,7 +210,7 @@ def _over_settings(integrator: Integrator, found: dict[str, Any]) -> list[Any]:
     table = _lines("setting", lines)
     table["setting"] = _decades(table["setting"])
     x = alt.X("setting:Q", title="tolerance" if adaptive else "step size (s)", **_axis(table["setting"]))
-    place = alt.Data(values=[{"setting": math.log10(found["setting"])}])
+    place = pd.DataFrame({"setting": [math.log10(found["setting"])]})
     drawn = alt.Chart(place).mark_rule(strokeDash=[3, 3], color=INK).encode(x="setting:Q")
     title = _small("Largest error against setting; dashed: the setting drawn above")
     return [alt.layer(_errors(table, x), drawn).properties(title=title)]
