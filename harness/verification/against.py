@@ -134,8 +134,8 @@ def finding(launches: Sequence[dict[str, Any]], label: str) -> Finding:
 
 def _net(launch: dict[str, Any], side: int) -> float:
     """The time without the null call, by the rule of the results."""
-    seconds: float = launch["seconds"][side]
-    return max(seconds - launch["null"][side], LEAST_SHARE * seconds)
+    seconds, null = float(launch["seconds"][side]), float(launch["null"][side])
+    return max(seconds - null, LEAST_SHARE * seconds)
 
 
 def serve(named: str) -> None:
@@ -185,7 +185,8 @@ class _Series:
         if setting is None:
             return {"setting": self._longest()}
         solver, error = self._prepared(setting)
-        seconds, ends = [], perf_counter() + BLOCK_SECONDS
+        seconds: list[float] = []
+        ends = perf_counter() + BLOCK_SECONDS
         while not seconds or perf_counter() < ends:
             seconds.append(self._seconds(solver))
         null = null_seconds(self.trials.integrator, self.trials.problem, setting, self.starts) or 0.0
