@@ -101,7 +101,11 @@ def draw(case: Case, path: Path) -> None:
                 color=altair.Color("coordinate:N", title=None),
             )
         )
-    chart = altair.vconcat(*panels, title=f"{case.title}: {case.id}").resolve_scale(color="independent")
+    save(altair.vconcat(*panels, title=f"{case.title}: {case.id}").resolve_scale(color="independent"), path)
+
+
+def save(chart: Any, path: Path) -> None:
+    """Write a chart of Altair to a file with an ending of `DRAWINGS`."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with diskcache.whole(path) as part:
         chart.save(str(part), **({"scale_factor": 2} if path.suffix == ".png" else {}))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +15,7 @@ from rich.markup import escape
 if TYPE_CHECKING:
     from gnomon.harness.contract.integrator import Integrator
     from gnomon.harness.verification.baseline import Baseline
+    from gnomon.harness.verification.other_version import Other
     from gnomon.harness.verification.verification_report import Known
     from gnomon.harness.verification.verify import Report, Row
 
@@ -21,6 +23,24 @@ if TYPE_CHECKING:
 def _file(name: str, what: str) -> typer.models.OptionInfo:
     """The option --NAME FILE of a file to write."""
     return typer.Option(f"--{name}", help=f"Write {what}.", parser=options.as_path)  # type: ignore[no-any-return]
+
+
+KnownFailures = Annotated[
+    Path | None,
+    typer.Option(help="A text file of known failures, a line each: CLAIM CASE REASON.", exists=True, dir_okay=False),
+]
+BaselineFile = Annotated[
+    Path | None, typer.Option(help="Compare with a file of `gnomon baseline write`.", exists=True, dir_okay=False)
+]
+Against = Annotated[
+    str | None, typer.Option(help="Compare the time with another version of a package, as mypackage==1.2.")
+]
+Picture = Annotated[
+    Path | None,
+    typer.Option(
+        help="Draw the one --claim on the one --case to this file: .svg, .png or .html.", parser=options.as_path
+    ),
+]
 
 
 def verify(
@@ -42,26 +62,22 @@ def verify(
     junit: Annotated[Path | None, _file("junit", "the result as JUnit XML")] = None,
     markdown: Annotated[Path | None, _file("markdown", "a summary for a pull request in Markdown")] = None,
     badge: Annotated[Path | None, _file("badge", "a badge as JSON for shields.io's endpoint")] = None,
-    known_failures: Annotated[
-        Path | None,
-        typer.Option(
-            help="A text file of known failures, a line each: CLAIM CASE REASON.", exists=True, dir_okay=False
-        ),
-    ] = None,
-    baseline: Annotated[
-        Path | None, typer.Option(help="Compare with a file of `gnomon baseline write`.", exists=True, dir_okay=False)
-    ] = None,
+    known_failures: KnownFailures = None,
+    baseline: BaselineFile = None,
+    against: Against = None,
+    picture: Picture = None,
     workers: Annotated[int, typer.Option(help="Cases at a time, each in a process.")] = 2,
 ) -> None:
     """Verify an integrator: order, error, conservation, repeatability, bad input, hard variants, events.
 
-    Exit code 1 if a claim failed whose failure is not known, if the first trial raises, or if it is worse than the
-    baseline; 2 if no claim was checked.
+    Exit code 1 if a claim failed whose failure is not known, if the first trial raises, if it is worse than the
+    baseline or slower than another version; 2 if no claim was checked.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.verification import verification_report
     from gnomon.harness.verification.baseline import read
 
+    _validate(integrator, against, picture, case, claim)
     options.validate_workers(workers)
     if max_seconds is not None and not max_seconds > 0:
         raise ValueError(f"--max-seconds {max_seconds:g}: give a positive number of seconds")
@@ -72,8 +88,10 @@ def verify(
         if path is not None:
             options.ensure_writable(path, f"--{kind}")
     chosen, how = options.integrator_or_program(integrator, command)
-    report = _verified(chosen, case, depth, claim, max_seconds, workers)
+    report = _verified(chosen, case, depth, claim, max_seconds, workers, (integrator, against))
     _show(report, known, how)
+    if picture is not None:
+        _draw(chosen, report, picture)
     for kind, path in files.items():
         if path is not None:
             path.write_text(verification_report.WRITERS[kind](report, known, how), encoding="utf-8")
@@ -85,11 +103,40 @@ def verify(
         raise typer.Exit(code or verification_report.FAILED)
 
 
+def _validate(
+    integrator: str | None, against: str | None, picture: Path | None, case: list[str] | None, claim: list[str] | None
+) -> None:
+    """Raise ValueError for options that do not fit together."""
+    from gnomon.harness.commands.show_case import DRAWINGS
+    from gnomon.harness.verification.claims import TIME
+
+    if against is not None and integrator is None:
+        raise ValueError("--against compares versions of a Python package; a program of --command has none")
+    if against is None and TIME in (claim or ()):
+        raise ValueError(f"--claim {TIME} needs the other version: --against mypackage==1.2")
+    if picture is not None:
+        if picture.suffix not in DRAWINGS:
+            raise ValueError(f"--picture {picture}: the name must end in one of {', '.join(DRAWINGS)}")
+        if len(case or ()) != 1 or len(claim or ()) != 1 or against is not None:
+            raise ValueError(f"--picture {picture} draws one claim on one case; give one --case and one --claim")
+        options.ensure_writable(picture, "--picture")
+
+
 def _verified(
-    chosen: Integrator, case: list[str] | None, depth: str, claim: list[str] | None, seconds: float | None, workers: int
+    chosen: Integrator,
+    case: list[str] | None,
+    depth: str,
+    claim: list[str] | None,
+    seconds: float | None,
+    workers: int,
+    versions: tuple[str | None, str | None],
 ) -> Report:
-    """The report; each row is printed when it is there. Exits with 1 and the traceback if the first trial raises."""
+    """The report; each row is printed when it is there. Exits with 1 and the traceback if the first trial raises.
+
+    `versions`: the integrator as it was named, and the requirement of the other version, None if time is not compared.
+    """
     from gnomon.harness.verification.claims import Outcome
+    from gnomon.harness.verification.other_version import installed
     from gnomon.harness.verification.verify import FirstTrialError
     from gnomon.harness.verification.verify import verify as verify_
 
@@ -97,12 +144,48 @@ def _verified(
         if row.finding.outcome != Outcome.NOT_APPLICABLE:
             out.print(escape(f"{row.finding.outcome:6} {row.claim} on {row.case}"), highlight=False)
 
+    named, against = versions
+    other = None if against is None else installed(against)
     try:
-        return verify_(chosen, case, depth, claim, seconds, workers, show)
+        report = verify_(chosen, case, depth, claim, seconds, workers, show)
     except FirstTrialError as error:
         problems.print(escape(str(error).rstrip()), highlight=False)
         problems.print("nothing was verified: the first trial raised")
         raise typer.Exit(1) from None
+    if named is not None and against is not None and other is not None:
+        _compare(chosen, case, report, (named, against), other, show)
+    return report
+
+
+def _compare(
+    chosen: Integrator,
+    case: list[str] | None,
+    report: Report,
+    against: tuple[str, str],
+    other: Other,
+    show: Callable[[Row], None],
+) -> None:
+    """Add to a report the claim that the integrator needs no more time than another version, on default variants."""
+    from gnomon.harness.verification.against import compared
+    from gnomon.harness.verification.claims import TIME
+    from gnomon.harness.verification.verify import Row, planned
+
+    names = [each.id for each, _ in planned(chosen, case, report.depth)]
+    named, requirement = against
+    versions, findings = compared(named, [name for name in names if "/" not in name] or names, report.depth, other)
+    report.against = requirement, versions
+    for name, finding in findings.items():
+        report.rows.append(Row(TIME, name, finding))
+        show(report.rows[-1])
+
+
+def _draw(chosen: Integrator, report: Report, path: Path) -> None:
+    """Draw the only row of a report."""
+    from gnomon.harness.commands.failure_picture import draw
+
+    if report.rows:
+        draw(chosen, report.depth, report.rows[0], path)
+        out.print(f"drawn: {escape(str(path))}", highlight=False)
 
 
 def _show(report: Report, known: Known, how: str) -> None:

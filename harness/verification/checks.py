@@ -17,8 +17,8 @@ from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.convergence_claims import allowed_error
 from gnomon.harness.verification.trials import DEPTHS, Answer, Depth, Trials
-from gnomon.harness.verification.verification_report import failure, read_known
-from gnomon.harness.verification.verify import CLAIMS, Row, planned
+from gnomon.harness.verification.verification_report import command, failure, read_known
+from gnomon.harness.verification.verify import CLAIMS, Report, Row, planned
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,8 @@ class Check:
     case: Case
     claim: str
     depth: Depth
+    how: str = ""
+    """What names the integrator on the command line, if anything does."""
 
     @property
     def id(self) -> str:
@@ -49,7 +51,9 @@ class Check:
         if found.outcome == Outcome.NOT_APPLICABLE:
             pytest.skip(found.why)
         if found.outcome == Outcome.FAILED:
-            raise AssertionError("\n".join(failure(Row(self.claim, self.case.id, found))))
+            row, report = Row(self.claim, self.case.id, found), Report(self.integrator.id, self.depth.name)
+            alone = [f"  alone:    {command(report, row, self.how)}"] if self.how else []
+            raise AssertionError("\n".join([*failure(row), *alone]))
 
 
 @lru_cache(maxsize=16)
@@ -58,13 +62,15 @@ def _trials(integrator: Integrator, spec: CaseSpec, depth: Depth) -> Trials:
     return Trials.of(integrator, spec, depth)
 
 
-def checks(integrator: Integrator, depth: str = "low", names: Sequence[str] | None = None) -> list[Check]:
-    """The checks of an integrator, case by case; arguments and errors as `gnomon.verify.verify`.
+def checks(
+    integrator: Integrator, depth: str = "low", names: Sequence[str] | None = None, how: str = ""
+) -> list[Check]:
+    """The checks of an integrator, case by case; arguments and errors as `gnomon.verify.verify`, `how` as in `Check`.
 
     Raises ValueError too if there is none.
     """
     found = [
-        Check(integrator, case, claim, DEPTHS[depth])
+        Check(integrator, case, claim, DEPTHS[depth], how)
         for case, claims in planned(integrator, names, depth)
         for claim in claims
     ]

@@ -48,6 +48,8 @@ def failed(setting: str, expected: str, got: str, why: str = "") -> Finding:
 
 TEXTS: dict[str, dict[str, Any]] = declared("verification", "claims.toml")
 """What each claim states, its reason and its bound, by id, from the most telling."""
+TIME = "time"
+"""The claim that needs two versions: only `gnomon verify --against` makes it."""
 
 
 @dataclass(frozen=True)

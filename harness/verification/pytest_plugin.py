@@ -5,6 +5,7 @@ This file imports only pytest until the option is given: every pytest of an envi
 
 from __future__ import annotations
 
+import shlex
 import sys
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -55,7 +56,7 @@ def _planned(config: pytest.Config, named: str) -> list[Planned]:
     try:
         integrator = lookup.find_one(named)
         known = {} if path is None else read_known(config.invocation_params.dir / path)
-        found = checks(integrator, config.getoption("--gnomon-depth"))
+        found = checks(integrator, config.getoption("--gnomon-depth"), how=shlex.quote(named))
         return [(named, check, check.marks(known)) for check in found]
     except (OSError, ValueError) as error:
         raise pytest.UsageError(f"--gnomon {named}: {error}") from None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import re
+import shlex
 from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -13,8 +14,8 @@ from xml.etree import ElementTree
 
 from gnomon.cases.core.numbers import nearest
 from gnomon.harness.results.visible import visible
-from gnomon.harness.verification.claims import Outcome
-from gnomon.harness.verification.verify import CLAIMS, Report, Row
+from gnomon.harness.verification.claims import TEXTS, TIME, Outcome
+from gnomon.harness.verification.verify import Report, Row
 
 SCHEMA = 1
 """Version of the JSON result: it changes when a key changes its meaning or goes."""
@@ -38,8 +39,8 @@ def read_known(path: Path) -> dict[tuple[str, str], str]:
         if len(words) < 3:
             raise ValueError(f"{path}:{number}: {line.strip()!r}; write CLAIM CASE REASON")
         claim, case, reason = words
-        if claim not in CLAIMS:
-            raise ValueError(f"{path}:{number}: no claim is called {claim!r}; {nearest(claim, CLAIMS)}")
+        if claim not in TEXTS:
+            raise ValueError(f"{path}:{number}: no claim is called {claim!r}; {nearest(claim, TEXTS)}")
         if (claim, case) in found:
             raise ValueError(f"{path}:{number}: {claim} {case} is listed twice; list it once")
         found[claim, case] = reason
@@ -71,8 +72,9 @@ def counts(report: Report, known: Known) -> dict[str, int]:
 
 
 def command(report: Report, row: Row, how: str) -> str:
-    """The command that verifies this claim on this case alone; `how` is what names the integrator on the command line."""
-    return f"gnomon verify {how} --case {row.case} --claim {row.claim} --depth {report.depth}"
+    """The command that verifies this claim on this case alone, and draws it; `how` is what names the integrator there."""
+    more = "--picture failure.svg" if row.claim != TIME else f"--against {shlex.quote((report.against or ('',))[0])}"
+    return f"gnomon verify {how} --case {row.case} --claim {row.claim} --depth {report.depth} {more}"
 
 
 def failure(row: Row) -> list[str]:
@@ -81,11 +83,11 @@ def failure(row: Row) -> list[str]:
     at = f", {finding.setting}" if finding.setting else ""
     return [
         f"FAILED {row.claim} on {row.case}{at}",
-        f"  claim:    {CLAIMS[row.claim].states}",
+        f"  claim:    {TEXTS[row.claim]['states']}",
         f"  expected: {finding.expected}",
         f"  got:      {finding.got}",
         f"  why:      {finding.why}",
-        f"  bound:    {CLAIMS[row.claim].bound}",
+        f"  bound:    {TEXTS[row.claim]['bound']}",
     ]
 
 
@@ -94,6 +96,7 @@ def lines(report: Report, known: Known, how: str) -> list[str]:
     found: list[str] = []
     for row in new_failures(report, known):
         found += [*failure(row), f"  alone:    {command(report, row, how)}"]
+    found += times(report)
     reasons = Counter((row.claim, row.finding.why) for row in report.of(Outcome.NOT_APPLICABLE))
     found += [f"not applicable: {claim} ({count}): {why}" for (claim, why), count in reasons.items()]
     for row in report.rows:
@@ -103,6 +106,17 @@ def lines(report: Report, known: Known, how: str) -> list[str]:
         if reason is not None and row.finding.outcome == Outcome.PASSED:
             found.append(f"passes now: {row.claim} on {row.case}; take it from the file of known failures ({reason})")
     return [visible(line) for line in [*found, total(report, known)]]
+
+
+def times(report: Report) -> list[str]:
+    """The comparison with another version as text: the files of both, then a line for each case that is not slower."""
+    if report.against is None:
+        return []
+    timed = [row for row in report.rows if row.claim == TIME and row.finding.outcome == Outcome.PASSED]
+    return [
+        f"time: {report.against[1]}",
+        *(f"time on {row.case}, {row.finding.setting}: {row.finding.got}" for row in timed),
+    ]
 
 
 def total(report: Report, known: Known) -> str:
@@ -131,9 +145,10 @@ def as_json(report: Report, known: Known, how: str) -> str:
         }
         for row in report.rows
     ]
-    claims = {claim.id: {"states": claim.states, "bound": claim.bound} for claim in CLAIMS.values()}
+    claims = {name: {"states": text["states"], "bound": text["bound"]} for name, text in TEXTS.items()}
+    versions = None if report.against is None else {"requirement": report.against[0], "versions": report.against[1]}
     whole = {"schema": SCHEMA, "integrator": report.integrator, "depth": report.depth, "counts": counts(report, known)}
-    return json.dumps(whole | {"rows": rows, "claims": claims}, indent=1) + "\n"
+    return json.dumps(whole | {"against": versions, "rows": rows, "claims": claims}, indent=1) + "\n"
 
 
 def as_junit(report: Report, known: Known, how: str) -> str:
@@ -171,6 +186,7 @@ def as_markdown(report: Report, known: Known, how: str) -> str:
         finding = row.finding
         cells = [row.claim, row.case, finding.setting, finding.expected, finding.got, command(report, row, how)]
         found.append(f"| {' | '.join(map(_cell, cells))} |")
+    found += ["", *(f"- {_cell(line)}" for line in times(report))] if report.against else []
     return "\n".join(found) + "\n"
 
 

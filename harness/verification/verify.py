@@ -31,15 +31,15 @@ from gnomon.harness.verification import (
     relation_claims,
     structure_claims,
 )
-from gnomon.harness.verification.claims import TEXTS, Claim, Finding, Outcome, failed, not_applicable
+from gnomon.harness.verification.claims import TEXTS, TIME, Claim, Finding, Outcome, failed, not_applicable
 from gnomon.harness.verification.trials import DEPTHS, Depth, Trials
 
 from gnomon import cases
 
 _MODULES = (convergence_claims, structure_claims, relation_claims, conduct_claims, event_claims)
 _DECLARED = [value for module in _MODULES for value in vars(module).values() if isinstance(value, Claim)]
-CLAIMS = {name: next(claim for claim in _DECLARED if claim.id == name) for name in TEXTS}
-"""All claims by id, from the most telling."""
+CLAIMS = {name: next(claim for claim in _DECLARED if claim.id == name) for name in TEXTS if name != TIME}
+"""All claims about one integrator by id, from the most telling."""
 CASES = (
     "pendulum_simple", "forced_oscillator", "kepler_orbit", "bouncing_ball", "block_incline_friction", "euler_top",
     "charge_in_E_and_B", "holonomic_constraint_dae", "damped_oscillator", "duffing_unforced", "cycloidal_pendulum",
@@ -74,6 +74,8 @@ class Report:
     integrator: str
     depth: str
     rows: list[Row] = field(default_factory=list)
+    against: tuple[str, str] | None = None
+    """The other version as it was named, and which files the two versions are; None without one."""
 
     def of(self, outcome: Outcome) -> list[Row]:
         return [row for row in self.rows if row.finding.outcome == outcome]
@@ -152,8 +154,8 @@ def planned(
 
 def _claim_ids(given: Sequence[str] | None) -> list[str]:
     for name in given or ():
-        if name not in CLAIMS:
-            raise ValueError(f"no claim is called {name!r}; {nearest(name, CLAIMS)}")
+        if name not in TEXTS:
+            raise ValueError(f"no claim is called {name!r}; {nearest(name, TEXTS)}")
     return [name for name in CLAIMS if not given or name in given]
 
 

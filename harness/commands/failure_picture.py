@@ -1,0 +1,216 @@
+"""The picture of one claim on one case: exact and computed motion, error against time, error at each setting."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import textwrap
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import altair as alt
+import numpy as np
+import pandas as pd
+from gnomon.cases import Case
+from gnomon.harness.commands.show_case import POINTS, save
+from gnomon.harness.contract.integrator import Integrator, Tolerance
+from gnomon.harness.reporting.style import INK, QUIET, dressed
+from gnomon.harness.results.convergence_order import LARGEST_ERROR
+from gnomon.harness.results.visible import visible
+from gnomon.harness.running import plan
+from gnomon.harness.verification.claims import TEXTS, Finding, Outcome
+from gnomon.harness.verification.trials import DEPTHS, HALF_ULP, Trials
+from gnomon.harness.verification.verify import Job, Row, Runner
+
+MOST_ROWS = 5000
+"""Altair refuses longer tables."""
+WIDTH, MARGIN = 640, 48
+"""Pixels of a panel, and of the labels to the left of it."""
+LEAST = 1e-17
+"""Errors of zero are drawn here: below every floor."""
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#B0508A", "#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
+DRAWN_SCALES = 400.0
+"""Over more time scales the oscillations of a line could not be told apart: the exact motion is then drawn as points."""
+TICKS = 6
+"""Labels on an axis of decades, at most."""
+
+
+def draw(integrator: Integrator, depth: str, row: Row, path: Path) -> None:
+    """Draw what a claim on a case is about to a file with an ending of `DRAWINGS`, at the setting that the row names.
+
+    The integrator runs in a process of its own. Raises ValueError where that hangs or ends.
+    """
+    ((case, _),) = plan.choose([row.case], variants=False)
+    found: list[Row] = []
+
+    def measured(trials: Trials) -> Finding:
+        return Finding(Outcome.PASSED, got=json.dumps(_measured(trials, row.finding.setting)))
+
+    Runner(integrator, DEPTHS[depth], 1, found.append, math.inf).run([Job(case, ["picture"], measured)])
+    if found[0].finding.outcome != Outcome.PASSED:
+        raise ValueError(
+            f"--picture {path}: {integrator.id} on {row.case} gave {found[0].finding.got}, nothing is drawn"
+        )
+    save(_chart(case, integrator, row, json.loads(found[0].finding.got)), path)
+
+
+def _measured(trials: Trials, text: str) -> dict[str, Any]:
+    """The solution at the setting of a finding, and the errors at all settings, as JSON can hold them."""
+    setting = _setting(trials, text)
+    answers = trials.answers()
+    answer = trials.whole(setting)
+    errors = None if answer.states is None else trials.scorer.metric.distance(answer.states, trials.reference.exact)
+    return {
+        "setting": setting,
+        "named": trials.named(setting),
+        "why": answer.why if answer.states is None or math.isnan(answer.error) else answer.stopped or "",
+        "times": trials.reference.times.tolist(),
+        "exact": trials.reference.exact.tolist(),
+        "states": None if answer.states is None else answer.states.tolist(),
+        "errors": None if errors is None else errors.tolist(),
+        "conditioning": np.maximum(trials.reference.conditioning, HALF_ULP).tolist(),
+        "sweep": [(each.setting, each.error) for each in answers if not each.declined],
+    }
+
+
+def _setting(trials: Trials, text: str) -> float:
+    """The setting of the sweep nearest to the first one that a finding names, the usual one where it names none."""
+    named = re.search(r"(?:h =|tolerances?) ([0-9.]+(?:e[+-]?[0-9]+)?)", text)
+    if named is None:
+        return trials.usual()
+    return min(trials.settings, key=lambda setting: abs(math.log(setting / float(named[1]))))
+
+
+def _chart(case: Case, integrator: Integrator, row: Row, found: dict[str, Any]) -> Any:
+    finding = row.finding
+    title = f"{finding.outcome.value.upper()} {row.claim} on {row.case}, drawn at {found['named']}"
+    said = [
+        f"{integrator.id}. {TEXTS[row.claim]['states']}",
+        *([f"Expected: {finding.expected}"] if finding.expected else []),
+        *([f"Got{f' at {finding.setting}' if finding.setting else ''}: {finding.got}"] if finding.expected else []),
+        *([f"At {found['named']}: {found['why']}"] if found["why"] else []),
+    ]
+    wrapped = [part for line in said for part in textwrap.wrap(visible(line), 105)]
+    panels = [*_motion(case, found), *_over_time(found), *_over_settings(integrator, found)]
+    heading = alt.TitleParams(visible(title), subtitle=wrapped, offset=14)
+    return dressed(alt.vconcat(*panels, title=heading, spacing=18).resolve_scale(color="independent"))
+
+
+def _motion(case: Case, found: dict[str, Any]) -> list[Any]:
+    """A panel for each group of coordinates: the exact motion as lines, the computed samples as circles."""
+    times, exact = np.array(found["times"]), np.array(found["exact"])
+    long = times[-1] > DRAWN_SCALES * case.time_scale
+    groups = Counter(coordinate.group for coordinate in case.state)
+    fine = times if long else np.linspace(0.0, times[-1], min(POINTS, MOST_ROWS // max(groups.values())))
+    lines = exact if long else case.sample(fine)
+    panels = []
+    for group in groups:
+        members = [(i, c) for i, c in enumerate(case.state) if c.group == group]
+        values = lines[:, [i for i, _ in members]]
+        low, high = float(values.min()), float(values.max())
+        margin = 0.25 * (high - low) or 0.25 * abs(high) or 1.0
+        y = alt.Y(
+            "value:Q",
+            title=f"{group} ({members[0][1].unit})",
+            axis=alt.Axis(minExtent=MARGIN, maxExtent=MARGIN),
+            scale=alt.Scale(domain=[low - margin, high + margin], nice=False),
+        )
+        base = alt.Chart(width=WIDTH, height=150).encode(
+            x=_time(times), y=y, color=_colour("coordinate:N", [c.name for _, c in members])
+        )
+        mark = base.mark_point(size=9, filled=True, clip=True) if long else base.mark_line(strokeWidth=1.5, clip=True)
+        drawn = [mark.properties(data=_long(fine, lines, members))]
+        if found["states"] is not None:
+            points = base.mark_point(shape="circle", size=26, filled=False, strokeWidth=1.3, opacity=1, clip=True)
+            drawn.append(points.properties(data=_long(times, np.array(found["states"]), members)))
+        panels.append(alt.layer(*drawn))
+    kind = "dots" if long else "lines"
+    panels[0] = panels[0].properties(title=_small(f"Motion: exact ({kind}) and computed (circles)"))
+    return panels
+
+
+def _time(times: Any) -> Any:
+    return alt.X("t:Q", title="t (s)", scale=alt.Scale(domain=[0.0, float(times[-1])], nice=False))
+
+
+def _colour(name: str, domain: list[str], colours: tuple[str, ...] = COLOURS) -> Any:
+    scale = alt.Scale(domain=domain, range=[colours[k % len(colours)] for k in range(len(domain))])
+    return alt.Color(name, scale=scale, legend=alt.Legend(title=None, symbolType="stroke", symbolStrokeWidth=2.5))
+
+
+def _long(times: Any, states: Any, members: list[tuple[int, Any]]) -> Any:
+    """A row for each finite value of the coordinates of a group."""
+    columns = [pd.DataFrame({"t": times, "value": states[:, i], "coordinate": c.name}) for i, c in members]
+    table = pd.concat(columns)
+    return table[np.isfinite(table["value"])]
+
+
+def _small(text: str) -> Any:
+    return alt.TitleParams(text, fontSize=12.5, fontWeight="normal", color=INK)
+
+
+def _decades(values: Any) -> Any:
+    return np.log10(np.maximum(np.array(values, float), LEAST))
+
+
+def _axis(values: Any, extent: int = 0) -> dict[str, Any]:
+    """Axis and scale from whole decade to whole decade, each label a power of ten."""
+    low, high = math.floor(np.min(values)), math.ceil(np.max(values) + 1e-9)
+    labels = list(range(low, high + 1, math.ceil((high - low) / TICKS)))
+    text = "datum.value == 0 ? '1' : '1e' + datum.value"
+    axis = alt.Axis(values=labels, labelExpr=text, **({"minExtent": extent, "maxExtent": extent} if extent else {}))
+    return {"axis": axis, "scale": alt.Scale(domain=[low, high], nice=False)}
+
+
+def _errors(table: Any, x: Any) -> Any:
+    """Lines of errors, named in the column `line`: the first in colour, the others grey."""
+    names = list(dict.fromkeys(table["line"]))
+    y = alt.Y("decades:Q", title="error / size", **_axis(table["decades"], MARGIN))
+    chart = alt.Chart(table, width=WIDTH, height=150)
+    colour = _colour("line:N", names, (COLOURS[1], QUIET))
+    return chart.mark_line(strokeWidth=1.5, point={"size": 16}).encode(x=x, y=y, color=colour)
+
+
+def _lines(over: str, lines: dict[str, list[tuple[float, float]]]) -> Any:
+    """A row for each finite error of each line, by time or setting."""
+    rows = [(x, error, name) for name, each in lines.items() for x, error in each if math.isfinite(error)]
+    table = pd.DataFrame(rows, columns=[over, "error", "line"])
+    return table.assign(decades=_decades(table["error"]))
+
+
+def _over_time(found: dict[str, Any]) -> list[Any]:
+    """The error at each sample, with the conditioning below it."""
+    if found["errors"] is None or not np.isfinite(found["errors"]).any():
+        return []
+    table = _lines(
+        "t",
+        {
+            "computed": list(zip(found["times"], found["errors"], strict=True)),
+            "effect of half an ulp": list(zip(found["times"], found["conditioning"], strict=True)),
+        },
+    )
+    return [_errors(table, _time(found["times"])).properties(title=_small(f"Error against time, {found['named']}"))]
+
+
+def _over_settings(integrator: Integrator, found: dict[str, Any]) -> list[Any]:
+    """The largest error at each setting, with the line that the declared order, or the tolerance itself, would give."""
+    sweep = [(setting, error) for setting, error in found["sweep"] if math.isfinite(error)]
+    if len(sweep) < 2:
+        return []
+    adaptive = isinstance(integrator.sweep, Tolerance)
+    lines = {"computed": sweep}
+    small = next(((h, e) for h, e in sweep if 0 < e < LARGEST_ERROR), None)
+    if adaptive:
+        lines["error = tolerance"] = [(setting, setting) for setting, _ in sweep]
+    elif integrator.order is not None and small is not None:
+        ideal = [(h, small[1] * (h / small[0]) ** integrator.order) for h, _ in sweep if h <= small[0]]
+        lines[f"order {integrator.order} as declared"] = [(h, e) for h, e in ideal if e >= LEAST]
+    table = _lines("setting", lines)
+    table["setting"] = _decades(table["setting"])
+    x = alt.X("setting:Q", title="tolerance" if adaptive else "step size (s)", **_axis(table["setting"]))
+    place = pd.DataFrame({"setting": [math.log10(found["setting"])]})
+    drawn = alt.Chart(place).mark_rule(strokeDash=[3, 3], color=INK).encode(x="setting:Q")
+    title = _small("Largest error against setting; dashed: the setting drawn above")
+    return [alt.layer(_errors(table, x), drawn).properties(title=title)]

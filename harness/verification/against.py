@@ -1,0 +1,222 @@
+"""Compares the times of two versions of a package under one integrator: `gnomon verify --against mypackage==1.2`.
+
+The other version is installed, without its dependencies, into a temporary folder that precedes all others where a child
+process looks for modules; everything else is that of the present environment. In each launch two new processes, one with
+each version, are timed in turn (A B B A): a slow phase of the machine affects both.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Sequence
+from importlib import metadata
+from itertools import cycle, islice
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+from typing import Any
+
+from gnomon.harness.contract.integrator import Integrator, Refused, Solver, solver_of
+from gnomon.harness.contract.validation import Unusable
+from gnomon.harness.registry import lookup
+from gnomon.harness.results.analysis import CLAIM, LEAST_SHARE
+from gnomon.harness.running import plan
+from gnomon.harness.running.null_call import null_seconds
+from gnomon.harness.scoring.perturbed_starts import perturbed_states
+from gnomon.harness.scoring.reference_solution import CaseSpec
+from gnomon.harness.studies.benchmarks import spread
+from gnomon.harness.verification.claims import TEXTS, TIME, Finding, Outcome, failed, not_applicable
+from gnomon.harness.verification.conversation import Conversation
+from gnomon.harness.verification.other_version import Other
+from gnomon.harness.verification.trials import DEPTHS, Trials
+
+LAUNCHES = 5
+"""The range of so few ratios holds their median with a probability of 1 - 2^(1 - 5) = 94 %."""
+ROUNDS = 4
+"""Times that A B B A is timed in a launch."""
+BLOCK_SECONDS, LONGEST = 0.02, 0.05
+"""Seconds for which one side is called again in its turn; seconds of a call, at most, at the setting that is timed."""
+MOST_NULL = 0.5
+"""The null call is subtracted. Above this share of a time its own noise, 10 %, would change the difference by more."""
+ANSWER_SECONDS = 600.0
+
+
+def compared(named: str, names: Sequence[str], depth: str, other: Other) -> tuple[str, dict[str, Finding]]:
+    """(which files the two versions are, the finding for each case) of the integrator that `named` names.
+
+    Raises ValueError where a process does not import the integrator, ends, or has the other's files.
+    """
+    times: dict[str, list[dict[str, Any]]] = {name: [] for name in names}
+    settings: dict[str, dict[str, Any]] = {}
+    loaded = ""
+    for _ in range(LAUNCHES):
+        present, before = sides = [_started(named, paths) for paths in (sys.path, [other.folder, *sys.path])]
+        try:
+            for name in names:
+                if name not in settings:
+                    settings[name] = _asked(present, other, case=name, depth=depth)
+                if "declined" in settings[name]:
+                    times[name].append({"declined": f"the present version: {settings[name]['declined']}"})
+                else:
+                    times[name].append(_launch(sides, other, case=name, depth=depth, **settings[name]))
+            loaded = loaded or _loaded(present, before, other)
+        finally:
+            for side in sides:
+                side.close()
+    return loaded, {name: finding(times[name], other.label) for name in names}
+
+
+def _started(named: str, paths: Sequence[str]) -> Conversation:
+    """A process that looks for modules in `paths` and answers the requests of `serve`."""
+    program = f"import sys; sys.path[:] = {list(paths)!r}; from {__name__} import serve; serve({named!r})"
+    return Conversation([sys.executable, "-c", program], os.getcwd())
+
+
+def _asked(side: Conversation, other: Other, **request: Any) -> dict[str, Any]:
+    try:
+        found: dict[str, Any] = json.loads(side.ask(json.dumps(request), ANSWER_SECONDS))
+    except (Unusable, TimeoutError) as error:
+        raise ValueError(f"--against {other.label}: a process that is timed gave no answer: {error}") from None
+    if "refused" in found:
+        raise ValueError(f"--against {other.label}: {found['refused']}; both versions must have the integrator")
+    return found
+
+
+def _launch(sides: Sequence[Conversation], other: Other, **request: Any) -> dict[str, Any]:
+    """The seconds of both sides and of their null calls, the least over all turns, and errors; or why there are none.
+
+    Other processes only add to a time, so the least one is the best known.
+    """
+    turns: tuple[list[dict[str, Any]], list[dict[str, Any]]] = ([], [])
+    for side in islice(cycle((0, 1, 1, 0)), 4 * ROUNDS):
+        found = _asked(sides[side], other, **request)
+        if "declined" in found:
+            return {"declined": f"{('the present version', other.label)[side]}: {found['declined']}"}
+        turns[side].append(found)
+    least = {name: [min(each[name] for each in own) for own in turns] for name in ("seconds", "null")}
+    return least | {"error": [own[0]["error"] for own in turns], "named": turns[0][0]["named"]}
+
+
+def _loaded(present: Conversation, before: Conversation, other: Other) -> str:
+    """Which files both processes imported, as text. Raises ValueError where these are not two versions."""
+    now, then = (_asked(side, other, package=other.name, modules=other.modules) for side in (present, before))
+    if not now["files"] or not then["files"]:
+        raise ValueError(f"--against {other.label}: the integrator does not import {' or '.join(other.modules)}")
+    theirs = [file for file in then["files"] if Path(file).is_relative_to(Path(other.folder).resolve())]
+    if not theirs:
+        raise ValueError(f"--against {other.label}: both processes load {then['files'][0]}, which is one version")
+    return f"{other.name} {now['version']} ({now['files'][0]}) against {other.version} ({theirs[0]})"
+
+
+def finding(launches: Sequence[dict[str, Any]], label: str) -> Finding:
+    """What the launches of one case show: slower, faster, or no difference of 1.2 times or more."""
+    declined = [launch["declined"] for launch in launches if "declined" in launch]
+    if declined:
+        return not_applicable(declined[0])
+    shares = [launch["null"][side] / launch["seconds"][side] for launch in launches for side in (0, 1)]
+    if median(shares) > MOST_NULL:
+        return not_applicable(f"{median(shares):.0%} of a call's time is its overhead, which is not compared")
+    now, then = ([_net(launch, side) for launch in launches] for side in (0, 1))
+    ratio = spread([a / b for a, b in zip(now, then, strict=True)])
+    errors = " and ".join(f"{error:.2g}" for error in launches[-1]["error"])
+    got = (
+        f"{ratio['median']:.3g} times the time of {label} ({ratio['low']:.3g} to {ratio['high']:.3g} over"
+        f" {len(launches)} launches), with errors of {errors}"
+    )
+    if ratio["low"] > CLAIM:
+        return failed(launches[-1]["named"], f"at most {CLAIM} times the time of {label}", got, TEXTS[TIME]["reason"])
+    faster = ratio["high"] < 1 / CLAIM
+    verdict = "faster" if faster else f"no difference of {CLAIM} times or more is shown"
+    return Finding(Outcome.PASSED, setting=launches[-1]["named"], got=f"{verdict}: {got}")
+
+
+def _net(launch: dict[str, Any], side: int) -> float:
+    """The time without the null call, by the rule of the results."""
+    seconds, null = float(launch["seconds"][side]), float(launch["null"][side])
+    return max(seconds - null, LEAST_SHARE * seconds)
+
+
+def serve(named: str) -> None:
+    """Answer requests, a line each, in a child process; what the integrator prints is discarded."""
+    answers, null = os.fdopen(os.dup(1), "w", buffering=1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.dup2(null, 2)
+    series: dict[str, _Series] = {}
+    for line in sys.stdin:
+        request, stage = json.loads(line), "refused"
+        try:
+            integrator = lookup.find_one(named)
+            stage = "declined"
+            if "package" in request:
+                found = _imported(request["package"], request["modules"])
+            else:
+                case = request["case"]
+                series[case] = series.get(case) or _Series(integrator, case, request["depth"])
+                found = series[case].timed(request.get("setting"))
+        except Exception as error:  # the user's code may raise anything: it is shown
+            found = {stage: f"{type(error).__name__}: {error}"}
+        answers.write(json.dumps(found) + "\n")
+
+
+def _imported(package: str, modules: Sequence[str]) -> dict[str, Any]:
+    """The version of a package, and the files of its modules that this process has imported."""
+    own = [module for name, module in sorted(sys.modules.items()) if name.partition(".")[0] in modules]
+    files = [str(Path(file).resolve()) for module in own if (file := getattr(module, "__file__", None))]
+    try:
+        return {"version": metadata.version(package), "files": files}
+    except metadata.PackageNotFoundError:
+        return {"version": "of unknown version", "files": files}
+
+
+class _Series:
+    """One integrator on one case, prepared at the settings that were asked for."""
+
+    def __init__(self, integrator: Integrator, name: str, depth: str) -> None:
+        ((case, _),) = plan.choose([name], variants=False)
+        self.trials = Trials.of(integrator, CaseSpec.of(case), DEPTHS[depth])
+        near = islice(perturbed_states(case, None, self.trials.reference.sizes), 64)
+        self.starts = cycle([self.trials.start, *near])
+        self.solvers: dict[float, tuple[Solver, float]] = {}
+
+    def timed(self, setting: float | None) -> dict[str, Any]:
+        """The least seconds of a call at a setting, its null call and its error; without a setting the one to compare."""
+        if setting is None:
+            return {"setting": self._longest()}
+        solver, error = self._prepared(setting)
+        seconds: list[float] = []
+        ends = perf_counter() + BLOCK_SECONDS
+        while not seconds or perf_counter() < ends:
+            seconds.append(self._seconds(solver))
+        null = null_seconds(self.trials.integrator, self.trials.problem, setting, self.starts) or 0.0
+        return {"seconds": min(seconds), "null": null, "error": error, "named": self.trials.named(setting)}
+
+    def _longest(self) -> float:
+        """The finest setting at which a call takes at most LONGEST seconds, at least the usual one."""
+        found = self.trials.usual()
+        for setting in self.trials.settings[self.trials.settings.index(found) + 1 :]:
+            solver, _ = self._prepared(setting)
+            if min(self._seconds(solver), self._seconds(solver)) > LONGEST:
+                break
+            found = setting
+        return found
+
+    def _prepared(self, setting: float) -> tuple[Solver, float]:
+        """The solver at a setting, after its first call, and its error."""
+        if setting not in self.solvers:
+            answer = self.trials.whole(setting)
+            if answer.declined:
+                raise Refused(answer.why)
+            solver = solver_of(self.trials.integrator, self.trials.problem(), setting)
+            self._seconds(solver)
+            self.solvers[setting] = solver, answer.error
+        return self.solvers[setting]
+
+    def _seconds(self, solver: Solver) -> float:
+        start, solve = next(self.starts)[None].copy(), solver.solve
+        if solver.reset is not None:
+            solver.reset()
+        began = perf_counter()
+        solve(start)
+        return perf_counter() - began

@@ -1,0 +1,82 @@
+"""Another version of a package than the installed one, in a folder of its own: what `gnomon verify --against` names."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from importlib import metadata, util
+
+from gnomon.harness.results.visible import visible
+from gnomon.harness.system.locks import temporary_folder
+
+INSTALL_SECONDS = 600.0
+
+REQUIREMENT = re.compile(
+    r"[A-Za-z0-9][\w.-]*\s*(\[[\w\s,.-]*\])?\s*(@\s*\S+|((===?|[<>!~]=|<|>)\s*[\w.*+!-]+\s*,?\s*)*)", re.ASCII
+)
+"""A name, extras, and versions or an address. The installer validates the rest."""
+ARCHIVES = (".whl", ".tar.gz", ".zip")
+
+
+@dataclass(frozen=True)
+class Other:
+    """An installed version: the folder that it is in, its name and version, and its modules."""
+
+    folder: str
+    name: str
+    version: str
+    modules: tuple[str, ...]
+
+    @property
+    def label(self) -> str:
+        return f"{self.name} {self.version}"
+
+
+def installed(requirement: str) -> Other:
+    """The version that a requirement names, as `mypackage==1.2`, a wheel or the folder of a project, installed by uv or pip.
+
+    It is removed at the end of this process. Raises ValueError where this is impossible.
+    """
+    wanted = validated(requirement)
+    shown = f"--against {visible(requirement)}"
+    folder = temporary_folder() / "against"
+    uv = shutil.which("uv")
+    if uv is not None:
+        command = [uv, "pip", "install", "--reinstall", "--python", sys.executable]
+    elif util.find_spec("pip") is not None:
+        command = [sys.executable, "-m", "pip", "install", "--disable-pip-version-check"]
+    else:
+        raise ValueError(f"{shown}: neither uv nor pip is installed; install one of them")
+    command += ["--quiet", "--no-deps", "--target", str(folder), wanted]
+    shutil.rmtree(folder, ignore_errors=True)
+    try:
+        done = subprocess.run(
+            command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=INSTALL_SECONDS, check=False
+        )
+    except subprocess.TimeoutExpired:
+        raise ValueError(f"{shown}: not installed within {INSTALL_SECONDS:g} s") from None
+    found = list(metadata.distributions(path=[str(folder)]))
+    if done.returncode or len(found) != 1:
+        reason = visible(" ".join(done.stderr.split()))
+        raise ValueError(f"{shown}: cannot be installed ({reason[:400] or 'no package'}); give another version")
+    ((name, version),) = [(one.name, one.version) for one in found]
+    if re.sub(r"[-_.]+", "-", name).lower() == "gnomon":
+        raise ValueError(f"{shown}: gnomon times both versions, so it cannot be one of them; name your own package")
+    files = [path.parts[0].partition(".")[0] for one in found for path in one.files or () if path.suffix != ""]
+    modules = {first for first in files if first.isidentifier() and first not in ("__pycache__", "bin")}
+    return Other(str(folder), name, version, tuple(sorted(modules)))
+
+
+def validated(requirement: str) -> str:
+    """The requirement as an installer takes it, a path in full; raises ValueError for what is no requirement."""
+    text = requirement.strip()
+    if "\0" not in text and (os.sep in text or text.endswith(ARCHIVES)) and os.path.exists(text):
+        return os.path.abspath(text)
+    if REQUIREMENT.fullmatch(text) is None or ("@" not in text and text.endswith(ARCHIVES)):
+        shown = visible(requirement[:80])
+        raise ValueError(f"--against {shown!r}: give a requirement as mypackage==1.2, or the path of a wheel or folder")
+    return text
