@@ -1,4 +1,4 @@
-"""Performance profiles: shares of problems by hand, censoring, bands, and standings."""
+"""Performance profiles: shares that are counted, censoring, bands, and standings."""
 
 import numpy as np
 import pandas as pd
@@ -13,7 +13,7 @@ TIMES = pd.DataFrame(
 )
 
 
-def test_shares_are_those_counted_by_hand() -> None:
+def test_shares_are_those_that_are_counted() -> None:
     """Ratios: A 1, 4, 2; B 2, 1, 2; C never, never, 1. What nobody solves is no problem of the profile."""
     relative = profiles.ratios(TIMES)
     assert list(relative.index) == ["p", "q", "r"]
