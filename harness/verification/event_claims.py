@@ -21,7 +21,7 @@ LONGER = 7.0
 error there, and the constant of a right method changes by less."""
 COARSE = 3
 """So many longer steps: where events are located to the order declared and no better, the error depends on where in its
-step an event is, and may be small at one step size. At order 1 events may be anywhere in their step: it is not judged so."""
+step an event is, and may be small at one step size. At order 1 events may be anywhere in their step: this does not apply."""
 UNRELATED = 2.0
 """Two states of the size of the motion are at most so far apart: a larger bound of an error says nothing."""
 STEPS = 2**14
