@@ -97,8 +97,10 @@ def above_line(
     points: Sequence[Point], order: int, longer: float = 1.0, fewest: int = 1
 ) -> tuple[float, float, float] | None:
     """(h, error, allowed error) of the first point that is worse than its order allows at twice its step, by the largest
-    error/h^order of all steps that are more than `longer` times as long, `fewest` at least; None if there is none. Rounding changes points
-    near round-off: it is added."""
+    error/h^order of all steps that are more than `longer` times as long, `fewest` at least; None if there is none.
+
+    Rounding changes points near round-off: it is added.
+    """
     for h, error, roundoff in points:
         lines = [max(e, r) / step**order for step, e, r in points if step > longer * h]
         if len(lines) < fewest:
