@@ -93,13 +93,19 @@ def _points(answers: Sequence[Answer]) -> list[Point]:
     return [(answer.setting, answer.error, answer.roundoff) for answer in answers]
 
 
-def above_line(points: Sequence[Point], order: int, longer: float = 1.0) -> tuple[float, float, float] | None:
+def above_line(
+    points: Sequence[Point], order: int, longer: float = 1.0, fewest: int = 1
+) -> tuple[float, float, float] | None:
     """(h, error, allowed error) of the first point that is worse than its order allows at twice its step, by the largest
-    error/h^order of all steps that are more than `longer` times as long; None if there is none. Rounding changes points
-    near round-off: it is added."""
+    error/h^order of all steps that are more than `longer` times as long, `fewest` at least; None if there is none.
+
+    Rounding changes points near round-off: it is added.
+    """
     for h, error, roundoff in points:
         lines = [max(e, r) / step**order for step, e, r in points if step > longer * h]
-        allowed = max(lines, default=math.inf) * h**order * 2.0 ** max(order, 2)
+        if len(lines) < fewest:
+            continue
+        allowed = max(lines) * h**order * 2.0 ** max(order, 2)
         if error > allowed + ABOVE_FLOOR_ON_A_LINE * roundoff:
             return h, error, allowed + ABOVE_FLOOR_ON_A_LINE * roundoff
     return None

@@ -19,6 +19,11 @@ CLEAR = 1e-3
 LONGER = 7.0
 """Errors are compared with those at 8 times longer steps and more: an order that is lower by half has 2^order times the
 error there, and the constant of a right method changes by less."""
+COARSE = 3
+"""So many longer steps: where events are located to the order declared and no better, the error depends on where in its
+step an event is, and may be small at one step size. At order 1 events may be anywhere in their step: this does not apply."""
+UNRELATED = 2.0
+"""Two states of the size of the motion are at most so far apart: a larger bound of an error says nothing."""
 STEPS = 2**14
 """Steps over a short span, at most."""
 
@@ -89,16 +94,19 @@ def _event_order(trials: Trials) -> Finding:
         return not_applicable("no setting has a solution")
     finest = answers[-1]
     named = f"{trials.named(finest.setting)} over 1/{2**few.halvings} of the span"
-    allowed = _first_order(trials, few, finest)
-    if allowed < LARGEST_ERROR and not finest.error <= allowed:
-        return failed(named, f"an error below {allowed:.2g}, as of order 1", f"{finest.error:.2g}")
+    whole = _Few(0, float(trials.reference.times[-1]), tuple(trials.case.events()))
+    for part, answer, where in ((few, finest, named), (whole, trials.answers()[-1], "")):
+        allowed = _first_order(trials, part, answer)
+        if not answer.declined and allowed < UNRELATED and not answer.error <= allowed:
+            where = where or trials.named(answer.setting)
+            return failed(where, f"an error below {allowed:.2g}, as of order 1", f"{answer.error:.2g}")
     scores = [(a, score_events(a.events, few.events)) for a in answers if a.events is not None]  # type: ignore[arg-type]
     if finest.events is not None and finest.error < LARGEST_ERROR and (scores[-1][1].missing or scores[-1][1].extra):
         return _other_events(named, len(few.events), scores[-1][1])
     states = [(a.setting, a.error, a.roundoff) for a in answers if a.error < LARGEST_ERROR]
     times = [(a.setting, s.time_error / few.span, a.roundoff) for a, s in scores if not (s.missing or s.extra)]
     for points, what in ((states, "error"), (times, "error of the times of events over the span")):
-        worse = above_line(points, order, LONGER)
+        worse = above_line(points, order, LONGER, COARSE) if order > 1 else None
         if worse is not None:
             h, error, most = worse
             return failed(
