@@ -71,7 +71,7 @@ class NystromTableau:
     a: tuple[Row, ...]
     b: Row
     d: Row
-    embedded: tuple[Row, Row]
+    embedded: tuple[Row, ...]
 
     @property
     def uses_end(self) -> bool:
@@ -91,6 +91,12 @@ class NystromTableau:
         table, stages = self.rows(mp), len(self.a)
         last = [[mp.mpf(1), *table[stages][1:]]] if self.uses_end else []
         return [*table[:stages], *last, *table[stages : stages + 2]]
+
+
+def listed(text: str) -> tuple[Row, ...]:
+    """Rows of coefficients from text, as papers print them: numbers from column 0 on, a semicolon after each row."""
+    *rows, _ = text.split(";")
+    return tuple({j: value for j, value in enumerate(row.split()) if value != "0"} for row in rows)
 
 
 def full(mp: Any, row: Row, length: int) -> list[Any]:
