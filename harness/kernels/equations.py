@@ -18,14 +18,11 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-import numpy as np
 from gnomon.cases.core import forms
 from gnomon.cases.core.arithmetic import FUNCTIONS, _names
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.sources import cached_by_content
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 OPTIONS = 'error_model="numpy", fastmath={"contract"}'
 INNER = f"{OPTIONS}, no_cpython_wrapper=True, no_cfunc_wrapper=True"
 """Options of a function that only compiled code calls: to make its entries for Python and C takes numba an eighth of the

@@ -17,10 +17,7 @@ from dataclasses import replace
 from time import perf_counter_ns
 
 import numpy as np
-from gnomon.harness.contract.integrator import Integrator, Problem, Solver, Steps, solver_of
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Steps, solver_of
 
 SHRUNK = 2.0**-30
 """A power of two: the scaled times are exact, and multiples of their interval if the original times are."""

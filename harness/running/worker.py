@@ -26,7 +26,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Problem, Refused, Solver, Unsupported, solver_of
+from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solver, Unsupported, solver_of
 from gnomon.harness.contract.problem import accepted_form, groups_of, names_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import TEXT, Unusable
@@ -40,9 +40,7 @@ from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_stat
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import adopt_orphans, end_children, guarded, leave_server
 from gnomon.harness.system.memory import address_space_bytes
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 T = TypeVar("T")
 
 CLOCKS = {

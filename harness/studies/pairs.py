@@ -18,14 +18,11 @@ from time import perf_counter_ns
 import numpy as np
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.formulation import Formulation
-from gnomon.harness.contract.integrator import Integrator, Problem, Solver, solver_of
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, solver_of
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.results.analysis import time_at
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 SHRUNK = 2.0**-40
 """The span of a null call over that of the call: at most 1e-9 of a time scale. A power of two, so times stay exact."""

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
 from gnomon.cases.core.scene import SceneForm
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps
 from gnomon.harness.integrators.base import stepping
 from gnomon.harness.kernels.equations import Kernel, acceleration, check_values, right_hand_side
 from gnomon.reference.numerics.precision import nearest_double, working
@@ -18,7 +18,6 @@ from gnomon.reference.storage import diskcache
 from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 Table = Sequence[Sequence[Any]]
 Loop = Callable[[Floats, Floats, NDArray[np.int64]], int]
 """(initial states, out: states at the samples, stop: reason, trajectory, sample of the first early end) -> steps."""

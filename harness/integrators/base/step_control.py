@@ -25,7 +25,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import SecondOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Tolerance
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Loop, Table, rounded
 from gnomon.harness.integrators.base.sizes import (
     enlarge,
@@ -41,8 +41,6 @@ from gnomon.harness.integrators.base.stepping import blank, call, compiled_whole
 from gnomon.harness.integrators.base.tableau import ButcherTableau, NystromTableau
 from gnomon.harness.kernels.equations import acceleration, right_hand_side
 from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 LEAST_TOLERANCE = 1e-15
 """About four units of round-off: no step can err less."""

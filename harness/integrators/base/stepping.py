@@ -17,12 +17,11 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
-from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.contract.integrator import Floats, Problem
 from gnomon.harness.kernels.equations import INNER, OPTIONS, gather_into, source_of
 from gnomon.harness.kernels.equations import compiled as compiled_function
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 Step = Callable[..., bool]
 
 NOT_FINITE = 1

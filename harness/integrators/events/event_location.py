@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from math import sqrt
 
-import numpy as np
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.stepping import call
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 MOST_TRIALS = 30
 DEEP = 0.5

@@ -27,6 +27,7 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert
 from gnomon.harness.integrators.base.stepping import compiled_whole
 from gnomon.harness.integrators.events.event_location import (
@@ -39,7 +40,6 @@ from gnomon.harness.integrators.events.event_location import (
 )
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 START, SMOOTH, EVENT, CHOSEN, ARMED, STEPPED, LOCATED, CROSSED = 0, 1, 2, 3, 4, 5, 6, 7

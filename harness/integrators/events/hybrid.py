@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import Hybrid
-from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solver, Steps, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Steps, Tolerance
 from gnomon.harness.integrators.base.fixed_step import substeps_of
 from gnomon.harness.integrators.base.step_control import check_tolerance, tabulated
 from gnomon.harness.integrators.base.stepping import blank
@@ -35,8 +35,6 @@ from gnomon.harness.integrators.events.event_stepping import (
 from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.integrators.runge_kutta.explicit import RK4, ExplicitEuler
 from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 MOST_EVENTS = 1_000_000
 """A few seconds: beyond it the span is too long for the time between events."""

@@ -6,13 +6,12 @@ from math import sqrt
 from typing import Any
 
 import numpy as np
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.linear import factor, substitute
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, soften
 from gnomon.harness.integrators.base.step_control import NOT_FINITE, NOT_SOLVED, obstacle
 from gnomon.harness.integrators.base.stepping import call
 from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 DIMENSION = 0
 """Set when compiled for a problem: with few components, loops of unknown length would cost more than their content."""

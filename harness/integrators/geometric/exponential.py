@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import Form, SemiLinear
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver
-from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Floats, Table, kept
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver
+from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Table, kept
 from gnomon.harness.integrators.base.stepping import call, product, sum_of
 from gnomon.harness.integrators.gauss.gauss import halves
 from gnomon.harness.kernels.equations import Kernel, check_values, function_kernel

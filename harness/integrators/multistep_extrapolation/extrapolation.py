@@ -7,14 +7,12 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.contract.integrator import Floats, Integrator
 from gnomon.harness.integrators.base.fixed_step import Table
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, one_over, roughen, soften
 from gnomon.harness.integrators.base.step_control import NOT_FINITE, Adaptive, first_step, obstacle
 from gnomon.harness.integrators.base.stepping import call
 from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 COLUMNS = 10
 """The most columns of the extrapolation table: order 20, 111 right-hand sides."""

@@ -8,9 +8,9 @@ from functools import cache
 from typing import Any, ClassVar
 
 from gnomon.cases.core.forms import Form, SecondOrder
-from gnomon.harness.contract.integrator import Integrator, Steps
+from gnomon.harness.contract.integrator import Floats, Integrator, Steps
 from gnomon.harness.integrators.base import tableau
-from gnomon.harness.integrators.base.fixed_step import FixedStep, Floats, Table, kept
+from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, kept
 from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.runge_kutta import nystrom_table
 from gnomon.harness.integrators.runge_kutta.nystrom import nystrom_increment

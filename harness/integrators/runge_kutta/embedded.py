@@ -5,15 +5,12 @@ from __future__ import annotations
 from math import sqrt
 from typing import Any, ClassVar
 
-import numpy as np
 from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.sizes import one_over
 from gnomon.harness.integrators.base.step_control import ENDS, STAGES, Adaptive, arrive, end_slope, first_step
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.runge_kutta.explicit import stage
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 LAST = ERRORS = DENSE = DENSE_ROWS = 0
 """Set when a method is compiled: the number of rows of slopes; the first rows of the errors and of dense output; the number

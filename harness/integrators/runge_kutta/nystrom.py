@@ -8,17 +8,13 @@ from __future__ import annotations
 from math import sqrt
 from typing import Any, ClassVar
 
-import numpy as np
 from gnomon.cases.core.forms import SecondOrder
-from gnomon.harness.contract.integrator import Integrator, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Tolerance
 from gnomon.harness.integrators.base.sizes import one_over
 from gnomon.harness.integrators.base.step_control import ENDS, STAGES, Adaptive, arrive, end_slope, first_step
 from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.base.tableau import NystromTableau, listed
 from gnomon.harness.integrators.runge_kutta.nystrom_table import RKN_12_10
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 
 class Nystrom(Adaptive):

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.base.step_control import (
     MOST_STEPS,
@@ -22,8 +22,6 @@ from gnomon.harness.integrators.base.stepping import call, compiled_whole
 from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
 from gnomon.harness.kernels.straight_line import compiled
 from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 LEAST_TOLERANCE = 1e-16
 """Unit round-off."""
