@@ -12,7 +12,7 @@ from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps
 from gnomon.harness.integrators.base import stepping
-from gnomon.harness.kernels.equations import Kernel, acceleration, check_values, right_hand_side
+from gnomon.harness.kernels.equations import Kernel, check_values, function_kernel, right_hand_side
 from gnomon.reference.numerics.precision import nearest_double, working
 from gnomon.reference.storage import diskcache
 from gnomon.reference.storage.import_closure import closure
@@ -64,9 +64,12 @@ class FixedStep(Integrator):
 
     def kernel(self, problem: Problem) -> Kernel:
         """The same function compiled; it counts its calls if `problem.counted`."""
-        if isinstance(problem.form, SecondOrder):
-            return acceleration(problem)
-        return right_hand_side(problem)
+        form = problem.form
+        assert not isinstance(form, SceneForm)
+        function, (inputs, outputs) = self.equations(form), self.widths(form, problem.dimension)
+        if isinstance(form, FirstOrder) and function is form.equations:
+            return right_hand_side(problem)
+        return function_kernel(function, inputs, len(problem.parameters), outputs, problem.counted)
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         """The coefficients, with what else the step needs: parameters of the case, the unit round-off."""

@@ -12,7 +12,7 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refu
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Table, kept
 from gnomon.harness.integrators.base.stepping import call, product, sum_of
 from gnomon.harness.integrators.gauss.gauss import halves
-from gnomon.harness.kernels.equations import Kernel, check_values, function_kernel
+from gnomon.harness.kernels.equations import Kernel, check_values
 from gnomon.reference.numerics.precision import working
 
 Matrix = Any
@@ -97,7 +97,7 @@ class ExponentialRungeKutta(FixedStep):
         assert isinstance(problem.form, SemiLinear)
         n, known = problem.dimension, len(problem.parameters)
         check_values({"linear": problem.form.linear}, "linear(p)", 0, known, n * n)
-        return function_kernel(problem.form.rest, n, known, n, problem.counted)
+        return super().kernel(problem)
 
     def rows(self, form: Form) -> int:
         return len(self.nodes) + 1
