@@ -26,22 +26,22 @@ from __future__ import annotations
 import copy
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.arithmetic import FUNCTIONS, rebind
 from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
 
 ENSEMBLE, BATCH = 16, 8
 """From ENSEMBLE trajectories on they are integrated in batches of BATCH: the lanes of its vectors, 8 with AVX-512."""
 
 
-class Taylor(Integrator):
+class Taylor(Installed):
     """Taylor's method of adaptive order and step. Biscani and Izzo, MNRAS 504 (2021) 2614."""
 
     name, library = "Taylor", "heyoka"
@@ -107,9 +107,6 @@ class Taylor(Integrator):
             return Solution(states, sum(steps for steps, _ in shares), stopped[0] if stopped else None)
 
         return Solver(solve, options)
-
-    def versions(self) -> Mapping[str, Any]:
-        return {"heyoka": version("heyoka")}
 
 
 class FastTaylor(Taylor):

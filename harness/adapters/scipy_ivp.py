@@ -29,11 +29,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance, each_start
 from gnomon.harness.kernels.equations import ARRAY_SIGNATURE, OPTIONS, compiled, right_hand_side
 from gnomon.harness.kernels.straight_line import jacobian_text, module_text
@@ -55,7 +55,7 @@ def array(t, y, p):
 """
 
 
-class SolveIvp(Integrator):
+class SolveIvp(Installed):
     """A method of `scipy.integrate.solve_ivp`; `method` is its name there."""
 
     library = "scipy"
@@ -91,9 +91,6 @@ class SolveIvp(Integrator):
             return None, None if found.success else reason(found.message, said)
 
         return Solver(each_start(problem, solve_one), recorded(options))
-
-    def versions(self) -> Mapping[str, Any]:
-        return {"scipy": version("scipy")}
 
 
 def right_hand_side_of(problem: Problem) -> Callable[[float, Floats], Floats]:
