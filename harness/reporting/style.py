@@ -5,7 +5,6 @@ without colour vision too.
 """
 
 import colorsys
-from collections.abc import Iterable
 from typing import Any
 
 import pandas as pd
@@ -69,11 +68,6 @@ def styles(frame: pd.DataFrame) -> pd.DataFrame:
             "lane": [place[name] for name in one["library"]],
         }
     ).reset_index(drop=True)
-
-
-def present(look: pd.DataFrame, series: Iterable[str]) -> pd.DataFrame:
-    """The rows of `look` for these integrators, in its order."""
-    return look[look["series"].isin(set(series))]
 
 
 def _shade(colour: str, share: float) -> str:
