@@ -112,15 +112,9 @@ class FixedStep(Integrator):
         return self.advancing(problem, h, substeps, step, address, table, shape)
 
     def advancing(
-        self,
-        problem: Problem,
-        h: float,
-        substeps: int,
-        step: stepping.Step,
-        address: int,
-        table: Floats,
+        self, problem: Problem, h: float, substeps: int, step: stepping.Step, address: int, table: Floats,
         shape: tuple[tuple[int, int], int],
-    ) -> Loop:
+    ) -> Loop:  # fmt: skip
         """The compiled loop around a step, with the equations at an address; `shape`: `widths` and the number of rows that
         the step stores."""
         run, compensated, (widths, rows) = stepping.compiled(step), self.compensated, shape

@@ -172,17 +172,9 @@ attempt = open_step = between = of_the_family
 
 
 def integrate(
-    f: Any,
-    p: Floats,
-    table: Floats,
-    initial: Floats,
-    times: Floats,
-    tolerance: float,
-    groups: NDArray[np.int64],
-    time_scale: float,
-    out: Floats,
-    stop: NDArray[np.int64],
-) -> int:
+    f: Any, p: Floats, table: Floats, initial: Floats, times: Floats, tolerance: float, groups: NDArray[np.int64],
+    time_scale: float, out: Floats, stop: NDArray[np.int64],
+) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps accepted.
 
     `stop` gets the reason and the sample where a trajectory ended early.
@@ -239,21 +231,9 @@ def integrate(
                 open_step(f, t, step, y, p, table, x, slope, k)
                 while sample < times.size and times[sample] <= t + step:
                     between(
-                        f,
-                        t,
-                        step,
-                        times[sample] - t,
-                        y,
-                        compensation,
-                        end,
-                        p,
-                        table,
-                        x,
-                        slope,
-                        k,
-                        spare,
+                        f, t, step, times[sample] - t, y, compensation, end, p, table, x, slope, k, spare,
                         out[n, sample],
-                    )
+                    )  # fmt: skip
                     sample += 1
             if enlarge(end, groups, sizes) or t == 0.0:
                 invert(groups, sizes, inverse)

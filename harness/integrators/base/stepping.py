@@ -88,19 +88,9 @@ def call(typing, address, t, x, p, slope):
 
 
 def advance(
-    f: Any,
-    p: Floats,
-    table: Floats,
-    widths: tuple[int, int],
-    rows: int,
-    initial: Floats,
-    times: Floats,
-    h: float,
-    substeps: int,
-    compensated: bool,
-    out: Floats,
-    stop: NDArray[np.int64],
-) -> int:
+    f: Any, p: Floats, table: Floats, widths: tuple[int, int], rows: int, initial: Floats, times: Floats, h: float,
+    substeps: int, compensated: bool, out: Floats, stop: NDArray[np.int64],
+) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps taken.
 
     With substeps > 0 the times are multiples of substeps * h. With substeps = 0 they are not: the grid is uniform, and

@@ -38,19 +38,9 @@ SIGNATURE = (
 
 
 def integrate(
-    f: Any,
-    derivative: Any,
-    p: Floats,
-    table: Floats,
-    initial: Floats,
-    times: Floats,
-    tolerance: float,
-    fixed: float,
-    groups: NDArray[np.int64],
-    time_scale: float,
-    out: Floats,
-    stop: NDArray[np.int64],
-) -> int:
+    f: Any, derivative: Any, p: Floats, table: Floats, initial: Floats, times: Floats, tolerance: float, fixed: float,
+    groups: NDArray[np.int64], time_scale: float, out: Floats, stop: NDArray[np.int64],
+) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps accepted.
 
     `stop` gets the reason and the sample where a trajectory ended early. `fixed` > 0: all steps have that size, and only

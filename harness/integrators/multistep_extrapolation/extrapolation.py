@@ -48,17 +48,9 @@ class GraggBulirschStoer(Adaptive):
 
 
 def integrate(
-    f: Any,
-    p: Floats,
-    table: Floats,
-    initial: Floats,
-    times: Floats,
-    tolerance: float,
-    groups: NDArray[np.int64],
-    time_scale: float,
-    out: Floats,
-    stop: NDArray[np.int64],
-) -> int:
+    f: Any, p: Floats, table: Floats, initial: Floats, times: Floats, tolerance: float, groups: NDArray[np.int64],
+    time_scale: float, out: Floats, stop: NDArray[np.int64],
+) -> int:  # fmt: skip
     """As `step_control.integrate`, but the order is chosen with the step: an attempt ends at the column where it pays, and
     the next step follows from the errors and the work of all columns. A step that would pass a sample ends there, at the
     first column within the tolerance."""

@@ -79,16 +79,9 @@ SIGNATURE = (
 
 
 def integrate(
-    f: Any,
-    p: Floats,
-    initial: Floats,
-    times: Floats,
-    order: int,
-    length: int,
-    time_scale: float,
-    out: Floats,
+    f: Any, p: Floats, initial: Floats, times: Floats, order: int, length: int, time_scale: float, out: Floats,
     stop: NDArray[np.int64],
-) -> int:
+) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps.
 
     This is not the loop of `step_control`: the size of a step follows from its own coefficients, so there is no attempt, no
