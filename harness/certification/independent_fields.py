@@ -105,10 +105,7 @@ def circulation_quad(p: Numbers) -> Quantities:
         x, y = p["Ax"] + s * dx, p["Ay"] + s * dy
         return (x * dy - y * dx) / (x * x + y * y)
 
-    return {
-        "circle": integrate.quad(circle, 0.0, 2 * math.pi)[0],
-        "line": integrate.quad(line, 0.0, 1.0)[0],
-    }
+    return {"circle": integrate.quad(circle, 0.0, 2 * math.pi)[0], "line": integrate.quad(line, 0.0, 1.0)[0]}
 
 
 @independent("formulas in doubles", "numpy", "weight_local_gravity")
@@ -135,12 +132,7 @@ def wrench_solve(p: Numbers) -> Quantities:
     matrix[:3, 3] = F
     matrix[3, :3] = F
     x, y, z, pitch = np.linalg.solve(matrix, [*M, 0])
-    return {
-        "moment_Q": M - np.cross(Q, F),
-        "pitch": pitch,
-        "axis": (x, y, z),
-        "momentum_O": M + np.cross(Q, F),
-    }
+    return {"moment_Q": M - np.cross(Q, F), "pitch": pitch, "axis": (x, y, z), "momentum_O": M + np.cross(Q, F)}
 
 
 @independent("solve", "numpy", "generalized_impulse")

@@ -20,10 +20,7 @@ from markupsafe import Markup, escape
 
 
 def write_report(
-    database: Path,
-    folder: Path,
-    cases: Mapping[str, type[Case]] | None = None,
-    beside: Sequence[Path] | None = None,
+    database: Path, folder: Path, cases: Mapping[str, type[Case]] | None = None, beside: Sequence[Path] | None = None
 ) -> Path:
     """Write index.html, summary.md and figures/ into `folder` and return the page's path.
 

@@ -14,14 +14,7 @@ from gnomon.harness.system.child_process import quiet_child
 
 from gnomon import cases
 
-LIBRARIES = (
-    "gnomon.harness.running.worker",
-    "scipy.integrate",
-    "numba",
-    "rebound",
-    "heyoka",
-    "pybullet",
-)
+LIBRARIES = ("gnomon.harness.running.worker", "scipy.integrate", "numba", "rebound", "heyoka", "pybullet")
 
 
 def _import_everything() -> None:

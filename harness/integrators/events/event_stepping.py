@@ -30,14 +30,7 @@ import numpy as np
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert
 from gnomon.harness.integrators.base.stepping import compiled_whole
-from gnomon.harness.integrators.events.event_location import (
-    dip,
-    guard_after,
-    locate,
-    one_step,
-    part,
-    step_error,
-)
+from gnomon.harness.integrators.events.event_location import dip, guard_after, locate, one_step, part, step_error
 from numpy.typing import NDArray
 
 Integers = NDArray[np.int64]
