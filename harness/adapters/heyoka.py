@@ -21,8 +21,6 @@ Traps, seen in 7.13: the first point of the grid must be the present time. Where
 there on are missing, and only the outcome shows it. `hypot` has no counterpart.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 import os

@@ -3,8 +3,6 @@
 Positions and rates are read through the functions that return doubles (`getLinkState` gives float32 velocities).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import ClassVar
 
@@ -58,7 +56,7 @@ class PyBullet(Installed):
             return "a staggered start needs accelerations that depend on position alone"
         return None
 
-    def prepare(self, problem: Problem, setting: float) -> Run:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         return Run(self, problem, setting)
 
 

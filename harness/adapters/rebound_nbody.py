@@ -21,8 +21,6 @@ Traps, seen in 5.2.2:
 - `integrate` may end within 1e-12 of the requested time; tests show that it is met to the bit.
 """
 
-from __future__ import annotations
-
 import ctypes
 import signal
 import threading

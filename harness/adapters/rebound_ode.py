@@ -16,8 +16,6 @@ ends the run with an error only if it is in the last component; in others a maxi
 it spreads. For more see `rebound_nbody`.
 """
 
-from __future__ import annotations
-
 import ctypes
 from typing import Any
 

@@ -1,7 +1,5 @@
 """SciPy's solve_ivp with its event location, on hybrid problems: one call from each event to the next."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 

@@ -24,8 +24,6 @@ Traps:
   right-hand sides in their `nfev`; they are counted here.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace

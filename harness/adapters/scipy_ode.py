@@ -13,8 +13,6 @@ shows it. Here the remaining samples are NaN and the reason is kept. With `atol`
 refused. VODE halves its step without end where values are not finite: the time limit of the trial ends it.
 """
 
-from __future__ import annotations
-
 import warnings
 from typing import Any, ClassVar
 

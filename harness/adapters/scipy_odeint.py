@@ -15,8 +15,6 @@ own limit) that is all but the initial state. Such tolerances are refused; `tcur
 that are not finite it reports as a success.
 """
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import replace
 

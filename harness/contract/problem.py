@@ -1,7 +1,5 @@
 """From a case to a Problem, what an integrator is given: equations in an accepted form, parameters, sample times."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from fractions import Fraction
 

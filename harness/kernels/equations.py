@@ -4,8 +4,6 @@ The name of a module is a hash of its whole source, so that every edit makes ano
 the signature `void(t, y, parameters, out)`, so an integrator is compiled once and takes any case by function pointer.
 """
 
-from __future__ import annotations
-
 import ast
 import dis
 import inspect

@@ -8,8 +8,6 @@ fixed steps takes one step for each sample too; there the time with two steps is
 which is the time of the steps, is subtracted.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 from collections.abc import Callable, Iterator

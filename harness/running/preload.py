@@ -1,7 +1,5 @@
 """Imports all libraries once in the fork server, so that a worker starts in 50 ms. Only the fork server imports this."""
 
-from __future__ import annotations
-
 import contextlib
 import gc
 import importlib

@@ -1,7 +1,5 @@
 """A run: plan, reference solutions, sweeps in worker processes, results in the store."""
 
-from __future__ import annotations
-
 import shlex
 import sys
 import tempfile

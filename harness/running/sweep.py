@@ -1,7 +1,5 @@
 """One launch of one series: requests its trials from cheap to expensive, scores the outcomes, skips what is too slow."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -5,8 +5,6 @@ has a rotational symmetry, its default variant is therefore solved from turned s
 those of the start with the median error.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -209,7 +207,7 @@ class Scorer:
         return on_time
 
     @cached_property
-    def _turned(self) -> list[Scorer]:
+    def _turned(self) -> "list[Scorer]":
         """A scorer for each turned start, with its own exact motion."""
         return [
             Scorer(

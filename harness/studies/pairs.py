@@ -7,8 +7,6 @@ phase of the machine affects both. Their null calls alternate with them: the sam
 one step from sample to sample. Their time is the overhead of a call.
 """
 
-from __future__ import annotations
-
 import gc
 import math
 from collections.abc import Sequence

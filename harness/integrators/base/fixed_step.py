@@ -1,7 +1,5 @@
 """One-step methods at a fixed step size: a subclass is a declaration of a step function and its coefficients."""
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence

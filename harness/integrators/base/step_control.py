@@ -14,8 +14,6 @@ them once, with the method's number of stages and the like as constants:
 For `groups` and `inverse` see `sizes`.
 """
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from collections.abc import Callable

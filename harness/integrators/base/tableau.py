@@ -1,7 +1,5 @@
 """The coefficients of one-step methods, in the digits of their source: Butcher's tableau, and that of a Nyström method."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Event location: the length of an explicit Runge-Kutta step at which a guard crosses zero, by root finding."""
 
-from __future__ import annotations
-
 from math import sqrt
 
 from gnomon.harness.contract.integrator import Floats

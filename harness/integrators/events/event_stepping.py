@@ -21,8 +21,6 @@ It returns to Python in the final states, and is called again after two: at ASK 
 that is a Python function, at FULL it enlarges the arrays of events.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Methods for hybrid problems: impact, stick and slip are events, located to round-off."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import numpy as np

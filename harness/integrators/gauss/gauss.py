@@ -1,7 +1,5 @@
 """Gauss-Legendre methods: implicit Runge-Kutta of order 2s with s stages, by the fixed point or Newton's iteration."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, ClassVar

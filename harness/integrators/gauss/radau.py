@@ -1,7 +1,5 @@
 """Radau IIA of order 5 for stiff equations, after RADAU5."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """The stepping of Radau IIA 5: simplified Newton iteration on the transformed system, error estimate, step control."""
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Exponential Runge-Kutta methods: the linear part of the equations, which may be stiff, is solved exactly."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar

@@ -4,8 +4,6 @@ Angular velocity and attitude are rotated by the same Q in a step: R' = R Q and 
 R M, the angular momentum in space, is constant to round-off, and R(0)^T R(t) is orthogonal to round-off.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import cos, sin, sqrt
 from typing import Any

@@ -1,7 +1,5 @@
 """Extrapolation: Gragg's rule with 2, 4, 6, ... substeps, extrapolated to step size 0; order and step are adaptive."""
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Störmer's multistep methods of high order for q'' = a(t, q), in compensated summed form: one right-hand side a step."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache

@@ -1,7 +1,5 @@
 """Embedded explicit Runge-Kutta pairs for y' = f(t, y): a method is its tableau. Step sizes: `base/step_control.py`."""
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any, ClassVar
 

@@ -1,7 +1,5 @@
 """Embedded explicit Runge-Kutta pairs of orders 3 to 9; DOP853 has a module of its own."""
 
-from __future__ import annotations
-
 from gnomon.harness.contract.integrator import Integrator, Tolerance
 from gnomon.harness.integrators.base.tableau import ButcherTableau, listed
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded

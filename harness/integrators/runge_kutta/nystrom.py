@@ -3,8 +3,6 @@
 Step sizes: `base/step_control.py`.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any, ClassVar
 

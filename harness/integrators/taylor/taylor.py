@@ -1,7 +1,5 @@
 """Taylor's method: order and step size from the tolerance, coefficients from the case's own equations."""
 
-from __future__ import annotations
-
 import math
 from math import exp, log
 from typing import Any
