@@ -6,8 +6,8 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition
 from gnomon.harness.adapters.installed import Installed
-from gnomon.harness.adapters.scipy_ivp import ABSOLUTE, SMALLEST, jacobian_of, recorded
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Tolerance
+from gnomon.harness.adapters.scipy_ivp import jacobian_of, options_of, recorded
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Tolerance
 from gnomon.harness.kernels.equations import function_kernel
 
 PROBE = 1e-9
@@ -32,11 +32,8 @@ class SolveIvpEvents(Installed):
     takes_jacobian: ClassVar[bool] = False
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
-        if setting < SMALLEST:
-            raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
-        form = problem.form
+        form, options = problem.form, options_of(self.method, setting)
         assert isinstance(form, Hybrid)
-        options: dict[str, Any] = {"method": self.method, "rtol": setting, "atol": ABSOLUTE * setting}
         sides = {mode.name: Side(problem, form, mode, self.takes_jacobian) for mode in form.modes}
 
         def solve(initial_states: Floats) -> Solution:

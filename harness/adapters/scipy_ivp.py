@@ -66,12 +66,10 @@ class SolveIvp(Installed):
     def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import solve_ivp  # slow to load: only the trials of this library wait
 
-        if setting < SMALLEST:
-            raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
+        options = options_of(self.method, setting)
         function = right_hand_side_of(problem)
         finite = right_hand_side(replace(problem, counted=False)).array
         buffer, times = problem.buffer, problem.times
-        options: dict[str, Any] = {"method": self.method, "rtol": setting, "atol": ABSOLUTE * setting}
         if self.takes_jacobian:
             assert isinstance(problem.form, FirstOrder)
             options["jac"] = jacobian_of(problem.form, problem.dimension, buffer)
@@ -89,6 +87,13 @@ class SolveIvp(Installed):
             return None, None if found.success else reason(found.message, said)
 
         return Solver(each_start(problem, solve_one), recorded(options))
+
+
+def options_of(method: str, setting: float) -> dict[str, Any]:
+    """Method and tolerances for `solve_ivp`. Raises Refused for a tolerance that it would change."""
+    if setting < SMALLEST:
+        raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
+    return {"method": method, "rtol": setting, "atol": ABSOLUTE * setting}
 
 
 def right_hand_side_of(problem: Problem) -> Callable[[float, Floats], Floats]:
