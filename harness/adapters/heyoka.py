@@ -137,7 +137,8 @@ def system(problem: Problem, powers: bool) -> list[tuple[Any, Any]]:
         raise Refused(str(error)) from None
     variables = tuple(heyoka.expression(f"y{i}") for i in range(problem.dimension))
     derivatives = equations(heyoka.time, variables, tuple(problem.parameters.tolist()))
-    found = [as_expression(heyoka, dy) for dy in derivatives]
+    # A derivative may be a plain number: that of a clock, a constant force.
+    found = [dy if isinstance(dy, heyoka.expression) else heyoka.expression(float(dy)) for dy in derivatives]
     if powers:
         found = heyoka.subs(found, {1 / (u * root(u)): u**-1.5 for u in under_roots})
     return list(zip(variables, found, strict=True))
@@ -152,11 +153,6 @@ def either(heyoka: Any, name: str) -> Callable[..., Any]:
         return chosen(*arguments)
 
     return function
-
-
-def as_expression(heyoka: Any, value: Any) -> Any:
-    """A derivative as an expression, also where it is a plain number (that of a clock, a constant force)."""
-    return value if isinstance(value, heyoka.expression) else heyoka.expression(float(value))
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Taylor, FastTaylor)
