@@ -92,8 +92,13 @@ class NystromTableau:
 
 
 def listed(text: str) -> tuple[Row, ...]:
-    """Rows of coefficients from text, as papers print them: numbers from column 0 on, a semicolon after each row."""
-    *rows, _ = text.split(";")
+    """Rows of coefficients from text, as papers print them: numbers from column 0 on, a semicolon after each row.
+
+    Raises ValueError where the last one has none.
+    """
+    *rows, rest = text.split(";")
+    if rest.strip():
+        raise ValueError(f"{rest.strip()[:60]!r} has no semicolon after it; end each row with one")
     return tuple({j: value for j, value in enumerate(row.split()) if value != "0"} for row in rows)
 
 
