@@ -98,7 +98,7 @@ class Adaptive(Integrator):
 
     @classmethod
     @abstractmethod
-    def constants(cls) -> tuple[tuple[str, int], ...]:
+    def constants(cls) -> dict[str, int]:
         """The names that the family's functions read as constants, with their values for this method."""
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
@@ -107,7 +107,7 @@ class Adaptive(Integrator):
         second = isinstance(problem.form, SecondOrder)
         kernel = acceleration(problem) if second else right_hand_side(problem)
         limits = ("MOST_STEPS", self.most_steps), ("ABSOLUTE", int(self.absolute))
-        run = compiled_whole(type(self).loop, SIGNATURE, (*self.constants(), *limits), self.pieces)
+        run = compiled_whole(type(self).loop, SIGNATURE, (*self.constants().items(), *limits), self.pieces)
         table = _table(type(self))
         address, buffer, times = kernel.address, problem.buffer, problem.times
         groups, scale = problem.grouping, problem.time_scale

@@ -41,8 +41,8 @@ class GraggBulirschStoer(Adaptive):
         return [[squares[m] / (squares[j] - squares[m]) for m in range(j)] or [mp.mpf(0)] for j in range(COLUMNS)]
 
     @classmethod
-    def constants(cls) -> tuple[tuple[str, int], ...]:
-        return (("ORDER", 8),)  # used only by the estimate of the first step
+    def constants(cls) -> dict[str, int]:
+        return {"ORDER": 8}  # used only by the estimate of the first step
 
 
 def integrate(

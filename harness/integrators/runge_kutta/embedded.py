@@ -23,16 +23,15 @@ class Embedded(Adaptive):
     tableau: ClassVar[ButcherTableau]
 
     @classmethod
-    def constants(cls) -> tuple[tuple[str, int], ...]:
+    def constants(cls) -> dict[str, int]:
         tableau, stages = cls.tableau, len(cls.tableau.a)
         last = stages + 1 + len(tableau.extra)
         assert cls.order is not None
-        values = {
+        return {
             "WIDTHS": 1, "ORDER": cls.order, "ERROR_ORDER": cls.order, "STAGES": stages, "LAST": last,
             "ENDS": int(any(stages in row for row in tableau.errors)), "ERRORS": last, "DENSE": last + 2,
             "DENSE_ROWS": -1 if tableau.dense is None else len(tableau.dense),
         }  # fmt: skip
-        return tuple(values.items())  # type: ignore[arg-type]
 
 
 def attempt(

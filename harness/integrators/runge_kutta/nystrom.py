@@ -22,14 +22,13 @@ class Nystrom(Adaptive):
     tableau: ClassVar[NystromTableau]
 
     @classmethod
-    def constants(cls) -> tuple[tuple[str, int], ...]:
+    def constants(cls) -> dict[str, int]:
         tableau, stages = cls.tableau, len(cls.tableau.a)
         assert cls.order is not None
-        values = {
+        return {
             "WIDTHS": 2, "ORDER": cls.order, "ERROR_ORDER": tableau.orders[1] + 1, "STAGES": stages, "LAST": stages + 2,
             "ENDS": int(tableau.uses_end),
         }  # fmt: skip
-        return tuple(values.items())  # type: ignore[arg-type]
 
 
 def attempt(
