@@ -21,20 +21,18 @@ Traps, seen in 7.13: the first point of the grid must be the present time. Where
 there on are missing, and only the outcome shows it. `hypot` has no counterpart.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.arithmetic import FUNCTIONS, rebind
 from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
 from gnomon.harness.contract.validation import require_positive
 
@@ -42,7 +40,7 @@ ENSEMBLE, BATCH = 16, 8
 """From ENSEMBLE trajectories on they are integrated in batches of BATCH: the lanes of its vectors, 8 with AVX-512."""
 
 
-class Taylor(Integrator):
+class Taylor(Installed):
     """Taylor's method of adaptive order and step. Biscani and Izzo, MNRAS 504 (2021) 2614."""
 
     name, library = "Taylor", "heyoka"
@@ -110,9 +108,6 @@ class Taylor(Integrator):
 
         return Solver(solve, options)
 
-    def versions(self) -> Mapping[str, Any]:
-        return {"heyoka": version("heyoka")}
-
 
 class FastTaylor(Taylor):
     """Taylor's method with the fastest of heyoka's documented options. Biscani and Izzo, MNRAS 504 (2021) 2614."""
@@ -144,7 +139,8 @@ def system(problem: Problem, powers: bool) -> list[tuple[Any, Any]]:
         raise Refused(str(error)) from None
     variables = tuple(heyoka.expression(f"y{i}") for i in range(problem.dimension))
     derivatives = equations(heyoka.time, variables, tuple(problem.parameters.tolist()))
-    found = [as_expression(heyoka, dy) for dy in derivatives]
+    # A derivative may be a plain number: that of a clock, a constant force.
+    found = [dy if isinstance(dy, heyoka.expression) else heyoka.expression(float(dy)) for dy in derivatives]
     if powers:
         found = heyoka.subs(found, {1 / (u * root(u)): u**-1.5 for u in under_roots})
     return list(zip(variables, found, strict=True))
@@ -159,11 +155,6 @@ def either(heyoka: Any, name: str) -> Callable[..., Any]:
         return chosen(*arguments)
 
     return function
-
-
-def as_expression(heyoka: Any, value: Any) -> Any:
-    """A derivative as an expression, also where it is a plain number (that of a clock, a constant force)."""
-    return value if isinstance(value, heyoka.expression) else heyoka.expression(float(value))
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Taylor, FastTaylor)

@@ -3,22 +3,19 @@
 Positions and rates are read through the functions that return doubles (`getLinkState` gives float32 velocities).
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
 from dataclasses import replace
-from importlib.metadata import version
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Slider, Vector
+from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.adapters.pybullet_world import World
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps
+from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solution, Solver, Steps
 from gnomon.harness.contract.validation import require_positive
 
 
-class PyBullet(Integrator):
+class PyBullet(Installed):
     """PyBullet with every option chosen so that it models the scene and nothing else. Order 1, for charges 2.
 
     Coumans, pybullet.org.
@@ -60,12 +57,9 @@ class PyBullet(Integrator):
             return "a staggered start needs accelerations that depend on position alone"
         return None
 
-    def prepare(self, problem: Problem, setting: float) -> Run:
+    def prepare(self, problem: Problem, setting: float) -> Solver:
         require_positive(setting, "step size")
         return Run(self, problem, setting)
-
-    def versions(self) -> Mapping[str, Any]:
-        return {"pybullet": version("pybullet")}
 
 
 class PyBulletStaggered(PyBullet):

@@ -53,8 +53,7 @@ class World:
         self.steps = 0
         self.client = int(pybullet.connect(pybullet.DIRECT))
         self._step, self._pose, self._twist, self._joint_state = map(
-            self._bound,
-            ("stepSimulation", "getBasePositionAndOrientation", "getBaseVelocity", "getJointState"),
+            self._bound, ("stepSimulation", "getBasePositionAndOrientation", "getBaseVelocity", "getJointState")
         )
 
     def close(self) -> None:

@@ -21,18 +21,16 @@ Traps, seen in 5.2.2:
 - `integrate` may end within 1e-12 of the requested time; tests show that it is met to the bit.
 """
 
-from __future__ import annotations
-
 import ctypes
 import signal
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import NBody
+from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps, Tolerance
 from gnomon.harness.contract.validation import require_positive
 
@@ -40,7 +38,7 @@ FIRST_STEP = 0.01
 """First step of adaptive methods, in time scales; later ones come from their step-size control."""
 
 
-class Native(Integrator):
+class Native(Installed):
     """A method of REBOUND on its own N-body equations; `engine` is its name there."""
 
     library = "rebound"
@@ -103,9 +101,6 @@ class Native(Integrator):
 
         few = {"N_active": active} if active < len(masses) else {}
         return Solver(solve, {"dt": first_step, **options, **few})
-
-    def versions(self) -> Mapping[str, Any]:
-        return {"rebound": version("rebound")}
 
 
 class FixedSteps(Native):

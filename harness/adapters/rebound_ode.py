@@ -16,15 +16,12 @@ ends the run with an error only if it is in the last component; in others a maxi
 it spreads. For more see `rebound_nbody`.
 """
 
-from __future__ import annotations
-
 import ctypes
-from collections.abc import Mapping
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.adapters.rebound_nbody import FIRST_STEP, interrupt_kept
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
@@ -52,7 +49,7 @@ def derivatives(ode, out, y, t):
 SIGNATURE = "void(CPointer(uintp), CPointer(float64), CPointer(float64), float64)"
 
 
-class OdeMode(Integrator):
+class OdeMode(Installed):
     """Gragg, Bulirsch and Stoer's extrapolation, step and order adaptive. Hairer, Norsett, Wanner (1993), II.9."""
 
     name, library, policy = "BS", "rebound", "ODE mode"
@@ -95,9 +92,6 @@ class OdeMode(Integrator):
             return simulation.steps_done - before, None
 
         return Solver(each_start(problem, solve_one), {"dt": first_step, **options})
-
-    def versions(self) -> Mapping[str, Any]:
-        return {"rebound": version("rebound")}
 
 
 def c_pointer(problem: Problem) -> Any:

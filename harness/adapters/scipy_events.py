@@ -1,23 +1,20 @@
 """SciPy's solve_ivp with its event location, on hybrid problems: one call from each event to the next."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
-from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition
-from gnomon.harness.adapters.scipy_ivp import ABSOLUTE, SMALLEST, jacobian_of, recorded
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Tolerance
-from gnomon.harness.contract.validation import require_positive
+from gnomon.harness.adapters.installed import Installed
+from gnomon.harness.adapters.scipy_ivp import jacobian_of, options_of, recorded
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Tolerance
 from gnomon.harness.kernels.equations import function_kernel
 
 PROBE = 1e-9
 """Fraction of a time scale after which a guard that is zero at the start of the motion is evaluated again."""
 
 
-class SolveIvpEvents(Integrator):
+class SolveIvpEvents(Installed):
     """A method of `scipy.integrate.solve_ivp` with terminal events; `method` is its name there.
 
     SciPy detects a sign change of a guard between the ends of a step. Right after an event the guard is zero at the restart
@@ -35,12 +32,8 @@ class SolveIvpEvents(Integrator):
     takes_jacobian: ClassVar[bool] = False
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
-        require_positive(setting, "tolerance")
-        if setting < SMALLEST:
-            raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
-        form = problem.form
+        form, options = problem.form, options_of(self.method, setting)
         assert isinstance(form, Hybrid)
-        options: dict[str, Any] = {"method": self.method, "rtol": setting, "atol": ABSOLUTE * setting}
         sides = {mode.name: Side(problem, form, mode, self.takes_jacobian) for mode in form.modes}
 
         def solve(initial_states: Floats) -> Solution:
@@ -55,9 +48,6 @@ class SolveIvpEvents(Integrator):
         given = {f"jac in {name}": recorded(side.options)["jac"] for name, side in sides.items() if side.options}
         return Solver(solve, recorded(options) | given)
 
-    def versions(self) -> Mapping[str, Any]:
-        return {"scipy": version("scipy")}
-
 
 class Side:
     """One mode as SciPy calls it: its right-hand side, its Jacobian where it is used, the guards of its transitions."""
@@ -65,12 +55,11 @@ class Side:
     def __init__(self, problem: Problem, form: Hybrid, mode: Mode, takes_jacobian: bool) -> None:
         dimension, numbers = problem.dimension, len(problem.parameters)
         self.buffer = np.array([*problem.parameters, *mode.constants, 0.0])
-        self.array = function_kernel(
-            mode.equations, dimension, numbers + len(mode.constants), dimension, problem.counted
-        ).array
-        self.options: dict[str, Any] = (
-            {"jac": jacobian_of(FirstOrder(mode.equations), dimension, self.buffer)} if takes_jacobian else {}
-        )
+        count = len(self.buffer) - 1
+        self.array = function_kernel(mode.equations, dimension, count, dimension, problem.counted).array
+        self.options: dict[str, Any] = {}
+        if takes_jacobian:
+            self.options["jac"] = jacobian_of(FirstOrder(mode.equations), dimension, self.buffer)
         self.transitions = tuple(transition for transition in form.transitions if transition.mode == mode.name)
         parameters = problem.buffer
         self.guards = [

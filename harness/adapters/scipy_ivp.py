@@ -24,16 +24,14 @@ Traps:
   right-hand sides in their `nfev`; they are counted here.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.kernels.equations import ARRAY_SIGNATURE, OPTIONS, compiled, right_hand_side
@@ -56,7 +54,7 @@ def array(t, y, p):
 """
 
 
-class SolveIvp(Integrator):
+class SolveIvp(Installed):
     """A method of `scipy.integrate.solve_ivp`; `method` is its name there."""
 
     library = "scipy"
@@ -69,13 +67,10 @@ class SolveIvp(Integrator):
     def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import solve_ivp  # slow to load: only the trials of this library wait
 
-        require_positive(setting, "tolerance")
-        if setting < SMALLEST:
-            raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
+        options = options_of(self.method, setting)
         function = right_hand_side_of(problem)
         finite = right_hand_side(replace(problem, counted=False)).array
         buffer, times = problem.buffer, problem.times
-        options: dict[str, Any] = {"method": self.method, "rtol": setting, "atol": ABSOLUTE * setting}
         if self.takes_jacobian:
             assert isinstance(problem.form, FirstOrder)
             options["jac"] = jacobian_of(problem.form, problem.dimension, buffer)
@@ -94,8 +89,13 @@ class SolveIvp(Integrator):
 
         return Solver(each_start(problem, solve_one), recorded(options))
 
-    def versions(self) -> Mapping[str, Any]:
-        return {"scipy": version("scipy")}
+
+def options_of(method: str, setting: float) -> dict[str, Any]:
+    """Method and tolerances for `solve_ivp`. Raises Refused for a tolerance that it would change, or hang with."""
+    require_positive(setting, "tolerance")
+    if setting < SMALLEST:
+        raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
+    return {"method": method, "rtol": setting, "atol": ABSOLUTE * setting}
 
 
 def right_hand_side_of(problem: Problem) -> Callable[[float, Floats], Floats]:

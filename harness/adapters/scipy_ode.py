@@ -13,14 +13,11 @@ shows it. Here the remaining samples are NaN and the reason is kept. With `atol`
 refused. VODE halves its step without end where values are not finite: the time limit of the trial ends it.
 """
 
-from __future__ import annotations
-
 import warnings
-from collections.abc import Mapping
-from importlib.metadata import version
 from typing import Any, ClassVar
 
 from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.adapters.scipy_ivp import right_hand_side_of
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
@@ -31,7 +28,7 @@ STEPS = 10_000_000
 """Steps allowed between two samples: more than any time limit of a trial admits."""
 
 
-class Ode(Integrator):
+class Ode(Installed):
     """A method of `scipy.integrate.ode`; `engine` is its name there."""
 
     library = "scipy"
@@ -69,9 +66,6 @@ class Ode(Integrator):
             return steps, None
 
         return Solver(each_start(problem, solve_one), options)
-
-    def versions(self) -> Mapping[str, Any]:
-        return {"scipy": version("scipy")}
 
 
 class Dop853(Ode):

@@ -15,16 +15,12 @@ own limit) that is all but the initial state. Such tolerances are refused; `tcur
 that are not finite it reports as a success.
 """
 
-from __future__ import annotations
-
 import warnings
-from collections.abc import Mapping
 from dataclasses import replace
-from importlib.metadata import version
-from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.adapters.scipy_ivp import SMALLEST, jacobian_of, recorded, right_hand_side_of
 from gnomon.harness.adapters.scipy_ode import STEPS
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance, each_start
@@ -34,7 +30,7 @@ from gnomon.harness.kernels.equations import right_hand_side
 SUCCESS = "Integration successful."
 
 
-class Odeint(Integrator):
+class Odeint(Installed):
     """ODEPACK's Adams and BDF methods, switched automatically. Petzold, SIAM J. Sci. Stat. Comput. 4 (1983) 136."""
 
     name, library = "odeint", "scipy"
@@ -71,9 +67,6 @@ class Odeint(Integrator):
             return int(facts["nst"][reached]), f"{facts['message']} at t = {facts['tcur'][reached]:g}"
 
         return Solver(each_start(problem, solve_one), recorded(options))
-
-    def versions(self) -> Mapping[str, Any]:
-        return {"scipy": version("scipy")}
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Odeint,)

@@ -47,12 +47,8 @@ def sizes(case: Case) -> tuple[float, ...]:
 def agreed(differences: Iterable[tuple[Any, Any]]) -> float:
     """The smallest number of decimal digits in which pairs (difference, size) agree, at most DIGITS."""
     worst = max((abs(difference) / size for difference, size in differences), default=0)
-    return float(DIGITS) if worst == 0 else min(float(DIGITS), -float(_log10(worst)))
-
-
-def _log10(x: Any) -> float:
     with working(20) as mp:
-        return float(mp.log10(mp.mpf(x)))
+        return float(DIGITS) if worst == 0 else min(float(DIGITS), -float(mp.log10(mp.mpf(worst))))
 
 
 def first_order_equations(case: Case) -> Equations:

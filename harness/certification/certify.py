@@ -25,18 +25,7 @@ from typing import Any
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import Equations
-from gnomon.harness.certification.agreement import (
-    DIGITS,
-    REQUIRED,
-    against,
-    agreed,
-    agreed_states,
-    asked,
-    first_order_equations,
-    residual,
-    series_field,
-    sizes,
-)
+from gnomon.harness.certification import agreement
 from gnomon.harness.certification.certify_hybrid import flight_ways
 from gnomon.harness.certification.certify_long import long_ways
 from gnomon.harness.certification.enclosures import enclosure
@@ -49,7 +38,7 @@ from gnomon.reference.numerics.taylor import integrate
 
 RANDOM_TIMES = 5
 TAYLOR_STOPS = 4
-BALL_DIGITS = DIGITS + 5
+BALL_DIGITS = agreement.DIGITS + 5
 INTEGRATED_SCALES = 300
 """Spans of up to this many fastest times are integrated from start to end."""
 
@@ -64,7 +53,7 @@ class Certificate:
     case: str
     variant: str
     ways: dict[str, float]
-    required: int = REQUIRED
+    required: int = agreement.REQUIRED
     note: str = ""
     seconds: float = 0.0
     digits: float = field(init=False)
@@ -89,10 +78,10 @@ def certify(case: Case) -> Certificate:
         found = flight_ways(case, case.hybrid)
         ways |= found | {"residual": min(start(case), found["residual"])}
         return Certificate(case.name, case.variant or "default", ways, case.certified_digits)
-    equations = first_order_equations(case)
-    ways["residual"] = min(start(case), *(residual(case, equations, t) for t in times))
+    equations = agreement.first_order_equations(case)
+    ways["residual"] = min(start(case), *(agreement.residual(case, equations, t) for t in times))
     short = case.span <= INTEGRATED_SCALES * exact(case.fastest_time)
-    ways |= _integrated(case) if short or case.certified_digits < REQUIRED else long_ways(case, times)
+    ways |= _integrated(case) if short or case.certified_digits < agreement.REQUIRED else long_ways(case, times)
     enclosed = ball_digits(case, times[1::2])
     if enclosed is not None:
         ways["ball"] = enclosed
@@ -126,24 +115,24 @@ def _random_times(case: Case) -> list[Fraction]:
 
 
 def rounding(case: Case, times: Sequence[Fraction]) -> float:
-    many = 3 * DIGITS if case.certified_digits >= REQUIRED else 2 * asked(case)
-    return agreed_states(case, ((case.exact(t, asked(case)), case.exact(t, many)) for t in times))
+    many = 3 * agreement.DIGITS if case.certified_digits >= agreement.REQUIRED else 2 * agreement.asked(case)
+    return agreement.agreed_states(case, ((case.exact(t, agreement.asked(case)), case.exact(t, many)) for t in times))
 
 
 def start(case: Case) -> float:
-    return agreed_states(case, [(case.exact(0, 2 * asked(case)), case.initial_state)])
+    return agreement.agreed_states(case, [(case.exact(0, 2 * agreement.asked(case)), case.initial_state)])
 
 
 def _integrated(case: Case) -> dict[str, float]:
     """`taylor`, or `extrapolation` for a motion that is a Taylor integration itself, at TAYLOR_STOPS times."""
     times = [case.span * k / TAYLOR_STOPS for k in range(1, TAYLOR_STOPS + 1)]
-    field = series_field(first_order_equations(case), case.parameter_values())
-    if case.certified_digits >= REQUIRED:
-        way, found = "taylor", integrate(field, case.initial_state, times, DIGITS + 20)
+    field = agreement.series_field(agreement.first_order_equations(case), case.parameter_values())
+    if case.certified_digits >= agreement.REQUIRED:
+        way, found = "taylor", integrate(field, case.initial_state, times, agreement.DIGITS + 20)
     else:
         step = exact(case.fastest_time / 4).limit_denominator(10**6)
-        way, found = "extrapolation", extrapolate(field, case.initial_state, times, asked(case), step)
-    return {way: against(case, dict(zip(times, found, strict=True)))}
+        way, found = "extrapolation", extrapolate(field, case.initial_state, times, agreement.asked(case), step)
+    return {way: agreement.against(case, dict(zip(times, found, strict=True)))}
 
 
 def ball_digits(case: Case, times: Sequence[Fraction]) -> float | None:
@@ -153,10 +142,12 @@ def ball_digits(case: Case, times: Sequence[Fraction]) -> float | None:
         enclosed = enclosure(case.motion(), t, BALL_DIGITS)
         if enclosed is None:
             return None
-        with working(2 * DIGITS) as mp:
-            for value, (middle, radius), size in zip(case.exact(t, asked(case)), enclosed, sizes(case), strict=True):
+        with working(2 * agreement.DIGITS) as mp:
+            for value, (middle, radius), size in zip(
+                case.exact(t, agreement.asked(case)), enclosed, agreement.sizes(case), strict=True
+            ):
                 pairs.append((abs(mp.mpf(value) - mp.mpf(middle)) + mp.mpf(radius), size))
-    return agreed(pairs)
+    return agreement.agreed(pairs)
 
 
 def invariants(case: Case, times: Sequence[Fraction]) -> float:
@@ -166,7 +157,7 @@ def invariants(case: Case, times: Sequence[Fraction]) -> float:
     invariant that is zero has no size of its own.
     """
     pairs = []
-    with working(2 * DIGITS) as mp:
+    with working(2 * agreement.DIGITS) as mp:
         parameters = tuple(map(mp.mpf, case.parameter_values()))
         start = tuple(map(mp.mpf, case.initial_state))
         for invariant in case.invariants.values():
@@ -175,17 +166,17 @@ def invariants(case: Case, times: Sequence[Fraction]) -> float:
             function = rebind(invariant.function, mpmath_arithmetic(mp))
             first = function(mp.mpf(0), start, parameters)[0]
             for t in times:
-                state = tuple(map(mp.mpf, case.exact(t, asked(case) + 10)))
+                state = tuple(map(mp.mpf, case.exact(t, agreement.asked(case) + 10)))
                 value = function(mp.mpf(t), state, parameters)[0]
                 size = max(abs(first), *_changes(mp, case, function, t, state, parameters))
                 pairs.append((value - first, float(size) or 1.0))
-    return agreed(pairs)
+    return agreement.agreed(pairs)
 
 
 def _changes(mp: Any, case: Case, function: Equations, t: Fraction, state: Any, parameters: Any) -> Iterable[Any]:
     """The change of an invariant for a change of each coordinate by its size, to first order."""
-    small = mp.mpf(10) ** -DIGITS
+    small = mp.mpf(10) ** -agreement.DIGITS
     here = function(mp.mpf(t), state, parameters)[0]
-    for index, size in enumerate(sizes(case)):
+    for index, size in enumerate(agreement.sizes(case)):
         changed = (*state[:index], state[index] + small * size, *state[index + 1 :])
         yield abs(function(mp.mpf(t), changed, parameters)[0] - here) / small

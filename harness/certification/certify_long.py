@@ -12,15 +12,7 @@ from typing import Any
 
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.case import Case
-from gnomon.harness.certification.agreement import (
-    DIGITS,
-    against,
-    agreed_states,
-    asked,
-    first_order_equations,
-    residual,
-    series_field,
-)
+from gnomon.harness.certification import agreement
 from gnomon.reference.numerics.precision import exact, working
 from gnomon.reference.numerics.taylor import integrate
 
@@ -48,10 +40,10 @@ def window(case: Case, begin: Fraction) -> float:
     """Digits of an integration from the exact state at `begin`, or earlier, so that it ends within the span."""
     width = _width(case)
     begin = min(begin, case.span - width)
-    start = [exact(x) for x in case.exact(begin, 2 * DIGITS)]
-    field = series_field(first_order_equations(case), case.parameter_values(), begin)
-    found = integrate(field, start, [width], DIGITS + 20)
-    return against(case, {begin + width: found[0]})
+    start = [exact(x) for x in case.exact(begin, 2 * agreement.DIGITS)]
+    field = agreement.series_field(agreement.first_order_equations(case), case.parameter_values(), begin)
+    found = integrate(field, start, [width], agreement.DIGITS + 20)
+    return agreement.against(case, {begin + width: found[0]})
 
 
 def group(case: Case) -> float | None:
@@ -63,11 +55,11 @@ def group(case: Case) -> float | None:
     for halvings in range(1, math.ceil(math.log2(case.span / _width(case))) + 1):
         t = case.span / 2**halvings
         try:
-            rest = case.with_numbers([exact(x) for x in case.exact(t, 3 * DIGITS)], case.parameters)
+            rest = case.with_numbers([exact(x) for x in case.exact(t, 3 * agreement.DIGITS)], case.parameters)
         except ValueError:
             return None
-        pairs.append((rest.exact(t, asked(case)), case.exact(2 * t, asked(case))))
-    return agreed_states(case, pairs)
+        pairs.append((rest.exact(t, agreement.asked(case)), case.exact(2 * t, agreement.asked(case))))
+    return agreement.agreed_states(case, pairs)
 
 
 def seams(case: Case) -> float | None:
@@ -82,8 +74,8 @@ def seams(case: Case) -> float | None:
         found += [_crossing(case, times[index - 1], times[index], k) for k in changed]
         if len(found) >= SEAMS:
             break
-    equations = first_order_equations(case)
-    return min((residual(case, equations, t) for t in found), default=None)
+    equations = agreement.first_order_equations(case)
+    return min((agreement.residual(case, equations, t) for t in found), default=None)
 
 
 def _marks(case: Case, t: Fraction, digits: int) -> list[Any]:
@@ -91,22 +83,24 @@ def _marks(case: Case, t: Fraction, digits: int) -> list[Any]:
     with working(digits + 10) as mp:
         state = tuple(map(mp.mpf, case.exact(t, digits + 10)))
         parameters = tuple(mp.mpf(v) for v in case.parameter_values())
-        rates = rebind(first_order_equations(case), mpmath_arithmetic(mp))(mp.mpf(t), state, parameters)
+        rates = rebind(agreement.first_order_equations(case), mpmath_arithmetic(mp))(mp.mpf(t), state, parameters)
         angles = [mp.sin(2 * x) for x, c in zip(state, case.state, strict=True) if c.unit == "rad"]
         return [*state, *map(mp.mpf, rates), *angles]
 
 
 def _crossing(case: Case, low: Fraction, high: Fraction, index: int) -> Fraction:
     """The time of a change of sign, with an error far below the step of the residual, by the Illinois method."""
-    near = exact(case.time_scale) / 10**DIGITS
-    f, g = (_marks(case, t, DIGITS)[index] for t in (low, high))
+    near = exact(case.time_scale) / 10**agreement.DIGITS
+    f, g = (_marks(case, t, agreement.DIGITS)[index] for t in (low, high))
     for _ in range(200):
         if abs(high - low) <= near or not g:
             break
-        middle = (high - (high - low) * exact(g) / (exact(g) - exact(f))).limit_denominator(10 ** (2 * DIGITS))
+        middle = (high - (high - low) * exact(g) / (exact(g) - exact(f))).limit_denominator(
+            10 ** (2 * agreement.DIGITS)
+        )
         if middle in (low, high):
             break
-        value = _marks(case, middle, DIGITS)[index]
+        value = _marks(case, middle, agreement.DIGITS)[index]
         if value * g < 0:
             low, f = high, g
         else:

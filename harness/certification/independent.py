@@ -9,10 +9,6 @@ Numbers = Mapping[str, float]
 Quantities = dict[str, Any]
 
 
-class Unsupported(Exception):  # noqa: N818
-    """Raised by a computation for numbers that it does not accept; the message is the reason."""
-
-
 @dataclass(frozen=True)
 class IndependentComputation:
     """A numerical way to quantities of a check. `compute(parameters)` returns them by name, a number or its components

@@ -53,9 +53,4 @@ def belt_ivp(p: Numbers) -> Quantities:
         lambda phi, y: [p["mu"] * y[0], y[0]], (0.0, p["beta"]), [p["slack"], 0.0], rtol=1e-10, atol=1e-10 * p["slack"]
     )
     tight, pressing = (float(x) for x in found.y[:, -1])
-    return {
-        "tight": tight,
-        "ratio": tight / p["slack"],
-        "torque": (tight - p["slack"]) * p["r"],
-        "pressing": pressing,
-    }
+    return {"tight": tight, "ratio": tight / p["slack"], "torque": (tight - p["slack"]) * p["r"], "pressing": pressing}

@@ -17,16 +17,9 @@ import numpy as np
 import pandas
 from gnomon.cases import check_names, get_check
 from gnomon.cases.core.check import Check
-from gnomon.harness.certification import (
-    independent_bodies,
-    independent_fields,
-    independent_frames,
-    independent_inertia,
-    independent_particles,
-    independent_rigid,
-)
-from gnomon.harness.certification.independent import IndependentComputation, Unsupported
+from gnomon.harness.certification.independent import IndependentComputation
 from gnomon.harness.contract import environment
+from gnomon.harness.contract.integrator import Unsupported
 from gnomon.harness.contract.status import Status
 from gnomon.harness.results import measured_rows
 from gnomon.reference.numerics.precision import working
@@ -35,17 +28,11 @@ REPEATS = 5
 INACCURATE = 0.1
 COLUMNS = ("check", "variant", "computation", "library", "quantity", "error", "seconds", "status", "reason")
 
+SUBJECTS = ("inertia", "bodies", "rigid", "fields", "frames", "particles")
 COMPUTATIONS = tuple(
     one
-    for module in (
-        independent_inertia,
-        independent_bodies,
-        independent_rigid,
-        independent_fields,
-        independent_frames,
-        independent_particles,
-    )
-    for one in vars(module).values()
+    for subject in SUBJECTS
+    for one in vars(importlib.import_module(f"gnomon.harness.certification.independent_{subject}")).values()
     if isinstance(one, IndependentComputation)
 )
 

@@ -29,6 +29,10 @@ def ring_special_complement(p: Numbers) -> Quantities:
     return _ring(p, ellipkm1(near / far), ellipe(4 * a * rho / far), far, near, mu)
 
 
+def integral(f: object, low: float, high: float) -> float:
+    return float(integrate.quad(f, low, high, epsabs=0, epsrel=1e-12, limit=200)[0])
+
+
 def _ring(p: Numbers, K: float, E: float, far: float, near: float, mu: float) -> Quantities:
     a, rho, z = p["a"], p["rho"], p["z"]
     potential = -2 * mu * K / (math.pi * math.sqrt(far))
@@ -76,17 +80,14 @@ def field_quad(p: Numbers) -> Quantities:
     def distance(phi: float) -> float:
         return math.sqrt(a * a + rho * rho + z * z - 2 * a * rho * math.cos(phi))
 
-    def integral(f: object, high: float) -> float:
-        return float(integrate.quad(f, 0.0, high, epsabs=0, epsrel=1e-12, limit=200)[0])
-
-    potential = integral(lambda phi: -mu / (math.pi * distance(phi)), math.pi)
-    outward = integral(lambda phi: mu / math.pi * (a * math.cos(phi) - rho) / distance(phi) ** 3, math.pi)
-    along = integral(lambda phi: -mu / math.pi * z / distance(phi) ** 3, math.pi)
+    potential = integral(lambda phi: -mu / (math.pi * distance(phi)), 0.0, math.pi)
+    outward = integral(lambda phi: mu / math.pi * (a * math.cos(phi) - rho) / distance(phi) ** 3, 0.0, math.pi)
+    along = integral(lambda phi: -mu / math.pi * z / distance(phi) ** 3, 0.0, math.pi)
     return {
         "ring_potential": potential,
         "ring_excess": potential + mu / math.hypot(rho, z),
         "ring": (outward, along),
-        "disc": integral(lambda s: 2 * mu / (a * a) * s * z / math.hypot(s, z) ** 3, a),
+        "disc": integral(lambda s: 2 * mu / (a * a) * s * z / math.hypot(s, z) ** 3, 0.0, a),
     }
 
 
@@ -105,10 +106,7 @@ def circulation_quad(p: Numbers) -> Quantities:
         x, y = p["Ax"] + s * dx, p["Ay"] + s * dy
         return (x * dy - y * dx) / (x * x + y * y)
 
-    return {
-        "circle": integrate.quad(circle, 0.0, 2 * math.pi)[0],
-        "line": integrate.quad(line, 0.0, 1.0)[0],
-    }
+    return {"circle": integrate.quad(circle, 0.0, 2 * math.pi)[0], "line": integrate.quad(line, 0.0, 1.0)[0]}
 
 
 @independent("formulas in doubles", "numpy", "weight_local_gravity")
@@ -135,12 +133,7 @@ def wrench_solve(p: Numbers) -> Quantities:
     matrix[:3, 3] = F
     matrix[3, :3] = F
     x, y, z, pitch = np.linalg.solve(matrix, [*M, 0])
-    return {
-        "moment_Q": M - np.cross(Q, F),
-        "pitch": pitch,
-        "axis": (x, y, z),
-        "momentum_O": M + np.cross(Q, F),
-    }
+    return {"moment_Q": M - np.cross(Q, F), "pitch": pitch, "axis": (x, y, z), "momentum_O": M + np.cross(Q, F)}
 
 
 @independent("solve", "numpy", "generalized_impulse")
@@ -159,9 +152,6 @@ def round_bodies_quad(p: Numbers) -> Quantities:
     """scipy.integrate.quad over particles of the rod, and over rings and discs of shell and sphere, perpendicular to the
     line to the point."""
     mu, a, r, length = p["mu"], p["a"], p["r"], p["L"]
-
-    def integral(f: object, low: float, high: float) -> float:
-        return float(integrate.quad(f, low, high, epsabs=0, epsrel=1e-12, limit=200)[0])
 
     def ring(cosine: float) -> float:
         square = r * r + a * a - 2 * a * r * cosine

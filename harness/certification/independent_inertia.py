@@ -1,12 +1,13 @@
 """Independent computations of inertia: SciPy's quadratures, NumPy's eigenvalues, PyBullet's inertia of shapes."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from gnomon.harness.certification.independent import Numbers, Quantities, Unsupported, independent
+from gnomon.harness.certification.independent import Numbers, Quantities, independent
+from gnomon.harness.contract.integrator import Unsupported
 from gnomon.reference.numerics.vectors import AXES, PLANES
 from gnomon.reference.rigid_bodies.bodies import BODIES, Body
 from scipy import integrate
@@ -51,36 +52,34 @@ def cubature(p: Numbers) -> Quantities:
 @independent("nquad", "scipy", BODY)
 def nested(p: Numbers) -> Quantities:
     """scipy.integrate.nquad: nested QUADPACK, one moment at a time; of the box only, at the loose default tolerance."""
-    body = BODIES["box"]
+    ranges = list(zip(*_edges(BODIES["box"]), strict=True))
+    return _one_at_a_time("box", p, lambda integrand: integrate.nquad(integrand, ranges)[0])
+
+
+@independent("tplquad", "scipy", BODY)
+def triple(p: Numbers) -> Quantities:
+    """scipy.integrate.tplquad of the cylinder, in cylindrical coordinates."""
+
+    def integral(integrand: Callable[[float, float, float], float]) -> float:
+        edges = (0.0, 1.0, 0.0, 2 * math.pi, -0.5, 0.5)
+        return float(integrate.tplquad(lambda w, v, u: integrand(u, v, w), *edges)[0])
+
+    return _one_at_a_time("cylinder", p, integral)
+
+
+def _one_at_a_time(name: str, p: Numbers, integral: Callable[..., float]) -> Quantities:
+    """The moments of a body, each an integral of its own over u, v, w."""
+    body = BODIES[name]
     sizes = [p[size] for size in body.sizes]
-    ranges = list(zip(*_edges(body), strict=True))
 
     def moment(power: int, axis: int) -> float:
         def integrand(u: float, v: float, w: float) -> float:
             point = body.place(math, u, v, w, *sizes)
             return float(point[3] * point[axis] ** power)
 
-        return float(integrate.nquad(integrand, ranges)[0])
+        return float(integral(integrand))
 
-    mass = moment(0, 0)
-    return _principal("box", p["m"], [mass, 0, 0, 0, *(moment(2, axis) for axis in range(3))])
-
-
-@independent("tplquad", "scipy", BODY)
-def triple(p: Numbers) -> Quantities:
-    """scipy.integrate.tplquad of the cylinder, in cylindrical coordinates."""
-    body = BODIES["cylinder"]
-    sizes = [p[size] for size in body.sizes]
-
-    def moment(power: int, axis: int) -> float:
-        def integrand(w: float, v: float, u: float) -> float:
-            point = body.place(math, u, v, w, *sizes)
-            return float(point[3] * point[axis] ** power)
-
-        return float(integrate.tplquad(integrand, 0.0, 1.0, 0.0, 2 * math.pi, -0.5, 0.5)[0])
-
-    mass = moment(0, 0)
-    return _principal("cylinder", p["m"], [mass, 0, 0, 0, *(moment(2, axis) for axis in range(3))])
+    return _principal(name, p["m"], [moment(0, 0), 0, 0, 0, *(moment(2, axis) for axis in range(3))])
 
 
 def _principal(name: str, m: float, moments: Any) -> Quantities:

@@ -56,13 +56,7 @@ def _rotor(p: Numbers, product: float, torque: float, force: float) -> Quantitie
     arms = [[1.0, 1.0], [p["d"], -p["d"]]]
     bearing = np.linalg.solve(arms, [force, torque])
     correction = np.linalg.solve(arms, [-p["m"] * p["e"], product])
-    return {
-        "I_xz": product,
-        "torque": torque,
-        "force": force,
-        "bearing": bearing,
-        "correction": correction,
-    }
+    return {"I_xz": product, "torque": torque, "force": force, "bearing": bearing, "correction": correction}
 
 
 @independent("solve_ivp, quad", "scipy", "work_energy_rigid_body")

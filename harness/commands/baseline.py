@@ -1,7 +1,5 @@
 """`gnomon baseline write`: what an integrator does today, as a text file to commit and to compare with."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """The command line. Exit codes: 0 success, 1 failure of what was run or compared, 2 wrong usage, 130 interrupted."""
 
-from __future__ import annotations
-
 import errno
 import os
 import sys

@@ -1,7 +1,5 @@
 """`gnomon doctor`: what gnomon finds on this machine."""
 
-from __future__ import annotations
-
 from gnomon.harness.commands.options import out
 from rich.markup import escape
 from rich.table import Table
@@ -25,12 +23,8 @@ def environment_table() -> Table:
     table = Table("what", "found", title="Environment", show_header=False)
     for name, value in environment.describe().items():
         table.add_row(name, value)
-    slower = (
-        ""
-        if numba_cache.known()
-        else "; numba's own cache, which loads more slowly: this version of numba is not known"
-    )
-    table.add_row("compiled equations", f"{cache_folder()}{slower}")
+    slower = "; numba's own cache, which loads more slowly: this version of numba is not known"
+    table.add_row("compiled equations", f"{cache_folder()}{'' if numba_cache.known() else slower}")
     table.add_row("exact results", str(diskcache.folder()))
     for what, consequence in limitations().items():
         table.add_row(what, consequence)

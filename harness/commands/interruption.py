@@ -1,7 +1,5 @@
 """Ctrl-C: acknowledged at once, and the process ends within seconds, even during a long call into compiled code."""
 
-from __future__ import annotations
-
 import os
 import select
 import signal

@@ -53,12 +53,7 @@ def _numbers(rows: pd.DataFrame, orders: pd.Series) -> tuple[str, str, str, str]
     best = good.loc[good.groupby(analysis.SERIES)["error_max"].idxmin()]
     error, seconds, prepare = (float(np.median(best[c])) for c in ("error_max", "seconds_median", "prepare_seconds"))
     order = float(orders.median()) if len(orders) else math.nan
-    return (
-        error_text(error),
-        f"{order:.2f}" if math.isfinite(order) else "–",
-        time_text(seconds),
-        time_text(prepare),
-    )
+    return (error_text(error), f"{order:.2f}" if math.isfinite(order) else "–", time_text(seconds), time_text(prepare))
 
 
 def _words(rows: pd.DataFrame) -> tuple[str, str]:

@@ -9,19 +9,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases import Case, Check
-from gnomon.cases.core.forms import (
-    Charged,
-    Constrained,
-    FirstOrder,
-    Friction,
-    Hybrid,
-    Impact,
-    NBody,
-    RigidBody,
-    SecondOrder,
-    SemiLinear,
-    Separable,
-)
+from gnomon.cases.core import forms
 from gnomon.cases.core.numbers import show as number
 from gnomon.harness.kernels.equation_text import equation_text
 from gnomon.harness.kernels.latex import latex
@@ -38,19 +26,19 @@ DRAWN_SCALES = 80.0
 
 
 FUNCTIONS = (
-    (SecondOrder, "acceleration", "q'' = acceleration(t, q, parameters)"),
-    (Separable, "potential", "potential energy per unit mass"),
-    (RigidBody, "inertia", "principal moments"),
-    (RigidBody, "torque", "torque in the body; Euler's equations and R' = R hat(w) follow"),
-    (NBody, "masses", "G m of each body; gravitation follows"),
-    (Impact, "gap", "distance from the wall, for time stepping"),
-    (Friction, "bounds", "kinetic and static friction over mass, for time stepping"),
-    (FirstOrder, "equations", "y' = equations(t, y, parameters)"),
-    (Charged, "fields", "a and w of u' = a + v x w; for a charge q E/m and q B/m"),
-    (Constrained, "force", "force over mass, without that of the constraint"),
-    (Constrained, "constraint", "constraint, constant on the motion"),
-    (SemiLinear, "linear", "y' = L y + rest: L, row by row"),
-    (SemiLinear, "rest", "the rest"),
+    (forms.SecondOrder, "acceleration", "q'' = acceleration(t, q, parameters)"),
+    (forms.Separable, "potential", "potential energy per unit mass"),
+    (forms.RigidBody, "inertia", "principal moments"),
+    (forms.RigidBody, "torque", "torque in the body; Euler's equations and R' = R hat(w) follow"),
+    (forms.NBody, "masses", "G m of each body; gravitation follows"),
+    (forms.Impact, "gap", "distance from the wall, for time stepping"),
+    (forms.Friction, "bounds", "kinetic and static friction over mass, for time stepping"),
+    (forms.FirstOrder, "equations", "y' = equations(t, y, parameters)"),
+    (forms.Charged, "fields", "a and w of u' = a + v x w; for a charge q E/m and q B/m"),
+    (forms.Constrained, "force", "force over mass, without that of the constraint"),
+    (forms.Constrained, "constraint", "constraint, constant on the motion"),
+    (forms.SemiLinear, "linear", "y' = L y + rest: L, row by row"),
+    (forms.SemiLinear, "rest", "the rest"),
 )
 """The functions that state each form, and what they are."""
 
@@ -62,8 +50,8 @@ def describe(case: Case, out: Console) -> None:
     _numbers(case, out)
     _quantities("Derived quantities, 15 digits", case.quantities(15), out)
     _variants(case, out)
-    forms = [type(form).__name__ for form in case.all_forms()] + (["Scene"] if case.scene is not None else [])
-    out.print(f"Forms: {', '.join(forms)}")
+    offered = [type(form).__name__ for form in case.all_forms()] + (["Scene"] if case.scene is not None else [])
+    out.print(f"Forms: {', '.join(offered)}")
     for formulation in case.formulations:
         out.print(f"Formulation: {formulation.name}")
     laws = ", ".join(f"{name} ({invariant.law})" for name, invariant in case.invariants.items())
@@ -140,19 +128,20 @@ def equations_in_latex(case: Case) -> Iterator[str]:
     """The equations of motion as LaTeX; those of each mode after a comment with its name."""
     coordinates, parameters = [x.name for x in case.state], [x.name for x in case.parameter_list]
     if case.hybrid is None:
-        form = next(form for form in case.all_forms() if isinstance(form, FirstOrder | SecondOrder | RigidBody))
+        traceable = (forms.FirstOrder, forms.SecondOrder, forms.RigidBody)
+        form = next(form for form in case.all_forms() if isinstance(form, traceable))
         yield latex(equation_text(form, coordinates, parameters), coordinates)
         return
     for mode in case.hybrid.modes:
         names = [*parameters, *(f"({value!r})" for value in mode.constants)]
-        text = equation_text(FirstOrder(mode.equations), coordinates, names)
+        text = equation_text(forms.FirstOrder(mode.equations), coordinates, names)
         yield f"% mode {mode.name}\n{latex(text, coordinates)}"
 
 
 def _functions(case: Case) -> Iterator[tuple[str, Callable[..., Any]]]:
     """The functions that state the dynamics of the most structured form."""
     form = case.forms[0]
-    if isinstance(form, Hybrid):
+    if isinstance(form, forms.Hybrid):
         for mode in form.modes:
             yield f"mode {mode.name}: y' = equations(t, y, parameters)", mode.equations
         for transition in form.transitions:
@@ -161,9 +150,9 @@ def _functions(case: Case) -> Iterator[tuple[str, Callable[..., Any]]]:
     for kind, name, words in FUNCTIONS:
         if isinstance(form, kind):
             yield words, getattr(form, name)
-    if isinstance(form, NBody):
+    if isinstance(form, forms.NBody):
         for other in case.forms[1:]:
-            if isinstance(other, SecondOrder):
+            if isinstance(other, forms.SecondOrder):
                 yield FUNCTIONS[0][2], other.acceleration
 
 

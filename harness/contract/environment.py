@@ -61,13 +61,17 @@ def _revision() -> str | None:
 
     Changes in reports/ are ignored: a run writes there.
     """
-    folder = Path(__file__).resolve().parent
+
+    def git(*words: str) -> str:
+        folder = Path(__file__).resolve().parent
+        command = ["git", *words]
+        return subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, timeout=10, check=True
+        ).stdout.strip()
+
     try:
-        options = {"cwd": folder, "capture_output": True, "text": True, "timeout": 10, "check": True}
-        head = subprocess.run(["git", "rev-parse", "--short=12", "HEAD"], **options).stdout.strip()  # type: ignore[call-overload]
-        changed = subprocess.run(
-            ["git", "status", "--porcelain", "-uno", "--", ":/", ":(exclude,top)reports"], **options
-        ).stdout.strip()  # type: ignore[call-overload]
+        head = git("rev-parse", "--short=12", "HEAD")
+        changed = git("status", "--porcelain", "-uno", "--", ":/", ":(exclude,top)reports")
     except (OSError, subprocess.SubprocessError):
         return None
     return f"{head}{'+' if changed else ''}"

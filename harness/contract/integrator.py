@@ -1,13 +1,11 @@
 """The contract between the harness and an integrator: what it declares, is given and returns."""
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from gnomon.cases.core.clock import from_start
@@ -104,7 +102,7 @@ class Problem:
         unit = math.ldexp(1.0, math.frexp(mean)[1] - 20)
         return math.floor(mean / unit) * unit
 
-    def since_start(self) -> Problem:
+    def since_start(self) -> Self:
         """The same motion by a clock that shows 0 at the start, for methods that start at 0: f(t0 + t, y) in place of
         f(t, y). Right-hand sides are counted in the same `buffer`; itself where t0 is 0."""
         if self.t0 == 0:

@@ -1,7 +1,5 @@
 """From a case to a Problem, what an integrator is given: equations in an accepted form, parameters, sample times."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from fractions import Fraction
 
@@ -10,11 +8,9 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import FirstOrder, Form, first_order
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.scene import SceneForm
-from gnomon.harness.contract.integrator import Names, Problem
+from gnomon.harness.contract.integrator import Floats, Names, Problem
 from gnomon.reference.numerics.precision import nearest_double, working
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 DIGITS = 40
 """Initial states of formulations and values of their clocks are computed to this many digits and rounded once."""
 

@@ -52,13 +52,13 @@ def cached_by_content(function: Callable[..., Result]) -> Callable[..., Result]:
     return remembered
 
 
-def _collect(value: Any, parts: list[Any], seen: set[int], text: Callable[[Any], str] | None) -> None:
+def _collect(value: Any, parts: list[Any], seen: set[int], text: Callable[[types.CodeType], str] | None) -> None:
     """Append the content of a value: functions as `text` gives them; with None as code, and unknown types are an error."""
     if isinstance(value, types.FunctionType):
         if id(value) in seen:
             return
         seen.add(id(value))
-        parts.append(text(value) if text else value.__code__)
+        parts.append(text(value.__code__) if text else value.__code__)
         for name, used in _read(value):
             parts.append(f"{name} =")
             try:
@@ -109,10 +109,6 @@ def _read(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
         yield "default values", (function.__defaults__, function.__kwdefaults__)
 
 
-def _source(function: types.FunctionType) -> str:
-    return _text_of_code(function.__code__)
-
-
 @cache
-def _text_of_code(code: types.CodeType) -> str:
+def _source(code: types.CodeType) -> str:
     return inspect.getsource(code)

@@ -5,10 +5,7 @@ from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
-from gnomon.harness.contract.integrator import Refused, Solution
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
+from gnomon.harness.contract.integrator import Floats, Refused, Solution
 
 MOST = 2**53
 """Larger counts are refused: a double cannot distinguish them, and no run takes that many steps."""

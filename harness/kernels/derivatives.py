@@ -1,7 +1,5 @@
 """Exact derivatives of traced equations: each operation by its rule."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 from gnomon.harness.kernels.traced import ROUND, Node, Value, sequence

@@ -1,7 +1,5 @@
 """Equations of motion as plain arithmetic text, for readers and programs that know no Python."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence

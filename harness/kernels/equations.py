@@ -4,8 +4,6 @@ The name of a module is a hash of its whole source, so that every edit makes ano
 the signature `void(t, y, parameters, out)`, so an integrator is compiled once and takes any case by function pointer.
 """
 
-from __future__ import annotations
-
 import ast
 import dis
 import inspect
@@ -18,14 +16,11 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-import numpy as np
 from gnomon.cases.core import forms
 from gnomon.cases.core.arithmetic import FUNCTIONS, _names
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.sources import cached_by_content
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 OPTIONS = 'error_model="numpy", fastmath={"contract"}'
 INNER = f"{OPTIONS}, no_cpython_wrapper=True, no_cfunc_wrapper=True"
 """Options of a function that only compiled code calls: to make its entries for Python and C takes numba an eighth of the
@@ -88,7 +83,9 @@ def right_hand_side(problem: Problem) -> Kernel:
 
 def acceleration(problem: Problem) -> Kernel:
     """The compiled acceleration of a second-order problem; it counts its calls if `problem.counted`."""
-    return acceleration_kernel(problem.form, len(problem.parameters), problem.dimension, problem.counted)
+    half, form = problem.dimension // 2, problem.form
+    assert isinstance(form, forms.SecondOrder)
+    return function_kernel(form.acceleration, half, len(problem.parameters), half, problem.counted)
 
 
 def kernel(form: Any, parameters: int, dimension: int, counted: bool = False) -> Kernel:
@@ -103,18 +100,12 @@ def kernel(form: Any, parameters: int, dimension: int, counted: bool = False) ->
     if isinstance(form, forms.SecondOrder):
         half = dimension // 2
         call = f"acceleration(t, ({_items('y', half)}), p)"
-        return _kernel({"acceleration": form.acceleration}, call, half, dimension, parameters, counted)
+        return call_kernel({"acceleration": form.acceleration}, call, dimension, parameters, dimension, counted, half)
     if isinstance(form, forms.RigidBody):
-        body: dict[str, Callable[..., Any]] = {"inertia": form.inertia, "torque": form.torque}
+        functions = {"inertia": form.inertia, "torque": form.torque, "euler": forms.euler_equations}
         call = "euler(y, inertia(p), torque(t, y, p))"
-        return _kernel({**body, "euler": forms.euler_equations}, call, 0, dimension, parameters, counted)
+        return call_kernel(functions, call, dimension, parameters, dimension, counted)
     raise ValueError(f"{type(form).__name__} has no right-hand side to compile")
-
-
-def acceleration_kernel(form: Any, parameters: int, dimension: int, counted: bool = False) -> Kernel:
-    """The acceleration of a second-order form: void(t, q, p, a) with q and a of length dimension/2."""
-    half = dimension // 2
-    return function_kernel(form.acceleration, half, parameters, half, counted)
 
 
 def function_kernel(
@@ -124,43 +115,17 @@ def function_kernel(
     return call_kernel({"function": function}, "function(t, y, p)", states, parameters, outputs, counted)
 
 
-def call_kernel(
-    functions: dict[str, Callable[..., Any]],
-    call: str,
-    states: int,
-    parameters: int,
-    outputs: int,
-    counted: bool = False,
-) -> Kernel:
-    """A compiled expression `call` of plain `functions`, by name, and t, y, p; it gives a tuple of `outputs` values."""
-    return _kernel(functions, call, 0, states, parameters, counted, outputs)
-
-
-def _kernel(
-    functions: dict[str, Callable[..., Any]],
-    call: str,
-    lead: int,
-    states: int,
-    parameters: int,
-    counted: bool,
-    outputs: int | None = None,
-) -> Kernel:
-    return _generated(tuple(functions.items()), call, lead, states, parameters, counted, outputs or states)
-
-
 @cached_by_content
-def _generated(
-    functions: tuple[tuple[str, Callable[..., Any]], ...],
-    call: str,
-    lead: int,
-    states: int,
-    parameters: int,
-    counted: bool,
-    outputs: int,
-) -> Kernel:
-    """A kernel that writes into `out` the second half of y (`lead` values, for q' = v), then the values of `call`."""
-    check_values(dict(functions), call, states, parameters, outputs - lead)
-    names = {alias: function.__name__ for alias, function in functions}
+def call_kernel(
+    functions: dict[str, Callable[..., Any]], call: str, states: int, parameters: int, outputs: int,
+    counted: bool = False, lead: int = 0,
+) -> Kernel:  # fmt: skip
+    """A compiled expression `call` of plain `functions`, by name, and t, y, p; it gives a tuple of values.
+
+    The kernel writes into `out` (outputs,) the second half of y (`lead` values, for q' = v), then these values.
+    """
+    check_values(functions, call, states, parameters, outputs - lead)
+    names = {alias: function.__name__ for alias, function in functions.items()}
     call = re.sub(r"\w+(?=\()", lambda found: names.get(found[0], found[0]), call)
     lines = [*unpacked(states, parameters), f"r = {call}"]
     lines += [f"out[{i}] = y[{lead + i}]" for i in range(lead)]
@@ -169,7 +134,7 @@ def _generated(
         lines.append(f"p_[{parameters}] += 1.0")
     body = textwrap.indent("\n".join(lines), "    ")
     source = (
-        f"{gather(dict(functions))}\n\n"
+        f"{gather(functions)}\n\n"
         f"@njit({OPTIONS})\ndef kernel(t, y_, p_, out):\n{body}\n\n"
         f"@njit({OPTIONS})\n"
         f"def array(t, y_, p_):\n    out = np.empty({outputs})\n    kernel(t, y_, p_, out)\n    return out\n\n"

@@ -1,7 +1,5 @@
 """Modules of generated source text: their names, loading, the folder of their machine code, watchers of compilations."""
 
-from __future__ import annotations
-
 import hashlib
 import linecache
 import os

@@ -1,7 +1,5 @@
 """Equations of motion in LaTeX, from their plain text."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Sequence

@@ -8,8 +8,6 @@ points and the types of the arguments. numba's compiler is not needed to load it
 This uses private parts of numba: `numba_cache.KNOWN` lists the versions that have them, and replaces this for others.
 """
 
-from __future__ import annotations
-
 import ctypes
 import hashlib
 import json

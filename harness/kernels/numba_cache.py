@@ -3,8 +3,6 @@
 They replace those of `machine_code`, with the same results, where numba has a version whose private parts are not known.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from functools import cache

@@ -4,8 +4,6 @@ Sine and cosine of one angle are computed together. A division of vectors by a n
 computed at an earlier stage, and corrects the quotient (`over`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Traced equations and their Jacobian as the text of one plain function, and compiled."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from gnomon.cases.core.arithmetic import FUNCTIONS

@@ -8,8 +8,6 @@ A `Trace` keeps arithmetic operation by operation, so that a text gives the same
 + 0, * 1, * 0, / 1 and x - x are removed. A `ReducedTrace` has fewer operations.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 from functools import partial
@@ -32,7 +30,7 @@ class Node(Unbranching):
     `index` counts the nodes of the trace, each after its arguments.
     """
 
-    def __init__(self, trace: Trace, operation: str, arguments: tuple[Value, ...], level: int) -> None:
+    def __init__(self, trace: "Trace", operation: str, arguments: tuple[Value, ...], level: int) -> None:
         self.trace, self.operation, self.arguments, self.level = trace, operation, arguments, level
         self.index = len(trace.nodes)
 

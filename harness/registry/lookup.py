@@ -1,7 +1,5 @@
 """Integrators by id, name, library or path. Their modules are imported on first use."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import sys

@@ -219,7 +219,7 @@ def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
     colours = ["#8c2d3a", "#0072B2", "#009E73", "#8a6d00", "#56B4E9"]
     shapes = ["cross", "circle", "diamond", "square", "triangle-up"]
     base = alt.Chart(alt.NamedData("points")).encode(
-        y=alt.Y("place:N", title=None, sort=None, axis=alt.Axis(labelLimit=320, grid=True)),
+        y=alt.Y("place:N", title=None, sort=None, axis=alt.Axis(labelLimit=320, grid=True))
     )
     x = alt.X(
         "decades:Q",

@@ -47,10 +47,10 @@ def work_problems(run: Run) -> dict[str, Problems]:
             "limits": {word: value for word, value in lines.items() if value > 0},
             "stresses": str(limits["stresses"] or ""),
         }
-    default_first = {
-        name: sorted(problems, key=lambda label: not label.startswith("default")) for name, problems in found.items()
+    return {
+        name: dict(sorted(problems.items(), key=lambda problem: not problem[0].startswith("default")))
+        for name, problems in found.items()
     }
-    return {name: {label: found[name][label] for label in labels} for name, labels in default_first.items()}
 
 
 def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:

@@ -1,13 +1,12 @@
 """A results file, loaded and reduced once for all parts of a report."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 import pandas as pd
@@ -38,7 +37,7 @@ class Run:
     """Cases that are not installed, by the name under which they ran."""
 
     @classmethod
-    def read(cls, path: Path, given: Mapping[str, type[Case]] | None = None) -> Run:
+    def read(cls, path: Path, given: Mapping[str, type[Case]] | None = None) -> Self:
         """Raises ValueError for a file that is no results file, or an empty one."""
         frame = analysis.tidy(store.load(path))
         # Pairs outside the suite are not failures of an integrator, and would fill the maps.

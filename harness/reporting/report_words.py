@@ -129,19 +129,13 @@ def together(environments: Sequence[dict[str, str | None]]) -> dict[str, str]:
 
 def hierarchy_rows(levels: pd.DataFrame) -> list[dict[str, Any]]:
     """Rows of model hierarchies: the error without each effect, and the time with it."""
-    rows = []
-    for level in levels.to_dict("records"):
-        cost = f"{level['ratio']:.2f}" if np.isfinite(level["ratio"]) else "–"
-        rows.append(
-            level
-            | {
-                "error": tables.short_text(level["error"]) if level["error"] else "0",
-                "early": tables.short_text(level["early"]) if level["early"] else "0",
-                "cost": cost,
-                "seconds": tables.time_text(level["seconds"]),
-            }
-        )
-    return rows
+    return [
+        level
+        | {name: tables.short_text(level[name]) if level[name] else "0" for name in ("error", "early")}
+        | {"cost": f"{level['ratio']:.2f}" if np.isfinite(level["ratio"]) else "–"}
+        | {"seconds": tables.time_text(level["seconds"])}
+        for level in levels.to_dict("records")
+    ]
 
 
 def engine_settings(frame: pd.DataFrame) -> list[dict[str, Any]]:

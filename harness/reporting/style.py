@@ -5,7 +5,6 @@ without colour vision too.
 """
 
 import colorsys
-from collections.abc import Iterable
 from typing import Any
 
 import pandas as pd
@@ -28,12 +27,8 @@ def family(row: pd.Series) -> str:
         return "physics engine"
     if row["setting_kind"] == "tolerance":
         return "adaptive step"
-    claims = str(row["conserves"])
-    return (
-        "fixed step, geometric"
-        if any(word in claims for word in ("symplectic", "volume", "attitude"))
-        else "fixed step"
-    )
+    geometric = any(word in str(row["conserves"]) for word in ("symplectic", "volume", "attitude"))
+    return "fixed step, geometric" if geometric else "fixed step"
 
 
 def styles(frame: pd.DataFrame) -> pd.DataFrame:
@@ -46,13 +41,8 @@ def styles(frame: pd.DataFrame) -> pd.DataFrame:
     hues = HUES | dict(zip([name for name in libraries if name not in HUES], OTHER_HUES * 9, strict=False))
     place = {name: i for i, name in enumerate(libraries)}
     kind = {name: i for i, name in enumerate(FAMILIES)}
-    one = one.sort_values(
-        ["library", "family", "order_declared", "integrator_id"],
-        key=lambda column: (
-            column.map(place if column.name == "library" else kind) if column.name in ("library", "family") else column
-        ),
-        na_position="last",
-    )
+    one = one.assign(lane=one["library"].map(place), kind=one["family"].map(kind))
+    one = one.sort_values(["lane", "kind", "order_declared", "integrator_id"], na_position="last")
     shades = {}
     for (library, _), members in one.groupby(["library", "family"], sort=False):
         for i, name in enumerate(members["integrator_id"]):
@@ -66,14 +56,9 @@ def styles(frame: pd.DataFrame) -> pd.DataFrame:
             "colour": [shades[name] for name in one["integrator_id"]],
             "shape": [FAMILIES[name]["shape"] for name in one["family"]],
             "dash": [FAMILIES[name]["dash"] for name in one["family"]],
-            "lane": [place[name] for name in one["library"]],
+            "lane": one["lane"],
         }
     ).reset_index(drop=True)
-
-
-def present(look: pd.DataFrame, series: Iterable[str]) -> pd.DataFrame:
-    """The rows of `look` for these integrators, in its order."""
-    return look[look["series"].isin(set(series))]
 
 
 def _shade(colour: str, share: float) -> str:

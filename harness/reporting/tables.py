@@ -181,12 +181,9 @@ def libraries(equal: pd.DataFrame) -> list[Row]:
         for target in TARGETS:
             at = own[own["target"] == target]
             best = at[at["library"] == library].groupby("case")["ratio"].min()
-            reached, problems = len(best), at["case"].nunique()
-            cells.append(
-                Cell(f"{ratio_text(float(best.median()))} ×", f"{reached} of {counted(problems, 'case')}")
-                if reached
-                else Cell("–", f"0 of {counted(problems, 'case')}", "none")
-            )
+            note = f"{len(best)} of {counted(at['case'].nunique(), 'case')}"
+            ratio = f"{ratio_text(float(best.median()))} ×" if len(best) else "–"
+            cells.append(Cell(ratio, note, "" if len(best) else "none"))
         rows.append(Row(str(library), cells))
     return sorted(rows, key=lambda row: row.head != "gnomon")
 
@@ -246,10 +243,8 @@ def stability_rows(
             best.aside = f" · {spread}" if spread else ""
         knob = _order(measured.get(key))
         if math.isfinite(trial["over_tolerance"]):
-            knob = Cell(
-                f"{short_text(trial['over_tolerance'])} × tolerance",
-                f"worst {short_text(trial['worst_over_tolerance'])} ×",
-            )
+            over, worst = (short_text(trial[name]) for name in ("over_tolerance", "worst_over_tolerance"))
+            knob = Cell(f"{over} × tolerance", f"worst {worst} ×")
         cells = [status, best, knob, _parts(anatomies.get(key)), *_drift(drifts.get(key))]
         rows.setdefault(key[0], []).append(Row(key[-1], cells, group=key[2]))
     return rows
@@ -335,18 +330,10 @@ def failure_groups(failed: pd.DataFrame) -> list[dict[str, Any]]:
         for name, mine in part.groupby("integrator_id", sort=True):
             where = list(dict.fromkeys(problem for problems in mine["where"] for problem in problems))
             reasons = list(dict.fromkeys(reason for reason in mine["reason"] if reason))
-            rows.append(
-                {
-                    "integrator": name,
-                    "trials": int(mine["trials"].sum()),
-                    "where": where,
-                    "reasons": reasons[:2],
-                    "more": max(len(reasons) - 2, 0),
-                }
-            )
-        groups.append(
-            {"status": status, "meaning": MEANINGS[status], "trials": int(part["trials"].sum()), "rows": rows}
-        )
+            row = {"integrator": name, "trials": int(mine["trials"].sum()), "where": where}
+            rows.append(row | {"reasons": reasons[:2], "more": max(len(reasons) - 2, 0)})
+        trials = int(part["trials"].sum())
+        groups.append({"status": status, "meaning": MEANINGS[status], "trials": trials, "rows": rows})
     return groups
 
 

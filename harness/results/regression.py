@@ -3,8 +3,6 @@
 Every setting that the base measured and the run did not is a regression, or counted as not compared.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from dataclasses import dataclass, field

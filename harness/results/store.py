@@ -1,14 +1,12 @@
 """Writes the results of a run: one append-only SQLite file, which other processes may read during the run."""
 
-from __future__ import annotations
-
 import json
 import sqlite3
 import zlib
 from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
@@ -146,7 +144,7 @@ class Store:
         self._connection.close()
         release_results(self._lock)
 
-    def __enter__(self) -> Store:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:

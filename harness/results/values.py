@@ -36,10 +36,7 @@ _RULES = {
         "floor": _COUNT,
         "conditioning": _COUNT,
     },
-    "measurements": {
-        "launch": f"{{0}} BETWEEN 1 AND {MOST_LAUNCHES}",
-        "status": f"{{0}} IN {_listed(Status)}",
-    }
+    "measurements": {"launch": f"{{0}} BETWEEN 1 AND {MOST_LAUNCHES}", "status": f"{{0}} IN {_listed(Status)}"}
     | {name: _COUNT for name, declared in schema.MEASUREMENT_COLUMNS.items() if declared in ("REAL", "INTEGER")},
     "sampled_states": {"dimension": f"{{0}} BETWEEN 1 AND {MOST_DIMENSION}"},
 }

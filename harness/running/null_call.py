@@ -8,8 +8,6 @@ fixed steps takes one step for each sample too; there the time with two steps is
 which is the time of the steps, is subtracted.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 from collections.abc import Callable, Iterator
@@ -17,10 +15,7 @@ from dataclasses import replace
 from time import perf_counter_ns
 
 import numpy as np
-from gnomon.harness.contract.integrator import Integrator, Problem, Solver, Steps, solver_of
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Steps, solver_of
 
 SHRUNK = 2.0**-30
 """A power of two: the scaled times are exact, and multiples of their interval if the original times are."""

@@ -1,7 +1,5 @@
 """Runs series in child processes and kills a worker that passes its deadline; no failure of a worker ends the run."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal

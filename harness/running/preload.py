@@ -1,7 +1,5 @@
 """Imports all libraries once in the fork server, so that a worker starts in 50 ms. Only the fork server imports this."""
 
-from __future__ import annotations
-
 import contextlib
 import gc
 import importlib
@@ -14,14 +12,7 @@ from gnomon.harness.system.child_process import quiet_child
 
 from gnomon import cases
 
-LIBRARIES = (
-    "gnomon.harness.running.worker",
-    "scipy.integrate",
-    "numba",
-    "rebound",
-    "heyoka",
-    "pybullet",
-)
+LIBRARIES = ("gnomon.harness.running.worker", "scipy.integrate", "numba", "rebound", "heyoka", "pybullet")
 
 
 def _import_everything() -> None:

@@ -1,9 +1,7 @@
 """Progress with remaining time: a bar on a terminal, plain lines elsewhere."""
 
-from __future__ import annotations
-
 import time
-from types import TracebackType
+from typing import Self
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -39,16 +37,14 @@ class Progress:
         self._name, self._total, self._count = "", 0, 0
         self._began = self._printed = 0.0
 
-    def __enter__(self) -> Progress:
+    def __enter__(self) -> Self:
         if not self.quiet and self.console.is_terminal:
             columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
             self._bars = Bars(*columns, TextColumn("remaining"), Remaining(), console=self.console)
             self._bars.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._bars is not None:
             self._bars.stop()
             self._bars = None

@@ -1,7 +1,5 @@
 """A run: plan, reference solutions, sweeps in worker processes, results in the store."""
 
-from __future__ import annotations
-
 import shlex
 import sys
 import tempfile
@@ -162,18 +160,8 @@ class _Run:
         pending = [item for item in launches if any((t.key, item[0]) not in self.history for t in item[2])]
         self.progress.begin("series", len(pending))
         for launch, one, trials, scorer in pending:
-            suite = self.suite.of(one.case)
-            yield Sweep(
-                one,
-                trials,
-                scorer,
-                suite,
-                launch,
-                self.history,
-                self._record,
-                self.progress.advance,
-                self.interruptions,
-            )
+            suite, advance = self.suite.of(one.case), self.progress.advance
+            yield Sweep(one, trials, scorer, suite, launch, self.history, self._record, advance, self.interruptions)
 
     def _launches(self, series: Series) -> int:
         """How often a series is launched: once for hard variants and for near-duplicate methods."""

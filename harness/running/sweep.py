@@ -1,11 +1,9 @@
 """One launch of one series: requests its trials from cheap to expensive, scores the outcomes, skips what is too slow."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Any
 
 from gnomon.harness.contract.integrator import Steps, Tolerance
 from gnomon.harness.contract.status import CANNOT_RUN, SCORED, Status
@@ -53,12 +51,8 @@ MOST_INTERRUPTIONS = 2
 """How many times a trial that was interrupted is run again, each at the next call; after that its status is `crashed`."""
 
 
-class Record(Protocol):
-    """A function that stores a measurement, the engine options and the states."""
-
-    def __call__(
-        self, measurement: Mapping[str, Any], options: Mapping[str, Any] | None, states: NDArray[Any] | None
-    ) -> None: ...
+Record = Callable[[Mapping[str, Any], Mapping[str, Any] | None, NDArray[Any] | None], None]
+"""A function that stores a measurement, the engine options and the states."""
 
 
 def task_of(series: Series, exact: ReferenceSolution) -> Task:

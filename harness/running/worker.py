@@ -7,8 +7,6 @@ reason). A method that switches to another one during a call may compile then. `
 call is repeated, so that compiling does not count as time of the trial.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import gc
@@ -26,7 +24,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Problem, Refused, Solver, Unsupported, solver_of
+from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solver, Unsupported, solver_of
 from gnomon.harness.contract.problem import accepted_form, groups_of, names_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import TEXT, Unusable
@@ -40,9 +38,7 @@ from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_stat
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import adopt_orphans, end_children, guarded, leave_server
 from gnomon.harness.system.memory import address_space_bytes
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 T = TypeVar("T")
 
 CLOCKS = {
@@ -333,7 +329,7 @@ class _Series:
         while len(self.counting_starts) <= request.place:
             self.counting_starts.append(next(self.counting))
 
-        def counting() -> tuple[_Call, int]:
+        def counting() -> "tuple[_Call, int]":
             before = problem.buffer[-1]
             call = _Call(solver, self.counting_starts[request.place], self.task)
             return call, validation.count(problem.buffer[-1] - before, "right-hand sides")
@@ -345,7 +341,7 @@ class _Series:
 
     def _timed(
         self, solver: Solver, request: Request, estimate: float, others: Floats | None
-    ) -> tuple[list[_Call], _Call, Floats | None]:
+    ) -> "tuple[list[_Call], _Call, Floats | None]":
         """All timed calls, the one that is scored, and the states of a call from a perturbed initial state.
 
         A slow trial, or one with `repeats` 1, is timed in one call. If this call takes less than half of the estimate,

@@ -1,7 +1,5 @@
 """The reference solution of a case, computed before anything runs: exact states at the samples, floor, conditioning."""
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -10,7 +8,7 @@ from concurrent.futures import as_completed
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from gnomon.cases import Case
@@ -68,7 +66,7 @@ class CaseSpec:
     formulation: str | None = None
 
     @classmethod
-    def of(cls, case: Case, formulation: Formulation | None = None) -> CaseSpec:
+    def of(cls, case: Case, formulation: Formulation | None = None) -> Self:
         kind = type(case)
         return cls(
             f"{kind.__module__}:{kind.__qualname__}",

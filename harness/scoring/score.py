@@ -5,8 +5,6 @@ has a rotational symmetry, its default variant is therefore solved from turned s
 those of the start with the median error.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -114,15 +112,11 @@ class Scorer:
         finite = np.all(np.isfinite(states), axis=1)
         if not np.all(finite):
             first = float(self.reference.times[int(np.argmin(finite))])
-            return {
-                "status": Status.DIVERGED,
-                "reason": f"states are not finite from t = {first:.6g} s",
-                "error_max": math.nan,
-            }
+            return _diverged(f"states are not finite from t = {first:.6g} s")
         with np.errstate(all="ignore"):  # very large finite states overflow in the metric
             errors = self.metric.distance(states, self.reference.exact, self.reference.times)
         if not np.all(np.isfinite(errors)):
-            return {"status": Status.DIVERGED, "reason": "states too large to measure", "error_max": math.nan}
+            return _diverged("states too large to measure")
         status, reason = self.status(errors)
         phase, shape = self.split(states)
         return {
@@ -209,7 +203,7 @@ class Scorer:
         return on_time
 
     @cached_property
-    def _turned(self) -> list[Scorer]:
+    def _turned(self) -> "list[Scorer]":
         """A scorer for each turned start, with its own exact motion."""
         return [
             Scorer(
@@ -275,6 +269,10 @@ class Scorer:
             terms += np.abs(self.reference.exact[:, index] * (sides[0] - sides[1]) / (2 * step))
         cancelled = float(np.max(terms))
         return largest if largest > 1e-3 * cancelled else cancelled or 1.0
+
+
+def _diverged(reason: str) -> dict[str, Any]:
+    return {"status": Status.DIVERGED, "reason": reason, "error_max": math.nan}
 
 
 def above_text(value: float, limit: float) -> str:

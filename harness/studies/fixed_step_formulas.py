@@ -1,7 +1,5 @@
 """Fixed-step twins of methods that choose their own steps: the same formula at equal steps, to measure its order."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import singledispatch
 from typing import Any

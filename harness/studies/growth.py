@@ -10,8 +10,6 @@ A law is named only if the interval of the power, by bootstrap over the starts, 
 `python -m gnomon.harness.studies.growth --to reports/local/growth.json` is part of `make bench`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

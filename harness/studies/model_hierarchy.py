@@ -75,12 +75,7 @@ def hierarchies(cases: Iterable[Case], equal: pd.DataFrame, reduced: pd.DataFram
             measured = {} if row["model"] == case.name else cost(case.name, row["model"], equal, reduced)
             rows.append(row | NO_COST | measured)
         if found:
-            last: dict[str, Any] = {
-                "hierarchy": case.name,
-                "model": case.name,
-                "label": case.name,
-                "effect": "the full model",
-            }
-            last |= {"lacks": "", "error": 0.0, "early": 0.0}
+            last: dict[str, Any] = dict.fromkeys(("hierarchy", "model", "label"), case.name)
+            last |= {"effect": "the full model", "lacks": "", "error": 0.0, "early": 0.0}
             rows.append(last | cost(case.name, case.name, equal, reduced))
     return pd.DataFrame(rows)

@@ -4,8 +4,6 @@ Up to order 8, binary64 has an asymptotic range. For higher orders the same step
 with coefficients of as many digits; the binary64 table is these coefficients, rounded.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction

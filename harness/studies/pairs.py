@@ -7,8 +7,6 @@ phase of the machine affects both. Their null calls alternate with them: the sam
 one step from sample to sample. Their time is the overhead of a call.
 """
 
-from __future__ import annotations
-
 import gc
 import math
 from collections.abc import Sequence
@@ -18,14 +16,11 @@ from time import perf_counter_ns
 import numpy as np
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.formulation import Formulation
-from gnomon.harness.contract.integrator import Integrator, Problem, Solver, solver_of
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, solver_of
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.results.analysis import time_at
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 SHRUNK = 2.0**-40
 """The span of a null call over that of the call: at most 1e-9 of a time scale. A power of two, so times stay exact."""

@@ -1,7 +1,5 @@
 """Starts child processes and ends them with all that they started; `running/pool.py` decides when a worker is killed."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import multiprocessing

@@ -1,7 +1,5 @@
 """What this system cannot do that gnomon uses: on Linux nothing, on macOS and Windows what `gnomon doctor` shows."""
 
-from __future__ import annotations
-
 import os
 import sys
 

@@ -1,7 +1,5 @@
 """File locks that are released when their process ends, however it ends, and temporary folders held by such a lock."""
 
-from __future__ import annotations
-
 import atexit
 import contextlib
 import os

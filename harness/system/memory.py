@@ -1,7 +1,5 @@
 """The memory limit of a worker: its share of the memory of the machine or of the cgroup of this process."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 from collections.abc import Iterator

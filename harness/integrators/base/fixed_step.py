@@ -1,7 +1,5 @@
 """One-step methods at a fixed step size: a subclass is a declaration of a step function and its coefficients."""
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
@@ -10,16 +8,15 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
 from gnomon.cases.core.scene import SceneForm
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps
 from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.integrators.base import stepping
-from gnomon.harness.kernels.equations import Kernel, acceleration, check_values, right_hand_side
+from gnomon.harness.kernels.equations import Kernel, check_values, function_kernel, right_hand_side
 from gnomon.reference.numerics.precision import nearest_double, working
 from gnomon.reference.storage import diskcache
 from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 Table = Sequence[Sequence[Any]]
 Loop = Callable[[Floats, Floats, NDArray[np.int64]], int]
 """(initial states, out: states at the samples, stop: reason, trajectory, sample of the first early end) -> steps."""
@@ -66,9 +63,12 @@ class FixedStep(Integrator):
 
     def kernel(self, problem: Problem) -> Kernel:
         """The same function compiled; it counts its calls if `problem.counted`."""
-        if isinstance(problem.form, SecondOrder):
-            return acceleration(problem)
-        return right_hand_side(problem)
+        form = problem.form
+        assert not isinstance(form, SceneForm)
+        function, (inputs, outputs) = self.equations(form), self.widths(form, problem.dimension)
+        if isinstance(form, FirstOrder) and function is form.equations:
+            return right_hand_side(problem)
+        return function_kernel(function, inputs, len(problem.parameters), outputs, problem.counted)
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         """The coefficients, with what else the step needs: parameters of the case, the unit round-off."""
@@ -111,15 +111,9 @@ class FixedStep(Integrator):
         return self.advancing(problem, h, substeps, step, address, table, shape)
 
     def advancing(
-        self,
-        problem: Problem,
-        h: float,
-        substeps: int,
-        step: stepping.Step,
-        address: int,
-        table: Floats,
+        self, problem: Problem, h: float, substeps: int, step: stepping.Step, address: int, table: Floats,
         shape: tuple[tuple[int, int], int],
-    ) -> Loop:
+    ) -> Loop:  # fmt: skip
         """The compiled loop around a step, with the equations at an address; `shape`: `widths` and the number of rows that
         the step stores."""
         run, compensated, (widths, rows) = stepping.compiled(step), self.compensated, shape

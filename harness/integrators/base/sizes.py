@@ -22,9 +22,9 @@ reciprocal of the size of each component's group.
 from math import sqrt
 
 import numpy as np
+from gnomon.harness.contract.integrator import Floats
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 ABSOLUTE = 0

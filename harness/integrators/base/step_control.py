@@ -14,8 +14,6 @@ them once, with the method's number of stages and the like as constants:
 For `groups` and `inverse` see `sizes`.
 """
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from collections.abc import Callable
@@ -25,7 +23,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import SecondOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Tolerance
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Loop, Table, rounded
 from gnomon.harness.integrators.base.sizes import (
     enlarge,
@@ -41,8 +39,6 @@ from gnomon.harness.integrators.base.stepping import blank, call, compiled_whole
 from gnomon.harness.integrators.base.tableau import ButcherTableau, NystromTableau
 from gnomon.harness.kernels.equations import acceleration, right_hand_side
 from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 LEAST_TOLERANCE = 1e-15
 """About four units of round-off: no step can err less."""
@@ -102,7 +98,7 @@ class Adaptive(Integrator):
 
     @classmethod
     @abstractmethod
-    def constants(cls) -> tuple[tuple[str, int], ...]:
+    def constants(cls) -> dict[str, int]:
         """The names that the family's functions read as constants, with their values for this method."""
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
@@ -111,7 +107,7 @@ class Adaptive(Integrator):
         second = isinstance(problem.form, SecondOrder)
         kernel = acceleration(problem) if second else right_hand_side(problem)
         limits = ("MOST_STEPS", self.most_steps), ("ABSOLUTE", int(self.absolute))
-        run = compiled_whole(type(self).loop, SIGNATURE, (*self.constants(), *limits), self.pieces)
+        run = compiled_whole(type(self).loop, SIGNATURE, (*self.constants().items(), *limits), self.pieces)
         table = _table(type(self))
         address, buffer, times = kernel.address, problem.buffer, problem.times
         groups, scale = problem.grouping, problem.time_scale
@@ -174,17 +170,9 @@ attempt = open_step = between = of_the_family
 
 
 def integrate(
-    f: Any,
-    p: Floats,
-    table: Floats,
-    initial: Floats,
-    times: Floats,
-    tolerance: float,
-    groups: NDArray[np.int64],
-    time_scale: float,
-    out: Floats,
-    stop: NDArray[np.int64],
-) -> int:
+    f: Any, p: Floats, table: Floats, initial: Floats, times: Floats, tolerance: float, groups: NDArray[np.int64],
+    time_scale: float, out: Floats, stop: NDArray[np.int64],
+) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps accepted.
 
     `stop` gets the reason and the sample where a trajectory ended early.
@@ -241,21 +229,9 @@ def integrate(
                 open_step(f, t, step, y, p, table, x, slope, k)
                 while sample < times.size and times[sample] <= t + step:
                     between(
-                        f,
-                        t,
-                        step,
-                        times[sample] - t,
-                        y,
-                        compensation,
-                        end,
-                        p,
-                        table,
-                        x,
-                        slope,
-                        k,
-                        spare,
+                        f, t, step, times[sample] - t, y, compensation, end, p, table, x, slope, k, spare,
                         out[n, sample],
-                    )
+                    )  # fmt: skip
                     sample += 1
             if enlarge(end, groups, sizes) or t == 0.0:
                 invert(groups, sizes, inverse)

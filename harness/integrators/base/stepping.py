@@ -17,12 +17,11 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
-from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.contract.integrator import Floats, Problem
 from gnomon.harness.kernels.equations import INNER, OPTIONS, gather_into, source_of
 from gnomon.harness.kernels.equations import compiled as compiled_function
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 Step = Callable[..., bool]
 
 NOT_FINITE = 1
@@ -89,19 +88,9 @@ def call(typing, address, t, x, p, slope):
 
 
 def advance(
-    f: Any,
-    p: Floats,
-    table: Floats,
-    widths: tuple[int, int],
-    rows: int,
-    initial: Floats,
-    times: Floats,
-    h: float,
-    substeps: int,
-    compensated: bool,
-    out: Floats,
-    stop: NDArray[np.int64],
-) -> int:
+    f: Any, p: Floats, table: Floats, widths: tuple[int, int], rows: int, initial: Floats, times: Floats, h: float,
+    substeps: int, compensated: bool, out: Floats, stop: NDArray[np.int64],
+) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps taken.
 
     With substeps > 0 the times are multiples of substeps * h. With substeps = 0 they are not: the grid is uniform, and

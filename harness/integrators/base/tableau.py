@@ -1,7 +1,5 @@
 """The coefficients of one-step methods, in the digits of their source: Butcher's tableau, and that of a Nyström method."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -71,7 +69,7 @@ class NystromTableau:
     a: tuple[Row, ...]
     b: Row
     d: Row
-    embedded: tuple[Row, Row]
+    embedded: tuple[Row, ...]
 
     @property
     def uses_end(self) -> bool:
@@ -91,6 +89,17 @@ class NystromTableau:
         table, stages = self.rows(mp), len(self.a)
         last = [[mp.mpf(1), *table[stages][1:]]] if self.uses_end else []
         return [*table[:stages], *last, *table[stages : stages + 2]]
+
+
+def listed(text: str) -> tuple[Row, ...]:
+    """Rows of coefficients from text, as papers print them: numbers from column 0 on, a semicolon after each row.
+
+    Raises ValueError where the last one has none.
+    """
+    *rows, rest = text.split(";")
+    if rest.strip():
+        raise ValueError(f"{rest.strip()[:60]!r} has no semicolon after it; end each row with one")
+    return tuple({j: value for j, value in enumerate(row.split()) if value != "0"} for row in rows)
 
 
 def full(mp: Any, row: Row, length: int) -> list[Any]:

@@ -1,7 +1,5 @@
 """The functions of a hybrid form, compiled as one, which the loop of steps calls by address."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

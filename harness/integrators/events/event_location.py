@@ -1,14 +1,9 @@
 """Event location: the length of an explicit Runge-Kutta step at which a guard crosses zero, by root finding."""
 
-from __future__ import annotations
-
 from math import sqrt
 
-import numpy as np
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.stepping import call
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 MOST_TRIALS = 30
 DEEP = 0.5
@@ -26,18 +21,9 @@ def part(parts: int, k: int, t: float, y: Floats, p: Floats, out: Floats) -> Non
 
 
 def one_step(
-    parts: int,
-    mode: int,
-    t: float,
-    h: float,
-    y: Floats,
-    p: Floats,
-    table: Floats,
-    stages: int,
-    x: Floats,
-    k: Floats,
+    parts: int, mode: int, t: float, h: float, y: Floats, p: Floats, table: Floats, stages: int, x: Floats, k: Floats,
     out: Floats,
-) -> None:
+) -> None:  # fmt: skip
     """One explicit Runge-Kutta step. Rows of `table`: c_j, a_j1, ... for each stage, then 1, b_1, ..."""
     for j in range(stages):
         for i in range(y.size):
@@ -79,21 +65,9 @@ def step_error(h: float, table: Floats, stages: int, k: Floats, inverse: Floats)
 
 
 def locate(
-    parts: int,
-    guard: int,
-    mode: int,
-    t: float,
-    h: float,
-    before: float,
-    after: float,
-    y: Floats,
-    p: Floats,
-    table: Floats,
-    stages: int,
-    x: Floats,
-    k: Floats,
-    out: Floats,
-) -> float:
+    parts: int, guard: int, mode: int, t: float, h: float, before: float, after: float, y: Floats, p: Floats,
+    table: Floats, stages: int, x: Floats, k: Floats, out: Floats,
+) -> float:  # fmt: skip
     """The step length in (0, h] at which a guard crosses zero, to round-off (Chandrupatla 1997).
 
     `before` >= 0 and `after` <= 0 are the guard's values at 0 and h. Where it is zero at 0 it rises first: the bracket
@@ -137,23 +111,9 @@ def locate(
 
 
 def dip(
-    parts: int,
-    guard: int,
-    mode: int,
-    t: float,
-    h: float,
-    before: float,
-    after: float,
-    y: Floats,
-    end: Floats,
-    p: Floats,
-    table: Floats,
-    stages: int,
-    x: Floats,
-    k: Floats,
-    there: Floats,
-    slope: Floats,
-) -> float:
+    parts: int, guard: int, mode: int, t: float, h: float, before: float, after: float, y: Floats, end: Floats,
+    p: Floats, table: Floats, stages: int, x: Floats, k: Floats, there: Floats, slope: Floats,
+) -> float:  # fmt: skip
     """A step length in (0, h) at which a guard that is positive at both ends is not positive; 0 where there is none.
 
     A guard that falls at the start of a step and rises at its end has a minimum in between, which cubic interpolation

@@ -21,25 +21,16 @@ It returns to Python in the final states, and is called again after two: at ASK 
 that is a Python function, at FULL it enlarges the arrays of events.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 
 import numpy as np
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert
 from gnomon.harness.integrators.base.stepping import compiled_whole
-from gnomon.harness.integrators.events.event_location import (
-    dip,
-    guard_after,
-    locate,
-    one_step,
-    part,
-    step_error,
-)
+from gnomon.harness.integrators.events.event_location import dip, guard_after, locate, one_step, part, step_error
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 START, SMOOTH, EVENT, CHOSEN, ARMED, STEPPED, LOCATED, CROSSED = 0, 1, 2, 3, 4, 5, 6, 7

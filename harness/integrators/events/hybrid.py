@@ -1,52 +1,29 @@
 """Methods for hybrid problems: impact, stick and slip are events, located to round-off."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import Hybrid
-from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solver, Steps, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Steps, Tolerance
 from gnomon.harness.integrators.base.fixed_step import substeps_of
 from gnomon.harness.integrators.base.step_control import check_tolerance, tabulated
 from gnomon.harness.integrators.base.stepping import blank
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.events import event_functions, event_stepping
-from gnomon.harness.integrators.events.event_stepping import (
-    ACCUMULATED,
-    ASK,
-    COUNT,
-    DONE,
-    FIELDS,
-    FIRED,
-    FULL,
-    MODE,
-    MOST_STEPS,
-    NEXT,
-    NOT_FINITE,
-    NUMBERS,
-    SAMPLE,
-    START,
-    STATE,
-    STEP_TOO_SMALL,
-    STEPS,
-    TOO_MANY_STEPS,
-)  # fmt: skip
 from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.integrators.runge_kutta.explicit import RK4, ExplicitEuler
 from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 MOST_EVENTS = 1_000_000
 """A few seconds: beyond it the span is too long for the time between events."""
 
 REASONS = {
-    NOT_FINITE: "the state or a guard was not finite",
-    STEP_TOO_SMALL: "the step size fell below the spacing of times",
-    ACCUMULATED: "events accumulate, and the form states no limit mode for them,",
-    FULL: f"more than {MOST_EVENTS} events",
-    TOO_MANY_STEPS: f"more than {MOST_STEPS} steps (stiff, or too small a tolerance for so long a span)",
+    event_stepping.NOT_FINITE: "the state or a guard was not finite",
+    event_stepping.STEP_TOO_SMALL: "the step size fell below the spacing of times",
+    event_stepping.ACCUMULATED: "events accumulate, and the form states no limit mode for them,",
+    event_stepping.FULL: f"more than {MOST_EVENTS} events",
+    event_stepping.TOO_MANY_STEPS: f"more than {event_stepping.MOST_STEPS} steps (stiff, or too small a tolerance for so"
+    " long a span)",
 }
 
 
@@ -83,11 +60,11 @@ class EventRungeKutta(Integrator):
         def trajectory(start: Floats, out: Floats) -> tuple[int, str | None, list[tuple[float, str]]]:
             y, since = start.copy(), np.full(len(transitions), np.inf)
             sizes = np.zeros(problem.dimension)
-            clock = np.zeros(NUMBERS)
-            clock[NEXT] = h
-            where = np.zeros(FIELDS, dtype=np.int64)
-            where[STATE] = START
-            where[MODE] = modes.of(form.start(0.0, tuple(y.tolist()), parameters))
+            clock = np.zeros(event_stepping.NUMBERS)
+            clock[event_stepping.NEXT] = h
+            where = np.zeros(event_stepping.FIELDS, dtype=np.int64)
+            where[event_stepping.STATE] = event_stepping.START
+            where[event_stepping.MODE] = modes.of(form.start(0.0, tuple(y.tolist()), parameters))
             found, kinds = np.empty(64), np.empty(64, dtype=np.int64)
             while True:
                 state = run(
@@ -96,19 +73,20 @@ class EventRungeKutta(Integrator):
                     y, clock, where, since, groups, sizes,
                     times, out, found, kinds,
                 )  # fmt: skip
-                if state == ASK:
-                    transition = transitions[where[FIRED]]
-                    t = float(found[where[COUNT] - 1])
+                if state == event_stepping.ASK:
+                    transition = transitions[where[event_stepping.FIRED]]
+                    t = float(found[where[event_stepping.COUNT] - 1])
                     lands = transition.lands(t, tuple(y.tolist()), parameters)
-                    where[MODE] = modes.of(lands)
-                elif state == FULL and len(found) < MOST_EVENTS:
+                    where[event_stepping.MODE] = modes.of(lands)
+                elif state == event_stepping.FULL and len(found) < MOST_EVENTS:
                     found, kinds = np.resize(found, 4 * len(found)), np.resize(kinds, 4 * len(kinds))
                 else:
                     break
-            count = where[COUNT]
+            count = where[event_stepping.COUNT]
             events = zip(found[:count].tolist(), kinds[:count].tolist(), strict=True)
-            stopped = None if state == DONE else f"{REASONS[state]} before sample {where[SAMPLE] + 1}"
-            return int(where[STEPS]), stopped, [(t0 + time, names[kind]) for time, kind in events]
+            sample, steps = where[event_stepping.SAMPLE], int(where[event_stepping.STEPS])
+            stopped = None if state == event_stepping.DONE else f"{REASONS[state]} before sample {sample + 1}"
+            return steps, stopped, [(t0 + time, names[kind]) for time, kind in events]
 
         def solve(initial: Floats) -> Solution:
             states = blank(problem, initial)

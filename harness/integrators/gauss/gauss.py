@@ -1,17 +1,15 @@
 """Gauss-Legendre methods: implicit Runge-Kutta of order 2s with s stages, by the fixed point or Newton's iteration."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Steps
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Steps
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.base import fixed_step, linear, stepping, tableau
-from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Floats, Loop, Table, kept, rounded
+from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Loop, Table, kept, rounded
 from gnomon.harness.integrators.base.stepping import Step
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.gauss import gauss_steps

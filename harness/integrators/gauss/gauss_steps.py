@@ -1,7 +1,5 @@
 """The steps of Gauss-Legendre methods: stages by fixed-point iteration, and by Newton's where that does not converge."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from gnomon.harness.integrators.base.linear import factor, substitute

@@ -1,14 +1,12 @@
 """Radau IIA of order 5 for stiff equations, after RADAU5."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance
 from gnomon.harness.integrators.base import tableau
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, kept, rounded
 from gnomon.harness.integrators.base.step_control import check_tolerance, solving
@@ -20,8 +18,6 @@ from gnomon.harness.kernels.equations import right_hand_side
 from gnomon.harness.kernels.straight_line import compiled, jacobian_text
 from gnomon.reference.numerics.precision import working
 from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 MOST_STEPS = 1_000_000
 LEAST_TOLERANCE = 1e-14

@@ -1,18 +1,15 @@
 """The stepping of Radau IIA 5: simplified Newton iteration on the transformed system, error estimate, step control."""
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any
 
 import numpy as np
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.linear import factor, substitute
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, soften
 from gnomon.harness.integrators.base.step_control import NOT_FINITE, NOT_SOLVED, obstacle
 from gnomon.harness.integrators.base.stepping import call
 from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 DIMENSION = 0
 """Set when compiled for a problem: with few components, loops of unknown length would cost more than their content."""
@@ -39,19 +36,9 @@ SIGNATURE = (
 
 
 def integrate(
-    f: Any,
-    derivative: Any,
-    p: Floats,
-    table: Floats,
-    initial: Floats,
-    times: Floats,
-    tolerance: float,
-    fixed: float,
-    groups: NDArray[np.int64],
-    time_scale: float,
-    out: Floats,
-    stop: NDArray[np.int64],
-) -> int:
+    f: Any, derivative: Any, p: Floats, table: Floats, initial: Floats, times: Floats, tolerance: float, fixed: float,
+    groups: NDArray[np.int64], time_scale: float, out: Floats, stop: NDArray[np.int64],
+) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps accepted.
 
     `stop` gets the reason and the sample where a trajectory ended early. `fixed` > 0: all steps have that size, and only

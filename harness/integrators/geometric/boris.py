@@ -6,11 +6,10 @@ from typing import Any, ClassVar
 
 from gnomon.cases.core.forms import Charged, Form
 from gnomon.cases.core.scene import SceneForm
-from gnomon.harness.contract.integrator import Integrator, Problem
-from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, given
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.integrators.base.fixed_step import Table, given
 from gnomon.harness.integrators.base.stepping import call, product, sum_of
-from gnomon.harness.integrators.geometric.splitting import Composition, KahanLi6, StormerVerlet, Suzuki4
-from gnomon.harness.kernels.equations import Kernel, function_kernel
+from gnomon.harness.integrators.geometric.splitting import Composed, KahanLi6, Suzuki4
 
 RATIONAL, EXACT, MEAN = 0, 1, 2
 """The rotation of u by the magnetic field: by 2 atan(angle/2); by the angle; as the first, with gamma of the mean u."""
@@ -123,15 +122,13 @@ def share_of(a: Any, b: Any, c: Any) -> tuple[Any, Any]:
     return share, left * share / 2
 
 
-class ChargeMethod(FixedStep):
+class ChargeMethod(Composed):
     """A step for a charge: the function that it calls computes the fields."""
 
     accepts = (Charged,)
     conserves = ("volume", "reversible")
     compensated = True
     step = boris_step
-    composition: ClassVar[type[Composition]] = StormerVerlet
-    """Its lengths are those of the steps in a step."""
     turning: ClassVar[int]
 
     def equations(self, form: Form) -> Callable[..., Any]:
@@ -141,18 +138,10 @@ class ChargeMethod(FixedStep):
     def widths(self, form: Form, dimension: int) -> tuple[int, int]:
         return 3, 6
 
-    def kernel(self, problem: Problem) -> Kernel:
-        assert not isinstance(problem.form, SceneForm)
-        return function_kernel(self.equations(problem.form), 3, len(problem.parameters), 6, problem.counted)
-
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         assert isinstance(form, Charged)
         light = [mp.mpf(0)] if form.light is None else given(mp, form.light, parameters, 1)
         return [*self.coefficients(mp), [mp.mpf(self.turning), *light]]
-
-    @classmethod
-    def coefficients(cls, mp: Any) -> Table:
-        return [cls.composition.lengths(mp)]
 
 
 class Boris(ChargeMethod):

@@ -1,18 +1,16 @@
 """Exponential Runge-Kutta methods: the linear part of the equations, which may be stiff, is solved exactly."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import Form, SemiLinear
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver
-from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Floats, Table, kept
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver
+from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Table, kept
 from gnomon.harness.integrators.base.stepping import call, product, sum_of
 from gnomon.harness.integrators.gauss.gauss import halves
-from gnomon.harness.kernels.equations import Kernel, check_values, function_kernel
+from gnomon.harness.kernels.equations import Kernel, check_values
 from gnomon.reference.numerics.precision import working
 
 Matrix = Any
@@ -97,7 +95,7 @@ class ExponentialRungeKutta(FixedStep):
         assert isinstance(problem.form, SemiLinear)
         n, known = problem.dimension, len(problem.parameters)
         check_values({"linear": problem.form.linear}, "linear(p)", 0, known, n * n)
-        return function_kernel(problem.form.rest, n, known, n, problem.counted)
+        return super().kernel(problem)
 
     def rows(self, form: Form) -> int:
         return len(self.nodes) + 1

@@ -4,8 +4,6 @@ Angular velocity and attitude are rotated by the same Q in a step: R' = R Q and 
 R M, the angular momentum in space, is constant to round-off, and R(0)^T R(t) is orthogonal to round-off.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import cos, sin, sqrt
 from typing import Any
@@ -14,9 +12,8 @@ from gnomon.cases.core.forms import Form, RigidBody
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, given
 from gnomon.harness.integrators.base.stepping import call
-from gnomon.harness.integrators.geometric.splitting import KahanLi6, StormerVerlet
+from gnomon.harness.integrators.geometric.splitting import Composed, KahanLi6
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
-from gnomon.harness.kernels.equations import Kernel, function_kernel
 
 
 def munthe_kaas_step(
@@ -165,9 +162,6 @@ class RigidBodyMethod(FixedStep):
     def widths(self, form: Form, dimension: int) -> tuple[int, int]:
         return 12, 3
 
-    def kernel(self, problem: Problem) -> Kernel:
-        return function_kernel(self.equations(problem.form), 12, len(problem.parameters), 3, problem.counted)  # type: ignore[arg-type]
-
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         assert isinstance(form, RigidBody)
         return [*self.coefficients(mp), given(mp, form.inertia, parameters, 3)]
@@ -187,7 +181,7 @@ class MuntheKaas4(RigidBodyMethod):
         return 5
 
 
-class AxisSplitting(RigidBodyMethod):
+class AxisSplitting(Composed, RigidBodyMethod):
     """Symmetric splitting of the kinetic energy into its three axes, each with its exact rotation.
 
     McLachlan, Physical Review Letters 71, 1993; Reich, Physica D 76, 1994. Torque must not depend on angular velocity.
@@ -211,19 +205,12 @@ class AxisSplitting2(AxisSplitting):
 
     name, order = "Axis splitting 2", 2
 
-    @classmethod
-    def coefficients(cls, mp: Any) -> Table:
-        return [StormerVerlet.lengths(mp)]
-
 
 class AxisSplitting6(AxisSplitting):
     """Nine symmetric steps with the lengths of Kahan and Li. Order 6."""
 
     name, order = "Axis splitting 6", 6
-
-    @classmethod
-    def coefficients(cls, mp: Any) -> Table:
-        return [KahanLi6.lengths(mp)]
+    composition = KahanLi6
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (MuntheKaas4, AxisSplitting2, AxisSplitting6)

@@ -1,14 +1,14 @@
 """RATTLE and its compositions for motions under a holonomic constraint."""
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any
 
 from gnomon.cases.core.forms import Constrained, Form, Values
 from gnomon.harness.contract.integrator import Integrator, Problem
-from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
+from gnomon.harness.integrators.base.fixed_step import Table
 from gnomon.harness.integrators.base.stepping import call, sum_of
 from gnomon.harness.integrators.gauss.gauss_steps import MOST_ITERATIONS, SMALLEST, settled
-from gnomon.harness.integrators.geometric.splitting import Composition, KahanLi6, StormerVerlet, Suzuki4
+from gnomon.harness.integrators.geometric.splitting import Composed, KahanLi6, Suzuki4
 from gnomon.harness.kernels.equations import Kernel, call_kernel, check_values
 
 
@@ -104,15 +104,13 @@ def onto_constraint(
     return False
 
 
-class ConstrainedMethod(FixedStep):
+class ConstrainedMethod(Composed):
     """A step for a constrained motion: the function that it calls computes force, constraint and gradient."""
 
     accepts = (Constrained,)
     conserves = ("symplectic", "reversible", "momentum", "constraint")
     compensated = True
     step = rattle_step
-    composition: ClassVar[type[Composition]] = StormerVerlet
-    """Its lengths are those of the steps in a step."""
 
     def equations(self, form: Form) -> Callable[..., Any]:
         assert isinstance(form, Constrained)
@@ -129,11 +127,7 @@ class ConstrainedMethod(FixedStep):
     def kernel(self, problem: Problem) -> Kernel:
         form, n = problem.form, problem.dimension // 2
         assert isinstance(form, Constrained)
-        functions: dict[str, Callable[..., Any]] = {
-            "force": form.force,
-            "constraint": form.constraint,
-            "gradient": form.gradient,
-        }
+        functions = {"force": form.force, "constraint": form.constraint, "gradient": form.gradient}
         for name, count in (("force", n), ("constraint", 1), ("gradient", n)):
             check_values({name: functions[name]}, f"{name}(t, y, p)", n, len(problem.parameters), count)
         call = "force(t, y, p) + constraint(t, y, p) + gradient(t, y, p)"
@@ -144,10 +138,6 @@ class ConstrainedMethod(FixedStep):
 
     def table(self, mp: Any, form: Form, parameters: Any, roundoff: Any) -> Table:
         return [*self.coefficients(mp), [roundoff]]
-
-    @classmethod
-    def coefficients(cls, mp: Any) -> Table:
-        return [cls.composition.lengths(mp)]
 
 
 class Rattle(ConstrainedMethod):

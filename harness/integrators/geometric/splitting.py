@@ -96,6 +96,16 @@ class StormerVerlet(Composition):
     half = ()
 
 
+class Composed(FixedStep):
+    """A method whose step consists of symmetric steps of its own, in the lengths of a composition."""
+
+    composition: ClassVar[type[Composition]] = StormerVerlet
+
+    @classmethod
+    def coefficients(cls, mp: Any) -> Table:
+        return [cls.composition.lengths(mp)]
+
+
 class PositionVerlet(Splitting):
     """Störmer-Verlet in position form, drift-kick-drift (Tuckerman, Berne, Martyna, J. Chem. Phys. 97, 1992). Order 2."""
 

@@ -1,20 +1,16 @@
 """Extrapolation: Gragg's rule with 2, 4, 6, ... substeps, extrapolated to step size 0; order and step are adaptive."""
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.contract.integrator import Floats, Integrator
 from gnomon.harness.integrators.base.fixed_step import Table
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, one_over, roughen, soften
 from gnomon.harness.integrators.base.step_control import NOT_FINITE, Adaptive, first_step, obstacle
 from gnomon.harness.integrators.base.stepping import call
 from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 COLUMNS = 10
 """The most columns of the extrapolation table: order 20, 111 right-hand sides."""
@@ -45,22 +41,14 @@ class GraggBulirschStoer(Adaptive):
         return [[squares[m] / (squares[j] - squares[m]) for m in range(j)] or [mp.mpf(0)] for j in range(COLUMNS)]
 
     @classmethod
-    def constants(cls) -> tuple[tuple[str, int], ...]:
-        return (("ORDER", 8),)  # used only by the estimate of the first step
+    def constants(cls) -> dict[str, int]:
+        return {"ORDER": 8}  # used only by the estimate of the first step
 
 
 def integrate(
-    f: Any,
-    p: Floats,
-    table: Floats,
-    initial: Floats,
-    times: Floats,
-    tolerance: float,
-    groups: NDArray[np.int64],
-    time_scale: float,
-    out: Floats,
-    stop: NDArray[np.int64],
-) -> int:
+    f: Any, p: Floats, table: Floats, initial: Floats, times: Floats, tolerance: float, groups: NDArray[np.int64],
+    time_scale: float, out: Floats, stop: NDArray[np.int64],
+) -> int:  # fmt: skip
     """As `step_control.integrate`, but the order is chosen with the step: an attempt ends at the column where it pays, and
     the next step follows from the errors and the work of all columns. A step that would pass a sample ends there, at the
     first column within the tolerance."""

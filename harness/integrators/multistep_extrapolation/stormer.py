@@ -1,16 +1,14 @@
 """Störmer's multistep methods of high order for q'' = a(t, q), in compensated summed form: one right-hand side a step."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
 from typing import Any, ClassVar
 
 from gnomon.cases.core.forms import Form, SecondOrder
-from gnomon.harness.contract.integrator import Integrator, Steps
+from gnomon.harness.contract.integrator import Floats, Integrator, Steps
 from gnomon.harness.integrators.base import tableau
-from gnomon.harness.integrators.base.fixed_step import FixedStep, Floats, Table, kept
+from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, kept
 from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.runge_kutta import nystrom_table
 from gnomon.harness.integrators.runge_kutta.nystrom import nystrom_increment

@@ -1,7 +1,5 @@
 """Dormand and Prince's method of order 8 with error control and dense output."""
 
-from __future__ import annotations
-
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.integrators.runge_kutta import dop853_table
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded

@@ -1,19 +1,14 @@
 """Embedded explicit Runge-Kutta pairs for y' = f(t, y): a method is its tableau. Step sizes: `base/step_control.py`."""
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any, ClassVar
 
-import numpy as np
 from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.sizes import one_over
 from gnomon.harness.integrators.base.step_control import ENDS, STAGES, Adaptive, arrive, end_slope, first_step
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.runge_kutta.explicit import stage
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 LAST = ERRORS = DENSE = DENSE_ROWS = 0
 """Set when a method is compiled: the number of rows of slopes; the first rows of the errors and of dense output; the number
@@ -28,16 +23,15 @@ class Embedded(Adaptive):
     tableau: ClassVar[ButcherTableau]
 
     @classmethod
-    def constants(cls) -> tuple[tuple[str, int], ...]:
+    def constants(cls) -> dict[str, int]:
         tableau, stages = cls.tableau, len(cls.tableau.a)
         last = stages + 1 + len(tableau.extra)
         assert cls.order is not None
-        values = {
+        return {
             "WIDTHS": 1, "ORDER": cls.order, "ERROR_ORDER": cls.order, "STAGES": stages, "LAST": last,
             "ENDS": int(any(stages in row for row in tableau.errors)), "ERRORS": last, "DENSE": last + 2,
             "DENSE_ROWS": -1 if tableau.dense is None else len(tableau.dense),
         }  # fmt: skip
-        return tuple(values.items())  # type: ignore[arg-type]
 
 
 def attempt(

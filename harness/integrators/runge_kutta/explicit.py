@@ -1,7 +1,5 @@
 """Explicit Runge-Kutta methods at a fixed step."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 from gnomon.cases.core.forms import FirstOrder, Form

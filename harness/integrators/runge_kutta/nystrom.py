@@ -3,22 +3,16 @@
 Step sizes: `base/step_control.py`.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any, ClassVar
 
-import numpy as np
 from gnomon.cases.core.forms import SecondOrder
-from gnomon.harness.contract.integrator import Integrator, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Tolerance
 from gnomon.harness.integrators.base.sizes import one_over
 from gnomon.harness.integrators.base.step_control import ENDS, STAGES, Adaptive, arrive, end_slope, first_step
 from gnomon.harness.integrators.base.stepping import call
-from gnomon.harness.integrators.base.tableau import NystromTableau
+from gnomon.harness.integrators.base.tableau import NystromTableau, listed
 from gnomon.harness.integrators.runge_kutta.nystrom_table import RKN_12_10
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 
 class Nystrom(Adaptive):
@@ -28,14 +22,13 @@ class Nystrom(Adaptive):
     tableau: ClassVar[NystromTableau]
 
     @classmethod
-    def constants(cls) -> tuple[tuple[str, int], ...]:
+    def constants(cls) -> dict[str, int]:
         tableau, stages = cls.tableau, len(cls.tableau.a)
         assert cls.order is not None
-        values = {
+        return {
             "WIDTHS": 2, "ORDER": cls.order, "ERROR_ORDER": tableau.orders[1] + 1, "STAGES": stages, "LAST": stages + 2,
             "ENDS": int(tableau.uses_end),
         }  # fmt: skip
-        return tuple(values.items())  # type: ignore[arg-type]
 
 
 def attempt(
@@ -148,19 +141,19 @@ class DormandPrinceNystrom6(Nystrom):
     tableau = NystromTableau(
         orders=(6, 4),
         c=("0", "1/10", "3/10", "7/10", "17/25"),
-        a=(
-            {},
-            {0: "1/200"},
-            {0: "-1/2200", 1: "1/22"},
-            {0: "637/6600", 1: "-7/110", 2: "7/33"},
-            {0: "225437/1968750", 1: "-30073/281250", 2: "65569/281250", 3: "-9367/984375"},
-        ),
-        b={0: "151/2142", 1: "5/116", 2: "385/1368", 3: "55/168", 4: "-6250/28101"},
-        d={0: "151/2142", 1: "25/522", 2: "275/684", 3: "275/252", 4: "-78125/112404", 5: "1/12"},
-        embedded=(
-            {0: "1349/157500", 1: "7873/50000", 2: "192199/900000", 3: "521683/2100000", 4: "-16/125"},
-            {0: "1349/157500", 1: "7873/45000", 2: "27457/90000", 3: "521683/630000", 4: "-2/5", 5: "1/12"},
-        ),
+        a=listed("""
+            ;
+            1/200;
+            -1/2200 1/22;
+            637/6600 -7/110 7/33;
+            225437/1968750 -30073/281250 65569/281250 -9367/984375;
+        """),
+        b=listed("151/2142 5/116 385/1368 55/168 -6250/28101;")[0],
+        d=listed("151/2142 25/522 275/684 275/252 -78125/112404 1/12;")[0],
+        embedded=listed("""
+            1349/157500 7873/50000 192199/900000 521683/2100000 -16/125;
+            1349/157500 7873/45000 27457/90000 521683/630000 -2/5 1/12;
+        """),
     )
 
 

@@ -1,14 +1,12 @@
 """Taylor's method: order and step size from the tolerance, coefficients from the case's own equations."""
 
-from __future__ import annotations
-
 import math
 from math import exp, log
 from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.base.step_control import (
     MOST_STEPS,
@@ -22,8 +20,6 @@ from gnomon.harness.integrators.base.stepping import call, compiled_whole
 from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
 from gnomon.harness.kernels.straight_line import compiled
 from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 LEAST_TOLERANCE = 1e-16
 """Unit round-off."""
@@ -81,16 +77,9 @@ SIGNATURE = (
 
 
 def integrate(
-    f: Any,
-    p: Floats,
-    initial: Floats,
-    times: Floats,
-    order: int,
-    length: int,
-    time_scale: float,
-    out: Floats,
+    f: Any, p: Floats, initial: Floats, times: Floats, order: int, length: int, time_scale: float, out: Floats,
     stop: NDArray[np.int64],
-) -> int:
+) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps.
 
     This is not the loop of `step_control`: the size of a step follows from its own coefficients, so there is no attempt, no

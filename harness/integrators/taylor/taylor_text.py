@@ -6,8 +6,6 @@ with derivative g follows from k f_k = sum of j u_j g_(k-j) over 0 < j <= k (Jor
 are independent; the terms j = 0 and j = k are added node by node.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from gnomon.cases.core.forms import FirstOrder

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from gnomon.cases import check_names, get_check
 from gnomon.harness.certification import independent_checks
-from gnomon.harness.certification.independent import IndependentComputation, Unsupported
+from gnomon.harness.certification.independent import IndependentComputation
+from gnomon.harness.contract.integrator import Unsupported
 
 
 def errors(check: str, variant: str | None, name: str) -> dict[str, float]:

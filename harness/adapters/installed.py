@@ -1,0 +1,13 @@
+"""What the integrators of an installed library have in common."""
+
+from collections.abc import Mapping
+from importlib.metadata import version
+
+from gnomon.harness.contract.integrator import Integrator
+
+
+class Installed(Integrator):
+    """An integrator of the distribution `library`, on whose version its results depend."""
+
+    def versions(self) -> Mapping[str, str]:
+        return {self.library: version(self.library)}
