@@ -69,8 +69,8 @@ def run(
 
     options.validate_workers(workers)
     chosen_suite = _suite(suite, case, limit)
-    integrators = _integrators(integrator or [], command or [], chosen_suite)
-    integrators = selection.integrators_of(integrators, library, kind)
+    named = _integrators(integrator or [], command or [], chosen_suite)
+    integrators = selection.integrators_of(named, library, kind)
     chosen = options.chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
     chosen = selection.cases_of(chosen, family, kind)
     if not case:

@@ -36,7 +36,8 @@ def integrators_of(
 ) -> list[Integrator]:
     """The integrators of these libraries that accept one of these forms. Raises as `cases_of`."""
     left = _kept("--library", libraries, [(one, {one.library}) for one in found])
-    every = [kind for form in (*get_args(Form), SceneForm) for kind in _descendants(form)]
+    forms: tuple[type, ...] = (*get_args(Form), SceneForm)
+    every = [kind for form in forms for kind in _descendants(form)]
     return _kept("--kind", kinds, [(one, {k.__name__ for k in every if issubclass(k, one.accepts)}) for one in left])
 
 

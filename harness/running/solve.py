@@ -57,9 +57,9 @@ def solve(
 def _form(f: Callable[..., Values], with_parameters: bool, accelerations: bool, integrator: Integrator) -> Form:
     """The most structured form of `f` that the integrator accepts."""
     equations = f if with_parameters else calling(f, "t, state", "alone")
-    own = SecondOrder(equations) if accelerations else FirstOrder(equations)
+    own: Form = SecondOrder(equations) if accelerations else FirstOrder(equations)
     for form in (own, first_order(own)):
-        if isinstance(form, integrator.accepts) and integrator.unsupported(form) is None:
+        if form is not None and isinstance(form, integrator.accepts) and integrator.unsupported(form) is None:
             return form
     needs = " or ".join(kind.__name__ for kind in integrator.accepts)
     raise ValueError(f"{integrator.id} needs equations as {needs}; see `gnomon list integrators`")
