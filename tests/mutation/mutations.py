@@ -347,7 +347,7 @@ RUNNING = (
             ),
             ("relative imports are not followed", "_imports", "ast.ImportFrom)", "ast.ImportFrom) and not node.level"),
             ("imports inside functions are not followed", "_imports", "ast.walk(tree)", "tree.body"),
-            ("packages that act are left out", "_acts", "source.acts", "not source.acts"),
+            ("packages that act are left out", "_acts", "_read(package).acts", "not _read(package).acts"),
             ("code loaded before an edit counts as edited", "_source", "and module in sys.modules", "and False"),
             ("the functions of a motion are left out", "modules_of", "found.add(value.__module__)", "pass"),
         )
