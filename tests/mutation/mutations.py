@@ -259,10 +259,10 @@ IMPLICIT = (
     ),
     Mutation(
         "gauss fast: the iteration of an ensemble may leave a hundred times as much",
-        f"{METHODS}/gauss/gauss_fast_ensemble.py",
+        f"{METHODS}/gauss/gauss_fast_constants.py",
         "",
-        "ITERATION_PORTION, HELD, HOLDABLE = 0.1,",
-        "ITERATION_PORTION, HELD, HOLDABLE = 10.0,",
+        "iteration_share_of_ensemble: float = 0.1",
+        "iteration_share_of_ensemble: float = 10.0",
         (f"{ON_METHODS}/test_gauss_fast_scale.py::test_an_ensembles_iteration_leaves_a_part_of_the_tolerance",),
     ),
 )
