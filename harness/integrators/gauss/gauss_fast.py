@@ -83,8 +83,7 @@ class GaussFast(Integrator):
 
         def alone(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
             taken = run(buffer, coefficients, initial, times, setting, out, stop)
-            if problem.counted:
-                buffer[-1] += stop[3]
+            buffer[-1] += problem.counted * stop[3]
             if stop[0] == gauss_fast_constants.STIFF:
                 instead = stiffly(problem, setting, initial)
                 if instead is not None:
@@ -105,23 +104,21 @@ class GaussFast(Integrator):
             return gauss_fast_kernel.compiled_ensemble(*arguments)
 
         def together(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> Solution:
-            eight, rows_of_work = compiled_ensemble()
+            eight, rows = compiled_ensemble()
 
             def part(first: int) -> tuple[int, int, list[int]]:
                 here = slice(first, first + TUNING.chunk)
                 left_over = np.zeros(TUNING.chunk // 8 + 1, dtype=np.int64)
-                states, work = initial[here], lines(rows_of_work)
-                taken = eight(buffer, coefficients, states, times, setting, out[here], left_over, work)
+                taken = eight(buffer, coefficients, initial[here], times, setting, out[here], left_over, lines(rows))
                 return taken, int(left_over[-1]), [first + 8 * int(i) for i in np.flatnonzero(left_over[:-1])]
 
             with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
-                parts = list(threads.map(part, range(0, len(initial), TUNING.chunk)))
-            steps = sum(accepted for accepted, _, _ in parts)
-            if problem.counted:
-                buffer[-1] += sum(evaluations for _, evaluations, _ in parts)
-            for first in (first for _, _, firsts in parts for first in firsts):
-                here = slice(first, first + 8)
-                steps += one_by_one(initial[here], out[here], stop, first)
+                parts = threads.map(part, range(0, len(initial), TUNING.chunk))
+                accepted, evaluations, left = zip(*parts, strict=True)
+            steps = sum(accepted)
+            buffer[-1] += problem.counted * sum(evaluations)
+            for first in (first for firsts in left for first in firsts):
+                steps += one_by_one(initial[first : first + 8], out[first : first + 8], stop, first)
             return Solution(out, int(steps), reason(stop))
 
         return Solver(solve)
